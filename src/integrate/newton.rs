@@ -1,0 +1,97 @@
+//! Newton's iteration for the implicit schemes.
+
+use super::system::{Effort, StepError, System, Weights, all_finite};
+
+/// When Newton's iteration is content, and when it gives up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonSettings {
+    /// Largest residual relative to the forces at work.
+    pub tolerance: f64,
+    /// Most corrections in one step.
+    pub max_iterations: usize,
+}
+
+/// A correction that is not below this fraction of the one before calls for a new factorization.
+const SLOW: f64 = 0.1;
+/// A correction that is not below this fraction of the one before makes no progress.
+const STAGNANT: f64 = 0.5;
+/// Corrections of the coordinates below this fraction of the largest of them are rounding.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Finds `a` with `r(t, q, v, a) = 0` where `q` and `v` depend on `a` linearly:
+/// `q(a + x) = q(a) + w.position x`, `v(a + x) = v(a) + w.velocity x`.
+///
+/// Each correction solves `(∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q) x = −r`. The matrix is factored at the prediction and
+/// kept as long as a correction is below a tenth of the one before.
+#[derive(Debug, Clone)]
+pub(super) struct Newton {
+    settings: NewtonSettings,
+    /// The residual at the end of a successful [`Newton::solve`].
+    pub(super) residual: Vec<f64>,
+    correction: Vec<f64>,
+}
+
+/// The trial values: coordinates, velocities and accelerations at the point of collocation.
+pub(super) struct Trial<'a> {
+    pub(super) q: &'a mut [f64],
+    pub(super) v: &'a mut [f64],
+    pub(super) a: &'a mut [f64],
+}
+
+impl Newton {
+    pub(super) fn new(degrees_of_freedom: usize, settings: NewtonSettings) -> Self {
+        let zero = vec![0.0; degrees_of_freedom];
+        Self { settings, residual: zero.clone(), correction: zero }
+    }
+
+    /// Iterates from the prediction in `trial`. Converged when the residual is within tolerance; or when corrections no
+    /// longer shrink and are rounding in the coordinates, so that no iteration could do better.
+    pub(super) fn solve<S: System>(
+        &mut self,
+        system: &mut S,
+        t_s: f64,
+        w: Weights,
+        trial: &mut Trial<'_>,
+    ) -> Result<Effort, StepError> {
+        let mut effort = Effort::default();
+        let mut last = f64::INFINITY;
+        let mut refactor = true;
+        loop {
+            system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
+            all_finite(&self.residual)?;
+            let size = system.residual_size(&self.residual);
+            if size <= self.settings.tolerance || trial.a.is_empty() {
+                return Ok(effort);
+            }
+            if effort.newton_iterations as usize >= self.settings.max_iterations {
+                return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
+            }
+            if refactor {
+                system.factor(t_s, trial.q, trial.v, trial.a, w)?;
+                effort.factorizations += 1;
+            }
+            self.correction.copy_from_slice(&self.residual);
+            system.solve(&mut self.correction);
+            let correction = largest(&self.correction);
+            if correction > STAGNANT * last && w.position * correction <= ROUNDING * largest(trial.q) {
+                return Ok(effort);
+            }
+            self.correct(w, trial);
+            effort.newton_iterations += 1;
+            refactor = correction > SLOW * last;
+            last = correction;
+        }
+    }
+
+    fn correct(&self, w: Weights, trial: &mut Trial<'_>) {
+        for (i, x) in self.correction.iter().enumerate() {
+            trial.q[i] -= w.position * x;
+            trial.v[i] -= w.velocity * x;
+            trial.a[i] -= x;
+        }
+    }
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| x.abs().max(most))
+}

@@ -1,0 +1,145 @@
+//! What an integrator needs to know of the system that it advances, and what it says about a step.
+
+use std::fmt;
+
+/// A second-order system of n unknowns, `r(t, q, v, a) = M(t, q) a + g(t, q, v) = 0` with `v = q̇`, `a = q̈`.
+///
+/// Loads known only as their mean over a step are part of `g`; the owner sets them before the step and holds them during it.
+/// Nothing here allocates.
+pub trait System {
+    /// n; 0 is possible.
+    fn degrees_of_freedom(&self) -> usize;
+    /// `r(t, q, v, a)`.
+    fn residual(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]);
+    /// The largest of `r` relative to the forces at work in the last `residual`; dimensionless.
+    fn residual_size(&self, r: &[f64]) -> f64;
+    /// Factors `w.acceleration ∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q` at the state given.
+    ///
+    /// # Errors
+    /// The matrix has no usable pivot.
+    fn factor(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular>;
+    /// Solves the last factored system for `x` in place.
+    fn solve(&mut self, x: &mut [f64]);
+}
+
+/// Weights of the tangent `a ∂r/∂a + v ∂r/∂v + q ∂r/∂q`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// Of ∂r/∂a.
+    pub acceleration: f64,
+    /// Of ∂r/∂v, s.
+    pub velocity: f64,
+    /// Of ∂r/∂q, s².
+    pub position: f64,
+}
+
+impl Weights {
+    /// The mass matrix alone.
+    pub const MASS: Self = Self { acceleration: 1.0, velocity: 0.0, position: 0.0 };
+}
+
+/// The tangent could not be factored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Singular;
+
+/// Everything that a scheme carries from one step to the next: copy it, and the run resumes bit for bit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Coordinates at the present time.
+    pub q: Vec<f64>,
+    /// Velocities at the present time.
+    pub v: Vec<f64>,
+    /// Accelerations last solved for: at the present time (generalised-α), at the last collocation point (two-point) or at the
+    /// beginning of the last step (Runge–Kutta). For outputs call [`solve_acceleration`].
+    pub a: Vec<f64>,
+    /// Generalised-α's auxiliary accelerations; zero with the other schemes.
+    pub alpha: Vec<f64>,
+    /// Generalised-α's residual at the end of the last step, against which a jump of the load shows; zero with the others.
+    pub residual: Vec<f64>,
+}
+
+impl State {
+    /// A state to begin from; every scheme finds its accelerations by itself.
+    pub fn new(q: Vec<f64>, v: Vec<f64>) -> Self {
+        let zero = vec![0.0; q.len()];
+        Self { q, v, a: zero.clone(), alpha: zero.clone(), residual: zero }
+    }
+}
+
+/// What a step cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Newton iterations: corrections solved for.
+    pub newton_iterations: u32,
+    /// Factorizations.
+    pub factorizations: u32,
+}
+
+/// Why a step was not taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StepError {
+    /// Newton's iteration did not reach its tolerance.
+    NotConverged {
+        /// Relative size of the last residual.
+        residual: f64,
+        /// Iterations spent.
+        iterations: u32,
+    },
+    /// The tangent could not be factored.
+    Singular,
+    /// A number stopped being finite.
+    NotFinite,
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotConverged { residual, iterations } => {
+                write!(f, "Newton's iteration did not converge: relative residual {residual:.1e} after {iterations} iterations")
+            }
+            Self::Singular => f.write_str("the tangent matrix is singular"),
+            Self::NotFinite => f.write_str("a number stopped being finite"),
+        }
+    }
+}
+
+impl std::error::Error for StepError {}
+
+impl From<Singular> for StepError {
+    fn from(_: Singular) -> Self {
+        Self::Singular
+    }
+}
+
+/// Accelerations at a state, `M a = −g`, for the stages of explicit schemes and for published values.
+/// Costs one residual, one factorization and one solution; `scratch` has length n.
+///
+/// # Errors
+/// The mass matrix is singular, or a number is not finite; `a` is then meaningless.
+#[inline]
+pub fn solve_acceleration<S: System>(
+    system: &mut S,
+    t_s: f64,
+    q: &[f64],
+    v: &[f64],
+    a: &mut [f64],
+    scratch: &mut [f64],
+) -> Result<(), StepError> {
+    if a.is_empty() {
+        return Ok(());
+    }
+    a.fill(0.0);
+    system.residual(t_s, q, v, a, scratch);
+    system.factor(t_s, q, v, a, Weights::MASS)?;
+    system.solve(scratch);
+    for (a, x) in a.iter_mut().zip(scratch.iter()) {
+        *a = -x;
+    }
+    all_finite(a)
+}
+
+/// `Err(NotFinite)` unless every number of `x` is finite.
+#[inline]
+pub(super) fn all_finite(x: &[f64]) -> Result<(), StepError> {
+    if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(StepError::NotFinite) }
+}

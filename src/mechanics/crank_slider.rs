@@ -1,0 +1,65 @@
+//! Kinematics of a crank-slider as functions of the crank angle θ, with their derivatives.
+//!
+//! With `λ = l₁/l₂` and φ the rod's angle below the x axis, `sin φ = λ sin θ` (digest 4.3, where the rod points along
+//! `(cos φ, −sin φ)`). Differentiating it by θ, again and again, with `s = sin φ`, `c = cos φ > 0` and primes for d/dθ:
+//!
+//! - `c φ′ = λ cos θ` (4.5)
+//! - `c φ″ = s φ′² − λ sin θ` (4.8; the thesis prints its last term twice)
+//! - `c φ‴ = c φ′³ + 3 s φ′ φ″ − λ cos θ`
+
+/// A vector in the plane and its first three derivatives by θ.
+pub(crate) type Path = [[f64; 2]; 4];
+
+/// An angle and its first three derivatives by θ.
+pub(crate) type Turn = [f64; 4];
+
+/// A point at distance `r_m` along a direction that turns as `angle` (counter-clockwise), added to `from`.
+///
+/// `e = (cos β, sin β)`, `n = (−sin β, cos β)`: `e′ = β′ n`, `e″ = β″ n − β′² e`, `e‴ = (β‴ − β′³) n − 3 β′ β″ e`.
+pub(crate) fn along(from: &Path, angle: &Turn, r_m: f64) -> Path {
+    let (sin, cos) = angle[0].sin_cos();
+    let [_, b1, b2, b3] = *angle;
+    let weights = [(1.0, 0.0), (0.0, b1), (-b1 * b1, b2), (-3.0 * b1 * b2, b3 - b1 * b1 * b1)];
+    let mut path = *from;
+    for (value, (e, n)) in path.iter_mut().zip(weights) {
+        value[0] += r_m * (e * cos - n * sin);
+        value[1] += r_m * (e * sin + n * cos);
+    }
+    path
+}
+
+/// The crank's own angle as a [`Turn`].
+pub(crate) fn crank_turn(theta_rad: f64) -> Turn {
+    [theta_rad, 1.0, 0.0, 0.0]
+}
+
+/// The rod's angle, counter-clockwise from x (`−φ`), for `ratio = λ < 1`.
+pub(crate) fn rod_turn(theta_rad: f64, ratio: f64) -> Turn {
+    let (sin, cos) = theta_rad.sin_cos();
+    let s = ratio * sin;
+    let c = (1.0 - s * s).sqrt();
+    let d1 = ratio * cos / c;
+    let d2 = (s * d1 * d1 - ratio * sin) / c;
+    let d3 = (c * d1 * d1 * d1 + 3.0 * s * d1 * d2 - ratio * cos) / c;
+    [-s.asin(), -d1, -d2, -d3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_derivatives_agree_with_central_differences() {
+        let (l1, l2, h) = (0.5, 1.5, 1e-4);
+        let slider = |theta: f64| along(&along(&[[0.0; 2]; 4], &crank_turn(theta), l1), &rod_turn(theta, l1 / l2), l2);
+        for k in 0..40 {
+            let theta = 0.17 * f64::from(k);
+            let (before, here, after) = (slider(theta - h), slider(theta), slider(theta + h));
+            assert!(here[0][1].abs() < 1e-15, "the slider stays on the x axis");
+            for order in 0..3 {
+                let difference = (after[order][0] - before[order][0]) / (2.0 * h);
+                assert!((difference - here[order + 1][0]).abs() < 1e-7, "order {order} at {theta}");
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The one interface of the models that are second-order systems: `r(q, q̇, q̈) = M(q) q̈ + g(q, q̇) − p = 0`.
+
+use super::observation::Observation;
+
+/// What acts on the mechanism at one instant, from outside the model.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Input {
+    /// Torque on the first link's tangent at the pivot, N·m.
+    pub torque_nm: f64,
+    /// Prescribed angle of that tangent (rad), rate and acceleration; given exactly when the scene prescribes motion.
+    pub motion: Option<[f64; 3]>,
+}
+
+/// Weights of the tangent `a ∂r/∂q̈ + v ∂r/∂q̇ + q ∂r/∂q`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// Of ∂r/∂q̈.
+    pub acceleration: f64,
+    /// Of ∂r/∂q̇.
+    pub velocity: f64,
+    /// Of ∂r/∂q.
+    pub position: f64,
+}
+
+/// The tangent could not be factored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Singular;
+
+/// A model with coordinates `q` (n of them), velocities `q̇` and accelerations `q̈`; slices have length `n`.
+/// Nothing here allocates after construction.
+pub trait Mechanism: Send {
+    /// n, the number of degrees of freedom (0 is possible: rigid links with prescribed motion).
+    fn degrees_of_freedom(&self) -> usize;
+    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks.
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]);
+    /// `r = M(q) a + g(q, v) − p`.
+    fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]);
+    /// Largest of `r` relative to the forces at work in the last `residual`, per kind of unknown (forces, moments).
+    fn residual_size(&self, r: &[f64]) -> f64;
+    /// Factors `w.acceleration ∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q` at the state given.
+    fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular>;
+    /// Solves the last factored system for `x` in place.
+    fn solve(&mut self, x: &mut [f64]);
+    /// Fills `out` for the state given; `a` solves `residual = 0` at it.
+    fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation);
+    /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
+    fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];
+}

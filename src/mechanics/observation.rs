@@ -1,0 +1,79 @@
+//! What a model can tell about its present state. What it cannot know is `None` or an empty list, never zero.
+
+/// Everything observable of the chain at one instant. Preallocated by the model and refilled in place.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Observation {
+    /// One entry a link, from the pivot outwards.
+    pub links: Vec<LinkObservation>,
+    /// Force on the first link at the pivot (x, y), N.
+    pub pivot_n: Option<[f64; 2]>,
+    /// Force on the rod at the crank pin (x, y), N.
+    pub crank_pin_n: Option<[f64; 2]>,
+    /// Force on the slider at the slider pin (x, y), N.
+    pub slider_pin_n: Option<[f64; 2]>,
+    /// Force of the guide on the slider in y, N.
+    pub guide_n: Option<f64>,
+    /// Resistance on the slider, positive along −x, N; `None` without a slider.
+    pub resistance_n: Option<f64>,
+    /// Torque that a prescribed motion needs at the pivot, N·m; `None` when torque is the input.
+    pub motion_torque_nm: Option<f64>,
+    /// Energies, J.
+    pub energy: Energy,
+    /// Largest deflection over length among the links when the model's assumption on it is broken.
+    pub out_of_range: Option<f64>,
+}
+
+/// Energies of the chain, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy, slider and tip mass included.
+    pub kinetic_j: f64,
+    /// Strain energy of the links and of the base spring; `None` for a model without any.
+    pub strain_j: Option<f64>,
+    /// Potential energy in gravity, zero at the height of the pivot.
+    pub potential_j: Option<f64>,
+}
+
+/// One link's nodes, angles and internal forces.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LinkObservation {
+    /// Nodes along the link, first pin to last, `elements + 1` of them.
+    pub nodes: Vec<NodeObservation>,
+    /// Chord angle, unwrapped, rad counter-clockwise from x.
+    pub chord_rad: f64,
+    /// Its rate, rad/s.
+    pub rate_rad_per_s: f64,
+    /// Its acceleration, rad/s².
+    pub acceleration_rad_per_s2: Option<f64>,
+    /// Internal forces, one entry an element; empty where the model does not know them.
+    pub elements: Vec<ElementForces>,
+}
+
+/// One node.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NodeObservation {
+    /// Position, m.
+    pub position_m: [f64; 2],
+    /// Velocity, m/s.
+    pub velocity_m_per_s: [f64; 2],
+    /// Rotation of the tangent from the x axis, unwrapped, rad.
+    pub rotation_rad: Option<f64>,
+    /// Offset from the link's chord, positive to the left of its direction, m.
+    pub deflection_m: Option<f64>,
+}
+
+/// Internal forces of one element, at its ends.
+///
+/// Axial force positive in tension. Shear `V` and moment `M` by the beam convention `M = E J κ` (κ = dθ/ds) and `V = −dM/ds`;
+/// axial and shear are means over the element in the directions of its own chord.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ElementForces {
+    /// Axial force, N.
+    pub axial_n: f64,
+    /// Shear force, N.
+    pub shear_n: f64,
+    /// Bending moment at the element's first node, N·m.
+    pub moment_start_nm: f64,
+    /// Bending moment at its second node, N·m.
+    pub moment_end_nm: f64,
+}

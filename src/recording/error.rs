@@ -1,0 +1,55 @@
+//! What can go wrong with a recording.
+
+use std::path::PathBuf;
+
+/// A recording could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The file could not be made, opened, read or written.
+    #[error("{}: {cause}", path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// The file is not MCAP, or is damaged.
+    #[error("{}: {cause}", path.display())]
+    Mcap {
+        /// Which file.
+        path: PathBuf,
+        /// What the reader says.
+        cause: mcap::McapError,
+    },
+    /// There is nothing to read in it.
+    #[error("{}: no messages", path.display())]
+    Empty {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// A message cannot be decoded by the schema that the file gives for it.
+    #[error("{}: a message on `{topic}` does not fit its schema: {cause}", path.display())]
+    Undecodable {
+        /// Which file.
+        path: PathBuf,
+        /// The message's topic.
+        topic: String,
+        /// What the decoder says.
+        cause: String,
+    },
+    /// A name for a recording that is not a plain file name.
+    #[error("`{0}` is not a name for a recording: letters, digits, dots, dashes and underscores, not beginning with a dot")]
+    Name(String),
+}
+
+impl RecordingError {
+    pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        |cause| RecordingError::File { path, cause }
+    }
+
+    pub(super) fn mcap(path: impl Into<PathBuf>) -> impl FnOnce(mcap::McapError) -> Self {
+        let path = path.into();
+        |cause| RecordingError::Mcap { path, cause }
+    }
+}

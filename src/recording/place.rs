@@ -1,0 +1,50 @@
+//! Where recordings go.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::RecordingError;
+use crate::wire;
+
+/// The folder that recordings go to unless a path is given.
+pub const FOLDER: &str = "recordings";
+
+/// `FOLDER/<name>-<UTC time>.mcap`, numbered when that exists already.
+pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
+    let time = wire::timestamp(now).to_string();
+    let time: String = time.split('.').next().unwrap_or(&time).chars().filter(char::is_ascii_alphanumeric).collect();
+    let time = time.trim_end_matches('Z');
+    let path = |suffix: &str| folder.join(format!("{name}-{time}Z{suffix}.mcap"));
+    (1_u32..)
+        .map(|n| if n == 1 { path("") } else { path(&format!("-{n}")) })
+        .find(|path| !path.exists())
+        .unwrap_or_else(|| path(""))
+}
+
+/// `FOLDER/<name>.mcap` for a name from outside, which must not lead anywhere else.
+///
+/// # Errors
+/// [`RecordingError::Name`] unless the name is a plain file name.
+pub fn named(folder: &Path, name: &str) -> Result<PathBuf, RecordingError> {
+    let plain = !name.is_empty()
+        && name.len() <= 128
+        && !name.starts_with('.')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_'));
+    if !plain {
+        return Err(RecordingError::Name(name.to_owned()));
+    }
+    Ok(folder.join(if name.ends_with(".mcap") { name.to_owned() } else { format!("{name}.mcap") }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_name_is_never_a_route() {
+        for name in ["", "../x", "a/b", "/etc/x", "..", ".hidden", "a\\b", "a\0b", "ü"] {
+            assert!(named(Path::new("r"), name).is_err(), "{name:?}");
+        }
+        assert_eq!(named(Path::new("r"), "run-1").ok(), Some(PathBuf::from("r/run-1.mcap")));
+    }
+}

@@ -1,0 +1,15 @@
+//! The stepping thread and its queues: pacing by absolute deadlines, commands in, samples out.
+
+mod command;
+mod lateness;
+mod memory;
+mod output;
+mod pacer;
+mod rate;
+mod stepper;
+
+pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
+pub use output::{Output, RecordingRequest};
+pub use pacer::{Pace, Pacer};
+pub use rate::PublishRate;
+pub use stepper::{Ending, Ports, Stepper, Stepping};

@@ -1,0 +1,401 @@
+//! The stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
+use std::time::{Duration, Instant, SystemTime};
+
+use super::command::{Command, Counts, Request};
+use super::lateness::Lateness;
+use super::memory::Memory;
+use super::output::{Output, RecordingRequest};
+use super::pacer::{Pace, Pacer};
+use super::rate::PublishRate;
+use crate::simulation::{Diverged, Effective, Sample, Simulation, Stamp};
+use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command, control, status::State};
+
+/// Wall time between two statuses.
+const STATUS_PERIOD: Duration = Duration::from_millis(500);
+/// Simulated time between two checkpoints, s.
+const CHECKPOINT_PERIOD_S: f64 = 10.0;
+/// Steps between two looks at the command queue when nothing is waited for.
+const BURST: u32 = 64;
+/// Most steps that one `step` command may ask for.
+const STEPS_LIMIT: u64 = 1_000_000_000;
+/// How long commands that are already queued are taken before the next step is due.
+const COMMANDS_AT_ONCE: usize = 256;
+
+/// How a run is stepped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepping {
+    /// How fast.
+    pub pace: Pace,
+    /// Simulated time at which the run is finished, s.
+    pub until_s: Option<f64>,
+    /// Which steps are published.
+    pub publish: PublishRate,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ending {
+    /// `until_s` was reached.
+    Finished,
+    /// A command, a signal or a lost receiver ended it.
+    Stopped,
+    /// The simulation could not go on.
+    Diverged(Diverged),
+}
+
+/// The ends of the queues that the stepping thread holds.
+pub struct Ports {
+    /// Commands in.
+    pub commands: Receiver<Command>,
+    /// Everything out.
+    pub output: Sender<Output>,
+    /// Samples to be filled again: their number bounds what is on its way.
+    pub pool: Receiver<Box<Sample>>,
+    /// What is counted across threads.
+    pub counts: Arc<Counts>,
+}
+
+/// The stepping thread's state.
+pub struct Stepper {
+    simulation: Simulation,
+    stepping: Stepping,
+    ports: Ports,
+    pacer: Pacer,
+    clock: Instant,
+    lateness: Lateness,
+    memory: Memory,
+    paused: bool,
+    singles: u64,
+    stopping: bool,
+    session_before_epoch_s: f64,
+    next_status: Duration,
+    next_checkpoint_s: f64,
+    overruns: u64,
+    dropped: u64,
+    accepted: u64,
+    rejected: u64,
+}
+
+impl Stepper {
+    /// Takes a simulation at its start.
+    ///
+    /// # Errors
+    /// When the lateness histogram cannot be made.
+    pub fn new(simulation: Simulation, stepping: Stepping, ports: Ports) -> Result<Self, hdrhistogram::CreationError> {
+        Ok(Stepper {
+            simulation,
+            stepping,
+            ports,
+            pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
+            clock: Instant::now(),
+            lateness: Lateness::new()?,
+            memory: Memory::default(),
+            paused: false,
+            singles: 0,
+            stopping: false,
+            session_before_epoch_s: 0.0,
+            next_status: Duration::ZERO,
+            next_checkpoint_s: 0.0,
+            overruns: 0,
+            dropped: 0,
+            accepted: 0,
+            rejected: 0,
+        })
+    }
+
+    /// Steps until the end; the last state is published whatever the rate.
+    pub fn run(mut self) -> Ending {
+        self.pacer.anchor(self.clock.elapsed(), 0.0);
+        self.checkpoint_if_due();
+        self.publish();
+        let ending = loop {
+            self.status_if_due();
+            self.take_commands();
+            if self.stopping {
+                break Ending::Stopped;
+            }
+            if self.singles > 0 {
+                self.singles -= 1;
+            } else if self.finished() {
+                break Ending::Finished;
+            } else if self.paused {
+                self.wait(STATUS_PERIOD);
+                continue;
+            } else if let Some(wait) = self.time_to_deadline() {
+                self.wait(wait);
+                continue;
+            }
+            if let Err(diverged) = self.step() {
+                break Ending::Diverged(diverged);
+            }
+        };
+        let (state, message) = match &ending {
+            Ending::Finished => (State::Finished, String::new()),
+            Ending::Stopped => (State::Finished, "stopped".to_owned()),
+            Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
+        };
+        if !self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
+            self.publish();
+        }
+        self.status(state, message);
+        ending
+    }
+
+    fn finished(&self) -> bool {
+        let half_step = 0.5 * self.simulation.step_s();
+        self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
+    }
+
+    /// How long until the next step is due; `None` when it is due now, or there are no deadlines.
+    fn time_to_deadline(&mut self) -> Option<Duration> {
+        let due = self.pacer.deadline(self.session_s())?;
+        due.checked_sub(self.clock.elapsed()).filter(|wait| !wait.is_zero())
+    }
+
+    fn step(&mut self) -> Result<(), Diverged> {
+        let burst = if self.stepping.pace == Pace::Max && !self.paused { BURST } else { 1 };
+        for _ in 0..burst {
+            self.account_lateness();
+            self.simulation.step()?;
+            self.checkpoint_if_due();
+            if self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
+                self.publish();
+            }
+            if self.finished() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn account_lateness(&mut self) {
+        if self.paused {
+            return;
+        }
+        let Some(due) = self.pacer.deadline(self.session_s()) else { return };
+        let now = self.clock.elapsed();
+        let late = now.saturating_sub(due);
+        self.lateness.record(late);
+        if let Pace::Factor(factor) = self.stepping.pace
+            && late.as_secs_f64() > self.simulation.step_s() / factor
+        {
+            self.overruns += 1;
+        }
+        if Pacer::hopeless(late) {
+            self.pacer.anchor(now, self.session_s());
+        }
+    }
+
+    /// Simulated time since the session began, through all resets, s.
+    fn session_s(&self) -> f64 {
+        self.session_before_epoch_s + self.simulation.time_s()
+    }
+
+    fn stamp(&self) -> Stamp {
+        Stamp {
+            step: self.simulation.step_count(),
+            epoch: self.simulation.epoch(),
+            sim_time_s: self.simulation.time_s(),
+            session_s: self.session_s(),
+            wall: SystemTime::now(),
+        }
+    }
+
+    /// A lost receiver ends the run.
+    fn send(&mut self, output: Output) {
+        self.stopping |= self.ports.output.send(output).is_err();
+    }
+
+    /// Sends the present state. Without a free sample in the pool: in real time drops and counts, otherwise waits.
+    fn publish(&mut self) {
+        let hurried = self.stepping.pace != Pace::Max && !self.paused;
+        let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
+        let Some(mut sample) = free else {
+            self.dropped += 1;
+            return;
+        };
+        let stamp = self.stamp();
+        let Ok(observation) = self.simulation.observe() else { return };
+        sample.observation.clone_from(observation);
+        sample.stamp = stamp;
+        let mean_nm = self.simulation.take_mean_torque_nm();
+        sample.driving_torque_nm = sample.observation.motion_torque_nm.unwrap_or(mean_nm);
+        self.send(Output::Sample(sample));
+    }
+
+    fn checkpoint_if_due(&mut self) {
+        if self.session_s() >= self.next_checkpoint_s {
+            self.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
+            let stamp = self.stamp();
+            self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
+        }
+    }
+
+    fn status_if_due(&mut self) {
+        if self.clock.elapsed() >= self.next_status {
+            self.status(if self.paused { State::Paused } else { State::Running }, String::new());
+        }
+    }
+
+    fn status(&mut self, state: State, message: String) {
+        let now = self.clock.elapsed();
+        self.next_status = now + STATUS_PERIOD;
+        let observed = self.simulation.observe().is_ok();
+        let ledger = self.simulation.ledger();
+        let quantiles = self.lateness.quantiles_s();
+        let at = |k: usize| quantiles.map(|all| all[k]);
+        let stamp = self.stamp();
+        let status = Status {
+            stamp: Some(wire::stamp(&stamp)),
+            state: state.into(),
+            real_time_factor: if self.paused { None } else { self.pacer.real_time_factor(now, self.session_s()) },
+            lateness_p50_s: at(0),
+            lateness_p99_s: at(1),
+            lateness_p999_s: at(2),
+            lateness_max_s: at(3),
+            overruns: self.overruns,
+            dropped_samples: self.dropped + self.ports.counts.dropped(),
+            kinetic_j: observed.then_some(ledger.energy.kinetic_j),
+            strain_j: ledger.energy.strain_j,
+            potential_j: ledger.energy.potential_j,
+            work_in_j: Some(ledger.work_in_j),
+            dissipated_j: Some(ledger.dissipated_j),
+            balance_error_j: Some(ledger.balance_error_j),
+            solver_iterations: self.simulation.newton_iterations(),
+            message,
+            commands_accepted: self.accepted,
+            commands_rejected: self.rejected + self.ports.counts.rejected(),
+            pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
+            recording: None,
+        };
+        self.send(Output::Status(Box::new(status), stamp));
+    }
+
+    /// Waits for a command, at most for `time`.
+    fn wait(&mut self, time: Duration) {
+        match self.ports.commands.recv_timeout(time) {
+            Ok(command) => self.consider(command),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => self.stopping = true,
+        }
+    }
+
+    fn take_commands(&mut self) {
+        for _ in 0..COMMANDS_AT_ONCE {
+            match self.ports.commands.try_recv() {
+                Ok(command) => self.consider(command),
+                Err(TryRecvError::Empty) => return,
+                Err(TryRecvError::Disconnected) => return self.stopping = true,
+            }
+        }
+    }
+
+    /// Judges a command, applies it, and sends the answer on its way.
+    fn consider(&mut self, command: Command) {
+        let Command { id, request, reply } = command;
+        let stamp = self.stamp();
+        if let Some(mut answer) = self.memory.recall(&id) {
+            "a repetition: applied once".clone_into(&mut answer.reason);
+            return self.send(Output::Answer(answer, reply, None, stamp));
+        }
+        let verdict = match &request {
+            Request::Torque(pulse) => {
+                self.simulation.add_pulse(pulse).map(|when| (when, "")).map_err(|refused| refused.to_string())
+            }
+            Request::Control(action) => self.control(action),
+        };
+        let (answer, recorded) = match verdict {
+            Ok((Effective { step, sim_time_s }, reason)) => {
+                self.accepted += 1;
+                let answer = CommandReply {
+                    id,
+                    accepted: true,
+                    reason: reason.to_owned(),
+                    effective_step: step,
+                    effective_sim_time_s: sim_time_s,
+                };
+                self.memory.keep(&answer);
+                let recorded = applied(&answer, &request, &stamp);
+                (answer, Some(Box::new(recorded)))
+            }
+            Err(reason) => {
+                self.rejected += 1;
+                (CommandReply { id, accepted: false, reason, ..CommandReply::default() }, None)
+            }
+        };
+        match request {
+            Request::Control(action @ (control::Action::StartRecording(_) | control::Action::StopRecording(_))) => {
+                if matches!(action, control::Action::StartRecording(_)) {
+                    self.next_checkpoint_s = self.session_s();
+                }
+                self.send(Output::Recording(RecordingRequest { action, answer, reply, stamp }));
+            }
+            _ => self.send(Output::Answer(answer, reply, recorded, stamp)),
+        }
+    }
+
+    fn control(&mut self, action: &control::Action) -> Result<(Effective, &'static str), String> {
+        use control::Action;
+        let reason = match action {
+            Action::Pause(_) if self.paused => "was paused already",
+            Action::Pause(_) => self.pause(),
+            Action::Resume(_) if !self.paused => "was running already",
+            Action::Resume(_) => self.resume(),
+            Action::Step(_) if !self.paused => return Err("steps are counted only when paused: pause first".to_owned()),
+            Action::Step(wire::Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {
+                return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
+            }
+            Action::Step(wire::Steps { count }) => {
+                self.singles += count;
+                ""
+            }
+            Action::Reset(_) => self.reset()?,
+            Action::Stop(_) => {
+                self.stopping = true;
+                ""
+            }
+            Action::StartRecording(_) | Action::StopRecording(_) => "",
+        };
+        Ok((self.simulation.now(), reason))
+    }
+
+    fn pause(&mut self) -> &'static str {
+        self.paused = true;
+        self.next_status = Duration::ZERO;
+        ""
+    }
+
+    fn resume(&mut self) -> &'static str {
+        (self.paused, self.singles) = (false, 0);
+        self.pacer.anchor(self.clock.elapsed(), self.session_s());
+        self.next_status = Duration::ZERO;
+        ""
+    }
+
+    fn reset(&mut self) -> Result<&'static str, String> {
+        let session_s = self.session_s();
+        self.simulation.reset().map_err(|diverged| diverged.to_string())?;
+        self.session_before_epoch_s = session_s;
+        self.singles = 0;
+        self.pacer.anchor(self.clock.elapsed(), session_s);
+        self.next_checkpoint_s = session_s;
+        self.next_status = Duration::ZERO;
+        self.checkpoint_if_due();
+        self.publish();
+        Ok("")
+    }
+}
+
+/// The record of a command that took effect.
+fn applied(answer: &CommandReply, request: &Request, stamp: &Stamp) -> AppliedCommand {
+    let command = match request {
+        Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&answer.id, pulse)),
+        Request::Control(action) => {
+            applied_command::Command::Control(wire::Control { id: answer.id.clone(), action: Some(action.clone()) })
+        }
+    };
+    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(answer.clone()), command: Some(command) }
+}

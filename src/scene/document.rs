@@ -1,0 +1,167 @@
+//! A scene's text with overrides applied, and the way back from a key to the line it stands in.
+
+use std::ops::Range;
+
+use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
+
+use super::SceneError;
+
+/// The text of a scene, where it came from, and what the command line changed.
+pub(super) struct SceneText {
+    origin: String,
+    original: String,
+    overrides: Vec<(String, String)>,
+    /// The text in force: the original with the overrides written into it.
+    pub merged: String,
+}
+
+impl SceneText {
+    /// Applies `KEY=VALUE` overrides. VALUE is TOML; what is not TOML is taken as a string.
+    pub fn new(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| SceneError {
+            place: place_at(origin, text, error.span()),
+            key: String::new(),
+            value: None,
+            problem: format!("not TOML: {}", error.message()),
+        })?;
+        let mut applied = Vec::new();
+        for given in overrides {
+            let refuse = |problem: &str| SceneError {
+                place: format!("--set {given}"),
+                key: String::new(),
+                value: None,
+                problem: problem.to_owned(),
+            };
+            let (key, value) = given.split_once('=').ok_or_else(|| refuse("expected KEY=VALUE"))?;
+            let (key, value) = (key.trim(), value.trim());
+            let parsed = value.parse().unwrap_or_else(|_| Value::from(value));
+            set(document.as_item_mut(), key, parsed).map_err(|problem| refuse(&problem))?;
+            applied.push((key.to_owned(), value.to_owned()));
+        }
+        Ok(SceneText { origin: origin.to_owned(), original: text.to_owned(), overrides: applied, merged: document.to_string() })
+    }
+
+    /// Where `key` was given: `--set`, or file and line (of the nearest table that exists).
+    pub fn place(&self, key: &str) -> String {
+        if let Some((_, value)) = self.overrides.iter().rev().find(|(k, _)| k == key) {
+            return format!("--set {key}={value}");
+        }
+        let Ok(document) = Document::parse(self.original.as_str()) else { return self.origin.clone() };
+        let mut path: Vec<&str> = key.split('.').collect();
+        while !path.is_empty() {
+            if let Some(span) = key_span(document.as_item(), &path) {
+                return place_at(&self.origin, &self.original, Some(span));
+            }
+            path.pop();
+        }
+        self.origin.clone()
+    }
+
+    /// The value given for `key`, as written.
+    pub fn value(&self, key: &str) -> Option<String> {
+        let document = Document::parse(self.merged.as_str()).ok()?;
+        let item = key.split('.').try_fold(document.as_item(), |item, part| child(item, part))?;
+        let text = item.to_string();
+        (!item.is_table() && !item.is_array_of_tables()).then(|| text.trim().to_owned())
+    }
+
+    /// Whether `key` is given.
+    pub fn has(&self, key: &str) -> bool {
+        Document::parse(self.merged.as_str())
+            .is_ok_and(|document| key.split('.').try_fold(document.as_item(), |item, part| child(item, part)).is_some())
+    }
+
+    /// The dotted path of the innermost key or value that covers `offset` of the merged text.
+    pub fn path_at(&self, offset: usize) -> String {
+        let Ok(document) = Document::parse(self.merged.as_str()) else { return String::new() };
+        let mut path = Vec::new();
+        descend(document.as_item(), offset, &mut path);
+        path.join(".")
+    }
+}
+
+fn place_at(origin: &str, text: &str, span: Option<Range<usize>>) -> String {
+    match span {
+        Some(span) => format!("{origin}:{}", text[..span.start.min(text.len())].matches('\n').count() + 1),
+        None => origin.to_owned(),
+    }
+}
+
+fn child<'a>(item: &'a Item, part: &str) -> Option<&'a Item> {
+    match part.parse::<usize>() {
+        Ok(index) => item.get(index),
+        Err(_) => item.get(part),
+    }
+}
+
+/// Sets `path` (dotted, numbers index arrays of tables) in `item`, making tables on the way.
+fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
+    let mut parts = path.split('.').peekable();
+    while let Some(part) = parts.next() {
+        if part.is_empty() {
+            return Err("expected KEY=VALUE with a KEY such as rod.length_m".to_owned());
+        }
+        let indexed = part.parse::<usize>();
+        let next = match indexed {
+            Ok(index) => item.get_mut(index).ok_or_else(|| format!("there is no entry {index}; the first is 0"))?,
+            Err(_) => {
+                let table = item.as_table_like_mut().ok_or_else(|| format!("`{part}` is not in a table"))?;
+                if parts.peek().is_some() && !table.contains_key(part) {
+                    table.insert(part, toml_edit::table());
+                }
+                table.entry(part).or_insert(Item::None)
+            }
+        };
+        if parts.peek().is_none() {
+            *next = Item::Value(value);
+            return Ok(());
+        }
+        item = next;
+    }
+    Err("expected KEY=VALUE".to_owned())
+}
+
+fn key_span(item: &Item, path: &[&str]) -> Option<Range<usize>> {
+    let (last, parents) = path.split_last()?;
+    let parent = parents.iter().try_fold(item, |item, part| child(item, part))?;
+    let table = parent.as_table_like();
+    table
+        .and_then(|table| table.key(last).and_then(|key| key.span()).filter(|_| table.contains_key(last)))
+        .or_else(|| child(parent, last)?.span())
+}
+
+fn descend(item: &Item, offset: usize, path: &mut Vec<String>) {
+    let covers = |span: Option<Range<usize>>| span.is_some_and(|span| span.contains(&offset));
+    if let Some(tables) = item.as_array_of_tables() {
+        for (index, table) in tables.iter().enumerate() {
+            if covers(table.span()) || covers_entry(table, offset) {
+                path.push(index.to_string());
+                return descend_table(table, offset, path);
+            }
+        }
+    } else if let Some(table) = item.as_table_like() {
+        descend_table(table, offset, path);
+    }
+}
+
+fn descend_table(table: &dyn TableLike, offset: usize, path: &mut Vec<String>) {
+    for (name, item) in table.iter() {
+        let on_key = table.key(name).and_then(|key| key.span()).is_some_and(|span| span.contains(&offset));
+        let inside = item.span().is_some_and(|span| span.contains(&offset))
+            || item.as_table_like().is_some_and(|table| covers_entry(table, offset))
+            || item
+                .as_array_of_tables()
+                .is_some_and(|all| all.iter().any(|t| covers_entry(t, offset) || t.span().is_some_and(|s| s.contains(&offset))));
+        if on_key || inside {
+            path.push(name.to_owned());
+            return descend(item, offset, path);
+        }
+    }
+}
+
+fn covers_entry(table: &dyn TableLike, offset: usize) -> bool {
+    table.iter().any(|(name, item)| {
+        table.key(name).and_then(|key| key.span()).is_some_and(|span| span.contains(&offset))
+            || item.span().is_some_and(|span| span.contains(&offset))
+    })
+}

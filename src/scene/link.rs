@@ -1,0 +1,140 @@
+//! One link: length, and what it is made of.
+
+use std::f64::consts::PI;
+
+use super::{SceneError, raw, types::*, validate::Checker};
+
+const LENGTH_MAX_M: f64 = 1e6;
+const LENGTH_MIN_M: f64 = 1e-9;
+
+pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: ModelKind) -> Result<Link, SceneError> {
+    let key = |part: &str| format!("{}.{part}", name.as_str());
+    let length_m = check.number(&key("length_m"), raw.length_m, LENGTH_MIN_M, LENGTH_MAX_M)?;
+    let rigid = raw.rigid.unwrap_or(false);
+    let bar = bar(check, name, raw, rigid || model == ModelKind::Rigid)?;
+    let body = match (raw.mass_kg, bar) {
+        (Some(mass_kg), None) => lumped(check, name, raw, mass_kg, length_m)?,
+        (None, Some(bar)) => uniform(length_m, bar.mass_per_length_kg_per_m() * length_m),
+        (Some(_), Some(_)) => {
+            return Err(check.refuse(&key("mass_kg"), "give mass_kg, or section and density_kg_per_m3, not both"));
+        }
+        (None, None) => return Err(check.refuse(name.as_str(), "needs a section and density_kg_per_m3, or (rigid) mass_kg")),
+    };
+    Ok(Link {
+        name,
+        length_m,
+        bar,
+        rigid,
+        elements: check.count_or(&key("elements"), raw.elements, 1, 1, 1000)?,
+        modes: check.count_or(&key("modes"), raw.modes, 2, 1, 20)?,
+        axial: raw.axial.unwrap_or(false),
+        damping_s: check.number_or(&key("damping_s"), raw.damping_s, 0.0, 0.0, 1e6)?,
+        ..body
+    })
+}
+
+/// Mass, centre and inertia of a uniform bar; the rest is filled in by the caller.
+fn uniform(length_m: f64, mass_kg: f64) -> Link {
+    body(mass_kg, 0.5 * length_m, mass_kg * length_m * length_m / 12.0)
+}
+
+fn body(mass_kg: f64, centre_of_mass_m: f64, inertia_kg_m2: f64) -> Link {
+    Link {
+        name: LinkName::Beam,
+        length_m: 0.0,
+        mass_kg,
+        centre_of_mass_m,
+        inertia_kg_m2,
+        bar: None,
+        rigid: false,
+        elements: 1,
+        modes: 1,
+        axial: false,
+        damping_s: 0.0,
+    }
+}
+
+/// A rigid link given by its mass; centre and inertia are a uniform bar's unless given.
+fn lumped(check: &Checker, name: LinkName, raw: &raw::Link, mass_kg: f64, length_m: f64) -> Result<Link, SceneError> {
+    let key = |part: &str| format!("{}.{part}", name.as_str());
+    let mass_kg = check.number(&key("mass_kg"), mass_kg, 0.0, 1e9)?;
+    let bar = uniform(length_m, mass_kg);
+    Ok(body(
+        mass_kg,
+        check.number_or(&key("centre_of_mass_m"), raw.centre_of_mass_m, bar.centre_of_mass_m, -LENGTH_MAX_M, LENGTH_MAX_M)?,
+        check.number_or(&key("inertia_kg_m2"), raw.inertia_kg_m2, bar.inertia_kg_m2, 0.0, 1e12)?,
+    ))
+}
+
+/// Section and material; `None` where the link gives its mass instead, which only a rigid one may.
+fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<Option<Bar>, SceneError> {
+    let key = |part: &str| format!("{}.{part}", name.as_str());
+    if raw.mass_kg.is_some() {
+        if !rigid {
+            return Err(check.refuse(
+                &key("mass_kg"),
+                "only for a rigid link (rigid = true, or model \"rigid\"): a flexible one needs section and density_kg_per_m3",
+            ));
+        }
+        let sectional =
+            raw.section.is_some() || raw.area_m2.is_some() || raw.second_moment_m4.is_some() || raw.density_kg_per_m3.is_some();
+        if sectional {
+            return Err(check.refuse(&key("mass_kg"), "give mass_kg, or section and density_kg_per_m3, not both"));
+        }
+        return Ok(None);
+    }
+    for (part, value) in [("centre_of_mass_m", raw.centre_of_mass_m), ("inertia_kg_m2", raw.inertia_kg_m2)] {
+        if value.is_some() {
+            return Err(check.refuse(&key(part), "goes with mass_kg: a link with section and density_kg_per_m3 is a uniform bar"));
+        }
+    }
+    let (area_m2, second_moment_m4) = section(check, name, raw)?;
+    let missing = |part: &str| check.refuse(name.as_str(), format!("missing key `{part}`"));
+    let density = raw.density_kg_per_m3.ok_or_else(|| missing("density_kg_per_m3"))?;
+    let modulus = match raw.youngs_modulus_pa {
+        None if rigid => 0.0,
+        None => return Err(missing("youngs_modulus_pa")),
+        Some(modulus) => check.number(&key("youngs_modulus_pa"), modulus, 1.0, 1e18)?,
+    };
+    if !rigid && second_moment_m4.is_none() {
+        return Err(missing("second_moment_m4"));
+    }
+    Ok(Some(Bar {
+        area_m2,
+        second_moment_m4: second_moment_m4.unwrap_or(0.0),
+        density_kg_per_m3: check.number(&key("density_kg_per_m3"), density, 1e-6, 1e9)?,
+        youngs_modulus_pa: modulus,
+    }))
+}
+
+/// Area (m²) and second moment (m⁴), given or from the shape.
+fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<(f64, Option<f64>), SceneError> {
+    let key = |part: &str| format!("{}.{part}", name.as_str());
+    let size = |part: &str, value: f64| check.number(&key(&format!("section.{part}")), value, 1e-9, 1e3);
+    let Some(shape) = raw.section else {
+        let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), "missing key `area_m2` (or `section`)"))?;
+        let moment = raw.second_moment_m4.map(|moment| check.number(&key("second_moment_m4"), moment, 1e-30, 1e6)).transpose()?;
+        return Ok((check.number(&key("area_m2"), area, 1e-18, 1e6)?, moment));
+    };
+    if raw.area_m2.is_some() || raw.second_moment_m4.is_some() {
+        return Err(check.refuse(&key("section"), "give section, or area_m2 and second_moment_m4, not both"));
+    }
+    let (area, moment) = match shape {
+        raw::Section::Rectangle { width_m, height_m } => {
+            let (b, h) = (size("width_m", width_m)?, size("height_m", height_m)?);
+            (b * h, b * h.powi(3) / 12.0)
+        }
+        raw::Section::Round { diameter_m } => {
+            let d = size("diameter_m", diameter_m)?;
+            (PI * d * d / 4.0, PI * d.powi(4) / 64.0)
+        }
+        raw::Section::Tube { outer_m, inner_m } => {
+            let (outer, inner) = (size("outer_m", outer_m)?, size("inner_m", inner_m)?);
+            if inner >= outer {
+                return Err(check.refuse(&key("section.inner_m"), format!("must be smaller than outer_m = {outer:?}")));
+            }
+            (PI * (outer.powi(2) - inner.powi(2)) / 4.0, PI * (outer.powi(4) - inner.powi(4)) / 64.0)
+        }
+    };
+    Ok((area, Some(moment)))
+}

@@ -1,0 +1,77 @@
+//! What is asked for: a TOML file, checked once, becomes an immutable typed [`Scene`].
+//!
+//! ```
+//! use flexcrank::scene::SceneSource;
+//! let source = SceneSource::open("crank-slider", &["rod.length_m=1.2".to_owned()])?;
+//! assert_eq!(source.scene.chain.links[1].length_m, 1.2);
+//!
+//! let refused = SceneSource::open("crank-slider", &["rod.lenght_m=1.2".to_owned()]).unwrap_err();
+//! assert!(refused.to_string().contains("did you mean `length_m`?"));
+//! # Ok::<(), flexcrank::scene::SceneError>(())
+//! ```
+
+pub mod builtin;
+mod document;
+mod error;
+mod link;
+mod not_yet;
+mod parse;
+mod raw;
+mod types;
+mod validate;
+
+use std::path::Path;
+
+pub use error::SceneError;
+pub use types::*;
+pub use validate::{INTEGRATORS, MODELS, SHAPES};
+
+use document::SceneText;
+
+/// A validated scene and the text it came from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneSource {
+    /// The built-in name or file it was read from.
+    pub origin: String,
+    /// The TOML in force, overrides written into it.
+    pub text: String,
+    /// What it says.
+    pub scene: Scene,
+}
+
+impl SceneSource {
+    /// Reads and validates `name`, a built-in scene or a file, with `KEY=VALUE` overrides.
+    ///
+    /// # Errors
+    /// [`SceneError`] when there is no such scene, the file cannot be read, or anything in it is refused.
+    pub fn open(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        if let Some(scene) = builtin::BUILTIN.iter().find(|scene| scene.name == name) {
+            return Self::parse(name, scene.text, overrides);
+        }
+        let text = std::fs::read_to_string(Path::new(name)).map_err(|error| {
+            let names: Vec<&str> = builtin::BUILTIN.iter().map(|scene| scene.name).collect();
+            let hint = parse::nearest(name, &names).map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
+            SceneError {
+                place: name.to_owned(),
+                key: String::new(),
+                value: None,
+                problem: format!(
+                    "neither a built-in scene{hint} nor a readable file: {error}; `flexcrank scenes` lists the built-in ones"
+                ),
+            }
+        })?;
+        Self::parse(name, &text, overrides)
+    }
+
+    /// Validates `text`; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// [`SceneError`] when anything in it is refused.
+    pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let text = SceneText::new(origin, text, overrides)?;
+        let raw = parse::parse(&text)?;
+        not_yet::refuse(&text)?;
+        let scene = validate::validate(&raw, &text)?;
+        Ok(SceneSource { origin: origin.to_owned(), text: text.merged, scene })
+    }
+}

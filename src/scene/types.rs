@@ -1,0 +1,308 @@
+//! The validated scene: immutable, typed, SI units. Everything downstream reads this and nothing else.
+
+/// What one run simulates, as validated from a scene file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The chain of links, its end and its surroundings.
+    pub chain: Chain,
+    /// How the pivot is driven: torque (pulses, a constant) or prescribed motion.
+    pub drive: Drive,
+    /// Limits for commands that arrive while running.
+    pub commands: Commands,
+    /// Model, integrator and step.
+    pub solver: Solver,
+}
+
+/// One or two links in series: a pivot at the origin, links joined by a pin, an end that is free or slides on y = 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// The links from the pivot outwards: one (`[beam]`) or two (`[crank]`, `[rod]`).
+    pub links: Vec<Link>,
+    /// What the last link ends in.
+    pub end: End,
+    /// Torsion spring and damper between ground and the first link's tangent at the pivot.
+    pub base: Base,
+    /// Acceleration of gravity (x, y), m/s².
+    pub gravity_m_per_s2: [f64; 2],
+    /// The state at t = 0.
+    pub start: Start,
+}
+
+/// Which link of the chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LinkName {
+    /// The driven link of a crank-slider.
+    Crank,
+    /// The link between crank pin and slider pin.
+    Rod,
+    /// The only link of a one-link chain.
+    Beam,
+}
+
+impl LinkName {
+    /// The name in scene files and messages.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            LinkName::Crank => "crank",
+            LinkName::Rod => "rod",
+            LinkName::Beam => "beam",
+        }
+    }
+}
+
+/// One link: a straight, slender, uniform beam, or a rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Its name.
+    pub name: LinkName,
+    /// Undeformed length between its pins, m.
+    pub length_m: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Distance of the centre of mass from the link's first pin, along the link, m.
+    pub centre_of_mass_m: f64,
+    /// Moment of inertia about the centre of mass, kg·m². For a uniform bar `m L²/12` (no rotary inertia of the section).
+    pub inertia_kg_m2: f64,
+    /// Section and material where the scene gives them (a rigid link may do without).
+    pub bar: Option<Bar>,
+    /// Asked to be rigid, whatever the model.
+    pub rigid: bool,
+    /// Beam elements for models with a mesh; also the number of intervals between published nodes.
+    pub elements: usize,
+    /// Bending modes, for `modal`.
+    pub modes: usize,
+    /// Whether `modal` also carries axial flexibility.
+    pub axial: bool,
+    /// Stiffness-proportional damping: time constant c in σ = E (ε + c ε̇), s.
+    pub damping_s: f64,
+}
+
+/// Section and material of a uniform bar.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bar {
+    /// Section area, m².
+    pub area_m2: f64,
+    /// Second moment of area about the bending axis, m⁴.
+    pub second_moment_m4: f64,
+    /// Density, kg/m³.
+    pub density_kg_per_m3: f64,
+    /// Young's modulus, Pa.
+    pub youngs_modulus_pa: f64,
+}
+
+impl Bar {
+    /// Axial stiffness E A, N.
+    pub fn axial_stiffness_n(&self) -> f64 {
+        self.youngs_modulus_pa * self.area_m2
+    }
+    /// Bending stiffness E J, N·m².
+    pub fn bending_stiffness_nm2(&self) -> f64 {
+        self.youngs_modulus_pa * self.second_moment_m4
+    }
+    /// Mass per length ρ A, kg/m.
+    pub fn mass_per_length_kg_per_m(&self) -> f64 {
+        self.density_kg_per_m3 * self.area_m2
+    }
+}
+
+/// The chain's far end.
+#[derive(Debug, Clone, PartialEq)]
+pub enum End {
+    /// Free, with a point mass (0 for none).
+    Free {
+        /// Tip mass, kg.
+        tip_mass_kg: f64,
+    },
+    /// A slider on the line y = 0.
+    Slider(Slider),
+}
+
+/// The slider: its end of the rod is held on y = 0 by a frictionless guide, but for the viscous friction given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slider {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Resistance force along −x, N.
+    pub resistance: Resistance,
+    /// Viscous friction against its velocity, N·s/m.
+    pub friction_n_s_per_m: f64,
+}
+
+/// Resistance force on the slider, acting along −x when positive.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Resistance {
+    /// The same always, N.
+    Constant(f64),
+    /// Piecewise linear over the crank's chord angle modulo one revolution: `(angle_rad in [0, 2π), force_n)`, ascending, periodic.
+    Table(Vec<[f64; 2]>),
+}
+
+/// What stands between ground and the first link at the pivot.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Base {
+    /// Torsion spring, N·m/rad, unstressed at crank angle 0.
+    pub torsion_spring_nm_per_rad: f64,
+    /// Viscous damper, N·m·s/rad.
+    pub damper_nm_s_per_rad: f64,
+}
+
+/// State at t = 0: links straight, moving as rigid bodies; or bent as static equilibrium asks.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Start {
+    /// Crank angle from the x axis, counter-clockwise, rad.
+    pub angle_rad: f64,
+    /// Crank rate, rad/s.
+    pub rate_rad_per_s: f64,
+    /// Whether elastic deformation starts in static equilibrium with gravity, springs and constant loads (crank angle held).
+    pub static_equilibrium: bool,
+}
+
+/// What drives the first link's tangent at the pivot.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// Torque: a constant, and pulses that the scene fires by itself.
+    Torque {
+        /// Constant torque, N·m.
+        constant_nm: f64,
+        /// Pulses of the scene.
+        pulses: Vec<Pulse>,
+    },
+    /// Motion prescribed at the pivot's tangent (a rigid crank: the crank); the torque it needs is an output.
+    Motion(Motion),
+}
+
+/// A torque pulse at the pivot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pulse {
+    /// When it begins, s of simulated time.
+    pub start_s: f64,
+    /// Mean torque over its duration, N·m.
+    pub torque_nm: f64,
+    /// Its duration, s.
+    pub duration_s: f64,
+    /// Its shape.
+    pub shape: PulseShape,
+}
+
+/// Shape of a torque pulse; both deliver the angular impulse `torque_nm · duration_s`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PulseShape {
+    /// Constant at `torque_nm`.
+    Rectangular,
+    /// `torque_nm · (1 − cos(2π s / duration))`: peak twice the mean; does not ring every mode.
+    RaisedCosine,
+}
+
+/// Prescribed motion of the pivot's tangent.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Motion {
+    /// Constant speed from the start angle, rad/s.
+    Speed(f64),
+    /// From the start rate to `to_rad_per_s` over `over_s` by a half-cosine, then constant.
+    Ramp {
+        /// Final speed, rad/s.
+        to_rad_per_s: f64,
+        /// Duration of the change, s.
+        over_s: f64,
+    },
+    /// `(time_s, angle_rad)` ascending, interpolated by a natural cubic spline; the last rate goes on.
+    Table(Vec<[f64; 2]>),
+}
+
+/// Bounds for commands from outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Commands {
+    /// Largest |torque| a pulse may ask for, N·m.
+    pub torque_limit_nm: f64,
+    /// Most pulses that may be pending or acting at once.
+    pub pending_limit: usize,
+}
+
+/// How the scene is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solver {
+    /// Which model of the chain.
+    pub model: ModelKind,
+    /// Which integrator.
+    pub integrator: IntegratorKind,
+    /// Step, s.
+    pub step_s: f64,
+    /// The two-point method's weight ϑ, 0 to 1.
+    pub weight: f64,
+    /// Generalised-α's spectral radius at infinite frequency, 0 to 1.
+    pub rho_infinity: f64,
+    /// Newton's tolerance on the residual, relative to the forces at work.
+    pub tolerance: f64,
+    /// Most Newton iterations in one step.
+    pub max_iterations: usize,
+}
+
+/// The ladder of models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ModelKind {
+    /// Rigid links, one degree of freedom.
+    Rigid,
+    /// The thesis's incremental linear elements.
+    Incremental,
+    /// Floating frames with bending modes.
+    Modal,
+    /// Nonlinear beam elements.
+    FiniteElement,
+}
+
+/// The integrators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum IntegratorKind {
+    /// The two-point method with weight ϑ.
+    TwoPoint,
+    /// Generalised-α (Chung & Hulbert 1993).
+    GeneralizedAlpha,
+    /// Classical explicit Runge–Kutta, fourth order.
+    RungeKutta,
+}
+
+impl ModelKind {
+    /// The word in scene files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            ModelKind::Rigid => "rigid",
+            ModelKind::Incremental => "incremental",
+            ModelKind::Modal => "modal",
+            ModelKind::FiniteElement => "finite-element",
+        }
+    }
+
+    /// The integrators that suit the model, the usual one first.
+    pub fn integrators(self) -> &'static [IntegratorKind] {
+        use IntegratorKind::{GeneralizedAlpha, RungeKutta, TwoPoint};
+        match self {
+            ModelKind::Rigid => &[RungeKutta, TwoPoint, GeneralizedAlpha],
+            ModelKind::Incremental => &[TwoPoint],
+            ModelKind::Modal => &[GeneralizedAlpha, TwoPoint, RungeKutta],
+            ModelKind::FiniteElement => &[GeneralizedAlpha, TwoPoint],
+        }
+    }
+
+    /// What a scene that names no integrator gets.
+    pub fn usual_integrator(self) -> IntegratorKind {
+        self.integrators()[0]
+    }
+}
+
+impl IntegratorKind {
+    /// The word in scene files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            IntegratorKind::TwoPoint => "two-point",
+            IntegratorKind::GeneralizedAlpha => "generalized-alpha",
+            IntegratorKind::RungeKutta => "runge-kutta",
+        }
+    }
+}
+
+impl Solver {
+    /// Whether steps are solved by iteration.
+    pub fn iterates(&self) -> bool {
+        self.model != ModelKind::Incremental && self.integrator != IntegratorKind::RungeKutta
+    }
+}

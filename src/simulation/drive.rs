@@ -1,0 +1,136 @@
+//! What drives the pivot: torque, held at its mean over each step, or a prescribed motion.
+
+use std::f64::consts::PI;
+
+use crate::mechanics::Input;
+use crate::scene::{Drive, Motion, Start};
+
+/// The drive as the models see it at any instant of the present step.
+#[derive(Debug, Clone)]
+pub(super) struct DriveLaw {
+    /// Mean torque over the present step, N·m.
+    pub torque_nm: f64,
+    motion: Option<MotionLaw>,
+}
+
+/// A prescribed angle as a function of time.
+#[derive(Debug, Clone)]
+enum MotionLaw {
+    Speed {
+        start_rad: f64,
+        speed: f64,
+    },
+    Ramp {
+        start_rad: f64,
+        from: f64,
+        to: f64,
+        over_s: f64,
+    },
+    /// Rows `(time, angle, second derivative)` of a natural cubic spline.
+    Spline(Vec<[f64; 3]>),
+}
+
+impl DriveLaw {
+    pub(super) fn new(drive: &Drive, start: &Start) -> Self {
+        let motion = match drive {
+            Drive::Torque { .. } => None,
+            Drive::Motion(motion) => Some(MotionLaw::new(motion, start)),
+        };
+        DriveLaw { torque_nm: 0.0, motion }
+    }
+
+    pub(super) fn is_motion(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    pub(super) fn input(&self, t_s: f64) -> Input {
+        Input { torque_nm: self.torque_nm, motion: self.motion.as_ref().map(|law| law.at(t_s)) }
+    }
+}
+
+impl MotionLaw {
+    fn new(motion: &Motion, start: &Start) -> Self {
+        let (start_rad, from) = (start.angle_rad, start.rate_rad_per_s);
+        match motion {
+            Motion::Speed(speed) => MotionLaw::Speed { start_rad, speed: *speed },
+            Motion::Ramp { to_rad_per_s, over_s } => MotionLaw::Ramp { start_rad, from, to: *to_rad_per_s, over_s: *over_s },
+            Motion::Table(rows) => MotionLaw::Spline(natural_spline(rows)),
+        }
+    }
+
+    /// Angle (rad), rate and acceleration at a time.
+    fn at(&self, t_s: f64) -> [f64; 3] {
+        match self {
+            MotionLaw::Speed { start_rad, speed } => [start_rad + speed * t_s, *speed, 0.0],
+            MotionLaw::Ramp { start_rad, from, to, over_s } => {
+                // ω = from + (to − from)(1 − cos πs)/2 with s = t/over up to 1.
+                let (s, rise) = ((t_s / over_s).min(1.0), to - from);
+                let turned =
+                    from * t_s + 0.5 * rise * (s * over_s - over_s / PI * (PI * s).sin()) + rise * (t_s - over_s).max(0.0);
+                let bend = if s < 1.0 { 0.5 * rise * PI / over_s * (PI * s).sin() } else { 0.0 };
+                [start_rad + turned, from + 0.5 * rise * (1.0 - (PI * s).cos()), bend]
+            }
+            MotionLaw::Spline(rows) => spline_at(rows, t_s),
+        }
+    }
+}
+
+/// Second derivatives of the natural cubic spline through `(x, y)` rows, by the tridiagonal system
+/// `h₀ m₀ + 2 (h₀ + h₁) m₁ + h₁ m₂ = 6 (slope₁ − slope₀)` with zero at both ends.
+fn natural_spline(rows: &[[f64; 2]]) -> Vec<[f64; 3]> {
+    let n = rows.len();
+    let mut spline: Vec<[f64; 3]> = rows.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
+    let mut upper = vec![0.0; n];
+    for i in 1..n.saturating_sub(1) {
+        let (h0, h1) = (rows[i][0] - rows[i - 1][0], rows[i + 1][0] - rows[i][0]);
+        let bend = 6.0 * ((rows[i + 1][1] - rows[i][1]) / h1 - (rows[i][1] - rows[i - 1][1]) / h0);
+        let pivot = 2.0 * (h0 + h1) - h0 * upper[i - 1];
+        upper[i] = h1 / pivot;
+        spline[i][2] = (bend - h0 * spline[i - 1][2]) / pivot;
+    }
+    for i in (1..n.saturating_sub(1)).rev() {
+        spline[i][2] -= upper[i] * spline[i + 1][2];
+    }
+    spline
+}
+
+/// Value, slope and second derivative; beyond either end the last slope goes on.
+fn spline_at(rows: &[[f64; 3]], t_s: f64) -> [f64; 3] {
+    let last = rows.len() - 1;
+    let within = t_s.clamp(rows[0][0], rows[last][0]);
+    let i = rows.partition_point(|row| row[0] <= within).clamp(1, last);
+    let ([x0, y0, m0], [x1, y1, m1]) = (rows[i - 1], rows[i]);
+    let (h, u, w) = (x1 - x0, x1 - within, within - x0);
+    let value = (m0 * u.powi(3) + m1 * w.powi(3)) / (6.0 * h) + (y0 / h - m0 * h / 6.0) * u + (y1 / h - m1 * h / 6.0) * w;
+    let slope = (m1 * w * w - m0 * u * u) / (2.0 * h) + (y1 - y0) / h - (m1 - m0) * h / 6.0;
+    let beyond = t_s - within;
+    let bend = if beyond == 0.0 { (m0 * u + m1 * w) / h } else { 0.0 };
+    [value + slope * beyond, slope, bend]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_motions_are_consistent_with_their_derivatives() {
+        let start = Start { angle_rad: 0.3, rate_rad_per_s: 2.0, static_equilibrium: false };
+        let motions = [
+            Motion::Speed(5.0),
+            Motion::Ramp { to_rad_per_s: -7.0, over_s: 0.8 },
+            Motion::Table(vec![[0.0, 0.3], [0.4, 1.0], [0.9, 0.2], [1.5, 2.0]]),
+        ];
+        let h = 1e-4;
+        for motion in motions {
+            let law = MotionLaw::new(&motion, &start);
+            assert!((law.at(0.0)[0] - 0.3).abs() < 1e-15);
+            for t in [0.05, 0.3, 0.65, 1.2, 1.7] {
+                let (before, here, after) = (law.at(t - h), law.at(t), law.at(t + h));
+                for k in [0, 1] {
+                    let difference = (after[k] - before[k]) / (2.0 * h);
+                    assert!((difference - here[k + 1]).abs() < 1e-5, "{motion:?} at {t}: {difference} {here:?}");
+                }
+            }
+        }
+    }
+}

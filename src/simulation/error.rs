@@ -1,0 +1,55 @@
+//! Why a simulation could not be built, or stopped.
+
+use crate::integrate::StepError;
+
+/// The scene asks for what its model cannot compute.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the {model} model cannot compute this scene: {why}")]
+pub struct BuildError {
+    /// The model asked for.
+    pub model: &'static str,
+    /// What stands against it.
+    pub why: &'static str,
+}
+
+/// The simulation stopped; its last good state is still there.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("diverged in step {step} at t = {sim_time_s} s (energy {energy_j:.6} J before it): {cause}")]
+pub struct Diverged {
+    /// The step that failed.
+    pub step: u64,
+    /// Simulated time at which it began, s.
+    pub sim_time_s: f64,
+    /// Energy in the last good state, J.
+    pub energy_j: f64,
+    /// What went wrong.
+    pub cause: StepError,
+}
+
+/// A torque pulse was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PulseRefused {
+    /// A number is NaN or infinite.
+    #[error("torque, duration and delay must be finite numbers")]
+    NotFinite,
+    /// Too short, too long, or negative.
+    #[error("duration_s = {0} is not allowed: above 0, at most 3600 s")]
+    Duration(f64),
+    /// Negative or too far off.
+    #[error("delay_s = {0} is not allowed: 0 to 3600 s")]
+    Delay(f64),
+    /// Over the scene's limit.
+    #[error("|torque_nm| = {torque_nm} is over the scene's limit of {limit_nm} N·m (commands.torque_limit_nm)")]
+    Torque {
+        /// What was asked for, N·m.
+        torque_nm: f64,
+        /// The limit, N·m.
+        limit_nm: f64,
+    },
+    /// Too many pulses wait or act.
+    #[error("{0} pulses are waiting or acting already (commands.pending_limit)")]
+    Pending(usize),
+    /// The scene prescribes the motion.
+    #[error("the scene prescribes the crank's motion ([drive]): torque has no effect")]
+    MotionPrescribed,
+}

@@ -1,0 +1,109 @@
+//! Models that are second-order systems, advanced by one of the integrators.
+
+use super::drive::DriveLaw;
+use super::engine::{Engine, Ledger};
+use crate::integrate::{Effort, Integrator, Singular, State, StepError, System, Weights, solve_acceleration};
+use crate::mechanics::{self, Mechanism, Observation};
+
+/// A mechanism, its integrator and their state.
+pub(super) struct Integrated<M> {
+    mechanism: M,
+    integrator: Integrator,
+    state: State,
+    start: State,
+    before: State,
+    middle: State,
+}
+
+/// A mechanism under a drive, as the integrators see it.
+struct Driven<'a, M> {
+    mechanism: &'a mut M,
+    law: &'a DriveLaw,
+}
+
+impl<M: Mechanism> System for Driven<'_, M> {
+    fn degrees_of_freedom(&self) -> usize {
+        self.mechanism.degrees_of_freedom()
+    }
+    #[inline]
+    fn residual(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
+        self.mechanism.residual(&self.law.input(t_s), q, v, a, r);
+    }
+    fn residual_size(&self, r: &[f64]) -> f64 {
+        self.mechanism.residual_size(r)
+    }
+    #[inline]
+    fn factor(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
+        let weights = mechanics::Weights { acceleration: w.acceleration, velocity: w.velocity, position: w.position };
+        self.mechanism.factor(&self.law.input(t_s), q, v, a, weights).map_err(|mechanics::Singular| Singular)
+    }
+    fn solve(&mut self, x: &mut [f64]) {
+        self.mechanism.solve(x);
+    }
+}
+
+impl<M: Mechanism> Integrated<M> {
+    pub(super) fn new(mut mechanism: M, integrator: Integrator, law: &DriveLaw) -> Self {
+        let n = mechanism.degrees_of_freedom();
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        mechanism.start(&law.input(0.0), &mut q, &mut v);
+        let start = State::new(q, v);
+        Integrated { mechanism, integrator, state: start.clone(), before: start.clone(), middle: start.clone(), start }
+    }
+
+    /// Work of the step by Simpson's rule, its middle state by cubic Hermite interpolation:
+    /// `q_m = (q₀ + q₁)/2 + h (v₀ − v₁)/8`, `v_m = 3 (q₁ − q₀)/(2h) − (v₀ + v₁)/4`. Exact where power is a constant times a
+    /// rate, as a torque's is; otherwise of fourth order.
+    fn work(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Ledger {
+        let Integrated { mechanism, state: after, before, middle, .. } = self;
+        for i in 0..middle.q.len() {
+            let (q0, q1, v0, v1) = (before.q[i], after.q[i], before.v[i], after.v[i]);
+            middle.q[i] = 0.5 * (q0 + q1) + 0.125 * h_s * (v0 - v1);
+            middle.v[i] = 1.5 * (q1 - q0) / h_s - 0.25 * (v0 + v1);
+        }
+        let mut power = |t_s: f64, at: &State| mechanism.power(&law.input(t_s), &at.q, &at.v, &after.a);
+        let first = power(t_s, before);
+        let halfway = power(t_s + 0.5 * h_s, middle);
+        let last = power(t_s + h_s, after);
+        [0, 1].map(|k| h_s * (first[k] + 4.0 * halfway[k] + last[k]) / 6.0)
+    }
+}
+
+impl<M: Mechanism> Engine for Integrated<M> {
+    fn reset(&mut self) {
+        self.state.clone_from(&self.start);
+    }
+
+    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<(Effort, Ledger), StepError> {
+        self.before.q.copy_from_slice(&self.state.q);
+        self.before.v.copy_from_slice(&self.state.v);
+        let mut system = Driven { mechanism: &mut self.mechanism, law };
+        let effort = self.integrator.step(&mut system, t_s, h_s, &mut self.state)?;
+        Ok((effort, self.work(law, t_s, h_s)))
+    }
+
+    fn observe(&mut self, law: &DriveLaw, t_s: f64, out: &mut Observation) -> Result<(), StepError> {
+        let State { q, v, .. } = &self.state;
+        let (acceleration, scratch) = (&mut self.middle.a, &mut self.middle.alpha);
+        solve_acceleration(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, q, v, acceleration, scratch)?;
+        self.mechanism.observe(&law.input(t_s), q, v, acceleration, out);
+        Ok(())
+    }
+
+    fn save(&self, out: &mut Vec<f64>) {
+        let State { q, v, a, alpha, residual } = &self.state;
+        [q, v, a, alpha, residual].iter().for_each(|part| out.extend_from_slice(part));
+    }
+
+    fn restore(&mut self, saved: &[f64]) -> bool {
+        let n = self.state.q.len();
+        if saved.len() != 5 * n {
+            return false;
+        }
+        let State { q, v, a, alpha, residual } = &mut self.state;
+        for (part, saved) in [q, v, a, alpha, residual].into_iter().zip(saved.chunks_exact(n.max(1))) {
+            part.copy_from_slice(saved);
+        }
+        true
+    }
+}

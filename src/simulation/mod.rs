@@ -1,0 +1,308 @@
+//! A scene in motion: commands between steps, a step, an observation. No clock but its own, no I/O; the same scene and the
+//! same commands at the same steps give the same bits.
+//!
+//! ```
+//! use flexcrank::{scene::SceneSource, simulation::Simulation};
+//! let source = SceneSource::open("crank-slider", &[])?;
+//! let mut simulation = Simulation::new(&source.scene)?;
+//! for _ in 0..100 {
+//!     simulation.step()?;
+//! }
+//! assert!((simulation.time_s() - 0.1).abs() < 1e-15);
+//! assert!(simulation.observe()?.links[0].rate_rad_per_s > 10.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod build;
+mod drive;
+mod engine;
+mod error;
+mod incremental;
+mod integrated;
+mod pulses;
+mod sample;
+
+pub use error::{BuildError, Diverged, PulseRefused};
+pub use pulses::Pulses;
+pub use sample::{Sample, Stamp};
+
+use crate::integrate::{Effort, StepError};
+use crate::mechanics::{Energy, Observation};
+use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
+use drive::DriveLaw;
+use engine::Engine;
+
+/// Longest duration and longest delay of a commanded pulse, s.
+const HOUR_S: f64 = 3600.0;
+
+/// A pulse asked for from outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PulseRequest {
+    /// Mean torque, N·m.
+    pub torque_nm: f64,
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Simulated time from now to its start, s.
+    pub delay_s: f64,
+    /// Shape.
+    pub shape: PulseShape,
+}
+
+/// When a command takes effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effective {
+    /// The first step that feels it.
+    pub step: u64,
+    /// Simulated time at which it begins, s.
+    pub sim_time_s: f64,
+}
+
+/// Energy and work since the epoch began.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct EnergyLedger {
+    /// Energies now, J.
+    pub energy: Energy,
+    /// Work put in by torque, motion and resistance, J.
+    pub work_in_j: f64,
+    /// Work dissipated, J.
+    pub dissipated_j: f64,
+    /// Energy now − energy at the start − work put in + work dissipated, J.
+    pub balance_error_j: f64,
+}
+
+/// Everything needed to go on from where the simulation is, alike to the bit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// Steps since the epoch began.
+    pub step: u64,
+    /// The epoch.
+    pub epoch: u64,
+    /// Coordinates, velocities and what else the integrator carries, in the model's own order.
+    pub state: Vec<f64>,
+    /// Pulses that wait or act.
+    pub pulses: Vec<Pulse>,
+    /// Work put in and dissipated so far, J.
+    pub work_j: [f64; 2],
+}
+
+/// A scene in motion.
+pub struct Simulation {
+    engine: Box<dyn Engine>,
+    law: DriveLaw,
+    constant_nm: f64,
+    own_pulses: Vec<Pulse>,
+    commands: Commands,
+    step_s: f64,
+    step: u64,
+    epoch: u64,
+    pulses: Pulses,
+    effort: Effort,
+    iterates: bool,
+    work_j: [f64; 2],
+    start_energy_j: f64,
+    impulse_nm_s: f64,
+    impulse_over_s: f64,
+    observation: Observation,
+}
+
+impl Simulation {
+    /// Builds the scene's model at t = 0.
+    ///
+    /// # Errors
+    /// [`BuildError`] when the model cannot compute the scene.
+    pub fn new(scene: &Scene) -> Result<Self, BuildError> {
+        let law = DriveLaw::new(&scene.drive, &scene.chain.start);
+        let (constant_nm, own_pulses) = match &scene.drive {
+            Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
+            Drive::Motion(_) => (0.0, Vec::new()),
+        };
+        let mut simulation = Simulation {
+            engine: build::engine(scene, &law)?,
+            law,
+            constant_nm,
+            pulses: Pulses::with_capacity(scene.commands.pending_limit + own_pulses.len()),
+            own_pulses,
+            commands: scene.commands,
+            step_s: scene.solver.step_s,
+            step: 0,
+            epoch: 0,
+            effort: Effort::default(),
+            iterates: scene.solver.iterates(),
+            work_j: [0.0; 2],
+            start_energy_j: 0.0,
+            impulse_nm_s: 0.0,
+            impulse_over_s: 0.0,
+            observation: build::observation(scene),
+        };
+        simulation
+            .begin()
+            .map_err(|_| BuildError { model: scene.solver.model.as_str(), why: "its start has no finite accelerations" })?;
+        Ok(simulation)
+    }
+
+    fn begin(&mut self) -> Result<(), Diverged> {
+        self.engine.reset();
+        self.step = 0;
+        self.work_j = [0.0; 2];
+        self.pulses.clear();
+        for pulse in &self.own_pulses {
+            self.pulses.push(*pulse);
+        }
+        self.law.torque_nm = 0.0;
+        self.take_mean_torque_nm();
+        self.observe()?;
+        self.start_energy_j = total_j(&self.observation.energy);
+        Ok(())
+    }
+
+    /// Back to t = 0 with the scene's own pulses; raises the epoch.
+    ///
+    /// # Errors
+    /// None in practice: the same start was observed when the simulation was built.
+    pub fn reset(&mut self) -> Result<(), Diverged> {
+        self.epoch += 1;
+        self.begin()
+    }
+
+    /// Steps since the epoch began.
+    pub fn step_count(&self) -> u64 {
+        self.step
+    }
+
+    /// Resets so far.
+    pub fn epoch(&self) -> u64 {
+        self.epoch
+    }
+
+    /// Size of a step, s.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// Simulated time, s: steps times step size, never accumulated.
+    pub fn time_s(&self) -> f64 {
+        self.step as f64 * self.step_s
+    }
+
+    /// Newton iterations of the last step; `None` with a scheme that does not iterate.
+    pub fn newton_iterations(&self) -> Option<u32> {
+        self.iterates.then_some(self.effort.newton_iterations)
+    }
+
+    /// Pulses that wait or act.
+    pub fn pulses_pending(&self) -> usize {
+        self.pulses.len()
+    }
+
+    /// Takes a pulse in before the next step.
+    ///
+    /// # Errors
+    /// [`PulseRefused`] when a number is out of range or too many pulses are pending; nothing is changed then.
+    pub fn add_pulse(&mut self, request: &PulseRequest) -> Result<Effective, PulseRefused> {
+        let PulseRequest { torque_nm, duration_s, delay_s, shape } = *request;
+        if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
+            return Err(PulseRefused::NotFinite);
+        }
+        if self.law.is_motion() {
+            return Err(PulseRefused::MotionPrescribed);
+        }
+        if !(duration_s > 0.0 && duration_s <= HOUR_S) {
+            return Err(PulseRefused::Duration(duration_s));
+        }
+        if !(0.0..=HOUR_S).contains(&delay_s) {
+            return Err(PulseRefused::Delay(delay_s));
+        }
+        let limit_nm = self.commands.torque_limit_nm;
+        if torque_nm.abs() > limit_nm {
+            return Err(PulseRefused::Torque { torque_nm, limit_nm });
+        }
+        if self.pulses.len() >= self.commands.pending_limit {
+            return Err(PulseRefused::Pending(self.pulses.len()));
+        }
+        let start_s = self.time_s() + delay_s;
+        self.pulses.push(Pulse { start_s, torque_nm, duration_s, shape });
+        let waits = (delay_s / self.step_s).floor() as u64;
+        Ok(Effective { step: self.step + waits + 1, sim_time_s: start_s })
+    }
+
+    /// When a command that is applied now takes effect.
+    pub fn now(&self) -> Effective {
+        Effective { step: self.step + 1, sim_time_s: self.time_s() }
+    }
+
+    /// Advances by one step.
+    ///
+    /// # Errors
+    /// [`Diverged`] when the step could not be taken; the last good state stays.
+    pub fn step(&mut self) -> Result<(), Diverged> {
+        let (from_s, to_s) = (self.time_s(), (self.step + 1) as f64 * self.step_s);
+        self.law.torque_nm = self.constant_nm + self.pulses.mean_nm(from_s, to_s);
+        let (effort, work_j) = self.engine.step(&self.law, from_s, self.step_s).map_err(|cause| self.diverged(cause))?;
+        self.step += 1;
+        self.effort = effort;
+        self.work_j[0] += work_j[0];
+        self.work_j[1] += work_j[1];
+        self.impulse_nm_s += self.law.torque_nm * self.step_s;
+        self.impulse_over_s += self.step_s;
+        self.pulses.retire(to_s);
+        Ok(())
+    }
+
+    fn diverged(&self, cause: StepError) -> Diverged {
+        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: total_j(&self.observation.energy), cause }
+    }
+
+    /// Mean torque since this was last asked (or the epoch began), N·m.
+    pub fn take_mean_torque_nm(&mut self) -> f64 {
+        let mean = if self.impulse_over_s > 0.0 { self.impulse_nm_s / self.impulse_over_s } else { 0.0 };
+        (self.impulse_nm_s, self.impulse_over_s) = (0.0, 0.0);
+        mean
+    }
+
+    /// Looks at the present state.
+    ///
+    /// # Errors
+    /// [`Diverged`] when accelerations cannot be solved for, or a number is not finite.
+    pub fn observe(&mut self) -> Result<&Observation, Diverged> {
+        let time_s = self.time_s();
+        self.engine.observe(&self.law, time_s, &mut self.observation).map_err(|cause| self.diverged(cause))?;
+        Ok(&self.observation)
+    }
+
+    /// What was observed last.
+    pub fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    /// Energies as last observed, and works.
+    pub fn ledger(&self) -> EnergyLedger {
+        let energy = self.observation.energy;
+        let [work_in_j, dissipated_j] = self.work_j;
+        let balance_error_j = total_j(&energy) - self.start_energy_j - work_in_j + dissipated_j;
+        EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j }
+    }
+
+    /// Everything needed to go on from here.
+    pub fn checkpoint(&self) -> Checkpoint {
+        let mut state = Vec::new();
+        self.engine.save(&mut state);
+        let pulses = self.pulses.iter().copied().collect();
+        Checkpoint { step: self.step, epoch: self.epoch, state, pulses, work_j: self.work_j }
+    }
+
+    /// Goes back (or on) to a checkpoint of the same scene; `false`, and nothing changed, when it does not fit.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> bool {
+        if !self.engine.restore(&checkpoint.state) {
+            return false;
+        }
+        (self.step, self.epoch, self.work_j) = (checkpoint.step, checkpoint.epoch, checkpoint.work_j);
+        self.pulses.clear();
+        checkpoint.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
+        self.take_mean_torque_nm();
+        true
+    }
+}
+
+fn total_j(energy: &Energy) -> f64 {
+    energy.kinetic_j + energy.strain_j.unwrap_or(0.0) + energy.potential_j.unwrap_or(0.0)
+}

@@ -1,0 +1,31 @@
+//! One sample of a running simulation, ready to be sent.
+
+use std::time::SystemTime;
+
+use crate::mechanics::Observation;
+
+/// When a sample was true.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stamp {
+    /// Steps since the epoch began.
+    pub step: u64,
+    /// Resets so far.
+    pub epoch: u64,
+    /// Simulated time since the epoch began, s.
+    pub sim_time_s: f64,
+    /// Simulated time since the session began, through all resets, s.
+    pub session_s: f64,
+    /// Wall clock.
+    pub wall: SystemTime,
+}
+
+/// State of the mechanism at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// When.
+    pub stamp: Stamp,
+    /// Mean driving torque since the sample before, N·m; of a prescribed motion, the torque it needs now.
+    pub driving_torque_nm: f64,
+    /// What the model tells.
+    pub observation: Observation,
+}

@@ -1,0 +1,105 @@
+//! Samples as messages.
+
+use std::f64::consts::TAU;
+use std::time::SystemTime;
+
+use super::{Angles, Displacements, ElementForce, JointForce, LinkAngle, Loads, NodeState};
+use crate::mechanics::{LinkObservation, Observation};
+use crate::scene::Chain;
+use crate::simulation::{Sample, Stamp};
+
+/// Turns samples into messages: knows the links' names and where everything was at the start.
+#[derive(Debug, Clone)]
+pub struct Telemetry {
+    names: Vec<&'static str>,
+    start: Observation,
+}
+
+/// A time as protobuf writes it.
+pub fn timestamp(time: SystemTime) -> prost_types::Timestamp {
+    time.into()
+}
+
+/// A stamp as protobuf writes it.
+pub fn stamp(stamp: &Stamp) -> super::Stamp {
+    super::Stamp { step: stamp.step, sim_time_s: stamp.sim_time_s, wall_time: Some(timestamp(stamp.wall)), epoch: stamp.epoch }
+}
+
+impl Telemetry {
+    /// For a chain whose state at the start is `start`.
+    pub fn new(chain: &Chain, start: &Observation) -> Self {
+        Telemetry { names: chain.links.iter().map(|link| link.name.as_str()).collect(), start: start.clone() }
+    }
+
+    fn links<'a>(&'a self, sample: &'a Sample) -> impl Iterator<Item = (&'static str, &'a LinkObservation, &'a LinkObservation)> {
+        let pairs = sample.observation.links.iter().zip(&self.start.links);
+        self.names.iter().zip(pairs).map(|(name, (now, start))| (*name, now, start))
+    }
+
+    /// State of every node of every link.
+    pub fn displacements(&self, sample: &Sample) -> Displacements {
+        let mut nodes = Vec::new();
+        for (link, now, start) in self.links(sample) {
+            for (index, (node, was)) in (0..).zip(now.nodes.iter().zip(&start.nodes)) {
+                let ([x_m, y_m], [vx, vy]) = (node.position_m, node.velocity_m_per_s);
+                nodes.push(NodeState {
+                    link: link.to_owned(),
+                    index,
+                    x_m,
+                    y_m,
+                    dx_m: x_m - was.position_m[0],
+                    dy_m: y_m - was.position_m[1],
+                    vx_m_per_s: vx,
+                    vy_m_per_s: vy,
+                    rotation_rad: node.rotation_rad,
+                    deflection_m: node.deflection_m,
+                });
+            }
+        }
+        Displacements { stamp: Some(stamp(&sample.stamp)), nodes }
+    }
+
+    /// Angle of every link.
+    pub fn angles(&self, sample: &Sample) -> Angles {
+        let angle = |(link, now, start): (&str, &LinkObservation, &LinkObservation)| LinkAngle {
+            link: link.to_owned(),
+            chord_rad: now.chord_rad,
+            rate_rad_per_s: now.rate_rad_per_s,
+            acceleration_rad_per_s2: now.acceleration_rad_per_s2,
+            start_rotation_rad: now.nodes.first().and_then(|node| node.rotation_rad),
+            end_rotation_rad: now.nodes.last().and_then(|node| node.rotation_rad),
+            revolutions: ((now.chord_rad - start.chord_rad) / TAU).trunc() as i64,
+        };
+        Angles { stamp: Some(stamp(&sample.stamp)), links: self.links(sample).map(angle).collect() }
+    }
+
+    /// Loads, joint forces and internal forces.
+    pub fn loads(&self, sample: &Sample) -> Loads {
+        let seen = &sample.observation;
+        let joints = [("pivot", seen.pivot_n), ("crank-pin", seen.crank_pin_n), ("slider-pin", seen.slider_pin_n)];
+        let joint = |(joint, force): (&str, Option<[f64; 2]>)| {
+            force.map(|[fx_n, fy_n]| JointForce { joint: joint.to_owned(), fx_n, fy_n })
+        };
+        let mut elements = Vec::new();
+        for (link, now, _) in self.links(sample) {
+            for (index, forces) in (0..).zip(&now.elements) {
+                elements.push(ElementForce {
+                    link: link.to_owned(),
+                    index,
+                    axial_n: forces.axial_n,
+                    shear_n: forces.shear_n,
+                    moment_start_nm: forces.moment_start_nm,
+                    moment_end_nm: forces.moment_end_nm,
+                });
+            }
+        }
+        Loads {
+            stamp: Some(stamp(&sample.stamp)),
+            driving_torque_nm: sample.driving_torque_nm,
+            resistance_n: seen.resistance_n,
+            guide_force_n: seen.guide_n,
+            joints: joints.into_iter().filter_map(joint).collect(),
+            elements,
+        }
+    }
+}
