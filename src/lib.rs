@@ -4,10 +4,13 @@
 //! Layers, an arrow means *depends on*: `cli → {service} → {bus, recording, runtime} → {wire, simulation} →
 //! {integrate, mechanics} → scene`; `integrate` and `mechanics` don't know each other.
 
+pub mod bus;
+pub mod cli;
 pub mod integrate;
 pub mod mechanics;
 pub mod recording;
 pub mod runtime;
 pub mod scene;
+pub mod service;
 pub mod simulation;
 pub mod wire;

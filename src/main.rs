@@ -1,1 +1,7 @@
-fn main() {}
+//! The `flexcrank` program.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    flexcrank::cli::main()
+}

@@ -1,8 +1,21 @@
 //! Time integrators, one file a scheme. They know nothing of beams: only a [`System`] `r(t, q, q̇, q̈) = 0`.
 //!
 //! A step is transactional (on `Err` the state is as it was), allocates nothing, and depends on nothing but its arguments, so
-//! that a run resumed from a copied [`State`] goes on bit for bit. A load that the owner holds constant during a step (a torque
-//! pulse's mean over it) delivers exactly load × step, in that step, with every scheme.
+//! that a run resumed from a copied [`State`] goes on bit for bit. The step is meant to stay the same from one to the next.
+//!
+//! A load that the owner holds constant during a step (a torque pulse's mean over it) delivers exactly load × step: within that
+//! step by [`TwoPoint`] and [`RungeKutta`], spread over the next few by [`GeneralizedAlpha`].
+//!
+//! | scheme | order | for |
+//! |---|---|---|
+//! | [`GeneralizedAlpha`] | 2 | anything; the one for stiff systems whose fast vibrations the step does not resolve |
+//! | [`TwoPoint`] ϑ = ½ | 2 | conserving energy and angular momentum over long times, where the step resolves what is excited |
+//! | [`TwoPoint`] ϑ ≠ ½ | 1 | comparison with the thesis |
+//! | [`RungeKutta`] | 4 | systems that are not stiff |
+//!
+//! Undamped, ϑ = ½ breaks down where a load excites what the step cannot resolve: a step torque on chains of 4 to 64 beam
+//! elements a link at h = 1 ms ends in a failed step within 1.3 s; generalised-α with ρ∞ from 0.5 to 0.9 takes every step in 3
+//! to 4 iterations.
 
 mod generalized_alpha;
 mod newton;

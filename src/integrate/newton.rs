@@ -11,22 +11,24 @@ pub struct NewtonSettings {
     pub max_iterations: usize,
 }
 
-/// A correction that is not below this fraction of the one before calls for a new factorization.
-const SLOW: f64 = 0.1;
+/// A residual that is not below this fraction of the one before calls for a new factorization.
+const SLOW: f64 = 0.02;
 /// A correction that is not below this fraction of the one before makes no progress.
 const STAGNANT: f64 = 0.5;
 /// Corrections of the coordinates below this fraction of the largest of them are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Finds `a` with `r(t, q, v, a) = 0` where `q` and `v` depend on `a` linearly:
+/// Finds `a` with `r(t, q, v, a) = load` where `q` and `v` depend on `a` linearly:
 /// `q(a + x) = q(a) + w.position x`, `v(a + x) = v(a) + w.velocity x`.
 ///
-/// Each correction solves `(∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q) x = −r`. The matrix is factored at the prediction and
-/// kept as long as a correction is below a tenth of the one before.
+/// Each correction solves `(∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q) x = load − r`. The matrix is factored at the prediction and
+/// kept as long as the residual falls fast.
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
     settings: NewtonSettings,
-    /// The residual at the end of a successful [`Newton::solve`].
+    /// What the residual is to become: a load that the system does not know of.
+    pub(super) load: Vec<f64>,
+    /// The system's residual at the end of a successful [`Newton::solve`].
     pub(super) residual: Vec<f64>,
     correction: Vec<f64>,
 }
@@ -41,11 +43,12 @@ pub(super) struct Trial<'a> {
 impl Newton {
     pub(super) fn new(degrees_of_freedom: usize, settings: NewtonSettings) -> Self {
         let zero = vec![0.0; degrees_of_freedom];
-        Self { settings, residual: zero.clone(), correction: zero }
+        Self { settings, load: zero.clone(), residual: zero.clone(), correction: zero }
     }
 
-    /// Iterates from the prediction in `trial`. Converged when the residual is within tolerance; or when corrections no
-    /// longer shrink and are rounding in the coordinates, so that no iteration could do better.
+    /// Iterates from the prediction in `trial`, which is corrected at least once, so that a linear system is solved to rounding
+    /// whatever the tolerance. Converged when the residual is within tolerance; or when corrections no longer shrink and are
+    /// rounding in the coordinates, so that no iteration could do better.
     pub(super) fn solve<S: System>(
         &mut self,
         system: &mut S,
@@ -54,32 +57,34 @@ impl Newton {
         trial: &mut Trial<'_>,
     ) -> Result<Effort, StepError> {
         let mut effort = Effort::default();
-        let mut last = f64::INFINITY;
-        let mut refactor = true;
+        let (mut last_size, mut last_correction) = (0.0, f64::INFINITY);
         loop {
             system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
-            all_finite(&self.residual)?;
-            let size = system.residual_size(&self.residual);
-            if size <= self.settings.tolerance || trial.a.is_empty() {
+            for (i, x) in self.correction.iter_mut().enumerate() {
+                *x = self.residual[i] - self.load[i];
+            }
+            all_finite(&self.correction)?;
+            let size = system.residual_size(&self.correction);
+            let corrected = effort.newton_iterations > 0 || size == 0.0;
+            if trial.a.is_empty() || size <= self.settings.tolerance && corrected {
                 return Ok(effort);
             }
             if effort.newton_iterations as usize >= self.settings.max_iterations {
                 return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
             }
-            if refactor {
+            if size > SLOW * last_size {
                 system.factor(t_s, trial.q, trial.v, trial.a, w)?;
                 effort.factorizations += 1;
             }
-            self.correction.copy_from_slice(&self.residual);
             system.solve(&mut self.correction);
+            all_finite(&self.correction)?;
             let correction = largest(&self.correction);
-            if correction > STAGNANT * last && w.position * correction <= ROUNDING * largest(trial.q) {
+            if correction >= STAGNANT * last_correction && w.position * correction <= ROUNDING * largest(trial.q) {
                 return Ok(effort);
             }
             self.correct(w, trial);
             effort.newton_iterations += 1;
-            refactor = correction > SLOW * last;
-            last = correction;
+            (last_size, last_correction) = (size, correction);
         }
     }
 

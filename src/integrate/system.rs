@@ -14,6 +14,7 @@ pub trait System {
     /// The largest of `r` relative to the forces at work in the last `residual`; dimensionless.
     fn residual_size(&self, r: &[f64]) -> f64;
     /// Factors `w.acceleration ∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q` at the state given.
+    /// The schemes here call it only straight after `residual` with the same `t`, `q`, `v`, `a`, whose kinematics it may reuse.
     ///
     /// # Errors
     /// The matrix has no usable pivot.
@@ -49,10 +50,12 @@ pub struct State {
     pub q: Vec<f64>,
     /// Velocities at the present time.
     pub v: Vec<f64>,
-    /// Accelerations last solved for: at the present time (generalised-α), at the last collocation point (two-point) or at the
-    /// beginning of the last step (Runge–Kutta). For outputs call [`solve_acceleration`].
+    /// Accelerations last solved for. Generalised-α: at the present time, under the load carried on to it; publish these.
+    /// Two-point: at the last point of collocation. Runge–Kutta: at the beginning of the last step. With these two, what is
+    /// published comes from [`solve_acceleration`].
     pub a: Vec<f64>,
-    /// Generalised-α's auxiliary accelerations; zero with the other schemes.
+    /// Generalised-α's auxiliary accelerations; the two-point method's mean accelerations between the last two collocation
+    /// points; zero with Runge–Kutta.
     pub alpha: Vec<f64>,
     /// Generalised-α's residual at the end of the last step, against which a jump of the load shows; zero with the others.
     pub residual: Vec<f64>,

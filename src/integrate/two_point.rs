@@ -40,24 +40,35 @@ impl TwoPoint {
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Effort, StepError> {
         let part_s = self.weight * h_s;
-        self.predict(part_s, state);
+        self.predict(h_s, state);
         let weights = Weights { acceleration: 1.0, velocity: part_s, position: part_s * part_s };
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
         let effort = self.newton.solve(system, t_s + part_s, weights, &mut trial)?;
         self.extend(h_s, state);
         all_finite(&self.q)?;
         all_finite(&self.v)?;
+        let rest = 1.0 - self.weight;
+        for i in 0..self.a.len() {
+            // The change of v_ϑ: a part of this step's acceleration, the rest of the one before's.
+            state.alpha[i] = self.weight * self.a[i] + rest * state.a[i];
+        }
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
         state.a.copy_from_slice(&self.a);
         Ok(effort)
     }
 
-    /// The acceleration goes on as it was.
-    fn predict(&mut self, part_s: f64, state: &State) {
+    /// `v_ϑ` goes on changing as it did over the step before, `v_ϑ = v_ϑ⁻ + h α` with `v_ϑ⁻ = v₀ − (1 − ϑ) h a⁻`: where the step is
+    /// too long for a vibration `v` and `a` alternate from step to step, and `v_ϑ` does not.
+    fn predict(&mut self, h_s: f64, state: &State) {
+        let (part_s, rest_s) = (self.weight * h_s, (1.0 - self.weight) * h_s);
         for i in 0..self.a.len() {
             self.a[i] = state.a[i];
-            self.v[i] = state.v[i] + part_s * self.a[i];
+            self.v[i] = state.v[i];
+            if part_s > 0.0 {
+                self.v[i] += h_s * state.alpha[i] - rest_s * state.a[i];
+                self.a[i] = (self.v[i] - state.v[i]) / part_s;
+            }
             self.q[i] = state.q[i] + part_s * self.v[i];
         }
     }

@@ -107,7 +107,9 @@ impl Stepper {
     }
 
     /// Steps until the end; the last state is published whatever the rate.
-    pub fn run(mut self) -> Ending {
+    ///
+    /// Returns how it ended, and how many samples were left out.
+    pub fn run(mut self) -> (Ending, u64) {
         self.pacer.anchor(self.clock.elapsed(), 0.0);
         self.checkpoint_if_due();
         self.publish();
@@ -141,7 +143,7 @@ impl Stepper {
             self.publish();
         }
         self.status(state, message);
-        ending
+        (ending, self.dropped)
     }
 
     fn finished(&self) -> bool {

@@ -1,5 +1,7 @@
 //! The scenes that come with the program.
 
+use super::{SceneError, parse};
+
 /// A scene that comes with the program.
 #[derive(Debug, Clone, Copy)]
 pub struct Builtin {
@@ -24,3 +26,22 @@ pub const BUILTIN: &[Builtin] = &[
     Builtin { name: "crank-slider", text: include_str!("builtin/crank-slider.toml") },
     Builtin { name: "thesis-crank-slider", text: include_str!("builtin/thesis-crank-slider.toml") },
 ];
+
+/// The built-in scene of this name.
+///
+/// # Errors
+/// [`SceneError`] with the nearest name when there is none.
+pub fn find(name: &str) -> Result<&'static Builtin, SceneError> {
+    BUILTIN.iter().find(|scene| scene.name == name).ok_or_else(|| unknown(name, ""))
+}
+
+pub(super) fn unknown(name: &str, nor: &str) -> SceneError {
+    let names: Vec<&str> = BUILTIN.iter().map(|scene| scene.name).collect();
+    let hint = parse::nearest(name, &names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    SceneError {
+        place: name.to_owned(),
+        key: String::new(),
+        value: None,
+        problem: format!("not a built-in scene{nor}{hint} (`flexcrank scenes` lists them)"),
+    }
+}

@@ -61,8 +61,8 @@ impl SceneText {
     pub fn value(&self, key: &str) -> Option<String> {
         let document = Document::parse(self.merged.as_str()).ok()?;
         let item = key.split('.').try_fold(document.as_item(), |item, part| child(item, part))?;
-        let text = item.to_string();
-        (!item.is_table() && !item.is_array_of_tables()).then(|| text.trim().to_owned())
+        let span = item.as_value()?.span()?;
+        self.merged.get(span).map(str::to_owned)
     }
 
     /// Whether `key` is given.

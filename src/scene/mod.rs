@@ -45,21 +45,11 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] when there is no such scene, the file cannot be read, or anything in it is refused.
     pub fn open(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        if let Some(scene) = builtin::BUILTIN.iter().find(|scene| scene.name == name) {
+        if let Ok(scene) = builtin::find(name) {
             return Self::parse(name, scene.text, overrides);
         }
-        let text = std::fs::read_to_string(Path::new(name)).map_err(|error| {
-            let names: Vec<&str> = builtin::BUILTIN.iter().map(|scene| scene.name).collect();
-            let hint = parse::nearest(name, &names).map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
-            SceneError {
-                place: name.to_owned(),
-                key: String::new(),
-                value: None,
-                problem: format!(
-                    "neither a built-in scene{hint} nor a readable file: {error}; `flexcrank scenes` lists the built-in ones"
-                ),
-            }
-        })?;
+        let text = std::fs::read_to_string(Path::new(name))
+            .map_err(|error| builtin::unknown(name, &format!(", nor a readable file ({error})")))?;
         Self::parse(name, &text, overrides)
     }
 

@@ -2,7 +2,7 @@
 
 use super::{SceneError, document::SceneText};
 
-const TABLES: [&str; 5] = ["beam", "tip", "base", "drive", "oscillator"];
+const TABLES: [&str; 4] = ["beam", "tip", "base", "drive"];
 const KEYS: [&str; 14] = [
     "crank.rigid",
     "crank.modes",

@@ -17,7 +17,7 @@ impl Checker<'_> {
         if value >= low && value <= high {
             return Ok(value);
         }
-        Err(self.refuse(key, format!("must be a number from {low:?} to {high:?}")))
+        Err(self.refuse(key, format!("must be a number from {} to {}", short(low), short(high))))
     }
 
     pub(super) fn number_or(&self, key: &str, value: Option<f64>, default: f64, low: f64, high: f64) -> Result<f64, SceneError> {
@@ -47,6 +47,11 @@ impl Checker<'_> {
         let hint = nearest(value, &names).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default();
         Err(self.refuse(key, format!("must be one of {}{hint}", names.join(", "))))
     }
+}
+
+/// A bound as a person would write it.
+fn short(bound: f64) -> String {
+    if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) { format!("{bound}") } else { format!("{bound:e}") }
 }
 
 /// The words for models in scene files.
@@ -82,6 +87,9 @@ pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, Scen
 }
 
 fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, SceneError> {
+    if raw.oscillator.is_some() {
+        return Err(check.refuse("oscillator", "not supported yet"));
+    }
     let links = match (&raw.crank, &raw.rod, &raw.beam) {
         (Some(crank), Some(rod), None) => {
             vec![link::link(check, LinkName::Crank, crank, model)?, link::link(check, LinkName::Rod, rod, model)?]

@@ -9,7 +9,7 @@
 //!     simulation.step()?;
 //! }
 //! assert!((simulation.time_s() - 0.1).abs() < 1e-15);
-//! assert!(simulation.observe()?.links[0].rate_rad_per_s > 10.0);
+//! assert!(simulation.observe()?.links[0].rate_rad_per_s > 5.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -1,8 +1,10 @@
 //! The messages: generated from `proto/flexcrank.proto`, and their conversion to and from domain types.
 
+mod checkpoint;
 mod commands;
 mod telemetry;
 
+pub use checkpoint::checkpoint;
 pub use commands::{BadCommand, pulse_message, pulse_request, shape};
 pub use telemetry::{Telemetry, stamp, timestamp};
 

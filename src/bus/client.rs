@@ -1,0 +1,115 @@
+//! A client's side of the bus: who is there, commands and their replies, telemetry.
+
+use std::time::{Duration, Instant};
+
+use prost::Message as _;
+use zenoh::handlers::{RingChannel, RingChannelHandler};
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
+use zenoh::{Session, Wait};
+
+use super::BusError;
+use super::endpoint::protobuf;
+use super::keys::{Name, Topic, every_presence};
+use crate::wire::{CommandReply, Control, TorquePulse};
+
+/// How long a service may take to show up after a session was opened.
+pub const SHOW_UP: Duration = Duration::from_millis(2000);
+/// Between two looks.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
+/// How long a service may take to answer a command.
+const ANSWER: Duration = Duration::from_secs(3);
+
+/// Services present on the bus, sorted. Returns as soon as `enough` says so, or when `patience` is over.
+///
+/// # Errors
+/// [`BusError`] when zenoh fails.
+pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) -> bool) -> Result<Vec<Name>, BusError> {
+    let begun = Instant::now();
+    loop {
+        let replies = session.liveliness().get(every_presence()).timeout(LOOK_AGAIN * 4).wait().map_err(BusError::failed)?;
+        let mut found: Vec<Name> = std::iter::from_fn(|| replies.recv().ok())
+            .filter_map(|reply| reply.into_result().ok())
+            .filter_map(|sample| Name::of_presence(sample.key_expr().as_str()))
+            .collect();
+        found.sort();
+        found.dedup();
+        if enough(&found) || begun.elapsed() > patience {
+            return Ok(found);
+        }
+        std::thread::sleep(LOOK_AGAIN);
+    }
+}
+
+/// Waits until the service is there.
+///
+/// # Errors
+/// [`BusError::NoSuchService`] when it does not show up within two seconds.
+pub fn find(session: &Session, name: &Name) -> Result<(), BusError> {
+    let found = services(session, SHOW_UP, |found| found.contains(name))?;
+    if found.contains(name) { Ok(()) } else { Err(BusError::NoSuchService { name: name.clone(), found }) }
+}
+
+/// Sends a torque pulse and returns the reply.
+///
+/// # Errors
+/// [`BusError::NoReply`] when none comes in three seconds.
+pub fn pulse(session: &Session, name: &Name, pulse: &TorquePulse) -> Result<CommandReply, BusError> {
+    command(session, &name.torque(), pulse.encode_to_vec(), "flexcrank.v1.TorquePulse")
+}
+
+/// Sends a control command and returns the reply.
+///
+/// # Errors
+/// [`BusError::NoReply`] when none comes in three seconds.
+pub fn control(session: &Session, name: &Name, control: &Control) -> Result<CommandReply, BusError> {
+    command(session, &name.control(), control.encode_to_vec(), "flexcrank.v1.Control")
+}
+
+fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Result<CommandReply, BusError> {
+    let query = session.get(key).payload(payload).encoding(protobuf(schema)).timeout(ANSWER);
+    let replies = query.wait().map_err(BusError::failed)?;
+    let reply = replies.recv().ok().and_then(|reply| reply.into_result().ok());
+    let sample = reply.ok_or_else(|| BusError::NoReply(key.to_owned()))?;
+    CommandReply::decode(&*sample.payload().to_bytes()).map_err(|cause| BusError::Undecodable {
+        key: key.to_owned(),
+        expected: "a flexcrank.v1.CommandReply",
+        cause: cause.to_string(),
+    })
+}
+
+/// The newest sample of one topic of one service; older ones that were not taken are gone.
+pub type Telemetry = Subscriber<RingChannelHandler<Sample>>;
+
+/// Subscribes to a topic.
+///
+/// # Errors
+/// [`BusError`] when zenoh refuses.
+pub fn subscribe(session: &Session, name: &Name, topic: Topic) -> Result<Telemetry, BusError> {
+    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(1)).wait().map_err(BusError::failed)
+}
+
+/// The newest message that has arrived since this was last asked, if any.
+pub fn newest<M: prost::Message + Default>(telemetry: &Telemetry) -> Option<M> {
+    let sample = telemetry.try_recv().ok().flatten()?;
+    M::decode(&*sample.payload().to_bytes()).ok()
+}
+
+/// Publishes raw bytes under any key, with an encoding that names their protobuf type.
+///
+/// # Errors
+/// [`BusError`] when zenoh refuses.
+pub fn put(session: &Session, key: &str, payload: &[u8], schema: &str) -> Result<(), BusError> {
+    session.put(key, payload).encoding(protobuf(schema)).wait().map_err(BusError::failed)
+}
+
+/// Whether another service of this name is on the bus.
+///
+/// # Errors
+/// [`BusError`] when zenoh fails.
+pub fn is_taken(session: &Session, name: &Name) -> Result<bool, BusError> {
+    if session.info().peers_zid().wait().next().is_none() && session.info().routers_zid().wait().next().is_none() {
+        return Ok(false);
+    }
+    Ok(services(session, LOOK_AGAIN * 4, |found| found.contains(name))?.contains(name))
+}

@@ -1,0 +1,213 @@
+//! A service's side of the bus: its publishers, its command queryables, its presence.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use prost::Message as _;
+use zenoh::bytes::{Encoding, ZBytes};
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::BusError;
+use super::keys::{Name, Topic};
+use crate::runtime::{Command, Inbox, ReplyTo, Request};
+use crate::wire::{self, BadCommand, CommandReply, Control, TorquePulse};
+
+/// `application/protobuf;flexcrank.v1.X`.
+pub(super) fn protobuf(schema: &str) -> Encoding {
+    Encoding::APPLICATION_PROTOBUF.with_schema(schema)
+}
+
+/// The latest payload of every topic, for the snapshot.
+#[derive(Debug, Default)]
+struct Latest {
+    payloads: BTreeMap<Topic, Vec<u8>>,
+}
+
+/// A service on the bus. Dropping it leaves the bus; [`Endpoint::close`] does so in order.
+pub struct Endpoint {
+    publishers: BTreeMap<Topic, Publisher<'static>>,
+    latest: Arc<Mutex<Latest>>,
+    queryables: Vec<Queryable<()>>,
+    subscribers: Vec<Subscriber<()>>,
+    presence: LivelinessToken,
+}
+
+impl Endpoint {
+    /// Declares everything a service has: topics, scene, schema, snapshot and, given an inbox, commands; presence last.
+    ///
+    /// # Errors
+    /// [`BusError`] when zenoh refuses a declaration.
+    pub fn declare(session: &Session, name: &Name, scene: &str, inbox: Option<&Inbox>) -> Result<Self, BusError> {
+        let mut publishers = BTreeMap::new();
+        for topic in Topic::ALL {
+            let publisher = session
+                .declare_publisher(name.topic(topic))
+                .encoding(protobuf(topic.schema()))
+                .wait()
+                .map_err(BusError::failed)?;
+            publishers.insert(topic, publisher);
+        }
+        let latest: Arc<Mutex<Latest>> = Arc::default();
+        let mut queryables = vec![
+            fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
+            fixed(session, name.schema(), wire::DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
+            snapshot(session, name.snapshot(), Arc::clone(&latest))?,
+        ];
+        let mut subscribers = Vec::new();
+        if let Some(inbox) = inbox {
+            for (key, decode) in [(name.torque(), torque as Decode), (name.control(), control as Decode)] {
+                queryables.push(command_queryable(session, &key, decode, inbox.clone())?);
+                subscribers.push(command_subscriber(session, &key, decode, inbox.clone())?);
+            }
+        }
+        let presence = session.liveliness().declare_token(name.presence()).wait().map_err(BusError::failed)?;
+        Ok(Endpoint { publishers, latest, queryables, subscribers, presence })
+    }
+
+    /// Whether somebody subscribes to any of the topics that carry the mechanism's state.
+    ///
+    /// # Errors
+    /// [`BusError`] when zenoh fails.
+    pub fn has_subscriber(&self) -> Result<bool, BusError> {
+        for publisher in self.publishers.values() {
+            if publisher.matching_status().wait().map_err(BusError::failed)?.matching() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Publishes a message and keeps it for the snapshot.
+    pub fn publish(&self, topic: Topic, payload: Vec<u8>) {
+        if let Some(publisher) = self.publishers.get(&topic)
+            && let Err(error) = publisher.put(payload.as_slice()).wait()
+        {
+            tracing::warn!(topic = topic.chunk(), %error, "could not publish");
+        }
+        lock(&self.latest).payloads.insert(topic, payload);
+    }
+
+    /// Leaves the bus: presence first, then commands, then topics.
+    ///
+    /// # Errors
+    /// [`BusError`] when zenoh refuses.
+    pub fn close(self) -> Result<(), BusError> {
+        self.presence.undeclare().wait().map_err(BusError::failed)?;
+        for subscriber in self.subscribers {
+            subscriber.undeclare().wait().map_err(BusError::failed)?;
+        }
+        for queryable in self.queryables {
+            queryable.undeclare().wait().map_err(BusError::failed)?;
+        }
+        for publisher in self.publishers.into_values() {
+            publisher.undeclare().wait().map_err(BusError::failed)?;
+        }
+        Ok(())
+    }
+}
+
+fn lock(latest: &Mutex<Latest>) -> MutexGuard<'_, Latest> {
+    latest.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A queryable that always answers the same.
+fn fixed(session: &Session, key: String, payload: Vec<u8>, encoding: Encoding) -> Result<Queryable<()>, BusError> {
+    let payload = ZBytes::from(payload);
+    let answer_key = key.clone();
+    session
+        .declare_queryable(key)
+        .callback(move |query| answer(&query, &answer_key, payload.clone(), encoding.clone()))
+        .wait()
+        .map_err(BusError::failed)
+}
+
+fn snapshot(session: &Session, key: String, latest: Arc<Mutex<Latest>>) -> Result<Queryable<()>, BusError> {
+    let answer_key = key.clone();
+    let collect = move |query: Query| {
+        let payload = lock(&latest).snapshot().encode_to_vec();
+        answer(&query, &answer_key, payload.into(), protobuf("flexcrank.v1.Snapshot"));
+    };
+    session.declare_queryable(key).callback(collect).wait().map_err(BusError::failed)
+}
+
+impl Latest {
+    fn snapshot(&self) -> wire::Snapshot {
+        wire::Snapshot {
+            displacements: self.decode(Topic::Displacements),
+            angles: self.decode(Topic::Angles),
+            loads: self.decode(Topic::Loads),
+            status: self.decode(Topic::Status),
+        }
+    }
+
+    fn decode<M: prost::Message + Default>(&self, topic: Topic) -> Option<M> {
+        self.payloads.get(&topic).and_then(|payload| M::decode(payload.as_slice()).ok())
+    }
+}
+
+fn answer(query: &Query, key: &str, payload: ZBytes, encoding: Encoding) {
+    if let Err(error) = query.reply(key, payload).encoding(encoding).wait() {
+        tracing::warn!(key, %error, "could not reply");
+    }
+}
+
+/// From a payload to an id and a request; on failure, the id as far as it could be read.
+type Decode = fn(&[u8]) -> Result<(String, Request), (String, BadCommand)>;
+
+fn torque(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
+    let pulse: TorquePulse = decode(payload, "TorquePulse")?;
+    let request = wire::pulse_request(&pulse).map_err(|bad| (pulse.id.clone(), bad))?;
+    Ok((pulse.id, Request::Torque(request)))
+}
+
+fn control(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
+    let Control { id, action } = decode(payload, "Control")?;
+    match action {
+        Some(action) => Ok((id, Request::Control(action))),
+        None => Err((id, BadCommand::NoAction)),
+    }
+}
+
+fn decode<M: prost::Message + Default>(payload: &[u8], expected: &'static str) -> Result<M, (String, BadCommand)> {
+    let bad = |bad| (String::new(), bad);
+    if payload.is_empty() {
+        return Err(bad(BadCommand::Empty(expected)));
+    }
+    M::decode(payload).map_err(|error| bad(BadCommand::Undecodable { expected, cause: error.to_string() }))
+}
+
+fn submit(inbox: &Inbox, payload: &[u8], decode: Decode, reply: ReplyTo) {
+    match decode(payload) {
+        Ok((id, request)) => inbox.submit(Command { id, request, reply }),
+        Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
+    }
+}
+
+fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Queryable<()>, BusError> {
+    let answer_key = key.to_owned();
+    let take = move |query: Query| {
+        let payload = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
+        let key = answer_key.clone();
+        let reply = move |reply: CommandReply| {
+            answer(&query, &key, reply.encode_to_vec().into(), protobuf("flexcrank.v1.CommandReply"));
+        };
+        submit(&inbox, &payload, decode, Box::new(reply));
+    };
+    session.declare_queryable(key.to_owned()).callback(take).wait().map_err(BusError::failed)
+}
+
+fn command_subscriber(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Subscriber<()>, BusError> {
+    let own_key = key.to_owned();
+    let take = move |sample: zenoh::sample::Sample| {
+        let reply = |reply: CommandReply| {
+            if !reply.accepted {
+                tracing::warn!(id = reply.id, reason = reply.reason, "a command was refused");
+            }
+        };
+        submit(&inbox, &sample.payload().to_bytes(), decode, Box::new(reply));
+    };
+    session.declare_subscriber(own_key).callback(take).wait().map_err(BusError::failed)
+}

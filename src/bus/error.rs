@@ -1,0 +1,69 @@
+//! What can go wrong on the bus.
+
+use super::keys::Name;
+
+/// The bus could not be opened, or nobody answered on it.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// The configuration was refused.
+    #[error("zenoh configuration: {0}")]
+    Config(String),
+    /// The session could not be opened.
+    #[error("cannot open a zenoh session: {0}")]
+    Open(String),
+    /// Something could not be declared, sent or received.
+    #[error("zenoh: {0}")]
+    Failed(String),
+    /// All local ports are taken.
+    #[error("no free port from 7447 to 7462 on 127.0.0.1: end a service, or give --listen tcp/127.0.0.1:PORT")]
+    NoPort,
+    /// No local port answers.
+    #[error("no service is running on this machine: start one with `flexcrank run`, or give --connect tcp/HOST:PORT")]
+    NobodyHere,
+    /// There are services, but none of this name.
+    #[error("no service named `{name}` answers{}: start it with `flexcrank run --name {name}`", others(.found))]
+    NoSuchService {
+        /// Whom we asked for.
+        name: Name,
+        /// Who is there.
+        found: Vec<Name>,
+    },
+    /// There is a service of this name already.
+    #[error("a service named `{0}` is running already: give another --name, or --force to speak under this one all the same")]
+    Taken(Name),
+    /// A query was not answered.
+    #[error("no reply from `{0}`: absent, or not permitted")]
+    NoReply(String),
+    /// An answer could not be decoded.
+    #[error("`{key}` answered something that is not {expected}: {cause}")]
+    Undecodable {
+        /// Who answered.
+        key: String,
+        /// What was expected.
+        expected: &'static str,
+        /// What the decoder says.
+        cause: String,
+    },
+}
+
+fn others(found: &[Name]) -> String {
+    match found {
+        [] => String::new(),
+        found => {
+            let names: Vec<String> = found.iter().map(Name::to_string).collect();
+            format!(" (running: {})", names.join(", "))
+        }
+    }
+}
+
+impl BusError {
+    pub(super) fn config(error: zenoh::Error) -> Self {
+        BusError::Config(error.to_string())
+    }
+    pub(super) fn open(error: zenoh::Error) -> Self {
+        BusError::Open(error.to_string())
+    }
+    pub(super) fn failed(error: zenoh::Error) -> Self {
+        BusError::Failed(error.to_string())
+    }
+}

@@ -1,0 +1,147 @@
+//! Every key expression, formatted and parsed in one place.
+
+/// A topic that a service publishes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Topic {
+    /// State of every node.
+    Displacements,
+    /// Angles of the links.
+    Angles,
+    /// Loads, joint forces, internal forces.
+    Loads,
+    /// State of the service.
+    Status,
+    /// Commands that took effect.
+    Commands,
+}
+
+impl Topic {
+    /// All of them.
+    pub const ALL: [Topic; 5] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Status, Topic::Commands];
+
+    /// The last chunk of its key.
+    pub fn chunk(self) -> &'static str {
+        match self {
+            Topic::Displacements => "displacements",
+            Topic::Angles => "angles",
+            Topic::Loads => "loads",
+            Topic::Status => "status",
+            Topic::Commands => "commands",
+        }
+    }
+
+    /// Fully qualified name of its protobuf type.
+    pub fn schema(self) -> &'static str {
+        match self {
+            Topic::Displacements => "flexcrank.v1.Displacements",
+            Topic::Angles => "flexcrank.v1.Angles",
+            Topic::Loads => "flexcrank.v1.Loads",
+            Topic::Status => "flexcrank.v1.Status",
+            Topic::Commands => "flexcrank.v1.AppliedCommand",
+        }
+    }
+}
+
+/// First chunk of every key.
+pub const ROOT: &str = "flexcrank";
+
+/// A service's name: one chunk of a key.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Name(String);
+
+/// Not a name for a service.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a name: one word without / * $ ? # and white space, not beginning with @")]
+pub struct BadName(String);
+
+impl std::str::FromStr for Name {
+    type Err = BadName;
+
+    fn from_str(text: &str) -> Result<Self, BadName> {
+        let forbidden = |c: char| matches!(c, '/' | '*' | '$' | '?' | '#' | '\\') || c.is_whitespace() || c.is_control();
+        if text.is_empty() || text.starts_with(['@', '.']) || text.len() > 128 || text.contains(forbidden) {
+            return Err(BadName(text.to_owned()));
+        }
+        Ok(Name(text.to_owned()))
+    }
+}
+
+impl std::fmt::Display for Name {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl Name {
+    /// The liveliness token's key, and the prefix of all others.
+    pub fn presence(&self) -> String {
+        format!("{ROOT}/{self}")
+    }
+    /// Key of a published topic.
+    pub fn topic(&self, topic: Topic) -> String {
+        self.key(topic.chunk())
+    }
+    /// Key of torque commands.
+    pub fn torque(&self) -> String {
+        self.key("torque")
+    }
+    /// Key of control commands.
+    pub fn control(&self) -> String {
+        self.key("control")
+    }
+    /// Key of the scene in force.
+    pub fn scene(&self) -> String {
+        self.key("scene")
+    }
+    /// Key of the descriptor set.
+    pub fn schema(&self) -> String {
+        self.key("schema")
+    }
+    /// Key of the latest of everything.
+    pub fn snapshot(&self) -> String {
+        self.key("snapshot")
+    }
+    /// Key of a recorded checkpoint; never published.
+    pub fn checkpoint(&self) -> String {
+        self.key("checkpoint")
+    }
+    fn key(&self, chunk: &str) -> String {
+        format!("{ROOT}/{self}/{chunk}")
+    }
+
+    /// The name in a presence key.
+    pub fn of_presence(key: &str) -> Option<Name> {
+        key.strip_prefix(ROOT)?.strip_prefix('/')?.parse().ok()
+    }
+
+    /// Splits the key of any service into its name and what follows.
+    pub fn split(key: &str) -> Option<(Name, &str)> {
+        let (name, rest) = key.strip_prefix(ROOT)?.strip_prefix('/')?.split_once('/')?;
+        Some((name.parse().ok()?, rest))
+    }
+}
+
+/// Matches the presence of every service.
+pub fn every_presence() -> String {
+    format!("{ROOT}/*")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_keys_are_parsed_as_they_are_formatted() -> Result<(), BadName> {
+        let name: Name = "crank-7".parse()?;
+        assert_eq!(Name::split(&name.topic(Topic::Loads)), Some((name.clone(), "loads")));
+        assert_eq!(Name::of_presence(&name.presence()), Some(name));
+        Ok(())
+    }
+
+    #[test]
+    fn prop_a_name_is_one_chunk() {
+        for text in ["", "a/b", "a*", "$x", "a b", "@adv", "a?", "a#", "..", "x\n"] {
+            assert!(text.parse::<Name>().is_err(), "{text:?}");
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! The bus: key expressions, sessions, services and clients. The only layer that names zenoh.
+
+pub mod client;
+mod endpoint;
+mod error;
+mod keys;
+mod session;
+
+pub use endpoint::Endpoint;
+pub use error::BusError;
+pub use keys::{BadName, Name, ROOT, Topic};
+pub use session::BusOptions;
+/// An open session on the bus.
+pub use zenoh::Session;
+
+/// Closes a session, waiting until everything that was put is on its way.
+///
+/// # Errors
+/// [`BusError`] when zenoh refuses.
+pub fn close(session: &Session) -> Result<(), BusError> {
+    use zenoh::Wait;
+    session.close().wait().map_err(BusError::failed)
+}

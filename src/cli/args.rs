@@ -1,0 +1,274 @@
+//! What can be said on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::bus::{BusOptions, Name};
+use crate::runtime::{Pace, PublishRate};
+use crate::scene::{PulseShape, builtin};
+
+const EXAMPLES: &str = "\
+Examples:
+  flexcrank                                    run the default scene in real time
+  flexcrank run thesis-crank-slider --pace max --until 22.8
+  flexcrank pulse crank --torque 5 --duration 0.1
+  flexcrank watch crank
+  flexcrank replay recordings/crank-20260101T120000Z.mcap --rate 2
+  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml
+
+Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged.";
+
+/// Simulates planar mechanisms with flexible links in real time, on a zenoh bus, recorded to MCAP.
+#[derive(Debug, Parser)]
+#[command(version, after_help = EXAMPLES, max_term_width = 110)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Log in JSON.
+    #[arg(long, global = true)]
+    pub log_json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Run a scene: step it, publish it, take commands, record it. What happens when no command is given.
+    #[command(
+        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record"
+    )]
+    Run(Box<Run>),
+    /// Put a recording back on the bus, byte for byte, in order and on time.
+    #[command(
+        after_help = "Examples:\n  flexcrank replay recordings/crank.mcap\n  flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --name ghost"
+    )]
+    Replay(Replay),
+    /// Show the services on the bus.
+    List(Bus),
+    /// Send a torque pulse to a service and print its reply.
+    #[command(
+        after_help = "Examples:\n  flexcrank pulse crank --torque 5 --duration 0.1\n  flexcrank pulse crank --torque -2 --duration 0.5 --delay 1 --shape raised-cosine"
+    )]
+    Pulse(PulseArgs),
+    /// Pause, resume, step, reset or stop a service; start or stop its recording.
+    #[command(
+        after_help = "Examples:\n  flexcrank control crank pause\n  flexcrank control crank step 100\n  flexcrank control crank start-recording take-2"
+    )]
+    Control(ControlArgs),
+    /// Show a service's live values.
+    Watch(Watch),
+    /// Write a recording as tables.
+    #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
+    Export(Export),
+    /// List the built-in scenes, or print one, ready to be edited.
+    Scenes {
+        /// The scene to print.
+        name: Option<String>,
+    },
+}
+
+impl Default for Command {
+    fn default() -> Self {
+        Command::Run(Box::new(Run::parse_from(["run"])))
+    }
+}
+
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct Bus {
+    /// Listen on this endpoint instead of a loopback port, e.g. tcp/0.0.0.0:7447. Anyone who reaches it can send commands.
+    #[arg(long, value_name = "ENDPOINT")]
+    listen: Vec<String>,
+    /// Connect to this endpoint, e.g. tcp/192.0.2.1:7447.
+    #[arg(long, value_name = "ENDPOINT")]
+    connect: Vec<String>,
+    /// Start from this zenoh configuration file.
+    #[arg(long, value_name = "FILE")]
+    zenoh_config: Option<PathBuf>,
+}
+
+impl Bus {
+    pub(super) fn options(&self) -> BusOptions {
+        BusOptions { listen: self.listen.clone(), connect: self.connect.clone(), config: self.zenoh_config.clone() }
+    }
+}
+
+#[derive(Debug, Parser)]
+pub(super) struct Run {
+    /// A built-in scene or a TOML file.
+    #[arg(default_value = builtin::DEFAULT)]
+    pub scene: String,
+    /// Name on the bus: keys are flexcrank/NAME/….
+    #[arg(long, default_value = "crank")]
+    pub name: Name,
+    /// Pace: real, max, or simulated seconds per second.
+    #[arg(long, default_value = "real", value_parser = pace)]
+    pub pace: Pace,
+    /// Finish at this simulated time, s.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub until: Option<f64>,
+    /// Samples per simulated second on bus and recording, or all.
+    #[arg(long, value_name = "HZ", default_value = "200", value_parser = publish_rate)]
+    pub publish_hz: PublishRate,
+    /// Record to this file instead of recordings/NAME-TIME.mcap.
+    #[arg(long, value_name = "PATH", conflicts_with = "no_record")]
+    pub record: Option<PathBuf>,
+    /// Do not record.
+    #[arg(long)]
+    pub no_record: bool,
+    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Run even if a service of this name is on the bus.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub bus: Bus,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Replay {
+    /// The recording.
+    pub file: PathBuf,
+    /// Recorded seconds per second.
+    #[arg(long, short, default_value = "1", value_parser = positive)]
+    pub rate: f64,
+    /// Begin again at the end, until interrupted.
+    #[arg(long = "loop", short)]
+    pub looped: bool,
+    /// Skip so much recorded time, s.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    pub start_offset: f64,
+    /// Speak under this name instead of the recorded one.
+    #[arg(long)]
+    pub name: Option<Name>,
+    /// Put recorded commands back on their keys, too.
+    #[arg(long)]
+    pub commands: bool,
+    /// Wait for a subscriber before the first message.
+    #[arg(long)]
+    pub wait: bool,
+    /// Speak even if a service of this name is on the bus.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub bus: Bus,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PulseArgs {
+    /// The service.
+    #[arg(default_value = "crank")]
+    pub name: Name,
+    /// Mean torque, N·m, positive counter-clockwise.
+    #[arg(long, value_name = "NM", allow_negative_numbers = true)]
+    pub torque: f64,
+    /// Duration, s.
+    #[arg(long, value_name = "S")]
+    pub duration: f64,
+    /// Simulated time until the pulse begins, s.
+    #[arg(long, value_name = "S", default_value = "0")]
+    pub delay: f64,
+    /// Shape; both deliver torque × duration.
+    #[arg(long, default_value = "rectangular")]
+    pub shape: Shape,
+    /// Identity of the command: sent again under the same one, it is not applied again.
+    #[arg(long)]
+    pub id: Option<String>,
+    #[command(flatten)]
+    pub bus: Bus,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Shape {
+    Rectangular,
+    RaisedCosine,
+}
+
+impl From<Shape> for PulseShape {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Rectangular => PulseShape::Rectangular,
+            Shape::RaisedCosine => PulseShape::RaisedCosine,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ControlArgs {
+    /// The service.
+    pub name: Name,
+    #[command(subcommand)]
+    pub action: Action,
+    #[command(flatten)]
+    pub bus: Bus,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+pub(super) enum Action {
+    /// Hold simulated time.
+    Pause,
+    /// Let it go on.
+    Resume,
+    /// When paused, advance by so many steps.
+    Step {
+        /// How many.
+        #[arg(default_value_t = 1)]
+        count: u64,
+    },
+    /// Back to the start of the scene.
+    Reset,
+    /// End the run.
+    Stop,
+    /// Begin a recording in the service's recordings folder.
+    StartRecording {
+        /// A file name, without a path.
+        file: Option<String>,
+    },
+    /// End the recording.
+    StopRecording,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Watch {
+    /// The service.
+    #[arg(default_value = "crank")]
+    pub name: Name,
+    #[command(flatten)]
+    pub bus: Bus,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Export {
+    /// The recording.
+    pub file: PathBuf,
+    /// Folder for one CSV table a topic.
+    #[arg(long, value_name = "DIR")]
+    pub csv: PathBuf,
+}
+
+fn pace(text: &str) -> Result<Pace, String> {
+    match text {
+        "real" => Ok(Pace::Factor(1.0)),
+        "max" => Ok(Pace::Max),
+        factor => number(factor, 1e-3, 1e6).map(Pace::Factor).map_err(|problem| format!("real, max, or {problem}")),
+    }
+}
+
+fn publish_rate(text: &str) -> Result<PublishRate, String> {
+    match text {
+        "all" => Ok(PublishRate::All),
+        rate => number(rate, 1e-3, 1e6).map(PublishRate::Hz).map_err(|problem| format!("all, or {problem}")),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, 1e-9, 1e9)
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, 0.0, 1e9)
+}
+
+fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| (low..=high).contains(number));
+    number.ok_or_else(|| format!("a number from {low:?} to {high:?}"))
+}

@@ -1,0 +1,67 @@
+//! `list`, `pulse` and `control`: short conversations with services.
+
+use std::io::Write as _;
+use std::time::SystemTime;
+
+use super::Done;
+use super::args::{Action, Bus, ControlArgs, PulseArgs};
+use crate::bus::{self, BusError, Name, Session, client};
+use crate::simulation::PulseRequest;
+use crate::wire::{self, CommandReply, Control, control};
+
+pub(super) fn list(args: &Bus) -> anyhow::Result<Done> {
+    let session = args.options().open_client()?;
+    let found = client::services(&session, client::SHOW_UP / 2, |_| false)?;
+    bus::close(&session)?;
+    for name in &found {
+        writeln!(std::io::stdout(), "{name}")?;
+    }
+    if found.is_empty() { Err(BusError::NobodyHere.into()) } else { Ok(Done::Well) }
+}
+
+pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<Done> {
+    let request =
+        PulseRequest { torque_nm: args.torque, duration_s: args.duration, delay_s: args.delay, shape: args.shape.into() };
+    let message = wire::pulse_message(&args.id.unwrap_or_else(fresh_id), &request);
+    converse(&args.bus, &args.name, |session| client::pulse(session, &args.name, &message))
+}
+
+pub(super) fn control(args: ControlArgs) -> anyhow::Result<Done> {
+    let action = match args.action {
+        Action::Pause => control::Action::Pause(wire::Pause {}),
+        Action::Resume => control::Action::Resume(wire::Resume {}),
+        Action::Step { count } => control::Action::Step(wire::Steps { count }),
+        Action::Reset => control::Action::Reset(wire::Reset {}),
+        Action::Stop => control::Action::Stop(wire::Stop {}),
+        Action::StartRecording { file } => {
+            control::Action::StartRecording(wire::StartRecording { name: file.unwrap_or_default() })
+        }
+        Action::StopRecording => control::Action::StopRecording(wire::StopRecording {}),
+    };
+    let message = Control { id: fresh_id(), action: Some(action) };
+    converse(&args.bus, &args.name, |session| client::control(session, &args.name, &message))
+}
+
+/// Finds the service, says one thing, prints the reply.
+fn converse(bus: &Bus, name: &Name, say: impl FnOnce(&Session) -> Result<CommandReply, BusError>) -> anyhow::Result<Done> {
+    let session = bus.options().open_client()?;
+    let reply = client::find(&session, name).and_then(|()| say(&session));
+    bus::close(&session)?;
+    let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply?;
+    if !accepted {
+        writeln!(std::io::stdout(), "refused: {reason}")?;
+        return Ok(Done::Refused);
+    }
+    let reason = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
+    writeln!(
+        std::io::stdout(),
+        "accepted{reason}: takes effect in step {effective_step}, at t = {effective_sim_time_s} s (id {id})"
+    )?;
+    Ok(Done::Well)
+}
+
+/// An identity that no other command has: process and time.
+fn fresh_id() -> String {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    format!("{:x}-{:x}", std::process::id(), since.as_nanos())
+}

@@ -1,0 +1,35 @@
+//! `export` and `scenes`: nothing on the bus.
+
+use std::io::Write as _;
+
+use super::Done;
+use super::args::Export;
+use crate::recording::{Exported, export_csv};
+use crate::scene::builtin;
+
+pub(super) fn export(args: &Export) -> anyhow::Result<Done> {
+    let Exported { tables, cut_off, skipped } = export_csv(&args.file, &args.csv)?;
+    for table in tables {
+        writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
+    }
+    for topic in skipped {
+        eprintln!("warning: {topic} is not protobuf and was left out");
+    }
+    if cut_off {
+        eprintln!("warning: the recording ends early; everything before was exported");
+        return Ok(Done::Lossy);
+    }
+    Ok(Done::Well)
+}
+
+pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
+    match name {
+        None => {
+            for scene in builtin::BUILTIN {
+                writeln!(std::io::stdout(), "{:<22} {}", scene.name, scene.summary())?;
+            }
+        }
+        Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
+    }
+    Ok(Done::Well)
+}

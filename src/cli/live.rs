@@ -1,0 +1,174 @@
+//! `run` and `replay`: services that go on until they are done or told to stop.
+
+use std::path::Path;
+use std::sync::mpsc::channel;
+use std::time::{Duration, SystemTime};
+
+use anyhow::Context as _;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Done;
+use super::args::{Replay, Run};
+use crate::bus;
+use crate::recording::{RecordingError, Written, place};
+use crate::runtime::{Ending, Stepping};
+use crate::scene::SceneSource;
+use crate::service::{self, Live, LiveReport};
+use crate::simulation::Simulation;
+use crate::wire::{Status, status::State};
+
+/// Chunks reach the system at least this often.
+const FLUSH_PERIOD: Duration = Duration::from_millis(200);
+
+pub(super) fn run(args: Run) -> anyhow::Result<Done> {
+    let scene = SceneSource::open(&args.scene, &args.overrides)?;
+    let simulation = Simulation::new(&scene.scene)?;
+    let folder = Path::new(place::FOLDER);
+    let fresh = || place::fresh(folder, &args.name.to_string(), SystemTime::now());
+    let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
+    let line = status_line();
+    let shown = line.clone();
+    announce(&args, &scene, record.as_deref());
+    let live = Live {
+        name: args.name,
+        scene,
+        stepping: Stepping { pace: args.pace, until_s: args.until, publish: args.publish_hz },
+        record,
+        recordings: folder.to_owned(),
+        flush_period: FLUSH_PERIOD,
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        on_status: Box::new(move |status| shown.set_message(describe(status))),
+        force: args.force,
+    };
+    let report = runtime()?.block_on(async {
+        let session = args.bus.options().open_service()?;
+        let report = service::run(&session, live, simulation, interrupted()).await;
+        bus::close(&session)?;
+        anyhow::Ok(report?)
+    })?;
+    line.finish_and_clear();
+    Ok(conclude(&report))
+}
+
+fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
+    let solver = &scene.scene.solver;
+    let to = record.map_or("not recorded".to_owned(), |path| format!("recorded to {}", path.display()));
+    eprintln!(
+        "{}: {} model, {}, step {} s; on the bus as flexcrank/{}; {to}",
+        scene.origin,
+        solver.model.as_str(),
+        solver.integrator.as_str(),
+        solver.step_s,
+        args.name,
+    );
+}
+
+/// Says how it ended and what was recorded.
+fn conclude(report: &LiveReport) -> Done {
+    let mut done = match &report.ending {
+        Ending::Finished | Ending::Stopped => Done::Well,
+        Ending::Diverged(diverged) => {
+            eprintln!("error: {diverged}");
+            Done::Diverged
+        }
+    };
+    let mut lossy = report.dropped > 0;
+    if lossy {
+        eprintln!("warning: {} samples were left out because bus or disk could not keep up", report.dropped);
+    }
+    for recording in &report.recordings {
+        lossy |= recording.is_err();
+        tell(recording);
+    }
+    if lossy && done == Done::Well {
+        done = Done::Lossy;
+    }
+    done
+}
+
+fn tell(recording: &Result<Written, RecordingError>) {
+    match recording {
+        Ok(Written { path, messages }) => eprintln!("recorded {messages} messages to {}", path.display()),
+        Err(error) => eprintln!("error: recording: {error}"),
+    }
+}
+
+pub(super) fn replay(args: Replay) -> anyhow::Result<Done> {
+    let (stop, stopped) = channel();
+    let replay = service::Replay {
+        file: args.file,
+        rate: args.rate,
+        looped: args.looped,
+        start_offset_s: args.start_offset,
+        name: args.name,
+        commands: args.commands,
+        wait_for_subscriber: args.wait,
+        force: args.force,
+    };
+    let report = runtime()?.block_on(async {
+        let session = args.bus.options().open_service()?;
+        let player = session.clone();
+        let mut playing = tokio::task::spawn_blocking(move || service::replay(&player, &replay, &stopped));
+        let report = tokio::select! {
+            report = &mut playing => report,
+            () = interrupted() => {
+                drop(stop);
+                playing.await
+            }
+        };
+        bus::close(&session)?;
+        anyhow::Ok(report.context("the replaying thread died: this is a fault in flexcrank")??)
+    })?;
+    let rate = report.achieved_rate.map_or(String::new(), |rate| format!(" at {rate:.3} times the recorded speed"));
+    eprintln!("replayed {} messages as flexcrank/{}{rate}", report.messages, report.name);
+    if report.cut_off {
+        eprintln!("warning: the recording ends early; everything before was replayed");
+        return Ok(Done::Lossy);
+    }
+    Ok(Done::Well)
+}
+
+fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().context("cannot start the async runtime")
+}
+
+/// Resolves at Ctrl-C or SIGTERM.
+async fn interrupted() {
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()).ok();
+    let terminated = async {
+        match &mut terminate {
+            Some(signal) => signal.recv().await,
+            None => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        _ = tokio::signal::ctrl_c() => {}
+        _ = terminated => {}
+    }
+}
+
+/// A line on the terminal that is overwritten; nothing when there is no terminal.
+fn status_line() -> ProgressBar {
+    let line = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{msg}") {
+        line.set_style(style);
+    }
+    line
+}
+
+/// A status in one line.
+pub(super) fn describe(status: &Status) -> String {
+    let state = State::try_from(status.state).unwrap_or_default();
+    let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
+    let optional = |name: &str, value: Option<String>| value.map_or(String::new(), |value| format!("  {name} {value}"));
+    let milliseconds = |value: f64| format!("{:.3} ms", value * 1e3);
+    format!(
+        "{:<9} t {time:10.3} s{}{}{}{}{}",
+        state.as_str_name(),
+        optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
+        optional("late p50", status.lateness_p50_s.map(milliseconds)),
+        optional("p99", status.lateness_p99_s.map(milliseconds)),
+        optional("energy", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
+        if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },
+    )
+}

@@ -1,0 +1,82 @@
+//! The command line: parse, validate, call, exit code.
+
+mod args;
+mod clients;
+mod files;
+mod live;
+mod watch;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use tracing_subscriber::EnvFilter;
+
+use crate::bus::{BadName, BusError};
+use crate::scene::SceneError;
+use crate::simulation::BuildError;
+use args::{Cli, Command};
+
+/// What a command that went to its end has to say by its exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Done {
+    /// All is well: 0.
+    Well,
+    /// A service said no: 1.
+    Refused,
+    /// Finished, but something was lost: 3.
+    Lossy,
+    /// The simulation diverged: 4.
+    Diverged,
+}
+
+/// Runs the program on the process's arguments.
+///
+/// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    log(cli.log_json);
+    match dispatch(cli) {
+        Ok(Done::Well) => ExitCode::SUCCESS,
+        Ok(Done::Refused) => ExitCode::from(1),
+        Ok(Done::Lossy) => ExitCode::from(3),
+        Ok(Done::Diverged) => ExitCode::from(4),
+        // Whoever read our output has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(if is_usage(&error) { 2 } else { 1 })
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+fn is_usage(error: &anyhow::Error) -> bool {
+    error.is::<SceneError>()
+        || error.is::<BuildError>()
+        || error.is::<BadName>()
+        || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
+}
+
+/// Warnings and errors on standard error; more with `RUST_LOG`.
+fn log(json: bool) {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,zenoh=error,flexcrank=info"));
+    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    // Logging can already have been set up only by a program that uses this as a library: then its own stands.
+    let _ = if json { builder.json().try_init() } else { builder.compact().try_init() };
+}
+
+fn dispatch(cli: Cli) -> anyhow::Result<Done> {
+    match cli.command.unwrap_or_default() {
+        Command::Run(run) => live::run(*run),
+        Command::Replay(replay) => live::replay(replay),
+        Command::List(bus) => clients::list(&bus),
+        Command::Pulse(pulse) => clients::pulse(pulse),
+        Command::Control(control) => clients::control(control),
+        Command::Watch(target) => watch::watch(&target),
+        Command::Export(export) => files::export(&export),
+        Command::Scenes { name } => files::scenes(name.as_deref()),
+    }
+}

@@ -1,0 +1,10 @@
+//! Where bus, recording and runtime meet: a live service, and a replayed one.
+
+mod desk;
+mod error;
+mod live;
+mod replay;
+
+pub use error::ServiceError;
+pub use live::{Live, LiveReport, run};
+pub use replay::{Replay, ReplayReport, replay};

@@ -1,0 +1,107 @@
+//! What a scene may say, and how it is told what is wrong.
+
+use flexcrank::scene::{ModelKind, SceneSource, builtin};
+use flexcrank::simulation::Simulation;
+
+fn refused(text: &str) -> String {
+    match SceneSource::parse("scene.toml", text, &[]) {
+        Ok(_) => "accepted".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// The default scene with one line replaced.
+fn with(line: &str, instead: &str) -> String {
+    let text = builtin::find("crank-slider").unwrap().text;
+    assert!(text.contains(line), "{line}");
+    text.replacen(line, instead, 1)
+}
+
+#[test]
+fn val_every_builtin_scene_is_valid_and_runs() {
+    for scene in builtin::BUILTIN {
+        let source = SceneSource::open(scene.name, &[]).unwrap();
+        let mut simulation = Simulation::new(&source.scene).unwrap();
+        for _ in 0..10 {
+            simulation.step().unwrap();
+        }
+        assert!(simulation.observe().unwrap().energy.kinetic_j.is_finite(), "{}", scene.name);
+        assert!(!scene.summary().is_empty());
+    }
+}
+
+#[test]
+fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
+    let cases = [
+        (with("length_m = 0.5", "lenght_m = 0.5"), "scene.toml:4: crank.lenght_m = 0.5: unknown key; did you mean `length_m`?"),
+        (with("length_m = 0.5", "length_m = -1"), "scene.toml:4: crank.length_m = -1: must be a number from 1e-9 to 1e6"),
+        (with("length_m = 0.5", "length_m = nan"), "scene.toml:4: crank.length_m = nan: must be a number"),
+        (with("length_m = 0.5", "length_m = \"long\""), "scene.toml:4: crank.length_m = \"long\": invalid type"),
+        (with("length_m = 1.5", "length_m = 0.5"), "scene.toml:10: rod.length_m = 0.5: must be longer than crank.length_m = 0.5"),
+        (with("[slider]", "[silder]"), "scene.toml:15: silder: unknown key; did you mean `slider`?"),
+        (with("length_m = 0.5\n", ""), "scene.toml:3: crank: missing field `length_m`"),
+        (with("density_kg_per_m3 = 7700.0\n", ""), "scene.toml:3: crank: missing key `density_kg_per_m3`"),
+        (with("\"rigid\"", "\"ridgid\""), "scene.toml:24: solver.model = \"ridgid\": must be one of"),
+        (with("\"rigid\"", "\"ridgid\""), "did you mean \"rigid\"?"),
+        (with("shape = \"rectangle\"", "shape = \"square\""), "unknown value"),
+        (with("torque_nm = 20.0", "torque_nm = inf"), "scene.toml:20: pulse.0.torque_nm = inf: must be a number"),
+        (with("step_s = 0.001", "step_s = 0"), "solver.step_s = 0: must be a number from 1e-9 to 10"),
+        (with("mass_kg = 0.2", "mass_kg = 0.2\nresistance_n = 1e300"), "slider.resistance_n = 1e300: must be a number"),
+        (with("[crank]", "[crank"), "scene.toml:3: not TOML"),
+        (String::new(), "scene.toml: no links"),
+    ];
+    for (text, expected) in cases {
+        let said = refused(&text);
+        assert!(said.contains(expected), "expected {expected}\nbut it says {said}");
+    }
+}
+
+#[test]
+fn regress_what_is_not_built_is_refused_never_ignored() {
+    let text = with("[slider]", "[oscillator]\nmasses_kg = [1.0]\n\n[slider]");
+    assert!(refused(&text).contains("not supported yet"), "{}", refused(&text));
+}
+
+#[test]
+fn val_overrides_are_toml_and_bare_words_are_strings() {
+    let set = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
+        SceneSource::open("crank-slider", &overrides)
+    };
+    let source =
+        set(&["rod.length_m=1.2", "pulse.0.torque_nm = -3", "solver.model=rigid", "commands.torque_limit_nm=7"]).unwrap();
+    assert_eq!(source.scene.chain.links[1].length_m, 1.2);
+    assert_eq!(source.scene.commands.torque_limit_nm, 7.0);
+    assert_eq!(source.scene.solver.model, ModelKind::Rigid);
+    assert!(source.text.contains("length_m = 1.2"), "the scene in force has the override in it");
+    let again = SceneSource::parse("again", &source.text, &[]).unwrap();
+    assert_eq!(again.scene, source.scene);
+    for bad in ["rod.length_m", "=3", "pulse.7.torque_nm=1", "rod.length_m.x=1"] {
+        assert!(set(&[bad]).is_err_and(|error| error.to_string().contains("--set")), "{bad}");
+    }
+}
+
+#[test]
+fn val_sections_have_their_areas_and_moments() {
+    use std::f64::consts::PI;
+    let cases = [
+        ("{ shape = \"rectangle\", width_m = 0.02, height_m = 0.01 }", 2e-4, 0.02 * 1e-6 / 12.0),
+        ("{ shape = \"round\", diameter_m = 0.006 }", PI * 9e-6, PI * 0.006_f64.powi(4) / 64.0),
+        ("{ shape = \"tube\", outer_m = 0.02, inner_m = 0.01 }", PI * 7.5e-5, PI * (0.02_f64.powi(4) - 1e-8) / 64.0),
+    ];
+    for (section, area, moment) in cases {
+        let text = with("section = { shape = \"rectangle\", width_m = 0.01, height_m = 0.01 }", &format!("section = {section}"));
+        let bar = SceneSource::parse("scene", &text, &[]).unwrap().scene.chain.links[0].bar.unwrap();
+        assert!((bar.area_m2 / area - 1.0).abs() < 1e-12 && (bar.second_moment_m4 / moment - 1.0).abs() < 1e-12, "{section}");
+    }
+}
+
+#[test]
+fn val_a_rigid_link_may_give_its_mass() {
+    let text = "[crank]\nlength_m = 0.1\nmass_kg = 2.0\ncentre_of_mass_m = 0.0\ninertia_kg_m2 = 0.5\n[rod]\nlength_m = 0.3\nmass_kg = 1.0\n[slider]\n";
+    let scene = SceneSource::parse("scene", &format!("{text}[solver]\nmodel = \"rigid\"\n"), &[]).unwrap().scene;
+    let [crank, rod] = scene.chain.links.as_slice() else { panic!("two links") };
+    assert_eq!((crank.centre_of_mass_m, crank.inertia_kg_m2), (0.0, 0.5));
+    assert!((rod.inertia_kg_m2 - 0.09 / 12.0).abs() < 1e-15, "a uniform bar unless said otherwise");
+    assert!(refused(&text.replace("mass_kg = 1.0", "mass_kg = 1.0\narea_m2 = 1.0")).contains("not both"));
+}

@@ -1,0 +1,170 @@
+//! A whole service on a real bus: sessions on loopback, port 0, scouting off; real files.
+
+mod common;
+
+use std::time::Duration;
+
+use common::{Outcome, Service, scene};
+use flexcrank::bus::{Topic, client};
+use flexcrank::recording::{Messages, export_csv};
+use flexcrank::runtime::{Ending, Pace, PublishRate};
+use flexcrank::service::{Replay, replay};
+use flexcrank::wire::{self, Angles, AppliedCommand, Loads, Status, TorquePulse, control::Action, status::State};
+use prost::Message as _;
+
+fn pulse(id: &str, torque_nm: f64, duration_s: f64) -> TorquePulse {
+    TorquePulse { id: id.to_owned(), torque_nm, duration_s, ..TorquePulse::default() }
+}
+
+fn control(action: Action) -> wire::Control {
+    wire::Control { id: String::new(), action: Some(action) }
+}
+
+#[test]
+fn prop_a_pulse_travels_from_client_to_recording() -> Outcome {
+    let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let reply = client::pulse(&service.client, &service.name, &pulse("p1", 5.0, 0.37e-3))?;
+    assert!(reply.accepted, "{}", reply.reason);
+    let again = client::pulse(&service.client, &service.name, &pulse("p1", 5.0, 0.37e-3))?;
+    assert!(again.accepted && again.effective_step == reply.effective_step, "a retry is acknowledged with the same step");
+    let refused = client::pulse(&service.client, &service.name, &pulse("p2", f64::NAN, 0.1))?;
+    assert!(!refused.accepted && refused.id == "p2" && !refused.reason.is_empty());
+    client::control(&service.client, &service.name, &control(Action::Pause(wire::Pause {})))?;
+    client::control(&service.client, &service.name, &control(Action::Step(wire::Steps { count: 3 })))?;
+    let (report, folder) = service.stop()?;
+    assert_eq!(report.ending, Ending::Stopped);
+    assert_eq!(report.dropped, 0);
+    let rows = common::decoded::<Loads>(&folder.path().join("run.mcap"), "loads")?;
+    let impulse: f64 = rows
+        .windows(2)
+        .map(|pair| pair[1].driving_torque_nm * (common::time_s(&pair[1].stamp) - common::time_s(&pair[0].stamp)))
+        .sum();
+    let exact = 5.0 * 0.37e-3;
+    assert!((impulse - exact).abs() < 1e-12 * exact, "impulse {impulse}");
+    let first = rows.iter().find(|row| row.driving_torque_nm != 0.0).and_then(|row| row.stamp.as_ref());
+    assert_eq!(first.map(|stamp| stamp.step), Some(reply.effective_step));
+    let applied = common::decoded::<AppliedCommand>(&folder.path().join("run.mcap"), "commands")?;
+    assert_eq!(applied.len(), 4, "pulse, pause, step, stop: each once");
+    let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
+    let last = status.last().ok_or("no status")?;
+    assert_eq!((last.commands_accepted, last.commands_rejected), (4, 1));
+    assert!((last.kinetic_j.unwrap_or(0.0) - last.work_in_j.unwrap_or(1.0)).abs() < 1e-12);
+    Ok(())
+}
+
+#[test]
+fn prop_impulse_survives_a_low_publishing_rate() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Max, Some(2.0), PublishRate::Hz(37.0))?;
+    let (report, folder) = service.finish()?;
+    assert_eq!(report.ending, Ending::Finished);
+    let rows = common::decoded::<Loads>(&folder.path().join("run.mcap"), "loads")?;
+    let impulse: f64 = rows
+        .windows(2)
+        .map(|pair| pair[1].driving_torque_nm * (common::time_s(&pair[1].stamp) - common::time_s(&pair[0].stamp)))
+        .sum();
+    assert!((impulse - 2.0).abs() < 1e-12 * 2.0, "20 N·m for 0.1 s, seen 37 times a second: {impulse}");
+    Ok(())
+}
+
+#[test]
+fn prop_pause_steps_and_reset_count_exactly() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let say = |action| client::control(&service.client, &service.name, &control(action));
+    assert!(!say(Action::Step(wire::Steps { count: 1 }))?.accepted, "steps are counted only when paused");
+    let paused = say(Action::Pause(wire::Pause {}))?;
+    let stepped = say(Action::Step(wire::Steps { count: 250 }))?;
+    assert_eq!(stepped.effective_step, paused.effective_step);
+    let after = say(Action::Pause(wire::Pause {}))?;
+    assert!(after.effective_step <= paused.effective_step + 250);
+    let reset = say(Action::Reset(wire::Reset {}))?;
+    assert_eq!((reset.effective_step, reset.effective_sim_time_s), (1, 0.0));
+    say(Action::Resume(wire::Resume {}))?;
+    let (_, folder) = service.stop()?;
+    let rows = common::decoded::<Angles>(&folder.path().join("run.mcap"), "angles")?;
+    let epochs: Vec<u64> = rows.iter().filter_map(|row| row.stamp.as_ref()).map(|stamp| stamp.epoch).collect();
+    assert!(epochs.windows(2).all(|pair| pair[1] == pair[0] || pair[1] == pair[0] + 1) && epochs.last() == Some(&1));
+    let in_epoch_0 = rows.iter().filter(|row| row.stamp.as_ref().is_some_and(|stamp| stamp.epoch == 0));
+    let last = in_epoch_0.filter_map(|row| row.stamp.as_ref()).map(|stamp| stamp.step).max();
+    assert!(last <= Some(paused.effective_step - 1 + 250));
+    let times = common::log_times(&folder.path().join("run.mcap"))?;
+    assert!(times.windows(2).all(|pair| pair[0] <= pair[1]), "log time goes on through a reset");
+    Ok(())
+}
+
+#[test]
+fn prop_recordings_start_and_stop_by_name() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    let say = |action| client::control(&service.client, &service.name, &control(action));
+    let start = |name: &str| Action::StartRecording(wire::StartRecording { name: name.to_owned() });
+    assert!(!say(start("take-2"))?.accepted, "one is running already");
+    assert!(say(Action::StopRecording(wire::StopRecording {}))?.accepted);
+    assert!(!say(Action::StopRecording(wire::StopRecording {}))?.accepted);
+    assert!(!say(start("../escape"))?.accepted);
+    assert!(say(start("take-2"))?.accepted);
+    let (report, folder) = service.stop()?;
+    assert_eq!(report.recordings.len(), 2);
+    for recording in report.recordings {
+        assert!(recording?.messages > 0);
+    }
+    assert!(Messages::open(&folder.path().join("take-2.mcap"))?.next().is_some());
+    Ok(())
+}
+
+#[test]
+fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::All)?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run.mcap");
+    let (player, listener) = common::linked_sessions()?;
+    let ghost = "ghost".parse()?;
+    let heard = common::Listener::new(&listener, &ghost)?;
+    let plan = Replay {
+        file: file.clone(),
+        rate: 4.0,
+        looped: false,
+        start_offset_s: 0.0,
+        name: Some(ghost),
+        commands: false,
+        wait_for_subscriber: true,
+        force: false,
+    };
+    let (_keep, stop) = std::sync::mpsc::channel();
+    let report = replay(&player, &plan, &stop)?;
+    assert_eq!(report.messages, 3 * 1001);
+    for topic in [Topic::Displacements, Topic::Angles, Topic::Loads] {
+        let wanted = common::payloads(&file, topic.chunk())?;
+        heard.wait_for(topic, wanted.len(), Duration::from_secs(20))?;
+        assert_eq!(heard.payloads(topic), wanted, "{topic:?}");
+    }
+    let status = heard.payloads(Topic::Status);
+    let states: Vec<State> = status.iter().filter_map(|bytes| Status::decode(bytes.as_slice()).ok()).map(|s| s.state()).collect();
+    assert!(states.contains(&State::Replaying));
+    Ok(())
+}
+
+#[test]
+fn prop_a_cut_off_recording_is_read_up_to_the_cut() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Max, Some(5.0), PublishRate::All)?;
+    let (_, folder) = service.finish()?;
+    let whole = std::fs::read(folder.path().join("run.mcap"))?;
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &whole[..whole.len() * 2 / 3])?;
+    let kept = Messages::open(&cut)?.filter(Result::is_ok).count();
+    assert!(kept > 5_000, "{kept} messages before the cut");
+    let tables = folder.path().join("tables");
+    let exported = export_csv(&cut, &tables)?;
+    assert!(exported.cut_off);
+    let header = std::fs::read_to_string(tables.join("flexcrank.test.loads.csv"))?;
+    assert!(header.starts_with("log_time_ns,publish_time_ns,stamp.step,"));
+    assert!(header.lines().next().is_some_and(|line| line.contains("joints.crank-pin.fx_n")));
+    Ok(())
+}
+
+#[test]
+fn prop_a_recording_is_never_overwritten() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Max, Some(0.01), PublishRate::All)?;
+    let (_, folder) = service.finish()?;
+    let again = Service::start_in(folder, scene(&[])?, Pace::Max, Some(0.01), PublishRate::All)?.finish();
+    assert!(again.is_err_and(|error| error.to_string().contains("exists")));
+    Ok(())
+}
