@@ -1,5 +1,7 @@
 //! What a scene may say, and how it is told what is wrong.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
 use flexcrank::scene::{ModelKind, SceneSource, builtin};
 use flexcrank::simulation::Simulation;
 

@@ -162,7 +162,7 @@ impl Rigid {
         let height: f64 = pose.bodies.iter().map(|body| body.mass_kg * dot(&gravity, &body.centre[0])).sum();
         Energy {
             kinetic_j: 0.5 * mass * rate * rate,
-            strain_j: (base != 0.0).then(|| 0.5 * base * theta_rad * theta_rad),
+            strain_j: (base != 0.0).then_some(0.5 * base * theta_rad * theta_rad),
             potential_j: (gravity != [0.0; 2]).then_some(-height),
         }
     }

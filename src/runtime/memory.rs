@@ -25,10 +25,10 @@ impl Memory {
         if reply.id.is_empty() {
             return;
         }
-        if self.order.len() == REMEMBERED {
-            if let Some(oldest) = self.order.pop_front() {
-                self.answers.remove(&oldest);
-            }
+        if self.order.len() == REMEMBERED
+            && let Some(oldest) = self.order.pop_front()
+        {
+            self.answers.remove(&oldest);
         }
         self.order.push_back(reply.id.clone());
         self.answers.insert(reply.id.clone(), reply.clone());

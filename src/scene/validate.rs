@@ -152,7 +152,7 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     }
     ascending(check, key, table)?;
     let turn = std::f64::consts::TAU;
-    if table.iter().any(|[angle, force]| !(0.0..turn).contains(angle) || !(force.abs() <= LIMIT_N)) {
+    if table.iter().any(|[angle, force]| !(0.0..turn).contains(angle) || force.abs() > LIMIT_N) {
         return Err(check.refuse(key, "angles must be from 0 to below 2π (6.2831…) and forces within ±1e12 N"));
     }
     Ok(Resistance::Table(table.clone()))
@@ -236,17 +236,17 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
         return Err(check.refuse("solver.integrator", format!("{} goes with {} only", model.as_str(), suits.join(", "))));
     }
     let chain = &scene.chain;
-    if let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice()) {
-        if rod.length_m <= crank.length_m {
-            let problem = format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
-            return Err(check.refuse("rod.length_m", problem));
-        }
+    if let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice())
+        && rod.length_m <= crank.length_m
+    {
+        let problem = format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
+        return Err(check.refuse("rod.length_m", problem));
     }
-    if model == ModelKind::Incremental {
-        if let Some(link) = chain.links.iter().find(|link| link.elements != 1) {
-            let key = format!("{}.elements", link.name.as_str());
-            return Err(check.refuse(&key, "must be 1: the incremental model is the thesis's, one element a link"));
-        }
+    if model == ModelKind::Incremental
+        && let Some(link) = chain.links.iter().find(|link| link.elements != 1)
+    {
+        let key = format!("{}.elements", link.name.as_str());
+        return Err(check.refuse(&key, "must be 1: the incremental model is the thesis's, one element a link"));
     }
     Ok(())
 }

@@ -1,5 +1,5 @@
 //! A service in this process, a client beside it, and what was recorded.
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its own part; a test may fail")]
 
 use std::collections::HashMap;
 use std::error::Error;

@@ -243,11 +243,37 @@ def killed(folder):
     expect("at most a second is lost to kill -9", end_s - kept < 1.0, f"{end_s - kept:.3f} s lost")
 
 
+def readme(folder):
+    """A service found with no options at all, and the README's Python listing as printed."""
+    listing = Path("README.md").read_text().split("```python\n")[1].split("```")[0]
+    expect("the README's subscriber has at most 15 lines", len(listing.strip().splitlines()) <= 15)
+    begun = time.monotonic()
+    lonely = subprocess.run([BINARY, "pulse", "crank", "--torque", "5", "--duration", "0.1"], capture_output=True, text=True)
+    waited_s = time.monotonic() - begun
+    says = lonely.returncode == 1 and "flexcrank run" in lonely.stderr and waited_s < 3.0
+    expect("without a service, a client says so within 3 s, with the fix", says, f"{waited_s:.2f} s: {lonely.stderr.strip()}")
+    process = subprocess.Popen([BINARY, "run", "--no-record"], cwd=folder)
+    try:
+        ask = lambda *words: subprocess.run([BINARY, *words], capture_output=True, text=True)
+        wait_for(lambda: ask("list").stdout == "crank\n", "the service is found")
+        pulse = ask("pulse", "crank", "--torque", "5", "--duration", "0.1")
+        expect("pulse with no options", pulse.returncode == 0 and "takes effect in step" in pulse.stdout, pulse.stdout.strip())
+        printed = subprocess.run([sys.executable, "-c", listing], capture_output=True, text=True, timeout=PATIENCE_S)
+        angles = [float(line) for line in printed.stdout.split()]
+        expect("the README's subscriber runs", len(angles) > 500, f"{len(angles)} angles, last {angles[-1:]}")
+        process.send_signal(signal.SIGINT)
+        expect("Ctrl-C ends cleanly", process.wait(PATIENCE_S) == 0)
+    finally:
+        process.kill()
+        process.wait()
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         path = live(Path(folder))
         replayed(path)
         killed(Path(folder))
+        readme(Path(folder))
     print("interoperability: all holds")
 
 
