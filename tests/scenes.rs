@@ -39,14 +39,14 @@ fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
         (with("length_m = 0.5", "length_m = -1"), "scene.toml:4: crank.length_m = -1: must be a number from 1e-9 to 1e6"),
         (with("length_m = 0.5", "length_m = nan"), "scene.toml:4: crank.length_m = nan: must be a number"),
         (with("length_m = 0.5", "length_m = \"long\""), "scene.toml:4: crank.length_m = \"long\": invalid type"),
-        (with("length_m = 1.5", "length_m = 0.5"), "scene.toml:10: rod.length_m = 0.5: must be longer than crank.length_m = 0.5"),
-        (with("[slider]", "[silder]"), "scene.toml:15: silder: unknown key; did you mean `slider`?"),
+        (with("length_m = 1.5", "length_m = 0.5"), "scene.toml:11: rod.length_m = 0.5: must be longer than crank.length_m = 0.5"),
+        (with("[slider]", "[silder]"), "scene.toml:17: silder: unknown key; did you mean `slider`?"),
         (with("length_m = 0.5\n", ""), "scene.toml:3: crank: missing field `length_m`"),
         (with("density_kg_per_m3 = 7700.0\n", ""), "scene.toml:3: crank: missing key `density_kg_per_m3`"),
-        (with("\"rigid\"", "\"ridgid\""), "scene.toml:24: solver.model = \"ridgid\": must be one of"),
-        (with("\"rigid\"", "\"ridgid\""), "did you mean \"rigid\"?"),
+        (with("\"modal\"", "\"modla\""), "scene.toml:26: solver.model = \"modla\": must be one of"),
+        (with("\"modal\"", "\"modla\""), "did you mean \"modal\"?"),
         (with("shape = \"rectangle\"", "shape = \"square\""), "unknown value"),
-        (with("torque_nm = 20.0", "torque_nm = inf"), "scene.toml:20: pulse.0.torque_nm = inf: must be a number"),
+        (with("torque_nm = 20.0", "torque_nm = inf"), "scene.toml:22: pulse.0.torque_nm = inf: must be a number"),
         (with("step_s = 0.001", "step_s = 0"), "solver.step_s = 0: must be a number from 1e-9 to 10"),
         (with("mass_kg = 0.2", "mass_kg = 0.2\nresistance_n = 1e300"), "slider.resistance_n = 1e300: must be a number"),
         (with("[crank]", "[crank"), "scene.toml:3: not TOML"),
@@ -105,5 +105,13 @@ fn val_a_rigid_link_may_give_its_mass() {
     let [crank, rod] = scene.chain.links.as_slice() else { panic!("two links") };
     assert_eq!((crank.centre_of_mass_m, crank.inertia_kg_m2), (0.0, 0.5));
     assert!((rod.inertia_kg_m2 - 0.09 / 12.0).abs() < 1e-15, "a uniform bar unless said otherwise");
-    assert!(refused(&text.replace("mass_kg = 1.0", "mass_kg = 1.0\narea_m2 = 1.0")).contains("not both"));
+    assert!(refused(text).contains("only for a rigid link"), "a flexible link needs a section");
+    assert!(
+        refused(
+            &text
+                .replace("mass_kg = 1.0", "mass_kg = 1.0\nrigid = true\narea_m2 = 1.0")
+                .replace("mass_kg = 2.0", "mass_kg = 2.0\nrigid = true")
+        )
+        .contains("not both")
+    );
 }

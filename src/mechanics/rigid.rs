@@ -12,7 +12,7 @@ use super::joints;
 use super::mechanism::{Input, Mechanism, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
 use super::resistance::resistance_n;
-use crate::scene::{Chain, End, Motion};
+use crate::scene::{Chain, End};
 
 const ORIGIN: Path = [[0.0; 2]; 4];
 
@@ -51,9 +51,9 @@ struct Equation {
 }
 
 impl Rigid {
-    /// The rigid chain of a scene whose pivot follows `motion`, or torque when `None`.
-    pub fn new(chain: &Chain, motion: Option<&Motion>) -> Self {
-        Rigid { chain: chain.clone(), prescribed: motion.is_some(), tangent: 1.0, scale_nm: 0.0 }
+    /// One link, or a crank-slider; `prescribed` when the scene prescribes the motion of the pivot.
+    pub fn new(chain: &Chain, prescribed: bool) -> Self {
+        Rigid { chain: chain.clone(), prescribed, tangent: 1.0, scale_nm: 0.0 }
     }
 
     fn state(&self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 3] {

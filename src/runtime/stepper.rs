@@ -1,27 +1,27 @@
 //! The stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
 
+mod commanding;
+mod reporting;
+
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
-use super::command::{Command, Counts, Request};
+use super::command::{Command, Counts};
 use super::lateness::Lateness;
 use super::memory::Memory;
-use super::output::{Output, RecordingRequest};
+use super::output::Output;
 use super::pacer::{Pace, Pacer};
 use super::rate::PublishRate;
-use crate::simulation::{Diverged, Effective, Sample, Simulation, Stamp};
-use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command, control, status::State};
+use crate::simulation::{Diverged, Sample, Simulation, Stamp};
+use crate::wire::status::State;
+use reporting::STATUS_PERIOD;
 
-/// Wall time between two statuses.
-const STATUS_PERIOD: Duration = Duration::from_millis(500);
 /// Simulated time between two checkpoints, s.
 const CHECKPOINT_PERIOD_S: f64 = 10.0;
 /// Steps between two looks at the command queue when nothing is waited for.
 const BURST: u32 = 64;
-/// Most steps that one `step` command may ask for.
-const STEPS_LIMIT: u64 = 1_000_000_000;
-/// How long commands that are already queued are taken before the next step is due.
+/// Most queued commands that are taken before the next step.
 const COMMANDS_AT_ONCE: usize = 256;
 
 /// How a run is stepped.
@@ -236,46 +236,6 @@ impl Stepper {
         }
     }
 
-    fn status_if_due(&mut self) {
-        if self.clock.elapsed() >= self.next_status {
-            self.status(if self.paused { State::Paused } else { State::Running }, String::new());
-        }
-    }
-
-    fn status(&mut self, state: State, message: String) {
-        let now = self.clock.elapsed();
-        self.next_status = now + STATUS_PERIOD;
-        let observed = self.simulation.observe().is_ok();
-        let ledger = self.simulation.ledger();
-        let quantiles = self.lateness.quantiles_s();
-        let at = |k: usize| quantiles.map(|all| all[k]);
-        let stamp = self.stamp();
-        let status = Status {
-            stamp: Some(wire::stamp(&stamp)),
-            state: state.into(),
-            real_time_factor: if self.paused { None } else { self.pacer.real_time_factor(now, self.session_s()) },
-            lateness_p50_s: at(0),
-            lateness_p99_s: at(1),
-            lateness_p999_s: at(2),
-            lateness_max_s: at(3),
-            overruns: self.overruns,
-            dropped_samples: self.dropped + self.ports.counts.dropped(),
-            kinetic_j: observed.then_some(ledger.energy.kinetic_j),
-            strain_j: ledger.energy.strain_j,
-            potential_j: ledger.energy.potential_j,
-            work_in_j: Some(ledger.work_in_j),
-            dissipated_j: Some(ledger.dissipated_j),
-            balance_error_j: Some(ledger.balance_error_j),
-            solver_iterations: self.simulation.newton_iterations(),
-            message,
-            commands_accepted: self.accepted,
-            commands_rejected: self.rejected + self.ports.counts.rejected(),
-            pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
-            recording: None,
-        };
-        self.send(Output::Status(Box::new(status), stamp));
-    }
-
     /// Waits for a command, at most for `time`.
     fn wait(&mut self, time: Duration) {
         match self.ports.commands.recv_timeout(time) {
@@ -294,110 +254,4 @@ impl Stepper {
             }
         }
     }
-
-    /// Judges a command, applies it, and sends the answer on its way.
-    fn consider(&mut self, command: Command) {
-        let Command { id, request, reply } = command;
-        let stamp = self.stamp();
-        if let Some(mut answer) = self.memory.recall(&id) {
-            "a repetition: applied once".clone_into(&mut answer.reason);
-            return self.send(Output::Answer(answer, reply, None, stamp));
-        }
-        let verdict = match &request {
-            Request::Torque(pulse) => {
-                self.simulation.add_pulse(pulse).map(|when| (when, "")).map_err(|refused| refused.to_string())
-            }
-            Request::Control(action) => self.control(action),
-        };
-        let (answer, recorded) = match verdict {
-            Ok((Effective { step, sim_time_s }, reason)) => {
-                self.accepted += 1;
-                let answer = CommandReply {
-                    id,
-                    accepted: true,
-                    reason: reason.to_owned(),
-                    effective_step: step,
-                    effective_sim_time_s: sim_time_s,
-                };
-                self.memory.keep(&answer);
-                let recorded = applied(&answer, &request, &stamp);
-                (answer, Some(Box::new(recorded)))
-            }
-            Err(reason) => {
-                self.rejected += 1;
-                (CommandReply { id, accepted: false, reason, ..CommandReply::default() }, None)
-            }
-        };
-        match request {
-            Request::Control(action @ (control::Action::StartRecording(_) | control::Action::StopRecording(_))) => {
-                if matches!(action, control::Action::StartRecording(_)) {
-                    self.next_checkpoint_s = self.session_s();
-                }
-                self.send(Output::Recording(RecordingRequest { action, answer, reply, stamp }));
-            }
-            _ => self.send(Output::Answer(answer, reply, recorded, stamp)),
-        }
-    }
-
-    fn control(&mut self, action: &control::Action) -> Result<(Effective, &'static str), String> {
-        use control::Action;
-        let reason = match action {
-            Action::Pause(_) if self.paused => "was paused already",
-            Action::Pause(_) => self.pause(),
-            Action::Resume(_) if !self.paused => "was running already",
-            Action::Resume(_) => self.resume(),
-            Action::Step(_) if !self.paused => return Err("steps are counted only when paused: pause first".to_owned()),
-            Action::Step(wire::Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {
-                return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
-            }
-            Action::Step(wire::Steps { count }) => {
-                self.singles += count;
-                ""
-            }
-            Action::Reset(_) => self.reset()?,
-            Action::Stop(_) => {
-                self.stopping = true;
-                ""
-            }
-            Action::StartRecording(_) | Action::StopRecording(_) => "",
-        };
-        Ok((self.simulation.now(), reason))
-    }
-
-    fn pause(&mut self) -> &'static str {
-        self.paused = true;
-        self.next_status = Duration::ZERO;
-        ""
-    }
-
-    fn resume(&mut self) -> &'static str {
-        (self.paused, self.singles) = (false, 0);
-        self.pacer.anchor(self.clock.elapsed(), self.session_s());
-        self.next_status = Duration::ZERO;
-        ""
-    }
-
-    fn reset(&mut self) -> Result<&'static str, String> {
-        let session_s = self.session_s();
-        self.simulation.reset().map_err(|diverged| diverged.to_string())?;
-        self.session_before_epoch_s = session_s;
-        self.singles = 0;
-        self.pacer.anchor(self.clock.elapsed(), session_s);
-        self.next_checkpoint_s = session_s;
-        self.next_status = Duration::ZERO;
-        self.checkpoint_if_due();
-        self.publish();
-        Ok("")
-    }
-}
-
-/// The record of a command that took effect.
-fn applied(answer: &CommandReply, request: &Request, stamp: &Stamp) -> AppliedCommand {
-    let command = match request {
-        Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&answer.id, pulse)),
-        Request::Control(action) => {
-            applied_command::Command::Control(wire::Control { id: answer.id.clone(), action: Some(action.clone()) })
-        }
-    };
-    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(answer.clone()), command: Some(command) }
 }

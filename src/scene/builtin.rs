@@ -25,6 +25,13 @@ pub const DEFAULT: &str = "crank-slider";
 pub const BUILTIN: &[Builtin] = &[
     Builtin { name: "crank-slider", text: include_str!("builtin/crank-slider.toml") },
     Builtin { name: "thesis-crank-slider", text: include_str!("builtin/thesis-crank-slider.toml") },
+    Builtin { name: "ref-r1", text: include_str!("builtin/ref-r1.toml") },
+    Builtin { name: "ref-r2", text: include_str!("builtin/ref-r2.toml") },
+    Builtin { name: "ref-r2s", text: include_str!("builtin/ref-r2s.toml") },
+    Builtin { name: "ref-r3", text: include_str!("builtin/ref-r3.toml") },
+    Builtin { name: "ref-r4m", text: include_str!("builtin/ref-r4m.toml") },
+    Builtin { name: "ref-r5", text: include_str!("builtin/ref-r5.toml") },
+    Builtin { name: "ref-r5-tip", text: include_str!("builtin/ref-r5-tip.toml") },
 ];
 
 /// The built-in scene of this name.

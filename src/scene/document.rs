@@ -65,12 +65,6 @@ impl SceneText {
         self.merged.get(span).map(str::to_owned)
     }
 
-    /// Whether `key` is given.
-    pub fn has(&self, key: &str) -> bool {
-        Document::parse(self.merged.as_str())
-            .is_ok_and(|document| key.split('.').try_fold(document.as_item(), |item, part| child(item, part)).is_some())
-    }
-
     /// The dotted path of the innermost key or value that covers `offset` of the merged text.
     pub fn path_at(&self, offset: usize) -> String {
         let Ok(document) = Document::parse(self.merged.as_str()) else { return String::new() };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{SceneError, raw, types::*, validate::Checker};
+use super::{SceneError, check::Checker, raw, types::*};
 
 const LENGTH_MAX_M: f64 = 1e6;
 const LENGTH_MIN_M: f64 = 1e-9;
@@ -59,11 +59,13 @@ fn lumped(check: &Checker, name: LinkName, raw: &raw::Link, mass_kg: f64, length
     let key = |part: &str| format!("{}.{part}", name.as_str());
     let mass_kg = check.number(&key("mass_kg"), mass_kg, 0.0, 1e9)?;
     let bar = uniform(length_m, mass_kg);
-    Ok(body(
-        mass_kg,
-        check.number_or(&key("centre_of_mass_m"), raw.centre_of_mass_m, bar.centre_of_mass_m, -LENGTH_MAX_M, LENGTH_MAX_M)?,
-        check.number_or(&key("inertia_kg_m2"), raw.inertia_kg_m2, bar.inertia_kg_m2, 0.0, 1e12)?,
-    ))
+    let centre =
+        check.number_or(&key("centre_of_mass_m"), raw.centre_of_mass_m, bar.centre_of_mass_m, -LENGTH_MAX_M, LENGTH_MAX_M)?;
+    let inertia = check.number_or(&key("inertia_kg_m2"), raw.inertia_kg_m2, bar.inertia_kg_m2, 0.0, 1e12)?;
+    if mass_kg == 0.0 && inertia > 0.0 {
+        return Err(check.refuse(&key("inertia_kg_m2"), "must be 0 for a link without mass"));
+    }
+    Ok(body(mass_kg, centre, inertia))
 }
 
 /// Section and material; `None` where the link gives its mass instead, which only a rigid one may.

@@ -11,10 +11,10 @@
 //! ```
 
 pub mod builtin;
+mod check;
 mod document;
 mod error;
 mod link;
-mod not_yet;
 mod parse;
 mod raw;
 mod types;
@@ -60,7 +60,6 @@ impl SceneSource {
     pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let text = SceneText::new(origin, text, overrides)?;
         let raw = parse::parse(&text)?;
-        not_yet::refuse(&text)?;
         let scene = validate::validate(&raw, &text)?;
         Ok(SceneSource { origin: origin.to_owned(), text: text.merged, scene })
     }

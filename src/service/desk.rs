@@ -6,12 +6,14 @@ use std::sync::mpsc::{Receiver, SyncSender};
 
 use prost::Message as _;
 
-use super::live::OnStatus;
 use crate::bus::{Endpoint, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, WhenFull, Written, place};
 use crate::runtime::{Counts, Output, RecordingRequest};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, Telemetry, applied_command, control::Action};
+
+/// Called with every status, off the stepping thread.
+pub type OnStatus = Box<dyn Fn(&Status) + Send>;
 
 /// Where and how to record.
 #[derive(Debug, Clone)]

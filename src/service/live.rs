@@ -6,19 +6,16 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, SystemTime};
 
 use super::ServiceError;
-use super::desk::{Closed, Desk, RecordingPlan};
+use super::desk::{Closed, Desk, OnStatus, RecordingPlan};
 use crate::bus::{BusError, Endpoint, Name, Session, client};
 use crate::recording::{self, RecordingError, WhenFull, Written};
 use crate::runtime::{Command, Ending, Inbox, Pace, Ports, Request, Stepper, Stepping, inbox};
 use crate::scene::SceneSource;
 use crate::simulation::{Sample, Simulation, Stamp};
-use crate::wire::{self, Status, Telemetry, control};
+use crate::wire::{self, Telemetry, control};
 
 /// Samples that may be on their way from the stepping thread at once.
 const SAMPLES_ON_THE_WAY: usize = 2048;
-
-/// Called with every status, off the stepping thread.
-pub type OnStatus = Box<dyn Fn(&Status) + Send>;
 
 /// What to run and how.
 pub struct Live {

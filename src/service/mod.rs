@@ -5,6 +5,7 @@ mod error;
 mod live;
 mod replay;
 
+pub use desk::OnStatus;
 pub use error::ServiceError;
 pub use live::{Live, LiveReport, run};
 pub use replay::{Replay, ReplayReport, replay};

@@ -6,24 +6,31 @@ use super::engine::Engine;
 use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
 use crate::integrate::{GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
-use crate::mechanics::{Incremental, LinkObservation, Mechanism, NodeObservation, Observation, Rigid};
-use crate::scene::{Drive, IntegratorKind, ModelKind, Scene, Solver};
+use crate::mechanics::{FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NodeObservation, Observation, Rigid};
+use crate::scene::{End, IntegratorKind, ModelKind, Scene, Solver};
 
 pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
     let refuse = |why| BuildError { model: scene.solver.model.as_str(), why };
-    let motion = match &scene.drive {
-        Drive::Motion(motion) => Some(motion),
-        Drive::Torque { .. } => None,
-    };
     match scene.solver.model {
-        ModelKind::Rigid => Ok(integrated(Rigid::new(&scene.chain, motion), scene, law)),
+        ModelKind::Rigid => Ok(rigid(scene, law)),
         ModelKind::Incremental => {
             let model = Incremental::new(&scene.chain, scene.solver.weight)
                 .ok_or_else(|| refuse("it needs a crank-slider of two flexible links"))?;
             Ok(Box::new(IncrementalEngine::new(model)))
         }
-        ModelKind::Modal | ModelKind::FiniteElement => Err(refuse("not supported yet")),
+        ModelKind::Modal => Ok(integrated(Modal::new(scene), scene, law)),
+        ModelKind::FiniteElement => Ok(integrated(FiniteElement::new(&scene.chain, law.is_motion()), scene, law)),
     }
+}
+
+/// Closed forms where the crank angle says it all; otherwise floating frames without any flexibility.
+fn rigid(scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
+    if let (End::Free { .. }, [_, _]) = (&scene.chain.end, scene.chain.links.as_slice()) {
+        let mut stiff = scene.clone();
+        stiff.chain.links.iter_mut().for_each(|link| link.rigid = true);
+        return integrated(Modal::new(&stiff), scene, law);
+    }
+    integrated(Rigid::new(&scene.chain, law.is_motion()), scene, law)
 }
 
 fn integrated<M: Mechanism + 'static>(mechanism: M, scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {

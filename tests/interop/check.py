@@ -93,10 +93,10 @@ class Client:
 
 
 @contextlib.contextmanager
-def service(arguments, name):
+def service(arguments, name, client=Client):
     endpoint = free_endpoint()
     process = subprocess.Popen([BINARY, *arguments, "--name", name, "--listen", endpoint])
-    client = Client(endpoint, name)
+    client = client(endpoint, name)
     try:
         yield process, client
     finally:
@@ -183,12 +183,14 @@ def live(folder):
 
 def kinetic_j(state):
     """Of the default scene's uniform bars and slider, from the velocities of their ends: m (a·a + a·b + b·b)/6."""
-    nodes = {(node.link, node.index): (node.vx_m_per_s, node.vy_m_per_s) for node in state.nodes}
+    ends = {}
+    for node in state.nodes:
+        ends.setdefault(node.link, []).append((node.vx_m_per_s, node.vy_m_per_s))
     dot = lambda a, b: a[0] * b[0] + a[1] * b[1]
     bar = lambda mass, a, b: mass * (dot(a, a) + dot(a, b) + dot(b, b)) / 6
-    crank = bar(7700 * 1e-4 * 0.5, nodes["crank", 0], nodes["crank", 1])
-    rod = bar(7700 * 1e-4 * 1.5, nodes["rod", 0], nodes["rod", 1])
-    return crank + rod + 0.5 * 0.2 * dot(nodes["rod", 1], nodes["rod", 1])
+    crank = bar(7700 * 1e-4 * 0.5, ends["crank"][0], ends["crank"][-1])
+    rod = bar(7700 * 1e-4 * 1.5, ends["rod"][0], ends["rod"][-1])
+    return crank + rod + 0.5 * 0.2 * dot(ends["rod"][-1], ends["rod"][-1])
 
 
 def refusals(client, pulse):

@@ -1,0 +1,247 @@
+//! The chain's coordinates, its motion, and its equations `r = M(q) q̈ + g(q, q̇) − p`.
+
+use super::frame::{Angle, Frame, Point};
+use super::link::Link;
+use super::loads::{Tip, base_torque_nm};
+use super::plane::{Vector, add, add_scaled, scale, subtract};
+use crate::mechanics::mechanism::Input;
+use crate::scene::{Base, Drive, Scene, Start};
+
+/// How a link's chord angle follows from the coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ChordAngle {
+    /// `β = q_k`.
+    Coordinate(usize),
+    /// The tangent at the pivot is prescribed: `β = θ(t) − Σ φ_i'(0) η_i`.
+    Prescribed,
+    /// The link's end slides on `y = 0`.
+    Closed,
+}
+
+/// The forces on one link's pin and functions, in the frame of its chord.
+#[derive(Debug, Clone)]
+pub(super) struct LinkForces {
+    /// On the first pin.
+    pub(super) first: Vector,
+    /// On the functions; the chord's is the one on the second pin.
+    pub(super) functions: Vec<Vector>,
+}
+
+/// The chain and its present motion.
+#[derive(Debug, Clone)]
+pub(super) struct Chain {
+    pub(super) links: Vec<Link>,
+    pub(super) angles: Vec<ChordAngle>,
+    pub(super) tip: Tip,
+    pub(super) base: Base,
+    pub(super) gravity: Vector,
+    pub(super) start: Start,
+    pub(super) degrees_of_freedom: usize,
+    /// `∂β/∂q` for each link; that of a closed link is the tangent's business.
+    pub(super) angle_rows: Vec<Vec<f64>>,
+    /// `∂(tangent at the pivot)/∂q`; nil where it is prescribed.
+    pub(super) tangent_row: Vec<f64>,
+    pub(super) frames: Vec<Frame>,
+    /// The last pin.
+    pub(super) end: Point,
+    /// Accelerations of the functions, in the frame of the chord.
+    pub(super) accelerations: Vec<Vec<Vector>>,
+    /// Inertia forces less loads, transmitted ones included: what must act from outside the link.
+    pub(super) forces: Vec<LinkForces>,
+    /// Force of the guide on the chain's end, N.
+    pub(super) guide_n: f64,
+    /// Forces and moments at work in the last residual.
+    pub(super) at_work: [f64; 2],
+}
+
+impl Chain {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let chain = &scene.chain;
+        let tip = Tip::new(&chain.end);
+        let prescribed = matches!(scene.drive, Drive::Motion(_));
+        let (mut links, mut angles, mut at) = (Vec::new(), Vec::new(), 0);
+        for (i, link) in chain.links.iter().enumerate() {
+            let last = i + 1 == chain.links.len();
+            angles.push(if last && tip.slides {
+                ChordAngle::Closed
+            } else if i == 0 && prescribed {
+                ChordAngle::Prescribed
+            } else {
+                at += 1;
+                ChordAngle::Coordinate(at - 1)
+            });
+            let link = Link::new(link, at, i == 0);
+            at += link.coordinates();
+            links.push(link);
+        }
+        let row = vec![0.0; at];
+        let mut rows = vec![row.clone(); links.len()];
+        let mut tangent_row = row;
+        for (row, (angle, link)) in rows.iter_mut().zip(angles.iter().zip(&links)) {
+            match angle {
+                ChordAngle::Coordinate(k) => row[*k] = 1.0,
+                ChordAngle::Prescribed => {
+                    for (i, slope) in link.shapes.root_slope.iter().enumerate() {
+                        row[link.at + i] = -slope / link.length_m;
+                    }
+                }
+                ChordAngle::Closed => {}
+            }
+        }
+        if !prescribed {
+            tangent_row.copy_from_slice(&rows[0]);
+            for (i, slope) in links[0].shapes.root_slope.iter().enumerate() {
+                tangent_row[links[0].at + i] = slope / links[0].length_m;
+            }
+        }
+        let forces = |link: &Link| LinkForces { first: [0.0; 2], functions: vec![[0.0; 2]; link.shapes.functions()] };
+        Self {
+            frames: vec![Frame::new(Point::default(), Angle::default()); links.len()],
+            accelerations: links.iter().map(|link| vec![[0.0; 2]; link.shapes.functions()]).collect(),
+            forces: links.iter().map(forces).collect(),
+            links,
+            angles,
+            tip,
+            base: chain.base,
+            gravity: chain.gravity_m_per_s2,
+            start: chain.start,
+            degrees_of_freedom: at,
+            angle_rows: rows,
+            tangent_row,
+            end: Point::default(),
+            guide_n: 0.0,
+            at_work: [0.0; 2],
+        }
+    }
+
+    /// The whole motion for coordinates, velocities and accelerations given.
+    #[inline]
+    pub(super) fn advance(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+        let mut first = Point::default();
+        for (i, link) in self.links.iter_mut().enumerate() {
+            link.deform(q, v, a);
+            let frame = match self.angles[i] {
+                ChordAngle::Coordinate(k) => Frame::new(first, Angle { angle: q[k], rate: v[k], acceleration: a[k] }),
+                ChordAngle::Prescribed => {
+                    let [angle, rate, acceleration] = input.motion.unwrap_or_default();
+                    let row = &self.angle_rows[i];
+                    let (angle, rate) = (angle + product(row, q), rate + product(row, v));
+                    Frame::new(first, Angle { angle, rate, acceleration: acceleration + product(row, a) })
+                }
+                ChordAngle::Closed => Frame::closed(first, link),
+            };
+            let functions = &mut self.accelerations[i];
+            link.accelerate(frame.chord.rate, frame.chord.acceleration, functions);
+            first = frame.point(link.u[0], link.du[0], functions[0]);
+            self.frames[i] = frame;
+        }
+        self.end = first;
+    }
+
+    /// The tangent at the pivot and its rate.
+    pub(super) fn tangent(&self) -> [f64; 2] {
+        let (link, chord) = (&self.links[0], self.frames[0].chord);
+        let slope = |u: &[Vector]| -> f64 {
+            let terms = link.shapes.root_slope.iter().enumerate();
+            terms.map(|(i, s)| s / link.length_m * u[link.shapes.function_of(i)][1]).sum()
+        };
+        [chord.angle + slope(&link.u), chord.rate + slope(&link.du)]
+    }
+
+    /// `r` for the motion that [`Chain::advance`] has set; leaves the forces behind.
+    pub(super) fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
+        self.advance(input, q, v, a);
+        for (i, link) in self.links.iter().enumerate() {
+            let (frame, forces) = (&self.frames[i], &mut self.forces[i]);
+            let first = frame.direction.to_local(subtract(frame.first.acceleration, self.gravity));
+            forces.first = link.inertia(first, &self.accelerations[i], &mut forces.functions);
+        }
+        self.guide_n = 0.0;
+        let end = self.end_force();
+        r.fill(0.0);
+        let mut forces = std::mem::take(&mut self.forces);
+        self.guide_n = self.pull_back(end, &mut forces, r);
+        self.forces = forces;
+        for link in &mut self.links {
+            let own = link.own();
+            link.elastic.force(&q[own.clone()], &v[own.clone()], &mut r[own]);
+        }
+        let [tangent, rate] = self.tangent();
+        let torque = base_torque_nm(self.base, tangent, rate) - input.torque_nm;
+        for (r, row) in r.iter_mut().zip(&self.tangent_row) {
+            *r += torque * row;
+        }
+        self.at_work = self.size_of_forces(q, torque);
+    }
+
+    /// The end's inertia less its loads, the guide's force included: what the last link must exert on it (global axes).
+    pub(super) fn end_force(&self) -> Vector {
+        let [resistance, _] = self.tip.resistance(self.frames[0].chord.angle);
+        let force = scale(self.tip.mass_kg, subtract(self.end.acceleration, self.gravity));
+        [force[0] + resistance + self.tip.friction_n_s_per_m * self.end.velocity[0], force[1] - self.guide_n]
+    }
+
+    /// Adds to `r` what `forces` and `end` (global, on the last pin) do in each coordinate, from the last link to the first,
+    /// handing each first pin's force on to the link before. Returns the guide's force, which takes the moment on a closed link,
+    /// so that this link's angle does no work.
+    #[inline]
+    pub(super) fn pull_back(&self, end: Vector, forces: &mut [LinkForces], r: &mut [f64]) -> f64 {
+        let (mut handed, mut guide_n) = (end, 0.0);
+        for (i, link) in self.links.iter().enumerate().rev() {
+            let (direction, forces) = (self.frames[i].direction, &mut forces[i]);
+            if self.angles[i] == ChordAngle::Closed {
+                let arm = direction.to_global(link.u[0]);
+                let without_guide = link.moment(&forces.functions) + arm[0] * handed[1] - arm[1] * handed[0];
+                guide_n = without_guide / arm[0];
+                handed[1] -= guide_n;
+            }
+            let local = direction.to_local(handed);
+            forces.functions[0] = add(forces.functions[0], local);
+            forces.first = add(forces.first, local);
+            link.pull_back(&forces.functions, r);
+            if self.angles[i] != ChordAngle::Closed {
+                let moment = link.moment(&forces.functions);
+                for (r, row) in r.iter_mut().zip(&self.angle_rows[i]) {
+                    *r += moment * row;
+                }
+            }
+            handed = direction.to_global(forces.first);
+        }
+        guide_n
+    }
+
+    /// Sizes of the forces (N) and moments (N·m) that the residual sums.
+    fn size_of_forces(&self, q: &[f64], torque_nm: f64) -> [f64; 2] {
+        let (mut force, mut length) = (0.0, 0.0);
+        for (link, forces) in self.links.iter().zip(&self.forces) {
+            force += forces.functions.iter().map(|f| f[0].abs() + f[1].abs()).sum::<f64>();
+            force += link.elastic.size_n(&q[link.own()]);
+            length += link.length_m;
+        }
+        let torque = torque_nm.abs();
+        [force + torque / length, force * length + torque]
+    }
+
+    /// Largest of `r` relative to the forces and moments in the last residual.
+    pub(super) fn residual_size(&self, r: &[f64]) -> f64 {
+        let [force, moment] = self.at_work;
+        let size = |(k, r): (usize, &f64)| r.abs() / if self.is_angle(k) { moment } else { force };
+        r.iter().enumerate().filter(|(_, r)| **r != 0.0).map(size).fold(0.0, f64::max)
+    }
+
+    /// Whether coordinate `k` is an angle.
+    pub(super) fn is_angle(&self, k: usize) -> bool {
+        self.angles.contains(&ChordAngle::Coordinate(k))
+    }
+}
+
+/// `a · b`.
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `a + k b` for points' columns.
+#[inline(always)]
+pub(super) fn combine(k: [f64; 3], x: [Vector; 3]) -> Vector {
+    add_scaled(add_scaled(scale(k[0], x[0]), k[1], x[1]), k[2], x[2])
+}

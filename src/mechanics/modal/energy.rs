@@ -1,0 +1,51 @@
+//! Energies and powers of the chain.
+
+use super::chain::Chain;
+use super::loads::base_torque_nm;
+use super::plane::{Vector, add, add_scaled, dot, quarter};
+use crate::mechanics::mechanism::Input;
+use crate::mechanics::observation::Energy;
+
+impl Chain {
+    /// Energies of the motion present, after a residual.
+    pub(super) fn energy(&self, q: &[f64]) -> Energy {
+        let [tangent, _] = self.tangent();
+        let mut energy = Energy {
+            kinetic_j: 0.5 * self.tip.mass_kg * dot(self.end.velocity, self.end.velocity),
+            strain_j: Some(0.5 * self.base.torsion_spring_nm_per_rad * tangent * tangent),
+            potential_j: Some(-self.tip.mass_kg * dot(self.gravity, self.end.position)),
+        };
+        for (link, frame) in self.links.iter().zip(&self.frames) {
+            let velocity = |f: usize| add_scaled(link.du[f], frame.chord.rate, quarter(link.u[f]));
+            energy.kinetic_j += link.kinetic_j(frame.direction.to_local(frame.first.velocity), velocity);
+            if let Some(strain) = &mut energy.strain_j {
+                *strain += link.elastic.energy_j(&q[link.own()]);
+            }
+            let means = link.shapes.mean.iter().zip(&link.u);
+            let centre = means.fold([0.0; 2], |sum: Vector, (k, u)| add_scaled(sum, *k, *u));
+            let centre = add(frame.first.position, frame.direction.to_global(centre));
+            if let Some(potential) = &mut energy.potential_j {
+                *potential -= link.mass_kg * dot(self.gravity, centre);
+            }
+        }
+        energy
+    }
+
+    /// Torque that the prescribed motion needs, from the moments on the first link about the pivot, N·m.
+    pub(super) fn motion_torque_nm(&self, input: &Input) -> f64 {
+        let [tangent, rate] = self.tangent();
+        self.links[0].moment(&self.forces[0].functions) + base_torque_nm(self.base, tangent, rate) - input.torque_nm
+    }
+
+    /// Power put in by torque, prescribed motion and resistance, and power dissipated, W; after a residual.
+    pub(super) fn power_w(&self, input: &Input, v: &[f64]) -> [f64; 2] {
+        let [_, rate] = self.tangent();
+        let motion = if self.is_prescribed() { self.motion_torque_nm(input) } else { 0.0 };
+        let along = self.end.velocity[0];
+        let [resistance, _] = self.tip.resistance(self.frames[0].chord.angle);
+        let links: f64 = self.links.iter().map(|link| link.elastic.dissipation_w(&v[link.own()])).sum();
+        let damper = self.base.damper_nm_s_per_rad * rate * rate;
+        let friction = self.tip.friction_n_s_per_m * along * along;
+        [(input.torque_nm + motion) * rate - resistance * along, links + damper + friction]
+    }
+}

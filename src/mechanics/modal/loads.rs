@@ -1,0 +1,50 @@
+//! What acts on the chain's end and pivot.
+
+use crate::scene::{Base, End, Resistance};
+use std::f64::consts::TAU;
+
+/// The mass and the loads at the last pin.
+#[derive(Debug, Clone)]
+pub(super) struct Tip {
+    pub(super) mass_kg: f64,
+    /// Whether it slides on `y = 0`.
+    pub(super) slides: bool,
+    pub(super) friction_n_s_per_m: f64,
+    resistance: Resistance,
+}
+
+impl Tip {
+    pub(super) fn new(end: &End) -> Self {
+        match end {
+            End::Free { tip_mass_kg } => {
+                Self { mass_kg: *tip_mass_kg, slides: false, friction_n_s_per_m: 0.0, resistance: Resistance::Constant(0.0) }
+            }
+            End::Slider(slider) => Self {
+                mass_kg: slider.mass_kg,
+                slides: true,
+                friction_n_s_per_m: slider.friction_n_s_per_m,
+                resistance: slider.resistance.clone(),
+            },
+        }
+    }
+
+    /// Resistance along −x and its derivative with respect to the crank's chord angle, N and N/rad.
+    pub(super) fn resistance(&self, angle_rad: f64) -> [f64; 2] {
+        let table = match &self.resistance {
+            Resistance::Constant(force_n) => return [*force_n, 0.0],
+            Resistance::Table(table) => table,
+        };
+        let (Some(first), Some(last)) = (table.first(), table.last()) else { return [0.0; 2] };
+        let at = angle_rad.rem_euclid(TAU);
+        let next = table.partition_point(|row| row[0] <= at);
+        let left = if next == 0 { [last[0] - TAU, last[1]] } else { table[next - 1] };
+        let right = if next == table.len() { [first[0] + TAU, first[1]] } else { table[next] };
+        let slope = (right[1] - left[1]) / (right[0] - left[0]);
+        [left[1] + slope * (at - left[0]), slope]
+    }
+}
+
+/// Torque of the base's spring and damper against an angle and a rate, N·m.
+pub(super) fn base_torque_nm(base: Base, angle_rad: f64, rate_rad_per_s: f64) -> f64 {
+    base.torsion_spring_nm_per_rad * angle_rad + base.damper_nm_s_per_rad * rate_rad_per_s
+}

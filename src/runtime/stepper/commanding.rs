@@ -1,0 +1,120 @@
+//! Commands judged, applied between steps, and answered.
+
+use std::time::Duration;
+
+use super::Stepper;
+use crate::runtime::command::{Command, Request};
+use crate::runtime::output::{Output, RecordingRequest};
+use crate::simulation::{Effective, Stamp};
+use crate::wire::{self, AppliedCommand, CommandReply, applied_command, control};
+
+/// Most steps that one `step` command may ask for.
+const STEPS_LIMIT: u64 = 1_000_000_000;
+
+impl Stepper {
+    /// Judges a command, applies it, and sends the answer on its way.
+    pub(super) fn consider(&mut self, command: Command) {
+        let Command { id, request, reply } = command;
+        let stamp = self.stamp();
+        if let Some(mut answer) = self.memory.recall(&id) {
+            "a repetition: applied once".clone_into(&mut answer.reason);
+            return self.send(Output::Answer(answer, reply, None, stamp));
+        }
+        let verdict = match &request {
+            Request::Torque(pulse) => {
+                self.simulation.add_pulse(pulse).map(|when| (when, "")).map_err(|refused| refused.to_string())
+            }
+            Request::Control(action) => self.control(action),
+        };
+        let (answer, recorded) = match verdict {
+            Ok((Effective { step, sim_time_s }, reason)) => {
+                self.accepted += 1;
+                let answer = CommandReply {
+                    id,
+                    accepted: true,
+                    reason: reason.to_owned(),
+                    effective_step: step,
+                    effective_sim_time_s: sim_time_s,
+                };
+                self.memory.keep(&answer);
+                let recorded = applied(&answer, &request, &stamp);
+                (answer, Some(Box::new(recorded)))
+            }
+            Err(reason) => {
+                self.rejected += 1;
+                (CommandReply { id, accepted: false, reason, ..CommandReply::default() }, None)
+            }
+        };
+        match request {
+            Request::Control(action @ (control::Action::StartRecording(_) | control::Action::StopRecording(_))) => {
+                if matches!(action, control::Action::StartRecording(_)) {
+                    self.next_checkpoint_s = self.session_s();
+                }
+                self.send(Output::Recording(RecordingRequest { action, answer, reply, stamp }));
+            }
+            _ => self.send(Output::Answer(answer, reply, recorded, stamp)),
+        }
+    }
+
+    fn control(&mut self, action: &control::Action) -> Result<(Effective, &'static str), String> {
+        use control::Action;
+        let reason = match action {
+            Action::Pause(_) if self.paused => "was paused already",
+            Action::Pause(_) => self.pause(),
+            Action::Resume(_) if !self.paused => "was running already",
+            Action::Resume(_) => self.resume(),
+            Action::Step(_) if !self.paused => return Err("steps are counted only when paused: pause first".to_owned()),
+            Action::Step(wire::Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {
+                return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
+            }
+            Action::Step(wire::Steps { count }) => {
+                self.singles += count;
+                ""
+            }
+            Action::Reset(_) => self.reset()?,
+            Action::Stop(_) => {
+                self.stopping = true;
+                ""
+            }
+            Action::StartRecording(_) | Action::StopRecording(_) => "",
+        };
+        Ok((self.simulation.now(), reason))
+    }
+
+    fn pause(&mut self) -> &'static str {
+        self.paused = true;
+        self.next_status = Duration::ZERO;
+        ""
+    }
+
+    fn resume(&mut self) -> &'static str {
+        (self.paused, self.singles) = (false, 0);
+        self.pacer.anchor(self.clock.elapsed(), self.session_s());
+        self.next_status = Duration::ZERO;
+        ""
+    }
+
+    fn reset(&mut self) -> Result<&'static str, String> {
+        let session_s = self.session_s();
+        self.simulation.reset().map_err(|diverged| diverged.to_string())?;
+        self.session_before_epoch_s = session_s;
+        self.singles = 0;
+        self.pacer.anchor(self.clock.elapsed(), session_s);
+        self.next_checkpoint_s = session_s;
+        self.next_status = Duration::ZERO;
+        self.checkpoint_if_due();
+        self.publish();
+        Ok("")
+    }
+}
+
+/// The record of a command that took effect.
+fn applied(answer: &CommandReply, request: &Request, stamp: &Stamp) -> AppliedCommand {
+    let command = match request {
+        Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&answer.id, pulse)),
+        Request::Control(action) => {
+            applied_command::Command::Control(wire::Control { id: answer.id.clone(), action: Some(action.clone()) })
+        }
+    };
+    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(answer.clone()), command: Some(command) }
+}

@@ -1,0 +1,59 @@
+//! What the stepping thread says of itself.
+
+use std::time::Duration;
+
+use super::Stepper;
+use crate::runtime::output::Output;
+use crate::wire::{self, Status, status::State};
+
+/// Wall time between two statuses.
+pub(super) const STATUS_PERIOD: Duration = Duration::from_millis(500);
+
+impl Stepper {
+    pub(super) fn status_if_due(&mut self) {
+        if self.clock.elapsed() >= self.next_status {
+            self.status(if self.paused { State::Paused } else { State::Running }, String::new());
+        }
+    }
+
+    pub(super) fn status(&mut self, state: State, message: String) {
+        let now = self.clock.elapsed();
+        self.next_status = now + STATUS_PERIOD;
+        let observed = self.simulation.observe().is_ok();
+        let message = if message.is_empty() { self.warning() } else { message };
+        let ledger = self.simulation.ledger();
+        let quantiles = self.lateness.quantiles_s();
+        let at = |k: usize| quantiles.map(|all| all[k]);
+        let stamp = self.stamp();
+        let status = Status {
+            stamp: Some(wire::stamp(&stamp)),
+            state: state.into(),
+            real_time_factor: if self.paused { None } else { self.pacer.real_time_factor(now, self.session_s()) },
+            lateness_p50_s: at(0),
+            lateness_p99_s: at(1),
+            lateness_p999_s: at(2),
+            lateness_max_s: at(3),
+            overruns: self.overruns,
+            dropped_samples: self.dropped + self.ports.counts.dropped(),
+            kinetic_j: observed.then_some(ledger.energy.kinetic_j),
+            strain_j: ledger.energy.strain_j,
+            potential_j: ledger.energy.potential_j,
+            work_in_j: Some(ledger.work_in_j),
+            dissipated_j: Some(ledger.dissipated_j),
+            balance_error_j: Some(ledger.balance_error_j),
+            solver_iterations: self.simulation.newton_iterations(),
+            message,
+            commands_accepted: self.accepted,
+            commands_rejected: self.rejected + self.ports.counts.rejected(),
+            pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
+            recording: None,
+        };
+        self.send(Output::Status(Box::new(status), stamp));
+    }
+
+    /// What the model has to say against itself.
+    fn warning(&self) -> String {
+        let Some(deflection) = self.simulation.observation().out_of_range else { return String::new() };
+        format!("out of the model's range: a link is bent by {:.1} % of its length", 100.0 * deflection)
+    }
+}
