@@ -13,4 +13,5 @@ pub mod runtime;
 pub mod scene;
 pub mod service;
 pub mod simulation;
+pub mod study;
 pub mod wire;

@@ -1,0 +1,5 @@
+//! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings.
+
+mod table;
+
+pub use table::{Table, TableError};
