@@ -82,6 +82,9 @@ impl Desk {
     fn sample(&mut self, sample: &Sample) {
         let stamp = &sample.stamp;
         self.send(Topic::Displacements, self.telemetry.displacements(sample).encode_to_vec(), stamp);
+        if !self.telemetry.turns() {
+            return;
+        }
         self.send(Topic::Angles, self.telemetry.angles(sample).encode_to_vec(), stamp);
         self.send(Topic::Loads, self.telemetry.loads(sample).encode_to_vec(), stamp);
     }

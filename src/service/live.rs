@@ -131,7 +131,7 @@ fn desk(
     Ok(Desk {
         name: live.name,
         endpoint,
-        telemetry: Telemetry::new(&live.scene.scene.chain, simulation.observation()),
+        telemetry: Telemetry::new(&live.scene.scene.system, simulation.observation()),
         plan,
         recorder,
         pool,

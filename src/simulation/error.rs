@@ -49,6 +49,9 @@ pub enum PulseRefused {
     /// Too many pulses wait or act.
     #[error("{0} pulses are waiting or acting already (commands.pending_limit)")]
     Pending(usize),
+    /// The scene is an oscillator.
+    #[error("the scene is an [oscillator]: it has no pivot for a torque to act on")]
+    NoPivot,
     /// The scene prescribes the motion.
     #[error("the scene prescribes the crank's motion ([drive]): torque has no effect")]
     MotionPrescribed,

@@ -98,6 +98,8 @@ pub struct Simulation {
     pulses: Pulses,
     effort: Effort,
     iterates: bool,
+    /// Why torque has no effect on this scene, if so.
+    deaf: Option<PulseRefused>,
     work_j: [f64; 2],
     start_energy_j: f64,
     impulse_nm_s: f64,
@@ -111,7 +113,7 @@ impl Simulation {
     /// # Errors
     /// [`BuildError`] when the model cannot compute the scene.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let law = DriveLaw::new(&scene.drive, &scene.chain.start);
+        let law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let (constant_nm, own_pulses) = match &scene.drive {
             Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
             Drive::Motion(_) => (0.0, Vec::new()),
@@ -128,6 +130,7 @@ impl Simulation {
             epoch: 0,
             effort: Effort::default(),
             iterates: scene.solver.iterates(),
+            deaf: build::deaf(scene),
             work_j: [0.0; 2],
             start_energy_j: 0.0,
             impulse_nm_s: 0.0,
@@ -203,8 +206,8 @@ impl Simulation {
         if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
             return Err(PulseRefused::NotFinite);
         }
-        if self.law.is_motion() {
-            return Err(PulseRefused::MotionPrescribed);
+        if let Some(refused) = &self.deaf {
+            return Err(refused.clone());
         }
         if !(duration_s > 0.0 && duration_s <= HOUR_S) {
             return Err(PulseRefused::Duration(duration_s));
