@@ -1,6 +1,7 @@
 //! `run` and `replay`: services that go on until they are done or told to stop.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, SystemTime};
 
@@ -15,7 +16,7 @@ use crate::runtime::{Ending, Stepping};
 use crate::scene::SceneSource;
 use crate::service::{self, Live, LiveReport};
 use crate::simulation::Simulation;
-use crate::wire::{Status, status::State};
+use crate::wire::{Angles, Status, status::State};
 
 /// Chunks reach the system at least this often.
 const FLUSH_PERIOD: Duration = Duration::from_millis(200);
@@ -27,7 +28,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let fresh = || place::fresh(folder, &args.name.to_string(), SystemTime::now());
     let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
     let line = status_line();
-    let shown = line.clone();
+    let (shown, warned) = (line.clone(), AtomicBool::new(false));
     announce(&args, &scene, record.as_deref());
     let live = Live {
         name: args.name,
@@ -37,7 +38,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
         recordings: folder.to_owned(),
         flush_period: FLUSH_PERIOD,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
-        on_status: Box::new(move |status| shown.set_message(describe(status))),
+        on_status: Box::new(move |status| show(&shown, &warned, status)),
         force: args.force,
     };
     let report = runtime()?.block_on(async {
@@ -48,6 +49,14 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     })?;
     line.finish_and_clear();
     Ok(conclude(&report))
+}
+
+/// Updates the status line; the first warning of a running service stays.
+fn show(line: &ProgressBar, warned: &AtomicBool, status: &Status) {
+    line.set_message(describe(status));
+    if status.state() == State::Running && !status.message.is_empty() && !warned.swap(true, Ordering::Relaxed) {
+        line.suspend(|| eprintln!("warning: {}", status.message));
+    }
 }
 
 fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
@@ -63,8 +72,12 @@ fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
     );
 }
 
-/// Says how it ended and what was recorded.
+/// Says where it ended, how, and what was recorded.
 fn conclude(report: &LiveReport) -> Done {
+    if let Some(Angles { stamp: Some(stamp), links }) = &report.angles {
+        let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
+        eprintln!("t = {} s: {}", stamp.sim_time_s, angles.join(", "));
+    }
     let mut done = match &report.ending {
         Ending::Finished | Ending::Stopped => Done::Well,
         Ending::Diverged(diverged) => {
@@ -161,14 +174,14 @@ pub(super) fn describe(status: &Status) -> String {
     let state = State::try_from(status.state).unwrap_or_default();
     let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
     let optional = |name: &str, value: Option<String>| value.map_or(String::new(), |value| format!("  {name} {value}"));
-    let milliseconds = |value: f64| format!("{:.3} ms", value * 1e3);
+    let milliseconds = |value: f64| format!("{:.2} ms", value * 1e3);
     format!(
-        "{:<9} t {time:10.3} s{}{}{}{}{}",
+        "{:<8} t {time:9.3} s{}{}{}{}{}",
         state.as_str_name(),
         optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
         optional("late p50", status.lateness_p50_s.map(milliseconds)),
         optional("p99", status.lateness_p99_s.map(milliseconds)),
-        optional("energy", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
+        optional("", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
         if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },
     )
 }

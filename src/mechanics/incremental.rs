@@ -10,7 +10,34 @@
 //! Eliminating `d₁ = d₀ + h (ϑ v₁ + (1 − ϑ) v₀)` from the two-point step leaves
 //! `(M + h² ϑ² K) v₁ = M v₀ + h p − h K d₀ − h² ϑ (1 − ϑ) K v₀`.
 //!
-//! Degrees of freedom: `w₁, u₂, v₂, w₁₂, w₂₁, u₃, w₃, v₃` — the tangent at the pivot, the crank pin, the tangents of crank
+//! # What it does
+//!
+//! Crank angle of the thesis's run at t = 4 s, where the rigid links' true angle is 2.206287 rad (`flexcrank run
+//! thesis-crank-slider --pace max --until 4 --set solver.model=rigid --set solver.integrator=runge-kutta --set
+//! solver.step_s=0.001`), from `flexcrank run thesis-crank-slider --pace max --until 4 --set solver.step_s=H`:
+//!
+//! | H, s | angle, rad | error |
+//! |---|---|---|
+//! | 0.1 | 2.127585 | −0.0787 |
+//! | 0.05 | 2.165694 | −0.0406 |
+//! | 0.025 | 2.185762 | −0.0205 |
+//! | 0.0125 | 2.195965 | −0.0103 |
+//!
+//! - It is **first order**, whatever the weight ϑ: the configuration is updated after the step, and the gyroscopic terms are
+//!   left out.
+//! - Its **limit is wrong**. At t = 2 s (true: 1.176031664 rad, `--until 2`) steps of 1e-3, 5e-4, 2e-4, 1e-4 and 5e-5 s are off by
+//!   −1.8e-4, −1.9e-4, −3.6e-4, −6.9e-4 and −1.37e-3 rad: the error grows like 1/h. Every step throws the axial strain away,
+//!   so in place of a spring `EA/L` stands a damper `EA ϑ h/L`, and as `h` shrinks the links run apart.
+//! - **Bending is counted again**: the rotations that a step keeps are added to the configuration once more in the next, so the
+//!   nodal rotation `w₁` ends the thesis's run more than 1 rad from the chord. Positions do not feel it.
+//! - **Without the modulo 2π it breaks at half a turn**, where `atan2` jumps and the jump is carried on as a rotation: the
+//!   thesis's figures after t = 5.6 s are those of a broken mechanism.
+//!
+//! `cargo test --test thesis limits` asserts the figures.
+//!
+//! # Degrees of freedom
+//!
+//! They are `w₁, u₂, v₂, w₁₂, w₂₁, u₃, w₃, v₃` — the tangent at the pivot, the crank pin, the tangents of crank
 //! and rod there, the chain's end, the rod's tangent there. A slider holds `v₃`; a single link has the first four.
 //!
 //! A torsion spring at the base acts as the thesis's listing has it, lagged: the moment `−k w₁` of the configuration where the

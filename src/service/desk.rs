@@ -10,7 +10,7 @@ use crate::bus::{Endpoint, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, WhenFull, Written, place};
 use crate::runtime::{Counts, Output, RecordingRequest};
 use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{self, AppliedCommand, CommandReply, Status, Telemetry, applied_command, control::Action};
+use crate::wire::{self, Angles, AppliedCommand, CommandReply, Status, Telemetry, applied_command, control::Action};
 
 /// Called with every status, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -41,12 +41,15 @@ pub(super) struct Desk {
     pub counts: Arc<Counts>,
     pub on_status: OnStatus,
     pub finished: Vec<Result<Written, RecordingError>>,
+    /// The last angles published.
+    pub angles: Option<Angles>,
 }
 
 /// What is left when the stepping thread has ended.
 pub(super) struct Closed {
     pub endpoint: Endpoint,
     pub recordings: Vec<Result<Written, RecordingError>>,
+    pub angles: Option<Angles>,
 }
 
 impl Desk {
@@ -56,7 +59,7 @@ impl Desk {
             self.handle(output);
         }
         self.close_recording();
-        Closed { endpoint: self.endpoint, recordings: self.finished }
+        Closed { endpoint: self.endpoint, recordings: self.finished, angles: self.angles }
     }
 
     fn handle(&mut self, output: Output) {
@@ -85,7 +88,9 @@ impl Desk {
         if !self.telemetry.turns() {
             return;
         }
-        self.send(Topic::Angles, self.telemetry.angles(sample).encode_to_vec(), stamp);
+        let angles = self.telemetry.angles(sample);
+        self.send(Topic::Angles, angles.encode_to_vec(), stamp);
+        self.angles = Some(angles);
         self.send(Topic::Loads, self.telemetry.loads(sample).encode_to_vec(), stamp);
     }
 

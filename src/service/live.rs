@@ -12,7 +12,7 @@ use crate::recording::{self, RecordingError, WhenFull, Written};
 use crate::runtime::{Command, Ending, Inbox, Pace, Ports, Request, Stepper, Stepping, inbox};
 use crate::scene::SceneSource;
 use crate::simulation::{Sample, Simulation, Stamp};
-use crate::wire::{self, Telemetry, control};
+use crate::wire::{self, Angles, Telemetry, control};
 
 /// Samples that may be on their way from the stepping thread at once.
 const SAMPLES_ON_THE_WAY: usize = 2048;
@@ -44,6 +44,8 @@ pub struct Live {
 pub struct LiveReport {
     /// How it ended.
     pub ending: Ending,
+    /// The last angles published, of a scene that has any.
+    pub angles: Option<Angles>,
     /// The recordings it made.
     pub recordings: Vec<Result<Written, RecordingError>>,
     /// Samples and messages that full queues kept from bus or recording.
@@ -73,7 +75,8 @@ pub async fn run(
     let (ending, lost) = threads.stepping.join().map_err(|_| ServiceError::Died("stepping"))?;
     let closed = threads.output.join().map_err(|_| ServiceError::Died("output"))?;
     closed.endpoint.close()?;
-    Ok(LiveReport { ending, recordings: closed.recordings, dropped: lost + inbox.counts().dropped() })
+    let dropped = lost + inbox.counts().dropped();
+    Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped })
 }
 
 /// The threads of a running service.
@@ -138,6 +141,7 @@ fn desk(
         counts: inbox.counts(),
         on_status: live.on_status,
         finished: Vec::new(),
+        angles: None,
     })
 }
 
