@@ -299,13 +299,15 @@ impl Incremental {
         }
     }
 
+    /// Kinetic energy and the base spring's. The links' own strain energy is not known: the method drops their stretch at every
+    /// step and counts their bending again.
     fn energy(&self, state: &IncrementalState) -> Energy {
-        let (mass, stiffness) = self.assemble(state);
-        let (d, v) = (Vector::from(state.carried), Vector::from(state.velocity));
-        let spring = self.chain.base.torsion_spring_nm_per_rad * state.configuration[ROOT].powi(2);
+        let (mass, _) = self.assemble(state);
+        let v = Vector::from(state.velocity);
+        let spring = self.chain.base.torsion_spring_nm_per_rad;
         Energy {
             kinetic_j: 0.5 * v.dot(&(mass * v)),
-            strain_j: Some(0.5 * (d.dot(&(stiffness * d)) + spring)),
+            strain_j: (spring != 0.0).then(|| 0.5 * spring * state.configuration[ROOT].powi(2)),
             potential_j: self.potential_j(state),
         }
     }

@@ -103,7 +103,7 @@ impl Stepper {
         self.next_checkpoint_s = session_s;
         self.next_status = Duration::ZERO;
         self.checkpoint_if_due();
-        self.publish();
+        self.publish().map_err(|diverged| diverged.to_string())?;
         Ok("")
     }
 }

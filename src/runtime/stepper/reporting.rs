@@ -47,6 +47,7 @@ impl Stepper {
             commands_rejected: self.rejected + self.ports.counts.rejected(),
             pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
             recording: None,
+            retried_steps: self.simulation.retried(),
         };
         self.send(Output::Status(Box::new(status), stamp));
     }
