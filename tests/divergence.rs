@@ -11,7 +11,9 @@ fn run(scene: &str, overrides: &[&str], steps: u64) -> Result<Result<Simulation,
         let seen = simulation.step().and_then(|()| simulation.observe().cloned());
         match seen {
             Err(diverged) => {
-                assert!(simulation.observation().energy.kinetic_j.is_finite(), "the last good state stays");
+                let ledger = simulation.ledger();
+                let numbers = [ledger.energy.kinetic_j, ledger.work_in_j, ledger.dissipated_j, ledger.balance_error_j];
+                assert!(numbers.iter().all(|number| number.is_finite()), "the last good state stays: {ledger:?}");
                 return Ok(Err(diverged));
             }
             Ok(seen) => {

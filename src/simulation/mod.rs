@@ -268,7 +268,10 @@ impl Simulation {
         let (from_s, to_s) = (self.time_s(), (self.step + 1) as f64 * self.step_s);
         self.saved.clear();
         self.engine.save(&mut self.saved);
-        let taken = self.advance(from_s, self.step_s, 0);
+        let finite = |(effort, work_j): (Effort, Ledger)| {
+            if work_j.iter().all(|work| work.is_finite()) { Ok((effort, work_j)) } else { Err(StepError::NotFinite) }
+        };
+        let taken = self.advance(from_s, self.step_s, 0).and_then(finite);
         let (effort, work_j) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
             self.diverged(cause.into())
