@@ -117,6 +117,9 @@ pub(super) struct Run {
     /// Override a key of the scene; VALUE is TOML, a bare word a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// Run another model beside the first on the same commands, and publish the difference.
+    #[arg(long, value_name = "MODEL")]
+    pub shadow: Option<String>,
     /// Run even if a service of this name is on the bus.
     #[arg(long)]
     pub force: bool,

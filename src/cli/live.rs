@@ -12,8 +12,8 @@ use super::Done;
 use super::args::{Replay, Run};
 use crate::bus;
 use crate::recording::{RecordingError, Written, place};
-use crate::runtime::{Ending, Stepping};
-use crate::scene::SceneSource;
+use crate::runtime::{Ending, Shadow, Stepping};
+use crate::scene::{MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport};
 use crate::simulation::Simulation;
 use crate::wire::{Angles, Status, status::State};
@@ -24,6 +24,7 @@ const FLUSH_PERIOD: Duration = Duration::from_millis(200);
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let scene = SceneSource::open(&args.scene, &args.overrides)?;
     let simulation = Simulation::new(&scene.scene)?;
+    let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(place::FOLDER);
     let fresh = || place::fresh(folder, &args.name.to_string(), SystemTime::now());
     let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
@@ -43,7 +44,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     };
     let report = runtime()?.block_on(async {
         let session = args.bus.options().open_service()?;
-        let report = service::run(&session, live, simulation, interrupted()).await;
+        let report = service::run(&session, live, (simulation, shadow), interrupted()).await;
         bus::close(&session)?;
         anyhow::Ok(report?)
     })?;
@@ -57,6 +58,15 @@ fn show(line: &ProgressBar, warned: &AtomicBool, status: &Status) {
     if status.state() == State::Running && !status.message.is_empty() && !warned.swap(true, Ordering::Relaxed) {
         line.suspend(|| eprintln!("warning: {}", status.message));
     }
+}
+
+/// The same scene by another model, with the integrator that usually suits it.
+fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
+    let mut overrides = vec![format!("solver.model={model}")];
+    let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
+    overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));
+    let scene = SceneSource::parse(&format!("--shadow {model}"), &scene.text, &overrides)?;
+    Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
 fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {

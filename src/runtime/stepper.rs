@@ -13,6 +13,7 @@ use super::memory::Memory;
 use super::output::Output;
 use super::pacer::{Pace, Pacer};
 use super::rate::PublishRate;
+use super::shadow::Shadow;
 use crate::simulation::{Diverged, Sample, Simulation, Stamp};
 use crate::wire::status::State;
 use reporting::STATUS_PERIOD;
@@ -61,6 +62,7 @@ pub struct Ports {
 /// The stepping thread's state.
 pub struct Stepper {
     simulation: Simulation,
+    shadow: Option<Shadow>,
     stepping: Stepping,
     ports: Ports,
     pacer: Pacer,
@@ -80,13 +82,19 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Takes a simulation at its start.
+    /// Takes a simulation at its start, and a second one to run beside it.
     ///
     /// # Errors
     /// When the lateness histogram cannot be made.
-    pub fn new(simulation: Simulation, stepping: Stepping, ports: Ports) -> Result<Self, hdrhistogram::CreationError> {
+    pub fn new(
+        simulation: Simulation,
+        shadow: Option<Shadow>,
+        stepping: Stepping,
+        ports: Ports,
+    ) -> Result<Self, hdrhistogram::CreationError> {
         Ok(Stepper {
             simulation,
+            shadow,
             stepping,
             ports,
             pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
@@ -163,7 +171,7 @@ impl Stepper {
         let burst = if self.stepping.pace == Pace::Max && !self.paused { BURST } else { 1 };
         for _ in 0..burst {
             self.account_lateness();
-            self.simulation.step()?;
+            self.step_once()?;
             self.checkpoint_if_due();
             if self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
                 self.publish()?;
@@ -172,6 +180,14 @@ impl Stepper {
                 break;
             }
         }
+        Ok(())
+    }
+
+    fn step_once(&mut self) -> Result<(), Diverged> {
+        let Some(shadow) = &mut self.shadow else { return self.simulation.step() };
+        let begun = Instant::now();
+        self.simulation.step()?;
+        shadow.follow(begun.elapsed());
         Ok(())
     }
 
@@ -227,6 +243,10 @@ impl Stepper {
         let mean_nm = self.simulation.take_mean_torque_nm();
         sample.driving_torque_nm = sample.observation.motion_torque_nm.unwrap_or(mean_nm);
         self.send(Output::Sample(sample));
+        let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
+        if let Some(difference) = difference {
+            self.send(Output::Shadow(Box::new(difference), stamp));
+        }
         Ok(())
     }
 

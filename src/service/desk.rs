@@ -69,6 +69,7 @@ impl Desk {
                 // The stepping thread may be gone already: then nobody needs the sample any more.
                 let _ = self.pool.try_send(sample);
             }
+            Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, shadow.encode_to_vec(), &stamp),
             Output::Status(status, stamp) => self.status(*status, &stamp),
             Output::Answer(reply, reply_to, applied, stamp) => {
                 self.counts.answered();

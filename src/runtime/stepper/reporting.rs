@@ -54,6 +54,9 @@ impl Stepper {
 
     /// What the model has to say against itself.
     fn warning(&self) -> String {
+        if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
+            return format!("the shadow {diverged}");
+        }
         let Some(deflection) = self.simulation.observation().out_of_range else { return String::new() };
         format!("out of the model's range: a link is bent by {:.1} % of its length", 100.0 * deflection)
     }
