@@ -56,6 +56,11 @@ impl Rigid {
         Rigid { chain: chain.clone(), prescribed, tangent: 1.0, scale_nm: 0.0 }
     }
 
+    /// `M(θ)`, the inertia of everything as the crank feels it, kg·m².
+    pub(crate) fn inertia_kg_m2(&self, theta_rad: f64) -> f64 {
+        self.equation(&self.pose(theta_rad), theta_rad, 0.0).mass
+    }
+
     /// Mass of all bodies, kg, and the path of their common centre: digest 4.28–4.29, its derivatives 4.33–4.43 (the thesis
     /// loses brackets in 4.42).
     pub(crate) fn centre_of_mass(&self, theta_rad: f64) -> (f64, Path) {

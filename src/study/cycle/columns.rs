@@ -29,11 +29,13 @@ pub(super) enum Kind {
     Force,
     Torque,
     Energy,
+    Mass,
+    Inertia,
 }
 
 impl Kind {
     /// Every kind with a suffix; none of the suffixes ends in another.
-    const ALL: [Kind; 9] = [
+    const ALL: [Kind; 11] = [
         Kind::Angle,
         Kind::Rate,
         Kind::AngularAcceleration,
@@ -43,6 +45,8 @@ impl Kind {
         Kind::Force,
         Kind::Torque,
         Kind::Energy,
+        Kind::Mass,
+        Kind::Inertia,
     ];
 
     /// Suffixes of column names, SI and dimensionless, and the unit as people write it.
@@ -58,6 +62,8 @@ impl Kind {
             Kind::Force => ["_n", "_over_m3_l2_omega2", "N"],
             Kind::Torque => ["_nm", "_over_m3_l2_squared_omega2", "N·m"],
             Kind::Energy => ["_j", "_over_m3_l2_squared_omega2", "J"],
+            Kind::Mass => ["_kg", "_over_m3", "kg"],
+            Kind::Inertia => ["_kg_m2", "_over_m3_l2_squared", "kg·m²"],
         }
     }
 
@@ -78,20 +84,23 @@ impl Kind {
             Kind::Acceleration => length * rate * rate,
             Kind::Force => mass * length * rate * rate,
             Kind::Torque | Kind::Energy => mass * length * length * rate * rate,
+            Kind::Mass => mass,
+            Kind::Inertia => mass * length * length,
         };
         value / by + 0.0 // no −0
     }
 }
 
-/// A column's stem in words, and its unit ("" where it has none).
-pub(super) fn words(column: &str) -> (String, &'static str) {
+/// What a column holds, in words, and its unit ("" where it has none).
+pub fn words(column: &str) -> (String, &'static str) {
     let split = Kind::ALL.iter().find_map(|kind| {
         let [si, dimensionless, unit] = kind.names();
         let si = column.strip_suffix(si).map(|stem| (stem, unit));
         si.or_else(|| column.strip_suffix(dimensionless).map(|stem| (stem, "")))
     });
     let (stem, unit) = split.unwrap_or((column, ""));
-    (stem.replace('_', " "), unit)
+    let joint = |word: &str| if ["o", "a", "e"].contains(&word) { word.to_uppercase() } else { word.to_owned() };
+    (stem.split('_').map(joint).collect::<Vec<_>>().join(" "), unit)
 }
 
 type Column = (&'static str, Kind, fn(&Setup, &Instant) -> f64);

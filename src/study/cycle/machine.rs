@@ -28,6 +28,15 @@ pub(super) struct Instant {
     pub shaking: [f64; 2],
     pub torque: f64,
     pub kinetic: f64,
+    /// Of everything as the crank feels it: `2 T` at unit rate.
+    pub inertia: f64,
+}
+
+impl Instant {
+    /// Magnitude of the shaking force.
+    pub fn shaking_force(&self) -> f64 {
+        self.shaking[0].hypot(self.shaking[1])
+    }
 }
 
 impl Machine {
@@ -61,6 +70,7 @@ impl Machine {
             shaking: centre[2].map(|acceleration| -mass * acceleration),
             torque: seen.motion_torque_nm.unwrap_or_default(),
             kinetic: seen.energy.kinetic_j,
+            inertia: self.rigid.inertia_kg_m2(angle),
         }
     }
 }

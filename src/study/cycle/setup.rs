@@ -61,6 +61,11 @@ impl Setup {
         Ok(Setup { ratio: ratio.unwrap_or(crank_m / rod_m), rod_m, chain, slider_kg, spin })
     }
 
+    /// Length of the crank.
+    pub fn crank_m(&self) -> f64 {
+        self.chain.links[0].length_m
+    }
+
     /// What values are divided by.
     pub fn units(&self, dimensionless: bool) -> Result<Units, CycleError> {
         if !dimensionless {
@@ -84,7 +89,7 @@ impl Setup {
 
 impl Spin {
     fn new(scene: &Scene, options: &Options) -> Result<Self, CycleError> {
-        let speed = finite("the speed", options.speed_rad_per_s.unwrap_or_else(|| usual_speed(scene)))?;
+        let speed = finite("the speed", speed_rad_per_s(scene, options))?;
         let acceleration = finite("the acceleration", options.acceleration_rad_per_s2)?;
         let least = (2.0 * TAU * acceleration.abs()).sqrt();
         if speed * acceleration < 0.0 && speed.abs() <= least {
@@ -104,14 +109,15 @@ impl Spin {
     }
 }
 
-/// The speed that the scene's motion reaches, or its start rate; 1 rad/s where that is 0.
-fn usual_speed(scene: &Scene) -> f64 {
-    let speed = match &scene.drive {
+/// The crank's rate at the beginning of the turn: the one asked for, or what the scene's motion reaches, or its start rate; 1
+/// rad/s where the scene's is 0.
+pub fn speed_rad_per_s(scene: &Scene, options: &Options) -> f64 {
+    let usual = match &scene.drive {
         Drive::Motion(Motion::Speed(speed)) => *speed,
         Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => *to_rad_per_s,
         Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => scene.chain.start.rate_rad_per_s,
     };
-    if speed == 0.0 { 1.0 } else { speed }
+    options.speed_rad_per_s.unwrap_or(if usual == 0.0 { 1.0 } else { usual })
 }
 
 fn lengths_m(source: &SceneSource) -> Result<[f64; 2], CycleError> {
