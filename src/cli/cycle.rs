@@ -83,22 +83,15 @@ struct Range {
 pub(super) fn cycle(args: &Args) -> anyhow::Result<Done> {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let options = args.options();
-    let mut out = std::io::stdout();
-    let speed = speed_rad_per_s(&source.scene, &options);
-    writeln!(out, "{}, one turn at {} rad/s{}", args.scene, figure(speed), args.changing())?;
-    let table = if args.sweep_ratio.is_some() {
-        let table = sweep(&source, &options)?;
-        show_sweep(&table)?;
-        table
-    } else if let (true, Some(r4_m), Some(r5_m)) = (args.balance, args.r4, args.r5) {
-        let table = balance(&source, &options, Arms { r4_m, r5_m })?;
-        show_balance(&table)?;
-        table
-    } else {
-        let table = cycle::cycle(&source, &options)?;
-        show_extremes(&table)?;
-        table
+    let (table, show): (Table, fn(&Table) -> std::io::Result<()>) = match (args.sweep_ratio, args.balance, args.r4, args.r5) {
+        (Some(_), ..) => (sweep(&source, &options)?, show_sweep),
+        (None, true, Some(r4_m), Some(r5_m)) => (balance(&source, &options, Arms { r4_m, r5_m })?, show_balance),
+        _ => (cycle::cycle(&source, &options)?, show_extremes),
     };
+    let mut out = std::io::stdout();
+    let speed = figure(speed_rad_per_s(&source.scene, &options));
+    writeln!(out, "{}, one turn at {speed} rad/s{}", args.scene, args.changing())?;
+    show(&table)?;
     if let Some(path) = &args.csv {
         table.write_csv(path)?;
         writeln!(out, "\n{} ({} rows)", path.display(), table.rows())?;

@@ -1,8 +1,8 @@
 //! What the crank-to-rod ratio costs and gains: the question that the thesis leaves as future work.
 //!
-//! There is no best ratio in itself, but a price for each. With rod, masses and speed kept, every load grows with `λ`, and so
-//! does what the machine sweeps for its size. At a given stroke, piston acceleration grows only by `1 + λ` while the machine's
-//! length, `(1 + 1/(2 λ))` strokes, falls: divide by `stroke_m` to see that.
+//! For the thesis's compressor there is no best ratio in itself, but a price for each: with rod, masses and speed kept, every
+//! load grows with `λ`, and faster than what the machine sweeps for its size. At a given stroke, piston acceleration grows only
+//! by `1 + λ` while the machine's length, `1 + 1/(2 λ)` strokes, falls: divide by `stroke_m` to see that.
 
 use super::columns::Kind;
 use super::machine::Instant;
