@@ -59,6 +59,9 @@ pub(super) enum Command {
     /// Write a recording as tables.
     #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
     Export(Export),
+    /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
+    #[command(after_help = super::cycle::EXAMPLES)]
+    Cycle(super::cycle::Args),
     /// List the built-in scenes, or print one, ready to be edited.
     Scenes {
         /// The scene to print.
@@ -271,7 +274,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
     number(text, 0.0, 1e9)
 }
 
-fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
+pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("a number from {low:?} to {high:?}"))
 }

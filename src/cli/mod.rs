@@ -1,7 +1,9 @@
 //! The command line: parse, validate, call, exit code.
 
+mod aligned;
 mod args;
 mod clients;
+mod cycle;
 mod files;
 mod live;
 mod watch;
@@ -14,6 +16,7 @@ use tracing_subscriber::EnvFilter;
 use crate::bus::{BadName, BusError};
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
+use crate::study::cycle::CycleError;
 use args::{Cli, Command};
 
 /// What a command that went to its end has to say by its exit code.
@@ -57,6 +60,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<SceneError>()
         || error.is::<BuildError>()
         || error.is::<BadName>()
+        || error.is::<CycleError>()
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -77,6 +81,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
+        Command::Cycle(args) => cycle::cycle(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }
