@@ -20,8 +20,8 @@ Examples:
   flexcrank cycle --sweep-ratio 0.1:0.6:51 --csv sweep.csv
 
 Forces: of the ground on the crank (O), of the crank on the rod (A), of the rod on the slider (E).
-Extremes and peaks are those on the grid of angles. A CSV of a turn has one row an angle, ratio after
-ratio; units are in its column names.";
+Extremes and peaks are those on the grid of angles. The CSV of a turn has one row an angle, ratio
+after ratio; units are in its column names.";
 
 /// Most rows of a sweep that the terminal shows.
 const SHOWN: usize = 11;
