@@ -65,7 +65,7 @@ impl Newton {
             }
             all_finite(&self.correction)?;
             let size = system.residual_size(&self.correction);
-            let corrected = effort.newton_iterations > 0 || size == 0.0;
+            let corrected = effort.newton_iterations > 0 || largest(&self.correction) == 0.0;
             if trial.a.is_empty() || size <= self.settings.tolerance && corrected {
                 return Ok(effort);
             }

@@ -28,13 +28,20 @@ pub struct Weights {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Singular;
 
+/// No static equilibrium was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoEquilibrium;
+
 /// A model with coordinates `q` (n of them), velocities `q̇` and accelerations `q̈`; slices have length `n`.
 /// Nothing here allocates after construction.
 pub trait Mechanism: Send {
     /// n, the number of degrees of freedom (0 is possible: rigid links with prescribed motion).
     fn degrees_of_freedom(&self) -> usize;
-    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks.
-    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]);
+    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks; static equilibrium holds the tangent at the pivot.
+    ///
+    /// # Errors
+    /// [`NoEquilibrium`] when the scene asks for static equilibrium and none is found.
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium>;
     /// `r = M(q) a + g(q, v) − p`.
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]);
     /// Largest of `r` relative to the forces at work in the last `residual`, per kind of unknown (forces, moments).

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::lu::Lu;
-use super::mechanism::{Input, Mechanism, Singular, Weights};
+use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 
@@ -50,9 +50,10 @@ impl Mechanism for Oscillator {
         self.masses_kg.len()
     }
 
-    fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) {
+    fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
         q.copy_from_slice(&self.start_m);
         v.fill(0.0);
+        Ok(())
     }
 
     fn residual(&mut self, _input: &Input, q: &[f64], _v: &[f64], a: &[f64], r: &mut [f64]) {

@@ -9,9 +9,9 @@
 
 use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use super::joints;
-use super::mechanism::{Input, Mechanism, Singular, Weights};
+use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
-use super::resistance::resistance_n;
+use super::resistance::{resistance, resistance_n};
 use super::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End};
 
@@ -142,8 +142,8 @@ impl Rigid {
         }
     }
 
-    /// `∂(M θ̈ + rest)/∂θ` by differentiating term by term; a table's slope within its segment is left to the iteration.
-    fn stiffness(&self, pose: &Pose, rate: f64, acceleration: f64) -> f64 {
+    /// `∂(M θ̈ + rest)/∂θ`, term by term.
+    fn stiffness(&self, pose: &Pose, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
         let gravity = self.chain.gravity_m_per_s2;
         let bodies: f64 = pose
             .bodies
@@ -160,9 +160,8 @@ impl Rigid {
         let slider = match &self.chain.end {
             End::Free { .. } => 0.0,
             End::Slider(slider) => {
-                let force = resistance_n(&slider.resistance, 0.0);
-                let constant = matches!(slider.resistance, crate::scene::Resistance::Constant(_));
-                (if constant { force * x2 } else { 0.0 }) + 2.0 * slider.friction_n_s_per_m * rate * x1 * x2
+                let [force, slope] = resistance(&slider.resistance, theta_rad);
+                force * x2 + slope * x1 + 2.0 * slider.friction_n_s_per_m * rate * x1 * x2
             }
         };
         bodies + self.chain.base.torsion_spring_nm_per_rad + slider
@@ -222,9 +221,10 @@ impl Mechanism for Rigid {
         usize::from(!self.prescribed)
     }
 
-    fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) {
+    fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
         q.fill(self.chain.start.angle_rad);
         v.fill(self.chain.start.rate_rad_per_s);
+        Ok(())
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
@@ -246,7 +246,7 @@ impl Mechanism for Rigid {
             self.tangent += w.velocity * self.viscosity(&pose, rate);
         }
         if w.position != 0.0 {
-            self.tangent += w.position * self.stiffness(&pose, rate, acceleration);
+            self.tangent += w.position * self.stiffness(&pose, theta, rate, acceleration);
         }
         if self.tangent == 0.0 || !self.tangent.is_finite() { Err(Singular) } else { Ok(()) }
     }

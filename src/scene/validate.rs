@@ -191,6 +191,10 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
         let problem = format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
         return Err(check.refuse("rod.length_m", problem));
     }
+    if let (true, End::Free { .. }, [_, _]) = (chain.start.static_equilibrium, &chain.end, chain.links.as_slice()) {
+        let problem = "the second link of an open chain swings: static equilibrium is for a beam or a crank-slider";
+        return Err(check.refuse("start.static_equilibrium", problem));
+    }
     if model == ModelKind::Incremental
         && let Some(link) = chain.links.iter().find(|link| link.elements != 1 || link.rigid)
     {

@@ -7,7 +7,8 @@ use super::integrated::Integrated;
 use super::{BuildError, PulseRefused};
 use crate::integrate::{GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
 use crate::mechanics::{
-    ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NodeObservation, Observation, Oscillator, Rigid,
+    ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NoEquilibrium, NodeObservation, Observation,
+    Oscillator, Rigid,
 };
 use crate::scene::{Chain, Drive, End, IntegratorKind, Link, ModelKind, Scene, Solver, System};
 
@@ -15,23 +16,23 @@ pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, B
     let refuse = |why| BuildError { model: scene.solver.model.as_str(), why };
     let chain = match &scene.system {
         System::Chain(chain) => chain,
-        System::Oscillator(oscillator) => return Ok(integrated(Oscillator::new(oscillator), scene, law)),
+        System::Oscillator(oscillator) => return integrated(Oscillator::new(oscillator), scene, law),
     };
     match scene.solver.model {
-        ModelKind::Rigid => Ok(rigid(chain, scene, law)),
+        ModelKind::Rigid => rigid(chain, scene, law),
         ModelKind::Incremental => {
             let model = Incremental::new(chain, scene.solver.weight)
                 .ok_or_else(|| refuse("its links need a section: a rigid link has none"))?;
             Ok(Box::new(IncrementalEngine::new(model)))
         }
-        ModelKind::Modal => Ok(integrated(Modal::new(chain, law.is_motion()), scene, law)),
+        ModelKind::Modal => integrated(Modal::new(chain, law.is_motion()), scene, law),
         ModelKind::MassSpring => Err(refuse("it needs an [oscillator]")),
-        ModelKind::FiniteElement => Ok(integrated(FiniteElement::new(chain, law.is_motion()), scene, law)),
+        ModelKind::FiniteElement => integrated(FiniteElement::new(chain, law.is_motion()), scene, law),
     }
 }
 
 /// Closed forms where the crank angle says it all; otherwise floating frames without any flexibility.
-fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
+fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
     if let (End::Free { .. }, [_, _]) = (&chain.end, chain.links.as_slice()) {
         let mut stiff = chain.clone();
         stiff.links.iter_mut().for_each(|link| link.rigid = true);
@@ -40,9 +41,11 @@ fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
     integrated(Rigid::new(chain, law.is_motion()), scene, law)
 }
 
-fn integrated<M: Mechanism + 'static>(mechanism: M, scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
+fn integrated<M: Mechanism + 'static>(mechanism: M, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
     let integrator = integrator(&scene.solver, mechanism.degrees_of_freedom());
-    Box::new(Integrated::new(mechanism, integrator, law))
+    let why = "no static equilibrium was found (start.static_equilibrium)";
+    let refused = |NoEquilibrium| BuildError { model: scene.solver.model.as_str(), why };
+    Ok(Box::new(Integrated::new(mechanism, integrator, law).map_err(refused)?))
 }
 
 fn integrator(solver: &Solver, unknowns: usize) -> Integrator {

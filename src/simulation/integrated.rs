@@ -3,7 +3,7 @@
 use super::drive::DriveLaw;
 use super::engine::{Engine, Ledger};
 use crate::integrate::{Effort, Integrator, Singular, State, StepError, System, Weights, solve_acceleration};
-use crate::mechanics::{self, Mechanism, Observation};
+use crate::mechanics::{self, Mechanism, NoEquilibrium, Observation};
 
 /// A mechanism, its integrator and their state.
 pub(super) struct Integrated<M> {
@@ -43,12 +43,12 @@ impl<M: Mechanism> System for Driven<'_, M> {
 }
 
 impl<M: Mechanism> Integrated<M> {
-    pub(super) fn new(mut mechanism: M, integrator: Integrator, law: &DriveLaw) -> Self {
+    pub(super) fn new(mut mechanism: M, integrator: Integrator, law: &DriveLaw) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
-        mechanism.start(&law.input(0.0), &mut q, &mut v);
+        mechanism.start(&law.input(0.0), &mut q, &mut v)?;
         let start = State::new(q, v);
-        Integrated { mechanism, integrator, state: start.clone(), before: start.clone(), middle: start.clone(), start }
+        Ok(Integrated { mechanism, integrator, state: start.clone(), before: start.clone(), middle: start.clone(), start })
     }
 
     /// Work of the step by Simpson's rule, its middle state by cubic Hermite interpolation:

@@ -281,8 +281,8 @@ impl Simulation {
         self.work_j[0] += work_j[0];
         self.work_j[1] += work_j[1];
         self.work_put_in_j += work_j[0].abs();
-        self.law.torque_nm = self.mean_torque_nm(from_s, to_s);
-        self.impulse_nm_s += self.law.torque_nm * self.step_s;
+        self.impulse_nm_s += self.mean_torque_nm(from_s, to_s) * self.step_s;
+        self.law.torque_nm = self.constant_nm + self.pulses.value_nm(to_s);
         self.impulse_over_s += self.step_s;
         self.pulses.retire(to_s);
         Ok(())

@@ -18,6 +18,17 @@ fn impulse_nm_s(pulse: &Pulse, elapsed_s: f64) -> f64 {
     }
 }
 
+/// Torque just before `elapsed_s` after the pulse began, N·m: `τ`, or `τ (1 − cos(2πu/D))`.
+fn torque_nm(pulse: &Pulse, elapsed_s: f64) -> f64 {
+    if !(elapsed_s > 0.0 && elapsed_s <= pulse.duration_s) {
+        return 0.0;
+    }
+    match pulse.shape {
+        PulseShape::Rectangular => pulse.torque_nm,
+        PulseShape::RaisedCosine => pulse.torque_nm * (1.0 - (TAU * elapsed_s / pulse.duration_s).cos()),
+    }
+}
+
 /// Pulses that are waiting or acting. Summed over steps, their means times the step telescope to `τ·Δt` each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pulses {
@@ -59,6 +70,11 @@ impl Pulses {
     pub fn mean_nm(&self, from_s: f64, to_s: f64) -> f64 {
         let delivered = |pulse: &Pulse| impulse_nm_s(pulse, to_s - pulse.start_s) - impulse_nm_s(pulse, from_s - pulse.start_s);
         self.active.iter().map(delivered).sum::<f64>() / (to_s - from_s)
+    }
+
+    /// Torque just before `time_s`, N·m.
+    pub fn value_nm(&self, time_s: f64) -> f64 {
+        self.active.iter().map(|pulse| torque_nm(pulse, time_s - pulse.start_s)).sum()
     }
 
     /// Forgets the pulses that are over by `time_s`.

@@ -20,7 +20,7 @@ pub fn mechanism(scene: &Scene) -> Box<dyn Mechanism> {
 pub fn start(mechanism: &mut dyn Mechanism, input: &Input) -> [Vec<f64>; 2] {
     let zero = vec![0.0; mechanism.degrees_of_freedom()];
     let (mut q, mut v) = (zero.clone(), zero);
-    mechanism.start(input, &mut q, &mut v);
+    mechanism.start(input, &mut q, &mut v).unwrap();
     [q, v]
 }
 

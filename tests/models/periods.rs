@@ -74,3 +74,18 @@ fn val_the_thesis_method_is_off_on_flexible_links() {
         assert!(bounds.contains(&angle) && x < angle, "{model}, step {step} s: {angle:e} rad, {x:e} m");
     }
 }
+
+#[test]
+fn regress_a_slow_beam_gains_no_energy() {
+    for model in ["solver.model=modal", "solver.model=finite-element"] {
+        let mut run = simulation("ref-r5-tip", &[model, "solver.step_s=5e-4"]);
+        let [one, other] = [1.0, 21.0].map(|until_s| {
+            while run.time_s() < until_s - 1e-9 {
+                run.step().unwrap();
+            }
+            let energy = run.observe().unwrap().energy;
+            energy.kinetic_j + energy.strain_j.unwrap()
+        });
+        assert!((other / one - 1.0).abs() < 1e-7, "{model}: {one} J becomes {other} J");
+    }
+}

@@ -78,3 +78,36 @@ fn prop_static_equilibrium_stays_at_rest() {
         }
     }
 }
+
+#[test]
+fn prop_every_model_holds_the_same_tangent() {
+    let overrides = [
+        "start.angle_rad=0.3",
+        "start.static_equilibrium=true",
+        "gravity.y_m_per_s2=-9.81",
+        "base.torsion_spring_nm_per_rad=100.0",
+    ];
+    let roots = ["modal", "finite-element"].map(|model| {
+        let model = format!("solver.model={model}");
+        let mut run = simulation("crank-slider", &[&[model.as_str(), "pulse=[]"], &overrides[..]].concat());
+        let seen = run.observe().unwrap();
+        [seen.links[0].nodes[0].rotation_rad.unwrap(), seen.links[0].chord_rad]
+    });
+    let [modal, finite] = roots;
+    assert!((modal[0] - 0.3).abs() < 1e-12 && (finite[0] - 0.3).abs() < 1e-12, "{modal:?} {finite:?}");
+    assert!((modal[1] - finite[1]).abs() < 1e-4, "{modal:?} {finite:?}");
+}
+
+#[test]
+fn prop_forces_during_a_smooth_pulse_are_those_of_their_instant() {
+    for model in ["solver.model=modal", "solver.model=finite-element"] {
+        let [coarse, fine] = ["solver.step_s=1e-4", "solver.step_s=1e-5"].map(|step| {
+            let mut run = simulation("ref-r2s", &[model, step]);
+            while run.time_s() < 0.03 - 1e-9 {
+                run.step().unwrap();
+            }
+            run.observe().unwrap().pivot_n.unwrap()[1]
+        });
+        assert!((coarse - fine).abs() < 1.0, "{model}: {coarse} N at 1e-4 s, {fine} N at 1e-5 s");
+    }
+}

@@ -55,7 +55,7 @@ use self::member::Member;
 use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
-use super::mechanism::{Input, Mechanism, Singular, Weights};
+use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::Observation;
 use crate::scene::Chain;
 
@@ -107,8 +107,8 @@ impl Mechanism for FiniteElement {
         self.layout.active.len()
     }
 
-    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) {
-        self.set_start(input, q, v);
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
+        self.set_start(input, q, v)
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {

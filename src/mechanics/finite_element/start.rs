@@ -7,7 +7,7 @@ use super::FiniteElement;
 use super::layout::Kind;
 use super::member::{Member, windows};
 use super::strain::left;
-use crate::mechanics::mechanism::{Input, Mechanism, Weights};
+use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::scene::End;
 
 /// Most iterations towards static equilibrium.
@@ -21,12 +21,12 @@ const TOLERANCE: f64 = 1e-11;
 
 impl FiniteElement {
     /// Straight links, or bent by static loads, each moving as a rigid body.
-    pub(super) fn set_start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) {
+    pub(super) fn set_start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
         let start = self.chain.start;
         let [angle, rate, _] = input.motion.unwrap_or([start.angle_rad, start.rate_rad_per_s, 0.0]);
         self.place_straight(angle);
         if start.static_equilibrium {
-            self.bend(angle);
+            self.bend(angle)?;
         }
         self.set_rates(rate);
         for (i, &place) in self.layout.active.iter().enumerate() {
@@ -40,6 +40,7 @@ impl FiniteElement {
                 }
             }
         }
+        Ok(())
     }
 
     /// Positions and tangents of straight links.
@@ -76,7 +77,7 @@ impl FiniteElement {
 
     /// Static equilibrium with the root held: steps of implicit Euler without memory, each twice as long as the last unless it
     /// would turn a tangent too far, so that they begin as a careful descent and end as Newton's iteration.
-    fn bend(&mut self, angle: f64) {
+    fn bend(&mut self, angle: f64) -> Result<(), NoEquilibrium> {
         let mut held = Self::new(&self.chain, true);
         let input = Input { motion: Some([angle, 0.0, 0.0]), ..Input::default() };
         held.motion.clone_from(&self.motion);
@@ -86,10 +87,13 @@ impl FiniteElement {
         let mut step_s: f64 = 1e-3;
         for _ in 0..ITERATIONS {
             held.residual(&input, &q, &zero, &zero, &mut x);
-            let w = Weights { acceleration: step_s.powi(-2), velocity: 0.0, position: 1.0 };
-            if held.residual_size(&x) <= TOLERANCE || held.factor(&input, &q, &zero, &zero, w).is_err() {
-                break;
+            if held.residual_size(&x) <= TOLERANCE {
+                held.motion.load(&held.layout, &input, &q, &zero, &zero);
+                self.motion.clone_from(&held.motion);
+                return Ok(());
             }
+            let w = Weights { acceleration: step_s.powi(-2), velocity: 0.0, position: 1.0 };
+            held.factor(&input, &q, &zero, &zero, w).map_err(|Singular| NoEquilibrium)?;
             held.solve(&mut x);
             if held.largest_turn(&x) > MOST_TURN {
                 step_s *= 0.25;
@@ -100,8 +104,7 @@ impl FiniteElement {
                 *q -= x;
             }
         }
-        held.motion.load(&held.layout, &input, &q, &zero, &zero);
-        self.motion.clone_from(&held.motion);
+        Err(NoEquilibrium)
     }
 
     /// Largest change of a direction among the changes `x` of the unknowns.

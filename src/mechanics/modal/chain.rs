@@ -5,7 +5,7 @@ use super::link::Link;
 use super::loads::{Tip, base_torque_nm};
 use super::plane::{Vector, add, add_scaled, scale, subtract};
 use crate::mechanics::mechanism::Input;
-use crate::scene::{self, Base, Start};
+use crate::scene::{self, Base};
 
 /// How a link's chord angle follows from the coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,6 @@ pub(super) struct Chain {
     pub(super) tip: Tip,
     pub(super) base: Base,
     pub(super) gravity: Vector,
-    pub(super) start: Start,
     pub(super) degrees_of_freedom: usize,
     /// `∂β/∂q` for each link; that of a closed link is the tangent's business.
     pub(super) angle_rows: Vec<Vec<f64>>,
@@ -102,7 +101,6 @@ impl Chain {
             tip,
             base: chain.base,
             gravity: chain.gravity_m_per_s2,
-            start: chain.start,
             degrees_of_freedom: at,
             angle_rows: rows,
             tangent_row,

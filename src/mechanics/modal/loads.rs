@@ -1,7 +1,7 @@
 //! What acts on the chain's end and pivot.
 
+use crate::mechanics::resistance::resistance;
 use crate::scene::{Base, End, Resistance};
-use std::f64::consts::TAU;
 
 /// The mass and the loads at the last pin.
 #[derive(Debug, Clone)]
@@ -30,17 +30,7 @@ impl Tip {
 
     /// Resistance along −x and its derivative with respect to the crank's chord angle, N and N/rad.
     pub(super) fn resistance(&self, angle_rad: f64) -> [f64; 2] {
-        let table = match &self.resistance {
-            Resistance::Constant(force_n) => return [*force_n, 0.0],
-            Resistance::Table(table) => table,
-        };
-        let (Some(first), Some(last)) = (table.first(), table.last()) else { return [0.0; 2] };
-        let at = angle_rad.rem_euclid(TAU);
-        let next = table.partition_point(|row| row[0] <= at);
-        let left = if next == 0 { [last[0] - TAU, last[1]] } else { table[next - 1] };
-        let right = if next == table.len() { [first[0] + TAU, first[1]] } else { table[next] };
-        let slope = (right[1] - left[1]) / (right[0] - left[0]);
-        [left[1] + slope * (at - left[0]), slope]
+        resistance(&self.resistance, angle_rad)
     }
 }
 

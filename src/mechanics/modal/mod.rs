@@ -44,7 +44,7 @@ mod station;
 mod tangent;
 mod variation;
 
-use super::mechanism::{Input, Mechanism, Singular, Weights};
+use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::Observation;
 use crate::scene;
 use chain::Chain;
@@ -54,6 +54,7 @@ use tangent::Tangent;
 /// The `modal` model of a chain.
 #[derive(Debug, Clone)]
 pub struct Modal {
+    scene: scene::Chain,
     chain: Chain,
     tangent: Tangent,
     observer: Observer,
@@ -66,13 +67,13 @@ pub struct Modal {
 impl Modal {
     /// The model of a chain; `prescribed` when the scene prescribes the motion of the first link's tangent at the pivot.
     pub fn new(chain: &scene::Chain, prescribed: bool) -> Self {
-        let elements = chain.links.iter().map(|link| link.elements);
+        let (scene, elements) = (chain.clone(), chain.links.iter().map(|link| link.elements));
         let chain = Chain::new(chain, prescribed);
         let tangent = Tangent::new(&chain);
         let observer = Observer::new(&chain, elements);
         let unknown = vec![f64::NAN; chain.degrees_of_freedom];
         let state = [unknown.clone(), unknown.clone(), unknown.clone()];
-        Self { chain, tangent, observer, residual: unknown, input: Input::default(), state }
+        Self { scene, chain, tangent, observer, residual: unknown, input: Input::default(), state }
     }
 
     /// Brings chain and residual to a state, unless they are there.
@@ -94,9 +95,8 @@ impl Mechanism for Modal {
         self.chain.degrees_of_freedom
     }
 
-    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) {
-        start::start(&mut self.chain, &mut self.tangent, input, q, v);
-        self.state[0].fill(f64::NAN);
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
+        start::start(&self.scene, &self.chain, input, q, v)
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {

@@ -66,16 +66,6 @@ impl Tangent {
         &self.lu.matrix
     }
 
-    /// Takes equation and unknown `k` out of the matrix.
-    pub(super) fn hold(&mut self, k: usize) {
-        let n = self.column.len();
-        for i in 0..n {
-            self.lu.matrix[i * n + k] = 0.0;
-            self.lu.matrix[k * n + i] = 0.0;
-        }
-        self.lu.matrix[k * n + k] = 1.0;
-    }
-
     /// Factors the last matrix.
     pub(super) fn factor(&mut self) -> Result<(), Singular> {
         self.lu.factor()
