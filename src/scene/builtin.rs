@@ -25,6 +25,7 @@ pub const DEFAULT: &str = "crank-slider";
 pub const BUILTIN: &[Builtin] = &[
     Builtin { name: "crank-slider", text: include_str!("builtin/crank-slider.toml") },
     Builtin { name: "thesis-crank-slider", text: include_str!("builtin/thesis-crank-slider.toml") },
+    Builtin { name: "thesis-compressor", text: include_str!("builtin/thesis-compressor.toml") },
     Builtin { name: "ref-r1", text: include_str!("builtin/ref-r1.toml") },
     Builtin { name: "ref-r2", text: include_str!("builtin/ref-r2.toml") },
     Builtin { name: "ref-r2s", text: include_str!("builtin/ref-r2s.toml") },
