@@ -4,6 +4,7 @@ mod args;
 mod clients;
 mod files;
 mod live;
+mod plot;
 mod watch;
 
 use std::process::ExitCode;
@@ -12,6 +13,7 @@ use clap::Parser as _;
 use tracing_subscriber::EnvFilter;
 
 use crate::bus::{BadName, BusError};
+use crate::plot::PlotError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 use args::{Cli, Command};
@@ -57,6 +59,8 @@ fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<SceneError>()
         || error.is::<BuildError>()
         || error.is::<BadName>()
+        || error.is::<plot::BadPlot>()
+        || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -77,6 +81,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
+        Command::Plot(args) => plot::plot(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }

@@ -47,6 +47,11 @@ pub enum PlotError {
 }
 
 impl PlotError {
+    /// Whether what was asked for cannot be, rather than that something went wrong.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, PlotError::Column { .. } | PlotError::Apart { .. } | PlotError::Nothing(_))
+    }
+
     pub(super) fn draw(title: &str, cause: impl ToString) -> Self {
         PlotError::Draw { title: title.to_owned(), cause: cause.to_string() }
     }

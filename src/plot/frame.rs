@@ -10,7 +10,7 @@ use super::{PlotError, ticks::superscript};
 /// Room between ticks' texts and what is beside them, px.
 const GAP: f64 = 8.0;
 /// Room a tick takes, px, along x and along y.
-const TICK_ROOM: [f64; 2] = [78.0, 46.0];
+const TICK_ROOM: [f64; 2] = [62.0, 46.0];
 
 /// What interval an axis shows, and how.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,21 +23,20 @@ pub(super) struct Span {
 impl Span {
     /// The interval that holds all values that can be shown, and `margin` of its length more on either side.
     pub fn of(values: impl Iterator<Item = f64>, scale: Scale, margin: f64) -> Self {
-        let shown = values.filter(|value| value.is_finite() && (scale != Scale::Log || *value > 0.0));
+        let shown = values.filter_map(|value| position(value, scale));
         let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         let (low, high) = match scale {
-            _ if low > high => (1.0, 10.0),
-            Scale::Log => widened_log(low, high),
+            _ if low > high => (0.0, 1.0),
+            Scale::Log if high - low < 0.4 => (low - 0.7, high + 0.7),
+            Scale::Log => (low, high),
             Scale::Linear | Scale::Pi => widened(low, high),
         };
-        let (low, high) = match scale {
-            Scale::Log => (low / (high / low).powf(margin), high * (high / low).powf(margin)),
-            Scale::Linear | Scale::Pi => (low - margin * (high - low), high + margin * (high - low)),
-        };
-        Span { low, high, scale }
+        let more = margin * (high - low);
+        let back = |place: f64| if scale == Scale::Log { place.exp() } else { place };
+        Span { low: back(low - more), high: back(high + more), scale }
     }
 
-    /// Its length over `part` of itself on either side of its middle.
+    /// The same middle, `part` times the length.
     pub fn stretched(self, part: f64) -> Self {
         let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0 * part);
         Span { low: middle - half, high: middle + half, ..self }
@@ -45,12 +44,8 @@ impl Span {
 
     /// Where `value` lies: 0 at the low end, 1 at the high; `None` for what cannot be shown.
     pub fn part(&self, value: f64) -> Option<f64> {
-        let part = match self.scale {
-            Scale::Log if value <= 0.0 => return None,
-            Scale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
-            Scale::Linear | Scale::Pi => (value - self.low) / (self.high - self.low),
-        };
-        part.is_finite().then_some(part)
+        let [low, high] = [position(self.low, self.scale)?, position(self.high, self.scale)?];
+        Some((position(value, self.scale)? - low) / (high - low))
     }
 
     pub fn ticks(&self, most: usize) -> Ticks {
@@ -62,19 +57,26 @@ impl Span {
     }
 }
 
+/// Largest size, and smallest on a logarithmic axis, of what is shown; beyond, lengths of intervals overflow.
+const LARGEST: f64 = 1e300;
+
+/// Where a value lies in terms of what is even along the axis.
+fn position(value: f64, scale: Scale) -> Option<f64> {
+    match scale {
+        _ if !value.is_finite() || value.abs() > LARGEST => None,
+        Scale::Log if value < LARGEST.recip() => None,
+        Scale::Log => Some(value.ln()),
+        Scale::Linear | Scale::Pi => Some(value),
+    }
+}
+
 /// An interval with a length, also where all values are the same but for rounding.
 fn widened(low: f64, high: f64) -> (f64, f64) {
     let size = low.abs().max(high.abs());
-    let high = if (high - low).is_finite() { high } else { return (low / 4.0, high / 4.0) };
-    if high - low > 1e-11 * size {
-        return (low, high);
+    if size < LARGEST.recip() {
+        return (-1.0, 1.0);
     }
-    let half = if size > 0.0 { 0.1 * size } else { 1.0 };
-    (low - half, high + half)
-}
-
-fn widened_log(low: f64, high: f64) -> (f64, f64) {
-    if high / low > 1.5 { (low, high) } else { (low / 2.0, high * 2.0) }
+    if high - low > 1e-11 * size { (low, high) } else { (low - 0.1 * size, high + 0.1 * size) }
 }
 
 /// Where the axes stand on the sheet, px, and what they show.

@@ -15,6 +15,8 @@ const HEIGHT: f64 = 400.0;
 const BAR: f64 = 18.0;
 /// Room right of the frame for the colour bar, its ticks and its label, px.
 const BAR_ROOM: f64 = 110.0;
+/// How far cells reach under those drawn after them, px.
+const OVERLAP: f64 = 0.5;
 const SHADES: usize = 128;
 
 /// A value for every pair of an x and a y.
@@ -52,10 +54,7 @@ impl HeatMap {
     /// [`PlotError::Draw`] when the drawing library refuses.
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let (x_edges, y_edges) = (edges(&self.xs, self.x.scale), edges(&self.ys, self.y.scale));
-        let (x, y) = (
-            Span::of(x_edges.iter().copied(), self.x.scale, 0.0),
-            Span::of(y_edges.iter().copied(), self.y.scale, 0.0),
-        );
+        let (x, y) = (Span::of(x_edges.iter().copied(), self.x.scale, 0.0), Span::of(y_edges.iter().copied(), self.y.scale, 0.0));
         let left = left_room(&y, HEIGHT);
         let right = if matches!(self.key, Key::Quantity(_)) { BAR_ROOM } else { RIGHT };
         let frame = Frame { left, top: TOP, width: WIDTH - left - right, height: HEIGHT, x, y };
@@ -73,7 +72,9 @@ impl HeatMap {
                 for (value, left_right) in row.iter().zip(x_edges.windows(2)) {
                     let corners = [frame.at([left_right[0], low_high[1]]), frame.at([left_right[1], low_high[0]])];
                     if let ([Some(from), Some(to)], Some(colour)) = (corners, self.colour(*value, range)) {
-                        canvas.fill(from, to, colour)?;
+                        // A little under the neighbours drawn next, or hairlines of the ground show between them.
+                        let right = (to[0] + OVERLAP).min(frame.left + frame.width);
+                        canvas.fill([from[0], (from[1] - OVERLAP).max(frame.top)], [right, to[1]], colour)?;
                     }
                 }
             }
@@ -125,7 +126,11 @@ fn bar(canvas: &Canvas<'_>, axis: &Axis, range: Span, left: f64) -> Result<(), P
     let (right, bottom) = (left + BAR, TOP + HEIGHT);
     for number in 0..SHADES {
         let [low, high] = [number, number + 1].map(|number| number as f64 / SHADES as f64);
-        canvas.fill([left, bottom - high * HEIGHT], [right, bottom - low * HEIGHT], shade((low + high) / 2.0))?;
+        canvas.fill(
+            [left, (bottom - high * HEIGHT - OVERLAP).max(TOP)],
+            [right, bottom - low * HEIGHT],
+            shade((low + high) / 2.0),
+        )?;
     }
     canvas.outline([left, TOP], [right, bottom], INK)?;
     let ticks = range.ticks(8);

@@ -17,11 +17,17 @@ mod frame;
 mod heat_map;
 mod legend;
 mod output;
+mod quantity;
+mod recorded;
+mod selection;
 mod sheet;
 mod style;
+pub mod thesis;
 mod ticks;
 
 pub use error::PlotError;
 pub use figure::{Axis, Figure, Mark, Scale, Series};
 pub use heat_map::{HeatMap, Key};
 pub use output::{Format, PNG_SCALE, Picture};
+pub use recorded::{Titled, recorded};
+pub use selection::{Named, figure, overview};

@@ -51,7 +51,8 @@ impl Figure {
         let x_margin = if self.equal_aspect || self.x.scale == Scale::Log { MARGIN } else { 0.0 };
         let x = Span::of(points().filter(shown).map(|[x, _]| x), self.x.scale, x_margin);
         let y = Span::of(points().filter(shown).map(|[_, y]| y), self.y.scale, MARGIN);
-        if self.equal_aspect {
+        // Equal lengths a unit mean nothing where lengths are ratios.
+        if self.equal_aspect && self.x.scale != Scale::Log && self.y.scale != Scale::Log {
             return equal(x, y);
         }
         let left = left_room(&y, HEIGHT);

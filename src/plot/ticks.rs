@@ -59,16 +59,12 @@ fn number(value: f64, decimals: usize) -> String {
     text.replace('-', "−")
 }
 
-/// Multiples of π (or of a simple part of it).
+/// Multiples of π, or of a simple part of it, where they are neither too close nor too far apart.
 pub(super) fn pi(low: f64, high: f64, most: usize) -> Ticks {
     let least = (high - low) / most.max(1) as f64 / PI;
-    let (num, den) = [(1_i64, 8_i64), (1, 4), (1, 2), (1, 1), (2, 1), (4, 1)]
-        .into_iter()
-        .find(|(num, den)| *num as f64 / *den as f64 >= least * (1.0 - 1e-9))
-        .unwrap_or((nice_step(least).min(1e15) as i64, 1));
-    if least < 0.02 {
-        return linear(low, high, most);
-    }
+    let parts = [(1_i64, 8_i64), (1, 4), (1, 2), (1, 1), (2, 1), (4, 1), (10, 1)];
+    let part = parts.into_iter().find(|(num, den)| *num as f64 / *den as f64 >= least * (1.0 - 1e-9));
+    let Some((num, den)) = part.filter(|_| least > 0.02 && low.abs() < 1e6) else { return linear(low, high, most) };
     let step = PI * num as f64 / den as f64;
     let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
     let major = (first..=last).map(|k| (k as f64 * step, fraction_of_pi(k * num, den))).collect();
@@ -158,7 +154,10 @@ mod tests {
                 let ticks = linear(low, high, 6).major;
                 let slack = 1e-6 * (high - low);
                 assert!((1..=7).contains(&ticks.len()), "{low} {high}: {ticks:?}");
-                assert!(ticks.iter().all(|(value, _)| *value >= low - slack && *value <= high + slack), "{low} {high}: {ticks:?}");
+                assert!(
+                    ticks.iter().all(|(value, _)| *value >= low - slack && *value <= high + slack),
+                    "{low} {high}: {ticks:?}"
+                );
             }
         }
     }
