@@ -98,7 +98,11 @@ impl Canvas<'_> {
 
     /// A line through points.
     pub fn line(&self, points: &[[f64; 2]], colour: RGBColor, width_px: f64) -> Result<(), PlotError> {
-        let points: Vec<(i32, i32)> = points.iter().copied().map(inside).collect();
+        let mut points: Vec<(i32, i32)> = points.iter().copied().map(inside).collect();
+        points.dedup();
+        if points.len() < 2 {
+            return Ok(());
+        }
         self.check(self.area.draw(&PathElement::new(points, stroke(colour, width_px))))
     }
 

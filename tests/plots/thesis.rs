@@ -19,6 +19,11 @@ fn prop_the_page_names_every_figure_and_links_to_files_that_are_there() {
         .filter(|name| name != "index.html")
         .collect();
     assert_eq!(linked, there.iter().map(String::as_str).collect::<BTreeSet<_>>());
+    assert!(complaint(&output).is_empty(), "{}", complaint(&output));
+    assert!(
+        there.contains("5-06-05-chord-angle-psi.svg") && there.contains("4-30-31-path-of-the-centre-of-mass.svg"),
+        "{there:?}"
+    );
     assert!(there.len() >= 74, "{} files", there.len());
     for name in &there {
         let path = folder.join(name);

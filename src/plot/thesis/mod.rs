@@ -50,13 +50,11 @@ pub fn figures(tables: &Tables) -> Vec<ThesisFigure> {
 
 /// `4.30, 4.31` and `Path of B` as `4-30-31-path-of-b`, numbers of two digits so that files sort as the figures do.
 fn file(number: &str, what: &str) -> String {
-    let mut name = String::new();
-    for (place, part) in number.split([',', ' ', '.']).filter(|part| !part.is_empty()).enumerate() {
-        match place {
-            0 => name.push_str(part),
-            // The chapter of a second equation is that of the first.
-            _ if place > 1 && name.starts_with(&format!("{part}-")) => {}
-            _ => name.push_str(&format!("-{part:0>2}")),
+    let chapter = number.split('.').next().unwrap_or_default();
+    let mut name = chapter.to_owned();
+    for equation in number.split(", ") {
+        for part in equation.split('.').skip(1) {
+            name.push_str(&format!("-{part:0>2}"));
         }
     }
     let what = what.replace('Γ', "gamma").replace('Ψ', "psi").to_ascii_lowercase();
