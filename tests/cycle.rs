@@ -1,12 +1,14 @@
 //! Chapter 4 of the thesis: one turn of the rigid crank-slider, against figures computed from its closed forms
 //! (`tests/data/README.md`) and against mechanics.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
 use std::f64::consts::TAU;
 use std::path::Path;
 
 use flexcrank::scene::SceneSource;
 use flexcrank::study::Table;
-use flexcrank::study::cycle::{CycleError, Options, cycle};
+use flexcrank::study::cycle::{Arms, CycleError, Options, balance, cycle, extremes, ratios_between, sweep, words};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -94,8 +96,8 @@ fn turns() -> Vec<(SceneSource, Options)> {
 fn prop_driving_torque_is_the_cranks_moments_within_1e_12() -> Outcome {
     for (source, options) in turns() {
         let table = cycle(&source, &options)?;
-        let crank = &source.scene.chain.links[0];
-        let rod_m = source.scene.chain.links[1].length_m;
+        let crank = &source.scene.chain().unwrap().links[0];
+        let rod_m = source.scene.chain().unwrap().links[1].length_m;
         let torque = column(&table, "driving_torque_nm");
         let scale = largest(torque);
         let of = |name| column(&table, name);
@@ -118,29 +120,37 @@ fn by_angle(values: &[f64]) -> Vec<f64> {
     let count = values.len();
     assert!(count % 2 == 1);
     let weight = |i: usize, j: usize| {
-        let sign = if (i + j) % 2 == 0 { 0.5 } else { -0.5 };
+        let sign = if (i + j).is_multiple_of(2) { 0.5 } else { -0.5 };
         sign / (TAU / 2.0 * (i as f64 - j as f64) / count as f64).sin()
     };
     let slope = |i: usize| (0..count).filter(|&j| j != i).map(|j| weight(i, j) * values[j]).sum();
     (0..count).map(slope).collect()
 }
 
-/// Driving torque × speed − resistance power − d/dt kinetic energy, the last differentiated numerically from its column: an
-/// error made in the torque as well as in the forces would show here.
+/// Driving torque × speed − resistance power − d/dt kinetic energy. The last is differentiated numerically from its column, so
+/// that an error made in torque and forces alike would show: `T = f(θ) θ̇²`, `dT/dt = (f′ θ̇² + 2 f θ̈) θ̇`.
 #[test]
 fn prop_power_balance_closes_within_1e_12() -> Outcome {
-    for resistance_n in [0.0, 800.0] {
+    for (resistance_n, acceleration) in [(0.0, 0.0), (800.0, 0.0), (800.0, 700.0), (0.0, -100.0)] {
         for ratio in [0.1, 0.25, 0.5] {
             let points = 92;
-            let options = Options { ratios: vec![ratio], resistance_n: Some(resistance_n), points, ..Options::default() };
+            let options = Options {
+                ratios: vec![ratio],
+                resistance_n: Some(resistance_n),
+                acceleration_rad_per_s2: acceleration,
+                points,
+                ..Options::default()
+            };
             let table = cycle(&compressor(&[]), &options)?;
             let of = |name| &column(&table, name)[..points - 1];
-            let kinetic_w = by_angle(of("kinetic_energy_j"));
             let (rate, torque) = (of("crank_rate_rad_per_s"), of("driving_torque_nm"));
             let (resistance, velocity) = (of("resistance_n"), of("piston_velocity_m_per_s"));
+            let half: Vec<f64> = of("kinetic_energy_j").iter().zip(rate).map(|(kinetic, rate)| kinetic / (rate * rate)).collect();
+            let slope = by_angle(&half);
             let scale = (0..points - 1).map(|i| (torque[i] * rate[i]).abs()).fold(0.0, f64::max);
             for i in 0..points - 1 {
-                let left = torque[i] * rate[i] - resistance[i] * velocity[i] - kinetic_w[i] * rate[i];
+                let kinetic_w = (slope[i] * rate[i] * rate[i] + 2.0 * half[i] * acceleration) * rate[i];
+                let left = torque[i] * rate[i] - resistance[i] * velocity[i] - kinetic_w;
                 assert!(left.abs() < 1e-12 * scale, "{left} W of {scale} W left at row {i}, ratio {ratio}");
             }
         }
@@ -153,7 +163,7 @@ fn prop_joint_forces_and_shaking_force_agree_on_what_the_frame_feels() -> Outcom
     for (source, options) in turns() {
         let table = cycle(&source, &options)?;
         let of = |name| column(&table, name);
-        let friction = match &source.scene.chain.end {
+        let friction = match &source.scene.chain().unwrap().end {
             flexcrank::scene::End::Slider(slider) => slider.friction_n_s_per_m,
             flexcrank::scene::End::Free { .. } => 0.0,
         };
@@ -201,4 +211,168 @@ fn regress_what_cannot_be_turned_is_refused() {
     assert!(says(&source, Options { speed_rad_per_s: Some(f64::NAN), ..Options::default() }).contains("speed"));
     let still = Options { speed_rad_per_s: Some(0.0), dimensionless: true, ..Options::default() };
     assert!(matches!(cycle(&source, &still), Err(CycleError::DividesByZero(_))));
+}
+
+#[test]
+fn val_counterweights_are_the_reference_and_hold_the_centre_of_mass_still() -> Outcome {
+    let expected = reference("ch4_balancing_masses.csv")?;
+    let of = |name| column(&expected, name);
+    for row in 0..expected.rows() {
+        let options = Options { ratios: vec![of("l_1")[row]], ..Options::default() };
+        let arms = Arms { r4_m: of("r4_mm")[row] / 1e3, r5_m: of("r5_mm")[row] / 1e3 };
+        let table = balance(&compressor(&[]), &options, arms)?;
+        let seen = |name: &str| column(&table, name)[0];
+        for (ours, theirs) in [("m4_kg", "m4_kg"), ("m5_kg", "m5_kg")] {
+            assert!((seen(ours) / of(theirs)[row] - 1.0).abs() < 1e-12, "{ours} {} in row {row}", seen(ours));
+        }
+        let travel_m = seen("centre_of_mass_travel_after_m");
+        assert!(travel_m < 1e-12, "{travel_m} m");
+        let [before, after] = ["before", "after"].map(|when| seen(&format!("peak_shaking_force_{when}_n")));
+        assert!(after < 1e-12 * before, "{after} N of {before} N left");
+        let added = seen("mass_after_kg") - seen("mass_before_kg") - seen("m4_kg") - seen("m5_kg");
+        assert!(added.abs() < 1e-12);
+        let rod = seen("rod_inertia_about_a_after_kg_m2") - seen("rod_inertia_about_a_before_kg_m2");
+        assert!((rod - seen("m5_kg") * arms.r5_m.powi(2)).abs() < 1e-15);
+    }
+    Ok(())
+}
+
+/// Counterweights written into the scene as the composite bodies they make: joint forces, not only the centre's acceleration,
+/// leave the frame alone – also with a crank out of balance, an acceleration and a resistance.
+#[test]
+fn prop_balanced_scene_leaves_the_frame_alone() -> Outcome {
+    let (m1, r1, l1, m2, r2, l2, m3) = (0.3, 0.01, 0.03625, 0.59, 0.048, 0.145, 0.74);
+    let arms = Arms { r4_m: 0.03, r5_m: 0.06 };
+    let table = balance(&compressor(&["crank.centre_of_mass_m=0.01"]), &Options::default(), arms)?;
+    let [m4, m5] = ["m4_kg", "m5_kg"].map(|name| column(&table, name)[0]);
+    let key = |name: &str, value: f64| format!("{name}={value:?}");
+    let overrides = [
+        key("crank.mass_kg", m1 + m4),
+        key("crank.centre_of_mass_m", (m1 * r1 - m4 * arms.r4_m) / (m1 + m4)),
+        key("rod.mass_kg", m2 + m5),
+        key("rod.centre_of_mass_m", (m2 * r2 - m5 * arms.r5_m) / (m2 + m5)),
+    ];
+    let source = SceneSource::open("thesis-compressor", &overrides)?;
+    let options = Options { acceleration_rad_per_s2: 1000.0, resistance_n: Some(300.0), ..Options::default() };
+    let turned = cycle(&source, &options)?;
+    let of = |name| column(&turned, name);
+    let scale = m3 * (l1 + l2) * 157f64.powi(2);
+    for row in 0..turned.rows() {
+        assert!((of("force_o_x_n")[row] - 300.0).abs() < 1e-12 * scale, "only the gas's force goes through the frame");
+        assert!((of("force_o_y_n")[row] + of("guide_force_n")[row]).abs() < 1e-12 * scale);
+        assert!(of("centre_of_mass_x_m")[row].hypot(of("centre_of_mass_y_m")[row]) < 1e-12);
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_counterweights_that_cannot_be_are_refused() {
+    let says = |overrides: &[&str], r4_m, r5_m| {
+        balance(&compressor(overrides), &Options::default(), Arms { r4_m, r5_m }).unwrap_err().to_string()
+    };
+    assert!(says(&[], 0.0, 0.06).contains("r4 must be a positive length"));
+    assert!(says(&[], 0.03, f64::NAN).contains("r5 must be a positive length"));
+    assert!(says(&["crank.centre_of_mass_m=-1"], 0.03, 0.06).contains("m4 would be -"));
+}
+
+#[test]
+fn prop_sweep_peaks_are_the_closed_forms_and_rise_with_the_ratio() -> Outcome {
+    let options = Options { ratios: ratios_between(0.05, 0.65, 25), dimensionless: true, ..Options::default() };
+    let table = sweep(&compressor(&[]), &options)?;
+    let of = |name| column(&table, name);
+    for (row, ratio) in of("ratio").iter().enumerate() {
+        let acceleration = of("peak_piston_acceleration_over_l2_omega2")[row];
+        assert!((acceleration - ratio * (1.0 + ratio)).abs() < 1e-12, "largest at θ = 0: λ (1 + λ)");
+        assert!((of("swept_volume_per_size")[row] - 2.0 * ratio / (1.0 + 2.0 * ratio)).abs() < 1e-15);
+        assert!((of("stroke_over_l2")[row] - 2.0 * ratio).abs() < 1e-15);
+    }
+    for (name, values) in table.columns() {
+        assert!(values.windows(2).all(|pair| pair[0] < pair[1]), "{name} rises");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_sections_give_mass_centre_and_inertia_to_every_ratio() -> Outcome {
+    let bars = SceneSource::open("crank-slider", &[])?;
+    let options = Options { ratios: vec![0.25, 0.5], ..Options::default() };
+    let long = SceneSource::open("crank-slider", &["crank.length_m=0.75".to_owned()])?;
+    let alone = cycle(&long, &Options::default())?;
+    let both = cycle(&bars, &options)?;
+    for ((name, alone), (_, both)) in alone.columns().zip(both.columns()) {
+        assert!(alone == &both[options.points..], "{name}: a ratio is a crank of that length");
+    }
+    Ok(())
+}
+
+#[test]
+fn val_extremes_say_where_and_how_large() -> Outcome {
+    let options = Options { ratios: vec![0.1, 0.25], dimensionless: true, ..Options::default() };
+    let all = extremes(&cycle(&compressor(&[]), &options)?);
+    assert_eq!(all.iter().map(|one| one.ratio).collect::<Vec<_>>(), [0.1, 0.25]);
+    let find = |name| all[1].of.iter().find(|extreme| extreme.column.starts_with(name)).unwrap();
+    assert_eq!(find("piston_acceleration").least, [-0.3125, 0.0]);
+    assert_eq!(find("piston_position").greatest, [1.25, 0.0]);
+    let rod = find("rod_angle");
+    assert!((rod.greatest[0] - 0.25f64.asin()).abs() < 1e-15 && (rod.greatest[1] - TAU / 4.0).abs() < 1e-15);
+    assert_eq!((rod.quantity.as_str(), rod.unit), ("rod angle", "rad"));
+    assert_eq!(words("piston_acceleration_over_l2_omega2"), ("piston acceleration".to_owned(), "/ l2 ω²"));
+    assert_eq!(words("rod_inertia_about_a_before_kg_m2"), ("rod inertia about A before".to_owned(), "kg·m²"));
+    assert_eq!(words("swept_volume_per_size"), ("swept volume per size".to_owned(), ""));
+    Ok(())
+}
+
+/// The program itself: exit code, what it prints, what it complains of.
+fn program(args: &[&str]) -> (Option<i32>, String, String) {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("cycle").args(args).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn val_program_prints_extremes_and_writes_what_the_library_computes() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("cycle.csv");
+    let csv = path.to_str().unwrap();
+    let (code, out, _) = program(&["--ratio", "0.1,0.25", "--dimensionless", "--csv", csv, "--points", "91"]);
+    assert_eq!(code, Some(0));
+    assert!(out.contains("thesis-compressor, one turn at 157.08 rad/s") && out.contains("ratio 0.25"), "{out}");
+    assert!(out.contains("piston acceleration") && out.contains("-0.3125") && out.contains("(182 rows)"), "{out}");
+    let options = Options { ratios: vec![0.1, 0.25], dimensionless: true, points: 91, ..Options::default() };
+    assert_eq!(Table::read_csv(&path)?, cycle(&compressor(&[]), &options)?);
+
+    let (code, out, _) = program(&["--balance", "--r4", "0.03", "--r5", "0.06"]);
+    assert_eq!(code, Some(0));
+    assert!(out.contains("m4 = 4.33832 kg at r4 = 0.03 m, m5 = 2.26033 kg at r5 = 0.06 m"), "{out}");
+    let (code, out, _) = program(&["--sweep-ratio", "--csv", csv]);
+    assert_eq!(code, Some(0));
+    assert!(out.contains("swept volume per size") && out.contains("11 of 51 ratios"), "{out}");
+    assert_eq!(Table::read_csv(&path)?.rows(), 51);
+    Ok(())
+}
+
+#[test]
+fn regress_program_refuses_bad_usage_with_2_and_says_why() {
+    for (args, expected) in [
+        (&["ref-r5"][..], "ref-r5 is not a crank-slider"),
+        (&["thesis-compresor"], "did you mean `thesis-compressor`?"),
+        (&["--ratio", "0.25,1"], "a number above 0 and below 1"),
+        (&["--speed", "nan"], "a number from"),
+        (&["--speed", "0", "--dimensionless"], "divide by the crank's speed"),
+        (&["thesis-crank-slider", "--dimensionless"], "divide by the slider's mass"),
+        (&["--speed", "1", "--acceleration", "-1"], "needs more than 3.545 rad/s"),
+        (&["--balance", "--r4", "0.03"], "--r5"),
+        (&["--balance", "--r4", "0", "--r5", "1"], "a number from"),
+        (&["--sweep-ratio", "0.6:0.1:5"], "FROM:TO:N, as in 0.1:0.6:51"),
+        (&["--sweep-ratio", "thesis-compressor"], "a scene goes before it"),
+        (&["--points", "1"], "a number from 3"),
+        (&["--set", "crank.length_m=0.2"], "rod.length_m = 0.145: must be longer"),
+    ] {
+        let (code, _, error) = program(args);
+        assert_eq!(code, Some(2), "{args:?}: {error}");
+        assert!(error.contains(expected), "{args:?}: {error}");
+    }
+    let (code, _, error) = program(&["--csv", "no/such/folder/table.csv"]);
+    assert_eq!(code, Some(1), "{error}");
+    assert!(error.contains("no/such/folder/table.csv"), "{error}");
 }

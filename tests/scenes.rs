@@ -59,9 +59,24 @@ fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
 }
 
 #[test]
-fn regress_what_is_not_built_is_refused_never_ignored() {
-    let text = with("[slider]", "[oscillator]\nmasses_kg = [1.0]\n\n[slider]");
-    assert!(refused(&text).contains("not supported yet"), "{}", refused(&text));
+fn regress_what_does_not_go_together_is_refused_never_ignored() {
+    let cases = [
+        (
+            with("[slider]", "[oscillator]\nmasses_kg = [1.0]\n\n[slider]").replace("\"modal\"", "\"mass-spring\""),
+            "does not go with an [oscillator]",
+        ),
+        (with("[slider]", "[tip]\nmass_kg = 1.0\n\n[slider]"), "not both"),
+        (with("[slider]", "[beam]\nlength_m = 1.0\n\n[slider]"), "a [beam] stands alone"),
+        (with("[[pulse]]", "[drive]\nspeed_rad_per_s = 3.0\n\n[[pulse]]"), "prescribed motion leaves no room for torque"),
+        (with("mass_kg = 0.2", "resistance_n = 1.0\nresistance_table = [[0.0, 1.0], [1.0, 2.0]]"), "not both"),
+        (with("mass_kg = 0.2", "resistance_table = [[1.0, 1.0], [0.0, 2.0]]"), "ascending"),
+        (with("model = \"modal\"", "model = \"incremental\""), "one element each"),
+        (with("model = \"modal\"", "model = \"finite-element\"\nintegrator = \"runge-kutta\""), "finite-element goes with"),
+        (with("model = \"modal\"", "model = \"mass-spring\""), "goes with an [oscillator]"),
+    ];
+    for (text, expected) in cases {
+        assert!(refused(&text).contains(expected), "expected {expected}\nbut it says {}", refused(&text));
+    }
 }
 
 #[test]
@@ -72,7 +87,7 @@ fn val_overrides_are_toml_and_bare_words_are_strings() {
     };
     let source =
         set(&["rod.length_m=1.2", "pulse.0.torque_nm = -3", "solver.model=rigid", "commands.torque_limit_nm=7"]).unwrap();
-    assert_eq!(source.scene.chain.links[1].length_m, 1.2);
+    assert_eq!(source.scene.chain().unwrap().links[1].length_m, 1.2);
     assert_eq!(source.scene.commands.torque_limit_nm, 7.0);
     assert_eq!(source.scene.solver.model, ModelKind::Rigid);
     assert!(source.text.contains("length_m = 1.2"), "the scene in force has the override in it");
@@ -93,7 +108,7 @@ fn val_sections_have_their_areas_and_moments() {
     ];
     for (section, area, moment) in cases {
         let text = with("section = { shape = \"rectangle\", width_m = 0.01, height_m = 0.01 }", &format!("section = {section}"));
-        let bar = SceneSource::parse("scene", &text, &[]).unwrap().scene.chain.links[0].bar.unwrap();
+        let bar = SceneSource::parse("scene", &text, &[]).unwrap().scene.chain().unwrap().links[0].bar.unwrap();
         assert!((bar.area_m2 / area - 1.0).abs() < 1e-12 && (bar.second_moment_m4 / moment - 1.0).abs() < 1e-12, "{section}");
     }
 }
@@ -102,7 +117,7 @@ fn val_sections_have_their_areas_and_moments() {
 fn val_a_rigid_link_may_give_its_mass() {
     let text = "[crank]\nlength_m = 0.1\nmass_kg = 2.0\ncentre_of_mass_m = 0.0\ninertia_kg_m2 = 0.5\n[rod]\nlength_m = 0.3\nmass_kg = 1.0\n[slider]\n";
     let scene = SceneSource::parse("scene", &format!("{text}[solver]\nmodel = \"rigid\"\n"), &[]).unwrap().scene;
-    let [crank, rod] = scene.chain.links.as_slice() else { panic!("two links") };
+    let [crank, rod] = scene.chain().unwrap().links.as_slice() else { panic!("two links") };
     assert_eq!((crank.centre_of_mass_m, crank.inertia_kg_m2), (0.0, 0.5));
     assert!((rod.inertia_kg_m2 - 0.09 / 12.0).abs() < 1e-15, "a uniform bar unless said otherwise");
     assert!(refused(text).contains("only for a rigid link"), "a flexible link needs a section");

@@ -9,6 +9,7 @@ use flexcrank::bus::{Topic, client};
 use flexcrank::recording::{Messages, export_csv};
 use flexcrank::runtime::{Ending, Pace, PublishRate};
 use flexcrank::service::{Replay, replay};
+use flexcrank::simulation::Simulation;
 use flexcrank::wire::{self, Angles, AppliedCommand, Loads, Status, TorquePulse, control::Action, status::State};
 use prost::Message as _;
 
@@ -166,5 +167,24 @@ fn prop_a_recording_is_never_overwritten() -> Outcome {
     let (_, folder) = service.finish()?;
     let again = Service::start_in(folder, scene(&[])?, Pace::Max, Some(0.01), PublishRate::All)?.finish();
     assert!(again.is_err_and(|error| error.to_string().contains("exists")));
+    Ok(())
+}
+
+#[test]
+fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
+    let scene = scene(&[])?;
+    let shadow = flexcrank::runtime::Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
+    let folder = tempfile::tempdir()?;
+    let service = Service::start_with(folder, scene, Some(shadow), Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    client::pulse(&service.client, &service.name, &pulse("p", 5.0, 0.1))?;
+    client::control(&service.client, &service.name, &control(Action::Reset(wire::Reset {})))?;
+    client::pulse(&service.client, &service.name, &pulse("q", 5.0, 0.1))?;
+    let (_, folder) = service.stop()?;
+    let rows = common::decoded::<wire::Shadow>(&folder.path().join("run.mcap"), "shadow")?;
+    assert!(rows.len() > 2);
+    for row in rows {
+        assert_eq!((row.angle_rad, row.end_x_m, row.joint_force_n), (0.0, 0.0, Some(0.0)));
+        assert!(row.main_step_s >= 0.0 && row.shadow_step_s >= 0.0);
+    }
     Ok(())
 }

@@ -13,11 +13,14 @@ pub enum Topic {
     Status,
     /// Commands that took effect.
     Commands,
+    /// A second model against the first.
+    Shadow,
 }
 
 impl Topic {
     /// All of them.
-    pub const ALL: [Topic; 5] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Status, Topic::Commands];
+    pub const ALL: [Topic; 6] =
+        [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Status, Topic::Commands, Topic::Shadow];
 
     /// The last chunk of its key.
     pub fn chunk(self) -> &'static str {
@@ -27,6 +30,7 @@ impl Topic {
             Topic::Loads => "loads",
             Topic::Status => "status",
             Topic::Commands => "commands",
+            Topic::Shadow => "shadow",
         }
     }
 
@@ -38,6 +42,7 @@ impl Topic {
             Topic::Loads => "flexcrank.v1.Loads",
             Topic::Status => "flexcrank.v1.Status",
             Topic::Commands => "flexcrank.v1.AppliedCommand",
+            Topic::Shadow => "flexcrank.v1.Shadow",
         }
     }
 }

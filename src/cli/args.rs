@@ -65,6 +65,9 @@ pub(super) enum Command {
         after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
     )]
     Plot(Plot),
+    /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
+    #[command(after_help = super::cycle::EXAMPLES)]
+    Cycle(super::cycle::Args),
     /// List the built-in scenes, or print one, ready to be edited.
     Scenes {
         /// The scene to print.
@@ -123,6 +126,9 @@ pub(super) struct Run {
     /// Override a key of the scene; VALUE is TOML, a bare word a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// Run another model beside the first on the same commands, and publish the difference.
+    #[arg(long, value_name = "MODEL")]
+    pub shadow: Option<String>,
     /// Run even if a service of this name is on the bus.
     #[arg(long)]
     pub force: bool,
@@ -322,7 +328,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
     number(text, 0.0, 1e9)
 }
 
-fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
+pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("a number from {low:?} to {high:?}"))
 }

@@ -1,6 +1,7 @@
 //! `run` and `replay`: services that go on until they are done or told to stop.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, SystemTime};
 
@@ -11,11 +12,11 @@ use super::Done;
 use super::args::{Replay, Run};
 use crate::bus;
 use crate::recording::{RecordingError, Written, place};
-use crate::runtime::{Ending, Stepping};
-use crate::scene::SceneSource;
+use crate::runtime::{Ending, Shadow, Stepping};
+use crate::scene::{MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport};
 use crate::simulation::Simulation;
-use crate::wire::{Status, status::State};
+use crate::wire::{Angles, Status, status::State};
 
 /// Chunks reach the system at least this often.
 const FLUSH_PERIOD: Duration = Duration::from_millis(200);
@@ -23,11 +24,12 @@ const FLUSH_PERIOD: Duration = Duration::from_millis(200);
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let scene = SceneSource::open(&args.scene, &args.overrides)?;
     let simulation = Simulation::new(&scene.scene)?;
+    let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(place::FOLDER);
     let fresh = || place::fresh(folder, &args.name.to_string(), SystemTime::now());
     let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
     let line = status_line();
-    let shown = line.clone();
+    let (shown, warned) = (line.clone(), AtomicBool::new(false));
     announce(&args, &scene, record.as_deref());
     let live = Live {
         name: args.name,
@@ -37,17 +39,34 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
         recordings: folder.to_owned(),
         flush_period: FLUSH_PERIOD,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
-        on_status: Box::new(move |status| shown.set_message(describe(status))),
+        on_status: Box::new(move |status| show(&shown, &warned, status)),
         force: args.force,
     };
     let report = runtime()?.block_on(async {
         let session = args.bus.options().open_service()?;
-        let report = service::run(&session, live, simulation, interrupted()).await;
+        let report = service::run(&session, live, (simulation, shadow), interrupted()).await;
         bus::close(&session)?;
         anyhow::Ok(report?)
     })?;
     line.finish_and_clear();
     Ok(conclude(&report))
+}
+
+/// Updates the status line; the first warning of a running service stays.
+fn show(line: &ProgressBar, warned: &AtomicBool, status: &Status) {
+    line.set_message(describe(status));
+    if status.state() == State::Running && !status.message.is_empty() && !warned.swap(true, Ordering::Relaxed) {
+        line.suspend(|| eprintln!("warning: {}", status.message));
+    }
+}
+
+/// The same scene by another model, with the integrator that usually suits it.
+fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
+    let mut overrides = vec![format!("solver.model={model}")];
+    let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
+    overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));
+    let scene = SceneSource::parse(&format!("--shadow {model}"), &scene.text, &overrides)?;
+    Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
 fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
@@ -63,8 +82,12 @@ fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
     );
 }
 
-/// Says how it ended and what was recorded.
+/// Says where it ended, how, and what was recorded.
 fn conclude(report: &LiveReport) -> Done {
+    if let Some(Angles { stamp: Some(stamp), links }) = &report.angles {
+        let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
+        eprintln!("t = {} s: {}", stamp.sim_time_s, angles.join(", "));
+    }
     let mut done = match &report.ending {
         Ending::Finished | Ending::Stopped => Done::Well,
         Ending::Diverged(diverged) => {
@@ -161,14 +184,14 @@ pub(super) fn describe(status: &Status) -> String {
     let state = State::try_from(status.state).unwrap_or_default();
     let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
     let optional = |name: &str, value: Option<String>| value.map_or(String::new(), |value| format!("  {name} {value}"));
-    let milliseconds = |value: f64| format!("{:.3} ms", value * 1e3);
+    let milliseconds = |value: f64| format!("{:.2} ms", value * 1e3);
     format!(
-        "{:<9} t {time:10.3} s{}{}{}{}{}",
+        "{:<8} t {time:9.3} s{}{}{}{}{}",
         state.as_str_name(),
         optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
         optional("late p50", status.lateness_p50_s.map(milliseconds)),
         optional("p99", status.lateness_p99_s.map(milliseconds)),
-        optional("energy", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
+        optional("", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
         if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },
     )
 }

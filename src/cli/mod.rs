@@ -1,7 +1,9 @@
 //! The command line: parse, validate, call, exit code.
 
+mod aligned;
 mod args;
 mod clients;
+mod cycle;
 mod files;
 mod live;
 mod plot;
@@ -16,6 +18,7 @@ use crate::bus::{BadName, BusError};
 use crate::plot::PlotError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
+use crate::study::cycle::CycleError;
 use args::{Cli, Command};
 
 /// What a command that went to its end has to say by its exit code.
@@ -61,6 +64,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<BadName>()
         || error.is::<plot::BadPlot>()
         || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
+        || error.is::<CycleError>()
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -82,6 +86,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
         Command::Plot(args) => plot::plot(&args),
+        Command::Cycle(args) => cycle::cycle(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }

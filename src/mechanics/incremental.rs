@@ -10,31 +10,61 @@
 //! Eliminating `d₁ = d₀ + h (ϑ v₁ + (1 − ϑ) v₀)` from the two-point step leaves
 //! `(M + h² ϑ² K) v₁ = M v₀ + h p − h K d₀ − h² ϑ (1 − ϑ) K v₀`.
 //!
-//! Degrees of freedom of the crank-slider: `w₁, u₂, v₂, w₁₂, w₂₁, u₃, w₃` — the tangent at the pivot, the crank pin, the
-//! tangents of crank and rod there, the slider, the rod's tangent there.
+//! # What it does
+//!
+//! Crank angle of the thesis's run at t = 4 s, where the rigid links' true angle is 2.206287 rad (`flexcrank run
+//! thesis-crank-slider --pace max --until 4 --set solver.model=rigid --set solver.integrator=runge-kutta --set
+//! solver.step_s=0.001`), from `flexcrank run thesis-crank-slider --pace max --until 4 --set solver.step_s=H`:
+//!
+//! | H, s | angle, rad | error |
+//! |---|---|---|
+//! | 0.1 | 2.127585 | −0.0787 |
+//! | 0.05 | 2.165694 | −0.0406 |
+//! | 0.025 | 2.185762 | −0.0205 |
+//! | 0.0125 | 2.195965 | −0.0103 |
+//!
+//! - It is **first order**, whatever the weight ϑ: the configuration is updated after the step, and the gyroscopic terms are
+//!   left out.
+//! - Its **limit is wrong**. At t = 2 s (true: 1.176031664 rad, `--until 2`) steps of 1e-3, 5e-4, 2e-4, 1e-4 and 5e-5 s are off by
+//!   −1.8e-4, −1.9e-4, −3.6e-4, −6.9e-4 and −1.37e-3 rad: the error grows like 1/h. Every step throws the axial strain away,
+//!   so in place of a spring `EA/L` stands a damper `EA ϑ h/L`, and as `h` shrinks the links run apart.
+//! - **Bending is counted again**: the rotations that a step keeps are added to the configuration once more in the next, so the
+//!   nodal rotation `w₁` ends the thesis's run more than 1 rad from the chord. Positions do not feel it.
+//! - **Without the modulo 2π it breaks at half a turn**, where `atan2` jumps and the jump is carried on as a rotation: the
+//!   thesis's figures after t = 5.6 s are those of a broken mechanism.
+//!
+//! `cargo test --test thesis limits` asserts the figures.
+//!
+//! # Degrees of freedom
+//!
+//! They are `w₁, u₂, v₂, w₁₂, w₂₁, u₃, w₃, v₃` — the tangent at the pivot, the crank pin, the tangents of crank
+//! and rod there, the chain's end, the rod's tangent there. A slider holds `v₃`; a single link has the first four.
+//!
+//! A torsion spring at the base acts as the thesis's listing has it, lagged: the moment `−k w₁` of the configuration where the
+//! step begins. (The listing also puts `k` into its first step's matrix, twice, carries the beam's rotation over as
+//! `w − Δv₂/(L + Δu₂)`, and hangs the tip mass on `v₂` alone: left out here, that moves its figures by less than 1e-9.)
 
 use std::f64::consts::TAU;
 
 use nalgebra::{SMatrix, SVector};
 
 use super::beam::{self, Matrix6, Vector6};
+use super::crank_slider::{along, crank_turn, rod_turn};
 use super::mechanism::{Input, Singular};
 use super::observation::{ElementForces, Energy, NodeObservation, Observation};
 use super::resistance::resistance_n;
-use crate::scene::{Bar, Chain, Link, Slider};
+use crate::scene::{Bar, Chain, End, Link};
 
-const N: usize = 7;
+const N: usize = 8;
 type Matrix = SMatrix<f64, N, N>;
 type Vector = SVector<f64, N>;
 
-const CRANK_PIN_X: usize = 1;
-const CRANK_PIN_Y: usize = 2;
-const SLIDER_X: usize = 5;
+const ROOT: usize = 0;
 
 /// Where an element's six local degrees of freedom stand among the chain's; `None` is held at zero.
 type Placement = [Option<usize>; 6];
-const CRANK: Placement = [None, None, Some(0), Some(1), Some(2), Some(3)];
-const ROD: Placement = [Some(1), Some(2), Some(4), Some(5), None, Some(6)];
+const CRANK: Placement = [None, None, Some(ROOT), Some(1), Some(2), Some(3)];
+const ROD: Placement = [Some(1), Some(2), Some(4), Some(5), Some(7), Some(6)];
 
 /// What the method carries from one step to the next.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +75,7 @@ pub struct IncrementalState {
     pub carried: [f64; N],
     /// Velocities.
     pub velocity: [f64; N],
-    /// Chord angles of crank and rod, unwrapped, rad.
+    /// Chord angles of the links, unwrapped, rad.
     pub chord_rad: [f64; 2],
     /// Displacement and acceleration of the last step at its point of collocation, for the forces that it published.
     pub collocated: [[f64; N]; 2],
@@ -83,20 +113,20 @@ struct Element {
     placement: Placement,
 }
 
-/// The incremental crank-slider.
+/// The incremental chain.
 pub struct Incremental {
-    elements: [Element; 2],
-    slider: Slider,
+    elements: Vec<Element>,
+    chain: Chain,
     weight: f64,
     start: IncrementalState,
 }
 
 impl Incremental {
-    /// For a crank-slider of two flexible links; `None` for any other chain. `weight` is the two-point method's ϑ.
+    /// For flexible links; `None` when one has no section. `weight` is the two-point method's ϑ.
     pub fn new(chain: &Chain, weight: f64) -> Option<Self> {
-        let ([crank, rod], crate::scene::End::Slider(slider)) = (chain.links.as_slice(), &chain.end) else { return None };
-        let elements = [element(crank, &crank.bar?, CRANK), element(rod, &rod.bar?, ROD)];
-        Some(Incremental { elements, slider: slider.clone(), weight, start: start(chain, crank, rod) })
+        let element = |(link, placement): (&Link, Placement)| Some(element(link, &link.bar?, placement));
+        let elements = chain.links.iter().zip([CRANK, ROD]).map(element).collect::<Option<Vec<_>>>()?;
+        Some(Incremental { elements, chain: chain.clone(), weight, start: start(chain) })
     }
 
     /// The state at t = 0.
@@ -104,6 +134,18 @@ impl Incremental {
         self.start.clone()
     }
 
+    /// Where the chain's end moves along x and y.
+    fn end(&self) -> [usize; 2] {
+        if self.elements.len() == 1 { [1, 2] } else { [5, 7] }
+    }
+
+    /// Whether a degree of freedom is part of this chain and free to move.
+    fn moves(&self, i: usize) -> bool {
+        let slides = matches!(self.chain.end, End::Slider(_));
+        self.elements.iter().any(|element| element.placement.contains(&Some(i))) && !(slides && i == self.end()[1])
+    }
+
+    /// Mass and stiffness in the present configuration; what does not move gets a unit mass and no force.
     fn assemble(&self, state: &IncrementalState) -> (Matrix, Matrix) {
         let (mut mass, mut stiffness) = (Matrix::zeros(), Matrix::zeros());
         for (element, chord) in self.elements.iter().zip(state.chord_rad) {
@@ -111,8 +153,51 @@ impl Incremental {
             place(&element.placement, &(t.transpose() * element.mass * t), &mut mass);
             place(&element.placement, &(t.transpose() * element.stiffness * t), &mut stiffness);
         }
-        mass[(SLIDER_X, SLIDER_X)] += self.slider.mass_kg;
+        for i in self.end() {
+            mass[(i, i)] += self.end_mass_kg();
+        }
+        for i in (0..N).filter(|i| !self.moves(*i)) {
+            for matrix in [&mut mass, &mut stiffness] {
+                matrix.row_mut(i).fill(0.0);
+                matrix.column_mut(i).fill(0.0);
+            }
+            mass[(i, i)] = 1.0;
+        }
         (mass, stiffness)
+    }
+
+    fn end_mass_kg(&self) -> f64 {
+        match &self.chain.end {
+            End::Free { tip_mass_kg } => *tip_mass_kg,
+            End::Slider(slider) => slider.mass_kg,
+        }
+    }
+
+    /// Force along −x at the chain's end: resistance and viscous friction, N.
+    fn end_force_n(&self, state: &IncrementalState) -> [f64; 2] {
+        match &self.chain.end {
+            End::Free { .. } => [0.0; 2],
+            End::Slider(slider) => {
+                let speed = state.velocity[self.end()[0]];
+                [resistance_n(&slider.resistance, state.chord_rad[0]), slider.friction_n_s_per_m * speed]
+            }
+        }
+    }
+
+    /// Loads of the configuration where the step begins.
+    fn load(&self, input: &Input, mass: &Matrix, state: &IncrementalState) -> Vector {
+        let gravity = self.chain.gravity_m_per_s2;
+        let falling = Vector::from([0.0, gravity[0], gravity[1], 0.0, 0.0, gravity[0], 0.0, gravity[1]]);
+        let mut load = mass * falling;
+        let base = &self.chain.base;
+        load[ROOT] += input.torque_nm
+            - base.torsion_spring_nm_per_rad * state.configuration[ROOT]
+            - base.damper_nm_s_per_rad * state.velocity[ROOT];
+        load[self.end()[0]] -= self.end_force_n(state).iter().sum::<f64>();
+        for i in (0..N).filter(|i| !self.moves(*i)) {
+            load[i] = 0.0;
+        }
+        load
     }
 
     /// One step of `h_s` under the torque that `input` holds constant. On error the state is unchanged.
@@ -123,9 +208,7 @@ impl Incremental {
         let (mass, stiffness) = self.assemble(state);
         let (theta, rest) = (self.weight, 1.0 - self.weight);
         let (d0, v0) = (Vector::from(state.carried), Vector::from(state.velocity));
-        let mut load = Vector::zeros();
-        load[0] = input.torque_nm;
-        load[SLIDER_X] = -resistance_n(&self.slider.resistance, state.chord_rad[0]);
+        let load = self.load(input, &mass, state);
         let right = mass * v0 + h_s * (load - stiffness * (d0 + (h_s * theta * rest) * v0));
         let v1 = (mass + (h_s * theta).powi(2) * stiffness).lu().solve(&right).ok_or(Singular)?;
         let d1 = d0 + h_s * (theta * v1 + rest * v0);
@@ -140,65 +223,65 @@ impl Incremental {
         for (x, d) in state.configuration.iter_mut().zip(d.iter()) {
             *x += d;
         }
-        let x = &state.configuration;
-        let wrapped = [x[CRANK_PIN_Y].atan2(x[CRANK_PIN_X]), (-x[CRANK_PIN_Y]).atan2(x[SLIDER_X] - x[CRANK_PIN_X])];
-        let turned = [0, 1].map(|k| {
-            let change: f64 = wrapped[k] - state.chord_rad[k];
-            change - TAU * (change / TAU).round()
-        });
-        for k in [0, 1] {
-            state.chord_rad[k] += turned[k];
+        state.carried = [0.0; N];
+        for (k, element) in self.elements.iter().enumerate() {
+            let [from, to] = ends(&element.placement, &state.configuration);
+            let change = (to[1] - from[1]).atan2(to[0] - from[0]) - state.chord_rad[k];
+            let turned = change - TAU * (change / TAU).round();
+            state.chord_rad[k] += turned;
+            for i in [element.placement[2], element.placement[5]].into_iter().flatten() {
+                state.carried[i] = d[i] - turned;
+            }
         }
-        let [crank, rod] = turned;
-        state.carried = [d[0] - crank, 0.0, 0.0, d[3] - crank, d[4] - rod, 0.0, d[6] - rod];
     }
 
     /// `[work put in by torque and resistance, work dissipated]` in the step that led to `after`, J.
     pub fn work_j(&self, input: &Input, h_s: f64, before: &IncrementalState, after: &IncrementalState) -> [f64; 2] {
         let (theta, rest) = (self.weight, 1.0 - self.weight);
         let travel = |i: usize| h_s * (theta * after.velocity[i] + rest * before.velocity[i]);
-        let resistance = resistance_n(&self.slider.resistance, before.chord_rad[0]);
-        [input.torque_nm * travel(0) - resistance * travel(SLIDER_X), 0.0]
+        let [resistance, friction] = self.end_force_n(before);
+        let damper = self.chain.base.damper_nm_s_per_rad * before.velocity[ROOT];
+        let (turned, moved) = (travel(ROOT), travel(self.end()[0]));
+        [input.torque_nm * turned - resistance * moved, damper * turned + friction * moved]
     }
 
     /// Fills `out`. Forces are those of the last step, at its point of collocation.
     pub fn observe(&self, state: &IncrementalState, out: &mut Observation) {
-        let (x, v) = (&state.configuration, &state.velocity);
-        let node = |at: [f64; 2], rate: [f64; 2], turn: f64| NodeObservation {
-            position_m: at,
-            velocity_m_per_s: rate,
-            rotation_rad: Some(turn),
-            deflection_m: Some(0.0),
-        };
-        let pin = ([x[CRANK_PIN_X], x[CRANK_PIN_Y]], [v[CRANK_PIN_X], v[CRANK_PIN_Y]]);
-        let slider = ([x[SLIDER_X], 0.0], [v[SLIDER_X], 0.0]);
-        let nodes = [
-            [node([0.0; 2], [0.0; 2], x[0]), node(pin.0, pin.1, x[3])],
-            [node(pin.0, pin.1, x[4]), node(slider.0, slider.1, x[6])],
-        ];
-        for (k, seen) in out.links.iter_mut().enumerate() {
-            seen.nodes.copy_from_slice(&nodes[k]);
+        for (k, (element, seen)) in self.elements.iter().zip(&mut out.links).enumerate() {
+            let [from, to] = ends(&element.placement, &state.configuration);
+            let [from_rate, to_rate] = ends(&element.placement, &state.velocity);
+            let turn = |place: usize| element.placement[place].map(|i| state.configuration[i]);
+            let node = |position_m, velocity_m_per_s, rotation_rad| NodeObservation {
+                position_m,
+                velocity_m_per_s,
+                rotation_rad,
+                deflection_m: Some(0.0),
+            };
+            seen.nodes.copy_from_slice(&[node(from, from_rate, turn(2)), node(to, to_rate, turn(5))]);
             seen.chord_rad = state.chord_rad[k];
-            let [from, to] = [nodes[k][0], nodes[k][1]];
-            let along = [0, 1].map(|i| to.position_m[i] - from.position_m[i]);
-            let across = [0, 1].map(|i| to.velocity_m_per_s[i] - from.velocity_m_per_s[i]);
+            let along = [to[0] - from[0], to[1] - from[1]];
+            let across = [to_rate[0] - from_rate[0], to_rate[1] - from_rate[1]];
             seen.rate_rad_per_s = (along[0] * across[1] - along[1] * across[0]) / (along[0].powi(2) + along[1].powi(2));
             seen.acceleration_rad_per_s2 = None;
         }
         self.forces(state, out);
-        out.resistance_n = Some(resistance_n(&self.slider.resistance, state.chord_rad[0]));
         out.energy = self.energy(state);
     }
 
-    /// Joint forces and internal forces from `f = M v̇ + K d` of each element.
+    /// Joint forces and internal forces from `f = M v̇ + K d` of each element, its weight deducted.
     fn forces(&self, state: &IncrementalState, out: &mut Observation) {
         let [displacement, acceleration] = &state.collocated;
-        let mut ends = [Vector6::zeros(); 2];
+        let mut first = [None; 2];
+        let mut last = [0.0; 2];
         for (k, element) in self.elements.iter().enumerate() {
             let t = beam::rotation(state.chord_rad[k]);
             let gather = |all: &[f64; N]| Vector6::from_iterator(element.placement.iter().map(|i| i.map_or(0.0, |i| all[i])));
+            let [gx, gy] = self.chain.gravity_m_per_s2;
+            let moving = gather(acceleration) - Vector6::from([gx, gy, 0.0, gx, gy, 0.0]);
             let elastic = element.stiffness * (t * gather(displacement));
-            ends[k] = t.transpose() * (element.mass * (t * gather(acceleration)) + elastic);
+            let total = t.transpose() * (element.mass * (t * moving) + elastic);
+            first[k] = Some([total[0], total[1]]);
+            last = [-total[3], -total[4]];
             if let Some(seen) = out.links[k].elements.first_mut() {
                 *seen = ElementForces {
                     axial_n: elastic[3],
@@ -208,17 +291,41 @@ impl Incremental {
                 };
             }
         }
-        let [crank, rod] = ends;
-        out.pivot_n = Some([crank[0], crank[1]]);
-        out.crank_pin_n = Some([rod[0], rod[1]]);
-        out.slider_pin_n = Some([-rod[3], -rod[4]]);
-        out.guide_n = Some(rod[4]);
+        [out.pivot_n, out.crank_pin_n] = first;
+        if let End::Slider(slider) = &self.chain.end {
+            out.slider_pin_n = Some(last);
+            out.guide_n = Some(-last[1] - slider.mass_kg * self.chain.gravity_m_per_s2[1]);
+            out.resistance_n = Some(self.end_force_n(state)[0]);
+        }
     }
 
+    /// Kinetic energy and the base spring's. The links' own strain energy is not known: the method drops their stretch at every
+    /// step and counts their bending again.
     fn energy(&self, state: &IncrementalState) -> Energy {
-        let (mass, stiffness) = self.assemble(state);
-        let (d, v) = (Vector::from(state.carried), Vector::from(state.velocity));
-        Energy { kinetic_j: 0.5 * v.dot(&(mass * v)), strain_j: Some(0.5 * d.dot(&(stiffness * d))), potential_j: None }
+        let (mass, _) = self.assemble(state);
+        let v = Vector::from(state.velocity);
+        let spring = self.chain.base.torsion_spring_nm_per_rad;
+        Energy {
+            kinetic_j: 0.5 * v.dot(&(mass * v)),
+            strain_j: (spring != 0.0).then(|| 0.5 * spring * state.configuration[ROOT].powi(2)),
+            potential_j: self.potential_j(state),
+        }
+    }
+
+    /// Of each link as if straight, half its mass at either end, and of the end's mass; `None` without gravity.
+    fn potential_j(&self, state: &IncrementalState) -> Option<f64> {
+        let gravity = self.chain.gravity_m_per_s2;
+        if gravity == [0.0; 2] {
+            return None;
+        }
+        let fallen = |at: [f64; 2]| gravity[0] * at[0] + gravity[1] * at[1];
+        let mut sum = 0.0;
+        for (element, link) in self.elements.iter().zip(&self.chain.links) {
+            let [from, to] = ends(&element.placement, &state.configuration);
+            sum += 0.5 * link.mass_kg * (fallen(from) + fallen(to));
+        }
+        let end = self.end().map(|i| state.configuration[i]);
+        Some(-sum - self.end_mass_kg() * fallen(end))
     }
 }
 
@@ -240,19 +347,29 @@ fn place(placement: &Placement, element: &Matrix6, chain: &mut Matrix) {
     }
 }
 
-/// Undeformed links at the start angle, turning as rigid bodies.
-fn start(chain: &Chain, crank: &Link, rod: &Link) -> IncrementalState {
+/// What an element's two ends have of `all` along x and y.
+fn ends(placement: &Placement, all: &[f64; N]) -> [[f64; 2]; 2] {
+    let of = |place: usize| placement[place].map_or(0.0, |i| all[i]);
+    [[of(0), of(1)], [of(3), of(4)]]
+}
+
+/// Undeformed links at the start angle, turning as rigid bodies; the second of an open chain is in line with the first.
+fn start(chain: &Chain) -> IncrementalState {
     let (theta, rate) = (chain.start.angle_rad, chain.start.rate_rad_per_s);
-    let angle = super::crank_slider::rod_turn(theta, crank.length_m / rod.length_m);
-    let turn = super::crank_slider::crank_turn(theta);
-    let pin = super::crank_slider::along(&[[0.0; 2]; 4], &turn, crank.length_m);
-    let slider = super::crank_slider::along(&pin, &angle, rod.length_m);
-    let [pin_at, pin_rate, ..] = pin;
+    let lengths: Vec<f64> = chain.links.iter().map(|link| link.length_m).collect();
+    let crank = crank_turn(theta);
+    let rod = match (&chain.end, lengths.as_slice()) {
+        (End::Slider(_), [l1, l2]) => rod_turn(theta, l1 / l2),
+        _ => crank,
+    };
+    let pin = along(&[[0.0; 2]; 4], &crank, lengths[0]);
+    let end = along(&pin, &rod, lengths.get(1).copied().unwrap_or(0.0));
+    let values = |k: usize| [crank[k], pin[k][0], pin[k][1], crank[k], rod[k], end[k][0], rod[k], end[k][1]];
     IncrementalState {
-        configuration: [theta, pin_at[0], pin_at[1], theta, angle[0], slider[0][0], angle[0]],
+        configuration: values(0),
         carried: [0.0; N],
-        velocity: [rate, pin_rate[0] * rate, pin_rate[1] * rate, rate, angle[1] * rate, slider[1][0] * rate, angle[1] * rate],
-        chord_rad: [theta, angle[0]],
+        velocity: values(1).map(|slope| slope * rate),
+        chord_rad: [crank[0], rod[0]],
         collocated: [[0.0; N]; 2],
     }
 }

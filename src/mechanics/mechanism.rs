@@ -5,6 +5,8 @@ use super::observation::Observation;
 /// What acts on the mechanism at one instant, from outside the model.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Input {
+    /// Simulated time, s.
+    pub time_s: f64,
     /// Torque on the first link's tangent at the pivot, N·m.
     pub torque_nm: f64,
     /// Prescribed angle of that tangent (rad), rate and acceleration; given exactly when the scene prescribes motion.

@@ -47,6 +47,8 @@ pub struct LinkObservation {
     pub acceleration_rad_per_s2: Option<f64>,
     /// Internal forces, one entry an element; empty where the model does not know them.
     pub elements: Vec<ElementForces>,
+    /// Exact x of the nodes, m; empty where it is not known.
+    pub exact_x_m: Vec<f64>,
 }
 
 /// One node.

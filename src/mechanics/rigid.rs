@@ -12,7 +12,8 @@ use super::joints;
 use super::mechanism::{Input, Mechanism, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
 use super::resistance::resistance_n;
-use crate::scene::{Chain, End};
+use super::rigid_bar::RigidBar;
+use crate::scene::{Base, Chain, End};
 
 const ORIGIN: Path = [[0.0; 2]; 4];
 
@@ -54,6 +55,11 @@ impl Rigid {
     /// One link, or a crank-slider; `prescribed` when the scene prescribes the motion of the pivot.
     pub fn new(chain: &Chain, prescribed: bool) -> Self {
         Rigid { chain: chain.clone(), prescribed, tangent: 1.0, scale_nm: 0.0 }
+    }
+
+    /// `M(θ)`, the inertia of everything as the crank feels it, kg·m².
+    pub(crate) fn inertia_kg_m2(&self, theta_rad: f64) -> f64 {
+        self.equation(&self.pose(theta_rad), theta_rad, 0.0).mass
     }
 
     /// Mass of all bodies, kg, and the path of their common centre: digest 4.28–4.29, its derivatives 4.33–4.43 (the thesis
@@ -175,6 +181,30 @@ impl Rigid {
         2.0 * half_slope * rate + self.chain.base.damper_nm_s_per_rad + friction
     }
 
+    /// Internal forces, where `out` has room for them.
+    fn fill_bars(&self, pose: &Pose, [theta, rate, acceleration]: [f64; 3], torque_nm: f64, out: &mut Observation) {
+        let Base { torsion_spring_nm_per_rad, damper_nm_s_per_rad } = self.chain.base;
+        let root_nm = torque_nm - torsion_spring_nm_per_rad * theta - damper_nm_s_per_rad * rate;
+        let firsts = [(out.pivot_n, root_nm), (out.crank_pin_n, 0.0)];
+        let gravity = self.chain.gravity_m_per_s2;
+        let mut at = ORIGIN;
+        for (i, (seen, (force, moment_nm))) in out.links.iter_mut().zip(firsts).enumerate() {
+            let (link, angle) = (&self.chain.links[i], &pose.bodies[i].angle);
+            let bar = RigidBar {
+                length_m: link.length_m,
+                mass_kg: link.mass_kg,
+                angle_rad: angle[0],
+                rate_rad_per_s: angle[1] * rate,
+                acceleration_rad_per_s2: angle[2] * rate * rate + angle[1] * acceleration,
+                first_m_per_s2: [0, 1].map(|k| at[2][k] * rate * rate + at[1][k] * acceleration - gravity[k]),
+                force_n: force.unwrap_or_default(),
+                moment_nm,
+            };
+            bar.fill(&mut seen.elements);
+            at = along(&at, angle, link.length_m);
+        }
+    }
+
     fn energy(&self, pose: &Pose, theta_rad: f64, rate: f64, mass: f64) -> Energy {
         let base = self.chain.base.torsion_spring_nm_per_rad;
         let gravity = self.chain.gravity_m_per_s2;
@@ -258,10 +288,12 @@ impl Mechanism for Rigid {
         });
         let end_force_n = self.resistance_and_friction_n(theta, pose.end[1][0] * rate);
         joints::fill(&self.chain, &dynamics[..=pose.links], end_force_n, out);
+        let torque_nm = if self.prescribed { equation.mass * acceleration + equation.rest } else { input.torque_nm };
+        self.fill_bars(&pose, [theta, rate, acceleration], torque_nm, out);
         if let End::Slider(slider) = &self.chain.end {
             out.resistance_n = Some(resistance_n(&slider.resistance, theta));
         }
-        out.motion_torque_nm = self.prescribed.then_some(equation.mass * acceleration + equation.rest);
+        out.motion_torque_nm = self.prescribed.then_some(torque_nm);
         out.energy = self.energy(&pose, theta, rate, equation.mass);
     }
 

@@ -25,7 +25,7 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
     let common = units.first().filter(|first| units.iter().all(|unit| unit == *first)).cloned();
     for y in ys {
         let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(place, tables, y))?.table;
-        let first = || table.columns().map(|(name, _)| name).find(|name| *name != "ratio").unwrap_or_default();
+        let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
         let x = x.unwrap_or_else(first);
         let Some(xs) = table.column(x) else {
             let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
@@ -38,7 +38,7 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
             if common.is_some() || axis.unit.is_empty() { axis.label.clone() } else { format!("{} [{}]", axis.label, axis.unit) };
         figure.y = if ys.len() == 1 { axis } else { Axis::new("", common.clone().unwrap_or_default()) };
         let values = table.column(y).unwrap_or_default();
-        figure = match table.column("ratio").filter(|_| x != "ratio" && y != "ratio") {
+        figure = match families(table).filter(|_| x != "ratio" && y != "ratio") {
             Some(ratios) => by_ratio(figure, &label, ys.len() > 1, ratios, [xs, values]),
             None => figure.line(label, xs, values),
         };
@@ -52,7 +52,7 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
 /// [`PlotError::Nothing`] when there is no such column.
 pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
     let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut columns = table.columns().filter(|(name, values)| *name != "ratio" && numbers(values)).map(|(name, _)| name);
+    let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
     let x = columns.next().ok_or_else(|| PlotError::Nothing(place.to_owned()))?;
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in columns {
@@ -83,6 +83,15 @@ fn by_ratio(mut figure: Figure, label: &str, several: bool, ratios: &[f64], [xs,
         figure = figure.line(name, &xs[rows.clone()], &ys[rows]);
     }
     figure
+}
+
+/// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.
+fn families(table: &Table) -> Option<&[f64]> {
+    table.column("ratio").filter(|ratios| runs(ratios).iter().any(|(_, rows)| rows.len() > 1))
+}
+
+fn is_data(table: &Table, column: &str) -> bool {
+    column != "ratio" || families(table).is_none()
 }
 
 /// Rows with the same value, in succession.

@@ -6,10 +6,12 @@ mod memory;
 mod output;
 mod pacer;
 mod rate;
+mod shadow;
 mod stepper;
 
 pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
 pub use output::{Output, RecordingRequest};
 pub use pacer::{Pace, Pacer};
 pub use rate::PublishRate;
+pub use shadow::Shadow;
 pub use stepper::{Ending, Ports, Stepper, Stepping};

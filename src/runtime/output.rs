@@ -2,12 +2,14 @@
 
 use super::command::ReplyTo;
 use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{AppliedCommand, CommandReply, Status, control};
+use crate::wire::{AppliedCommand, CommandReply, Shadow, Status, control};
 
 /// One thing for the bus, the recording, or both.
 pub enum Output {
     /// The state at one instant. Goes back to the stepping thread's pool afterwards.
     Sample(Box<Sample>),
+    /// A second model against the first.
+    Shadow(Box<Shadow>, Stamp),
     /// The service's state.
     Status(Box<Status>, Stamp),
     /// The answer to a command, and the record of it when it took effect.

@@ -13,6 +13,7 @@ use super::memory::Memory;
 use super::output::Output;
 use super::pacer::{Pace, Pacer};
 use super::rate::PublishRate;
+use super::shadow::Shadow;
 use crate::simulation::{Diverged, Sample, Simulation, Stamp};
 use crate::wire::status::State;
 use reporting::STATUS_PERIOD;
@@ -61,6 +62,7 @@ pub struct Ports {
 /// The stepping thread's state.
 pub struct Stepper {
     simulation: Simulation,
+    shadow: Option<Shadow>,
     stepping: Stepping,
     ports: Ports,
     pacer: Pacer,
@@ -80,13 +82,19 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Takes a simulation at its start.
+    /// Takes a simulation at its start, and a second one to run beside it.
     ///
     /// # Errors
     /// When the lateness histogram cannot be made.
-    pub fn new(simulation: Simulation, stepping: Stepping, ports: Ports) -> Result<Self, hdrhistogram::CreationError> {
+    pub fn new(
+        simulation: Simulation,
+        shadow: Option<Shadow>,
+        stepping: Stepping,
+        ports: Ports,
+    ) -> Result<Self, hdrhistogram::CreationError> {
         Ok(Stepper {
             simulation,
+            shadow,
             stepping,
             ports,
             pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
@@ -106,23 +114,37 @@ impl Stepper {
         })
     }
 
-    /// Steps until the end; the last state is published whatever the rate.
+    /// Steps until the end; the last good state is published whatever the rate.
     ///
     /// Returns how it ended, and how many samples were left out.
     pub fn run(mut self) -> (Ending, u64) {
         self.pacer.anchor(self.clock.elapsed(), 0.0);
         self.checkpoint_if_due();
-        self.publish();
-        let ending = loop {
+        let ending = self.publish().and_then(|()| self.step_on()).unwrap_or_else(Ending::Diverged);
+        let (state, message) = match &ending {
+            Ending::Finished => (State::Finished, String::new()),
+            Ending::Stopped => (State::Finished, "stopped".to_owned()),
+            Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
+        };
+        if !self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
+            // Of a state that cannot be looked at, the last that could was published before.
+            let _ = self.publish();
+        }
+        self.status(state, message);
+        (ending, self.dropped)
+    }
+
+    fn step_on(&mut self) -> Result<Ending, Diverged> {
+        loop {
             self.status_if_due();
             self.take_commands();
             if self.stopping {
-                break Ending::Stopped;
+                return Ok(Ending::Stopped);
             }
             if self.singles > 0 {
                 self.singles -= 1;
             } else if self.finished() {
-                break Ending::Finished;
+                return Ok(Ending::Finished);
             } else if self.paused {
                 self.wait(STATUS_PERIOD);
                 continue;
@@ -130,20 +152,8 @@ impl Stepper {
                 self.wait(wait);
                 continue;
             }
-            if let Err(diverged) = self.step() {
-                break Ending::Diverged(diverged);
-            }
-        };
-        let (state, message) = match &ending {
-            Ending::Finished => (State::Finished, String::new()),
-            Ending::Stopped => (State::Finished, "stopped".to_owned()),
-            Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
-        };
-        if !self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
-            self.publish();
+            self.step()?;
         }
-        self.status(state, message);
-        (ending, self.dropped)
     }
 
     fn finished(&self) -> bool {
@@ -161,15 +171,23 @@ impl Stepper {
         let burst = if self.stepping.pace == Pace::Max && !self.paused { BURST } else { 1 };
         for _ in 0..burst {
             self.account_lateness();
-            self.simulation.step()?;
+            self.step_once()?;
             self.checkpoint_if_due();
             if self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
-                self.publish();
+                self.publish()?;
             }
             if self.finished() {
                 break;
             }
         }
+        Ok(())
+    }
+
+    fn step_once(&mut self) -> Result<(), Diverged> {
+        let Some(shadow) = &mut self.shadow else { return self.simulation.step() };
+        let begun = Instant::now();
+        self.simulation.step()?;
+        shadow.follow(begun.elapsed());
         Ok(())
     }
 
@@ -212,20 +230,24 @@ impl Stepper {
     }
 
     /// Sends the present state. Without a free sample in the pool: in real time drops and counts, otherwise waits.
-    fn publish(&mut self) {
+    fn publish(&mut self) -> Result<(), Diverged> {
         let hurried = self.stepping.pace != Pace::Max && !self.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let Some(mut sample) = free else {
             self.dropped += 1;
-            return;
+            return Ok(());
         };
         let stamp = self.stamp();
-        let Ok(observation) = self.simulation.observe() else { return };
-        sample.observation.clone_from(observation);
+        sample.observation.clone_from(self.simulation.observe()?);
         sample.stamp = stamp;
         let mean_nm = self.simulation.take_mean_torque_nm();
         sample.driving_torque_nm = sample.observation.motion_torque_nm.unwrap_or(mean_nm);
         self.send(Output::Sample(sample));
+        let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
+        if let Some(difference) = difference {
+            self.send(Output::Shadow(Box::new(difference), stamp));
+        }
+        Ok(())
     }
 
     fn checkpoint_if_due(&mut self) {

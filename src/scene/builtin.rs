@@ -25,6 +25,11 @@ pub const DEFAULT: &str = "crank-slider";
 pub const BUILTIN: &[Builtin] = &[
     Builtin { name: "crank-slider", text: include_str!("builtin/crank-slider.toml") },
     Builtin { name: "thesis-crank-slider", text: include_str!("builtin/thesis-crank-slider.toml") },
+    Builtin { name: "thesis-beam", text: include_str!("builtin/thesis-beam.toml") },
+    Builtin { name: "thesis-beam-tip", text: include_str!("builtin/thesis-beam-tip.toml") },
+    Builtin { name: "thesis-oscillator", text: include_str!("builtin/thesis-oscillator.toml") },
+    Builtin { name: "thesis-two-masses", text: include_str!("builtin/thesis-two-masses.toml") },
+    Builtin { name: "thesis-two-masses-stiff", text: include_str!("builtin/thesis-two-masses-stiff.toml") },
     Builtin { name: "thesis-compressor", text: include_str!("builtin/thesis-compressor.toml") },
     Builtin { name: "ref-r1", text: include_str!("builtin/ref-r1.toml") },
     Builtin { name: "ref-r2", text: include_str!("builtin/ref-r2.toml") },

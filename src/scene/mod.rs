@@ -3,7 +3,7 @@
 //! ```
 //! use flexcrank::scene::SceneSource;
 //! let source = SceneSource::open("crank-slider", &["rod.length_m=1.2".to_owned()])?;
-//! assert_eq!(source.scene.chain.links[1].length_m, 1.2);
+//! assert_eq!(source.scene.chain().map(|chain| chain.links[1].length_m), Some(1.2));
 //!
 //! let refused = SceneSource::open("crank-slider", &["rod.lenght_m=1.2".to_owned()]).unwrap_err();
 //! assert!(refused.to_string().contains("did you mean `length_m`?"));
@@ -15,6 +15,7 @@ mod check;
 mod document;
 mod error;
 mod link;
+mod oscillator;
 mod parse;
 mod raw;
 mod types;

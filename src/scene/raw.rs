@@ -22,7 +22,7 @@ pub(super) struct Scene {
     pub torque: Option<Torque>,
     #[serde(default)]
     pub commands: Commands,
-    pub oscillator: Option<toml::Table>,
+    pub oscillator: Option<Oscillator>,
     #[serde(default)]
     pub solver: Solver,
 }
@@ -52,6 +52,16 @@ pub(super) enum Section {
     Rectangle { width_m: f64, height_m: f64 },
     Round { diameter_m: f64 },
     Tube { outer_m: f64, inner_m: f64 },
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Oscillator {
+    pub masses_kg: Vec<f64>,
+    #[serde(default)]
+    pub springs: Vec<(i64, i64, f64)>,
+    pub forces_n: Option<Vec<f64>>,
+    pub start_m: Option<Vec<f64>>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -3,14 +3,55 @@
 /// What one run simulates, as validated from a scene file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// The chain of links, its end and its surroundings.
-    pub chain: Chain,
+    /// What moves.
+    pub system: System,
     /// How the pivot is driven: torque (pulses, a constant) or prescribed motion.
     pub drive: Drive,
     /// Limits for commands that arrive while running.
     pub commands: Commands,
     /// Model, integrator and step.
     pub solver: Solver,
+}
+
+/// What moves: a chain of links, or masses on springs.
+#[derive(Debug, Clone, PartialEq)]
+pub enum System {
+    /// Links, their end and their surroundings.
+    Chain(Chain),
+    /// Masses on a line.
+    Oscillator(Oscillator),
+}
+
+/// Masses on a line joined by springs, from rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Oscillator {
+    /// The masses, kg.
+    pub masses_kg: Vec<f64>,
+    /// The springs.
+    pub springs: Vec<Spring>,
+    /// Constant force on each mass, N.
+    pub forces_n: Vec<f64>,
+    /// Displacement of each mass at t = 0, m.
+    pub start_m: Vec<f64>,
+}
+
+/// A spring between two masses, or a mass and ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// Its two ends: masses are counted from 1, 0 is ground.
+    pub ends: [usize; 2],
+    /// Stiffness, N/m.
+    pub stiffness_n_per_m: f64,
+}
+
+impl Scene {
+    /// The chain of links, if that is what moves.
+    pub fn chain(&self) -> Option<&Chain> {
+        match &self.system {
+            System::Chain(chain) => Some(chain),
+            System::Oscillator(_) => None,
+        }
+    }
 }
 
 /// One or two links in series: a pivot at the origin, links joined by a pin, an end that is free or slides on y = 0.
@@ -248,6 +289,8 @@ pub enum ModelKind {
     Modal,
     /// Nonlinear beam elements.
     FiniteElement,
+    /// Masses and springs, for an oscillator.
+    MassSpring,
 }
 
 /// The integrators.
@@ -269,6 +312,7 @@ impl ModelKind {
             ModelKind::Incremental => "incremental",
             ModelKind::Modal => "modal",
             ModelKind::FiniteElement => "finite-element",
+            ModelKind::MassSpring => "mass-spring",
         }
     }
 
@@ -280,6 +324,7 @@ impl ModelKind {
             ModelKind::Incremental => &[TwoPoint],
             ModelKind::Modal => &[GeneralizedAlpha, TwoPoint, RungeKutta],
             ModelKind::FiniteElement => &[GeneralizedAlpha, TwoPoint],
+            ModelKind::MassSpring => &[TwoPoint, GeneralizedAlpha, RungeKutta],
         }
     }
 

@@ -1,13 +1,14 @@
 //! From raw structs to the typed scene: every range and every rule between keys, once.
 
-use super::{SceneError, check::Checker, document::SceneText, link, raw, types::*};
+use super::{SceneError, check::Checker, document::SceneText, link, oscillator, raw, types::*};
 
 /// The words for models in scene files.
-pub const MODELS: [(&str, ModelKind); 4] = [
+pub const MODELS: [(&str, ModelKind); 5] = [
     ("rigid", ModelKind::Rigid),
     ("incremental", ModelKind::Incremental),
     ("modal", ModelKind::Modal),
     ("finite-element", ModelKind::FiniteElement),
+    ("mass-spring", ModelKind::MassSpring),
 ];
 
 /// The words for integrators in scene files.
@@ -23,21 +24,17 @@ pub const SHAPES: [(&str, PulseShape); 2] =
 
 pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, SceneError> {
     let check = Checker { text };
-    let solver = solver(&check, &raw.solver)?;
-    let scene = Scene {
-        chain: chain(&check, raw, solver.model)?,
-        drive: drive(&check, raw)?,
-        commands: commands(&check, &raw.commands)?,
-        solver,
+    let solver = solver(&check, &raw.solver, raw.oscillator.is_some())?;
+    let system = match &raw.oscillator {
+        Some(oscillator) => System::Oscillator(oscillator::oscillator(&check, raw, oscillator)?),
+        None => System::Chain(chain(&check, raw, solver.model)?),
     };
+    let scene = Scene { system, drive: drive(&check, raw)?, commands: commands(&check, &raw.commands)?, solver };
     rules(&check, &scene)?;
     Ok(scene)
 }
 
 fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, SceneError> {
-    if raw.oscillator.is_some() {
-        return Err(check.refuse("oscillator", "not supported yet"));
-    }
     let links = match (&raw.crank, &raw.rod, &raw.beam) {
         (Some(crank), Some(rod), None) => {
             vec![link::link(check, LinkName::Crank, crank, model)?, link::link(check, LinkName::Rod, rod, model)?]
@@ -159,8 +156,12 @@ fn commands(check: &Checker, raw: &raw::Commands) -> Result<Commands, SceneError
     })
 }
 
-fn solver(check: &Checker, raw: &raw::Solver) -> Result<Solver, SceneError> {
-    let model = raw.model.as_deref().map_or(Ok(ModelKind::Modal), |word| check.word("solver.model", word, &MODELS))?;
+fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver, SceneError> {
+    let usual = if oscillator { ModelKind::MassSpring } else { ModelKind::Modal };
+    let model = raw.model.as_deref().map_or(Ok(usual), |word| check.word("solver.model", word, &MODELS))?;
+    if oscillator != (model == ModelKind::MassSpring) {
+        return Err(check.refuse("solver.model", "mass-spring goes with an [oscillator], and nothing else does"));
+    }
     let integrator = raw
         .integrator
         .as_deref()
@@ -183,7 +184,7 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
         let suits: Vec<&str> = model.integrators().iter().map(|kind| kind.as_str()).collect();
         return Err(check.refuse("solver.integrator", format!("{} goes with {} only", model.as_str(), suits.join(", "))));
     }
-    let chain = &scene.chain;
+    let Some(chain) = scene.chain() else { return Ok(()) };
     if let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice())
         && rod.length_m <= crank.length_m
     {
@@ -191,10 +192,10 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
         return Err(check.refuse("rod.length_m", problem));
     }
     if model == ModelKind::Incremental
-        && let Some(link) = chain.links.iter().find(|link| link.elements != 1)
+        && let Some(link) = chain.links.iter().find(|link| link.elements != 1 || link.rigid)
     {
-        let key = format!("{}.elements", link.name.as_str());
-        return Err(check.refuse(&key, "must be 1: the incremental model is the thesis's, one element a link"));
+        let key = format!("{}.{}", link.name.as_str(), if link.rigid { "rigid" } else { "elements" });
+        return Err(check.refuse(&key, "the incremental model is the thesis's: flexible links, one element each"));
     }
     Ok(())
 }

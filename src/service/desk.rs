@@ -10,7 +10,7 @@ use crate::bus::{Endpoint, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, WhenFull, Written, place};
 use crate::runtime::{Counts, Output, RecordingRequest};
 use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{self, AppliedCommand, CommandReply, Status, Telemetry, applied_command, control::Action};
+use crate::wire::{self, Angles, AppliedCommand, CommandReply, Status, Telemetry, applied_command, control::Action};
 
 /// Called with every status, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -41,12 +41,15 @@ pub(super) struct Desk {
     pub counts: Arc<Counts>,
     pub on_status: OnStatus,
     pub finished: Vec<Result<Written, RecordingError>>,
+    /// The last angles published.
+    pub angles: Option<Angles>,
 }
 
 /// What is left when the stepping thread has ended.
 pub(super) struct Closed {
     pub endpoint: Endpoint,
     pub recordings: Vec<Result<Written, RecordingError>>,
+    pub angles: Option<Angles>,
 }
 
 impl Desk {
@@ -56,7 +59,7 @@ impl Desk {
             self.handle(output);
         }
         self.close_recording();
-        Closed { endpoint: self.endpoint, recordings: self.finished }
+        Closed { endpoint: self.endpoint, recordings: self.finished, angles: self.angles }
     }
 
     fn handle(&mut self, output: Output) {
@@ -66,6 +69,7 @@ impl Desk {
                 // The stepping thread may be gone already: then nobody needs the sample any more.
                 let _ = self.pool.try_send(sample);
             }
+            Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, shadow.encode_to_vec(), &stamp),
             Output::Status(status, stamp) => self.status(*status, &stamp),
             Output::Answer(reply, reply_to, applied, stamp) => {
                 self.counts.answered();
@@ -82,7 +86,12 @@ impl Desk {
     fn sample(&mut self, sample: &Sample) {
         let stamp = &sample.stamp;
         self.send(Topic::Displacements, self.telemetry.displacements(sample).encode_to_vec(), stamp);
-        self.send(Topic::Angles, self.telemetry.angles(sample).encode_to_vec(), stamp);
+        if !self.telemetry.turns() {
+            return;
+        }
+        let angles = self.telemetry.angles(sample);
+        self.send(Topic::Angles, angles.encode_to_vec(), stamp);
+        self.angles = Some(angles);
         self.send(Topic::Loads, self.telemetry.loads(sample).encode_to_vec(), stamp);
     }
 

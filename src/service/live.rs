@@ -9,10 +9,10 @@ use super::ServiceError;
 use super::desk::{Closed, Desk, OnStatus, RecordingPlan};
 use crate::bus::{BusError, Endpoint, Name, Session, client};
 use crate::recording::{self, RecordingError, WhenFull, Written};
-use crate::runtime::{Command, Ending, Inbox, Pace, Ports, Request, Stepper, Stepping, inbox};
+use crate::runtime::{Command, Ending, Inbox, Pace, Ports, Request, Shadow, Stepper, Stepping, inbox};
 use crate::scene::SceneSource;
 use crate::simulation::{Sample, Simulation, Stamp};
-use crate::wire::{self, Telemetry, control};
+use crate::wire::{self, Angles, Telemetry, control};
 
 /// Samples that may be on their way from the stepping thread at once.
 const SAMPLES_ON_THE_WAY: usize = 2048;
@@ -44,26 +44,28 @@ pub struct Live {
 pub struct LiveReport {
     /// How it ended.
     pub ending: Ending,
+    /// The last angles published, of a scene that has any.
+    pub angles: Option<Angles>,
     /// The recordings it made.
     pub recordings: Vec<Result<Written, RecordingError>>,
     /// Samples and messages that full queues kept from bus or recording.
     pub dropped: u64,
 }
 
-/// Runs until the scene's end, a `stop` command, divergence, or `shutdown`; leaves the bus in order.
+/// Runs a simulation, and a second one beside it if given, until the scene's end, a `stop` command, divergence, or `shutdown`; leaves the bus in order.
 ///
 /// # Errors
 /// [`ServiceError`] when the name is taken, the recording cannot be made or the bus refuses.
 pub async fn run(
     session: &Session,
     live: Live,
-    simulation: Simulation,
+    (simulation, shadow): (Simulation, Option<Shadow>),
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
     if !live.force && client::is_taken(session, &live.name)? {
         return Err(BusError::Taken(live.name).into());
     }
-    let threads = start(session, live, simulation)?;
+    let threads = start(session, live, simulation, shadow)?;
     let (inbox, mut over) = (threads.inbox.clone(), threads.over);
     tokio::pin!(shutdown);
     tokio::select! {
@@ -73,7 +75,8 @@ pub async fn run(
     let (ending, lost) = threads.stepping.join().map_err(|_| ServiceError::Died("stepping"))?;
     let closed = threads.output.join().map_err(|_| ServiceError::Died("output"))?;
     closed.endpoint.close()?;
-    Ok(LiveReport { ending, recordings: closed.recordings, dropped: lost + inbox.counts().dropped() })
+    let dropped = lost + inbox.counts().dropped();
+    Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped })
 }
 
 /// The threads of a running service.
@@ -84,7 +87,7 @@ struct Threads {
     over: tokio::sync::oneshot::Receiver<()>,
 }
 
-fn start(session: &Session, live: Live, simulation: Simulation) -> Result<Threads, ServiceError> {
+fn start(session: &Session, live: Live, simulation: Simulation, shadow: Option<Shadow>) -> Result<Threads, ServiceError> {
     let (inbox, commands) = inbox();
     let (to_desk, from_stepper) = channel();
     let (to_pool, pool) = sync_channel(SAMPLES_ON_THE_WAY);
@@ -96,7 +99,7 @@ fn start(session: &Session, live: Live, simulation: Simulation) -> Result<Thread
     let stepping = live.stepping;
     let desk = desk(session, live, &simulation, &inbox, to_pool)?;
     let ports = Ports { commands, output: to_desk, pool, counts: inbox.counts() };
-    let stepper = Stepper::new(simulation, stepping, ports)?;
+    let stepper = Stepper::new(simulation, shadow, stepping, ports)?;
     let (finished, over) = tokio::sync::oneshot::channel();
     let output = Builder::new().name("output".to_owned()).spawn(move || desk.serve(&from_stepper))?;
     let stepping = Builder::new().name("stepping".to_owned()).spawn(move || {
@@ -131,13 +134,14 @@ fn desk(
     Ok(Desk {
         name: live.name,
         endpoint,
-        telemetry: Telemetry::new(&live.scene.scene.chain, simulation.observation()),
+        telemetry: Telemetry::new(&live.scene.scene.system, simulation.observation()),
         plan,
         recorder,
         pool,
         counts: inbox.counts(),
         on_status: live.on_status,
         finished: Vec::new(),
+        angles: None,
     })
 }
 

@@ -1,36 +1,43 @@
 //! From a scene to the engine that computes it, and the observation it fills.
 
-use super::BuildError;
 use super::drive::DriveLaw;
 use super::engine::Engine;
 use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
+use super::{BuildError, PulseRefused};
 use crate::integrate::{GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
-use crate::mechanics::{FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NodeObservation, Observation, Rigid};
-use crate::scene::{End, IntegratorKind, ModelKind, Scene, Solver};
+use crate::mechanics::{
+    ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NodeObservation, Observation, Oscillator, Rigid,
+};
+use crate::scene::{Chain, Drive, End, IntegratorKind, Link, ModelKind, Scene, Solver, System};
 
 pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
     let refuse = |why| BuildError { model: scene.solver.model.as_str(), why };
+    let chain = match &scene.system {
+        System::Chain(chain) => chain,
+        System::Oscillator(oscillator) => return Ok(integrated(Oscillator::new(oscillator), scene, law)),
+    };
     match scene.solver.model {
-        ModelKind::Rigid => Ok(rigid(scene, law)),
+        ModelKind::Rigid => Ok(rigid(chain, scene, law)),
         ModelKind::Incremental => {
-            let model = Incremental::new(&scene.chain, scene.solver.weight)
-                .ok_or_else(|| refuse("it needs a crank-slider of two flexible links"))?;
+            let model = Incremental::new(chain, scene.solver.weight)
+                .ok_or_else(|| refuse("its links need a section: a rigid link has none"))?;
             Ok(Box::new(IncrementalEngine::new(model)))
         }
-        ModelKind::Modal => Ok(integrated(Modal::new(scene), scene, law)),
-        ModelKind::FiniteElement => Ok(integrated(FiniteElement::new(&scene.chain, law.is_motion()), scene, law)),
+        ModelKind::Modal => Ok(integrated(Modal::new(chain, law.is_motion()), scene, law)),
+        ModelKind::MassSpring => Err(refuse("it needs an [oscillator]")),
+        ModelKind::FiniteElement => Ok(integrated(FiniteElement::new(chain, law.is_motion()), scene, law)),
     }
 }
 
 /// Closed forms where the crank angle says it all; otherwise floating frames without any flexibility.
-fn rigid(scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
-    if let (End::Free { .. }, [_, _]) = (&scene.chain.end, scene.chain.links.as_slice()) {
-        let mut stiff = scene.clone();
-        stiff.chain.links.iter_mut().for_each(|link| link.rigid = true);
-        return integrated(Modal::new(&stiff), scene, law);
+fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
+    if let (End::Free { .. }, [_, _]) = (&chain.end, chain.links.as_slice()) {
+        let mut stiff = chain.clone();
+        stiff.links.iter_mut().for_each(|link| link.rigid = true);
+        return integrated(Modal::new(&stiff, law.is_motion()), scene, law);
     }
-    integrated(Rigid::new(&scene.chain, law.is_motion()), scene, law)
+    integrated(Rigid::new(chain, law.is_motion()), scene, law)
 }
 
 fn integrated<M: Mechanism + 'static>(mechanism: M, scene: &Scene, law: &DriveLaw) -> Box<dyn Engine> {
@@ -49,13 +56,29 @@ fn integrator(solver: &Solver, unknowns: usize) -> Integrator {
     }
 }
 
-/// An empty observation with room for every node; internal forces where the model gives them.
+/// An empty observation with room for every node, and for internal forces of links whose distribution of mass is known.
 pub(super) fn observation(scene: &Scene) -> Observation {
-    let internal = scene.solver.model != ModelKind::Rigid;
-    let link = |link: &crate::scene::Link| LinkObservation {
+    let link = |link: &Link| LinkObservation {
         nodes: vec![NodeObservation::default(); link.elements + 1],
-        elements: vec![Default::default(); if internal { link.elements } else { 0 }],
+        elements: vec![ElementForces::default(); if link.bar.is_some() { link.elements } else { 0 }],
         ..LinkObservation::default()
     };
-    Observation { links: scene.chain.links.iter().map(link).collect(), ..Observation::default() }
+    let links = match &scene.system {
+        System::Chain(chain) => chain.links.iter().map(link).collect(),
+        System::Oscillator(oscillator) => {
+            let count = oscillator.masses_kg.len();
+            let nodes = vec![NodeObservation::default(); count];
+            vec![LinkObservation { nodes, exact_x_m: vec![0.0; count], ..LinkObservation::default() }]
+        }
+    };
+    Observation { links, ..Observation::default() }
+}
+
+/// Why torque has no effect on a scene, if so.
+pub(super) fn deaf(scene: &Scene) -> Option<PulseRefused> {
+    match (&scene.system, &scene.drive) {
+        (System::Oscillator(_), _) => Some(PulseRefused::NoPivot),
+        (System::Chain(_), Drive::Motion(_)) => Some(PulseRefused::MotionPrescribed),
+        (System::Chain(_), Drive::Torque { .. }) => None,
+    }
 }

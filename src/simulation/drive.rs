@@ -44,7 +44,7 @@ impl DriveLaw {
     }
 
     pub(super) fn input(&self, t_s: f64) -> Input {
-        Input { torque_nm: self.torque_nm, motion: self.motion.as_ref().map(|law| law.at(t_s)) }
+        Input { time_s: t_s, torque_nm: self.torque_nm, motion: self.motion.as_ref().map(|law| law.at(t_s)) }
     }
 }
 

@@ -12,6 +12,24 @@ pub struct BuildError {
     pub why: &'static str,
 }
 
+/// What a simulation stops for.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Cause {
+    /// A step could not be taken, nor in parts.
+    #[error("{0}")]
+    Step(#[from] StepError),
+    /// There is more energy than was ever put in.
+    #[error("energy {energy_j:.6} J is over {factor} times the {accounted_j:.6} J that was there and put in")]
+    EnergyGrew {
+        /// Kinetic and strain energy now, J.
+        energy_j: f64,
+        /// What was there at the start, was put in, or fell in gravity, J.
+        accounted_j: f64,
+        /// How much more is taken for divergence.
+        factor: f64,
+    },
+}
+
 /// The simulation stopped; its last good state is still there.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("diverged in step {step} at t = {sim_time_s} s (energy {energy_j:.6} J before it): {cause}")]
@@ -23,7 +41,7 @@ pub struct Diverged {
     /// Energy in the last good state, J.
     pub energy_j: f64,
     /// What went wrong.
-    pub cause: StepError,
+    pub cause: Cause,
 }
 
 /// A torque pulse was refused.
@@ -49,6 +67,9 @@ pub enum PulseRefused {
     /// Too many pulses wait or act.
     #[error("{0} pulses are waiting or acting already (commands.pending_limit)")]
     Pending(usize),
+    /// The scene is an oscillator.
+    #[error("the scene is an [oscillator]: it has no pivot for a torque to act on")]
+    NoPivot,
     /// The scene prescribes the motion.
     #[error("the scene prescribes the crank's motion ([drive]): torque has no effect")]
     MotionPrescribed,

@@ -22,7 +22,7 @@ mod integrated;
 mod pulses;
 mod sample;
 
-pub use error::{BuildError, Diverged, PulseRefused};
+pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use pulses::Pulses;
 pub use sample::{Sample, Stamp};
 
@@ -30,7 +30,14 @@ use crate::integrate::{Effort, StepError};
 use crate::mechanics::{Energy, Observation};
 use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
 use drive::DriveLaw;
-use engine::Engine;
+use engine::{Engine, Ledger};
+
+/// How often a step that fails is halved before the simulation gives up.
+const HALVINGS: u32 = 4;
+/// Energy over this many times what is accounted for is divergence.
+const ENERGY_FACTOR: f64 = 2.0;
+/// Energies below this are rounding, J.
+const ENERGY_FLOOR_J: f64 = 1e-9;
 
 /// Longest duration and longest delay of a commanded pulse, s.
 const HOUR_S: f64 = 3600.0;
@@ -83,6 +90,8 @@ pub struct Checkpoint {
     pub pulses: Vec<Pulse>,
     /// Work put in and dissipated so far, J.
     pub work_j: [f64; 2],
+    /// Sum of the magnitudes of the work put in by every step, J.
+    pub work_put_in_j: f64,
 }
 
 /// A scene in motion.
@@ -98,11 +107,20 @@ pub struct Simulation {
     pulses: Pulses,
     effort: Effort,
     iterates: bool,
+    /// Why torque has no effect on this scene, if so.
+    deaf: Option<PulseRefused>,
     work_j: [f64; 2],
-    start_energy_j: f64,
+    /// Sum of the magnitudes of the work put in by every step, J.
+    work_put_in_j: f64,
+    start_energy: Energy,
     impulse_nm_s: f64,
     impulse_over_s: f64,
     observation: Observation,
+    /// Filled first, and kept only if it is good.
+    next: Observation,
+    /// The state before the step, to go back to.
+    saved: Vec<f64>,
+    retried: u64,
 }
 
 impl Simulation {
@@ -111,7 +129,7 @@ impl Simulation {
     /// # Errors
     /// [`BuildError`] when the model cannot compute the scene.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let law = DriveLaw::new(&scene.drive, &scene.chain.start);
+        let law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let (constant_nm, own_pulses) = match &scene.drive {
             Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
             Drive::Motion(_) => (0.0, Vec::new()),
@@ -128,12 +146,18 @@ impl Simulation {
             epoch: 0,
             effort: Effort::default(),
             iterates: scene.solver.iterates(),
+            deaf: build::deaf(scene),
             work_j: [0.0; 2],
-            start_energy_j: 0.0,
+            work_put_in_j: 0.0,
+            start_energy: Energy::default(),
             impulse_nm_s: 0.0,
             impulse_over_s: 0.0,
             observation: build::observation(scene),
+            next: build::observation(scene),
+            saved: Vec::new(),
+            retried: 0,
         };
+        simulation.engine.save(&mut simulation.saved);
         simulation
             .begin()
             .map_err(|_| BuildError { model: scene.solver.model.as_str(), why: "its start has no finite accelerations" })?;
@@ -144,6 +168,7 @@ impl Simulation {
         self.engine.reset();
         self.step = 0;
         self.work_j = [0.0; 2];
+        self.work_put_in_j = 0.0;
         self.pulses.clear();
         for pulse in &self.own_pulses {
             self.pulses.push(*pulse);
@@ -151,7 +176,7 @@ impl Simulation {
         self.law.torque_nm = 0.0;
         self.take_mean_torque_nm();
         self.observe()?;
-        self.start_energy_j = total_j(&self.observation.energy);
+        self.start_energy = self.observation.energy;
         Ok(())
     }
 
@@ -189,6 +214,11 @@ impl Simulation {
         self.iterates.then_some(self.effort.newton_iterations)
     }
 
+    /// Steps that failed at first and were taken in parts, parts of parts counted too.
+    pub fn retried(&self) -> u64 {
+        self.retried
+    }
+
     /// Pulses that wait or act.
     pub fn pulses_pending(&self) -> usize {
         self.pulses.len()
@@ -203,8 +233,8 @@ impl Simulation {
         if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
             return Err(PulseRefused::NotFinite);
         }
-        if self.law.is_motion() {
-            return Err(PulseRefused::MotionPrescribed);
+        if let Some(refused) = &self.deaf {
+            return Err(refused.clone());
         }
         if !(duration_s > 0.0 && duration_s <= HOUR_S) {
             return Err(PulseRefused::Duration(duration_s));
@@ -236,19 +266,52 @@ impl Simulation {
     /// [`Diverged`] when the step could not be taken; the last good state stays.
     pub fn step(&mut self) -> Result<(), Diverged> {
         let (from_s, to_s) = (self.time_s(), (self.step + 1) as f64 * self.step_s);
-        self.law.torque_nm = self.constant_nm + self.pulses.mean_nm(from_s, to_s);
-        let (effort, work_j) = self.engine.step(&self.law, from_s, self.step_s).map_err(|cause| self.diverged(cause))?;
+        self.saved.clear();
+        self.engine.save(&mut self.saved);
+        let finite = |(effort, work_j): (Effort, Ledger)| {
+            if work_j.iter().all(|work| work.is_finite()) { Ok((effort, work_j)) } else { Err(StepError::NotFinite) }
+        };
+        let taken = self.advance(from_s, self.step_s, 0).and_then(finite);
+        let (effort, work_j) = taken.map_err(|cause| {
+            self.engine.restore(&self.saved);
+            self.diverged(cause.into())
+        })?;
         self.step += 1;
         self.effort = effort;
         self.work_j[0] += work_j[0];
         self.work_j[1] += work_j[1];
+        self.work_put_in_j += work_j[0].abs();
+        self.law.torque_nm = self.mean_torque_nm(from_s, to_s);
         self.impulse_nm_s += self.law.torque_nm * self.step_s;
         self.impulse_over_s += self.step_s;
         self.pulses.retire(to_s);
         Ok(())
     }
 
-    fn diverged(&self, cause: StepError) -> Diverged {
+    /// Mean torque over `[from_s, to_s]`, N·m.
+    fn mean_torque_nm(&self, from_s: f64, to_s: f64) -> f64 {
+        self.constant_nm + self.pulses.mean_nm(from_s, to_s)
+    }
+
+    /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep.
+    fn advance(&mut self, from_s: f64, h_s: f64, depth: u32) -> Result<(Effort, Ledger), StepError> {
+        self.law.torque_nm = self.mean_torque_nm(from_s, from_s + h_s);
+        let failed = match self.engine.step(&self.law, from_s, h_s) {
+            Err(failed) if depth < HALVINGS => failed,
+            taken => return taken,
+        };
+        self.retried += 1;
+        let half_s = 0.5 * h_s;
+        let first = self.advance(from_s, half_s, depth + 1).map_err(|_| failed)?;
+        let second = self.advance(from_s + half_s, half_s, depth + 1).map_err(|_| failed)?;
+        let effort = Effort {
+            newton_iterations: first.0.newton_iterations + second.0.newton_iterations,
+            factorizations: first.0.factorizations + second.0.factorizations,
+        };
+        Ok((effort, [0, 1].map(|k| first.1[k] + second.1[k])))
+    }
+
+    fn diverged(&self, cause: Cause) -> Diverged {
         Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: total_j(&self.observation.energy), cause }
     }
 
@@ -265,8 +328,25 @@ impl Simulation {
     /// [`Diverged`] when accelerations cannot be solved for, or a number is not finite.
     pub fn observe(&mut self) -> Result<&Observation, Diverged> {
         let time_s = self.time_s();
-        self.engine.observe(&self.law, time_s, &mut self.observation).map_err(|cause| self.diverged(cause))?;
+        self.engine.observe(&self.law, time_s, &mut self.next).map_err(|cause| self.diverged(cause.into()))?;
+        self.judge(&self.next.energy)?;
+        std::mem::swap(&mut self.observation, &mut self.next);
         Ok(&self.observation)
+    }
+
+    /// Whether an energy can be: finite, and not over [`ENERGY_FACTOR`] times what was there, was put in, or fell in gravity.
+    fn judge(&self, energy: &Energy) -> Result<(), Diverged> {
+        let energy_j = energy.kinetic_j + energy.strain_j.unwrap_or(0.0);
+        if !energy_j.is_finite() {
+            return Err(self.diverged(StepError::NotFinite.into()));
+        }
+        let fallen_j = (self.start_energy.potential_j.unwrap_or(0.0) - energy.potential_j.unwrap_or(0.0)).max(0.0);
+        let start_j = self.start_energy.kinetic_j + self.start_energy.strain_j.unwrap_or(0.0);
+        let accounted_j = start_j + fallen_j + self.work_put_in_j;
+        if self.step > 0 && energy_j > ENERGY_FACTOR * accounted_j + ENERGY_FLOOR_J {
+            return Err(self.diverged(Cause::EnergyGrew { energy_j, accounted_j, factor: ENERGY_FACTOR }));
+        }
+        Ok(())
     }
 
     /// What was observed last.
@@ -278,7 +358,7 @@ impl Simulation {
     pub fn ledger(&self) -> EnergyLedger {
         let energy = self.observation.energy;
         let [work_in_j, dissipated_j] = self.work_j;
-        let balance_error_j = total_j(&energy) - self.start_energy_j - work_in_j + dissipated_j;
+        let balance_error_j = total_j(&energy) - total_j(&self.start_energy) - work_in_j + dissipated_j;
         EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j }
     }
 
@@ -287,7 +367,7 @@ impl Simulation {
         let mut state = Vec::new();
         self.engine.save(&mut state);
         let pulses = self.pulses.iter().copied().collect();
-        Checkpoint { step: self.step, epoch: self.epoch, state, pulses, work_j: self.work_j }
+        Checkpoint { step: self.step, epoch: self.epoch, state, pulses, work_j: self.work_j, work_put_in_j: self.work_put_in_j }
     }
 
     /// Goes back (or on) to a checkpoint of the same scene; `false`, and nothing changed, when it does not fit.
@@ -296,6 +376,7 @@ impl Simulation {
             return false;
         }
         (self.step, self.epoch, self.work_j) = (checkpoint.step, checkpoint.epoch, checkpoint.work_j);
+        self.work_put_in_j = checkpoint.work_put_in_j;
         self.pulses.clear();
         checkpoint.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
         self.take_mean_torque_nm();

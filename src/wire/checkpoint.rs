@@ -17,5 +17,6 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         pulses: checkpoint.pulses.iter().map(pulse).collect(),
         work_in_j: checkpoint.work_j[0],
         dissipated_j: checkpoint.work_j[1],
+        work_put_in_j: checkpoint.work_put_in_j,
     }
 }

@@ -5,13 +5,14 @@ use std::time::SystemTime;
 
 use super::{Angles, Displacements, ElementForce, JointForce, LinkAngle, Loads, NodeState};
 use crate::mechanics::{LinkObservation, Observation};
-use crate::scene::Chain;
+use crate::scene::System;
 use crate::simulation::{Sample, Stamp};
 
 /// Turns samples into messages: knows the links' names and where everything was at the start.
 #[derive(Debug, Clone)]
 pub struct Telemetry {
     names: Vec<&'static str>,
+    turns: bool,
     start: Observation,
 }
 
@@ -26,9 +27,18 @@ pub fn stamp(stamp: &Stamp) -> super::Stamp {
 }
 
 impl Telemetry {
-    /// For a chain whose state at the start is `start`.
-    pub fn new(chain: &Chain, start: &Observation) -> Self {
-        Telemetry { names: chain.links.iter().map(|link| link.name.as_str()).collect(), start: start.clone() }
+    /// For a scene whose state at the start is `start`.
+    pub fn new(system: &System, start: &Observation) -> Self {
+        let names = match system {
+            System::Chain(chain) => chain.links.iter().map(|link| link.name.as_str()).collect(),
+            System::Oscillator(_) => vec!["mass"],
+        };
+        Telemetry { names, turns: matches!(system, System::Chain(_)), start: start.clone() }
+    }
+
+    /// Whether there is anything that turns: an oscillator has neither angles nor loads.
+    pub fn turns(&self) -> bool {
+        self.turns
     }
 
     fn links<'a>(&'a self, sample: &'a Sample) -> impl Iterator<Item = (&'static str, &'a LinkObservation, &'a LinkObservation)> {
@@ -53,6 +63,7 @@ impl Telemetry {
                     vy_m_per_s: vy,
                     rotation_rad: node.rotation_rad,
                     deflection_m: node.deflection_m,
+                    exact_x_m: now.exact_x_m.get(index as usize).copied(),
                 });
             }
         }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
-use flexcrank::runtime::{Pace, PublishRate, Stepping};
+use flexcrank::runtime::{Pace, PublishRate, Shadow, Stepping};
 use flexcrank::scene::SceneSource;
 use flexcrank::service::{self, Live, LiveReport, ServiceError};
 use flexcrank::simulation::Simulation;
@@ -59,6 +59,17 @@ impl Service {
         until_s: Option<f64>,
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
+        Self::start_with(folder, scene, None, pace, until_s, publish)
+    }
+
+    pub fn start_with(
+        folder: TempDir,
+        scene: SceneSource,
+        shadow: Option<Shadow>,
+        pace: Pace,
+        until_s: Option<f64>,
+        publish: PublishRate,
+    ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;
         let name: Name = "test".parse()?;
         let simulation = Simulation::new(&scene.scene)?;
@@ -75,7 +86,7 @@ impl Service {
         };
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let thread = std::thread::spawn(move || {
-            let report = runtime.block_on(service::run(&session, live, simulation, std::future::pending()));
+            let report = runtime.block_on(service::run(&session, live, (simulation, shadow), std::future::pending()));
             bus::close(&session)?;
             report
         });

@@ -42,7 +42,11 @@ impl FiniteElement {
             kinetic_j += 0.5 * self.end.mass_kg * v.norm_squared();
             moment += p * self.end.mass_kg;
         }
-        Energy { kinetic_j, strain_j: Some(strain_j), potential_j: Some(-self.gravity.dot(&moment)) }
+        Energy {
+            kinetic_j,
+            strain_j: Some(strain_j),
+            potential_j: (self.gravity.norm() > 0.0).then(|| -self.gravity.dot(&moment)),
+        }
     }
 
     /// Position and velocity of the point mass at the end, unless a rigid link has taken it in.

@@ -1,5 +1,6 @@
 //! What can be observed of the chain, from the motion as loaded and the forces that it needs.
 
+use crate::mechanics::rigid_bar::RigidBar;
 use nalgebra::Vector2;
 
 use super::FiniteElement;
@@ -55,6 +56,7 @@ impl FiniteElement {
         out.crank_pin_n = crank_pin.map(Into::into);
         self.fill_slider(out);
         out.motion_torque_nm = input.motion.map(|_| self.motion_torque_nm());
+        self.fill_rigid_bars(input, out);
         out.energy = self.energy();
         out.out_of_range = None;
     }
@@ -86,9 +88,33 @@ impl FiniteElement {
                     let share = k as f64 / last;
                     let at = |rate: usize| chord.start[rate] + chord.along[rate] * share;
                     *place = node(&chord, &at(0), &at(1), out.chord_rad);
-                    place.deflection_m = Some(0.0);
+                    place.deflection_m = None;
                 }
             }
+        }
+    }
+
+    /// Internal forces of rigid links, where `out` has room for them.
+    fn fill_rigid_bars(&self, input: &Input, out: &mut Observation) {
+        let root_nm = out.motion_torque_nm.unwrap_or(input.torque_nm) - self.base_torque_nm();
+        let firsts = [(out.pivot_n, root_nm), (out.crank_pin_n, 0.0)];
+        for (i, (seen, (force, moment_nm))) in out.links.iter_mut().zip(firsts).enumerate() {
+            if matches!(self.members[i], Member::Flexible { .. }) {
+                continue;
+            }
+            let chord = self.chord(i);
+            let [rate_rad_per_s, acceleration_rad_per_s2] = chord.rates();
+            let bar = RigidBar {
+                length_m: self.chain.links[i].length_m,
+                mass_kg: self.chain.links[i].mass_kg,
+                angle_rad: chord.angle(),
+                rate_rad_per_s,
+                acceleration_rad_per_s2,
+                first_m_per_s2: (chord.start[2] - self.gravity).into(),
+                force_n: force.unwrap_or_default(),
+                moment_nm,
+            };
+            bar.fill(&mut seen.elements);
         }
     }
 

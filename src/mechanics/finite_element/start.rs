@@ -78,7 +78,7 @@ impl FiniteElement {
     /// would turn a tangent too far, so that they begin as a careful descent and end as Newton's iteration.
     fn bend(&mut self, angle: f64) {
         let mut held = Self::new(&self.chain, true);
-        let input = Input { torque_nm: 0.0, motion: Some([angle, 0.0, 0.0]) };
+        let input = Input { motion: Some([angle, 0.0, 0.0]), ..Input::default() };
         held.motion.clone_from(&self.motion);
         let n = held.degrees_of_freedom();
         let (mut q, zero, mut x) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);

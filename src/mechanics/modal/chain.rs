@@ -5,7 +5,7 @@ use super::link::Link;
 use super::loads::{Tip, base_torque_nm};
 use super::plane::{Vector, add, add_scaled, scale, subtract};
 use crate::mechanics::mechanism::Input;
-use crate::scene::{Base, Drive, Scene, Start};
+use crate::scene::{self, Base, Start};
 
 /// How a link's chord angle follows from the coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,10 +55,8 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    pub(super) fn new(scene: &Scene) -> Self {
-        let chain = &scene.chain;
+    pub(super) fn new(chain: &scene::Chain, prescribed: bool) -> Self {
         let tip = Tip::new(&chain.end);
-        let prescribed = matches!(scene.drive, Drive::Motion(_));
         let (mut links, mut angles, mut at) = (Vec::new(), Vec::new(), 0);
         for (i, link) in chain.links.iter().enumerate() {
             let last = i + 1 == chain.links.len();

@@ -13,7 +13,7 @@ impl Chain {
         let mut energy = Energy {
             kinetic_j: 0.5 * self.tip.mass_kg * dot(self.end.velocity, self.end.velocity),
             strain_j: Some(0.5 * self.base.torsion_spring_nm_per_rad * tangent * tangent),
-            potential_j: Some(-self.tip.mass_kg * dot(self.gravity, self.end.position)),
+            potential_j: (self.gravity != [0.0; 2]).then(|| -self.tip.mass_kg * dot(self.gravity, self.end.position)),
         };
         for (link, frame) in self.links.iter().zip(&self.frames) {
             let velocity = |f: usize| add_scaled(link.du[f], frame.chord.rate, quarter(link.u[f]));

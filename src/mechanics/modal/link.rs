@@ -1,8 +1,7 @@
 //! One link in its own frame: its field `u_f(q)`, its inertia, its elasticity.
 
 use super::elastic::Elastic;
-use super::frame::Angle;
-use super::plane::{Vector, add, add_scaled, cross, dot, quarter, scale};
+use super::plane::{Vector, add_scaled, cross, dot, quarter};
 use super::quartic::Quartic;
 use super::shapes::Shapes;
 use crate::scene;
@@ -31,11 +30,12 @@ pub(super) struct Link {
     pub(super) elastic: Elastic,
     /// What strong bending takes from the chord, `c₄ = −⅛ ∫ w'⁴ ds = −¼ U_ijkl η_i η_j η_k η_l`, and `U_ijkl η_k η_l`,
     /// `U_ijkl η_k η̇_l` at present.
-    strong: Quartic,
-    bow: Vec<f64>,
+    pub(super) strong: Quartic,
+    pub(super) bow: Vec<f64>,
     dbow: Vec<f64>,
-    /// The present `η̇`.
-    rates: Vec<f64>,
+    /// The present η and η̇ of the sines.
+    eta: Vec<f64>,
+    deta: Vec<f64>,
     /// Field, velocities and accelerations in the frame of the chord, as if it stood still.
     pub(super) u: Vec<Vector>,
     pub(super) du: Vec<Vector>,
@@ -73,7 +73,8 @@ impl Link {
         Self {
             bow: strong.matrix(),
             dbow: strong.matrix(),
-            rates: vec![0.0; shapes.modes],
+            eta: vec![0.0; shapes.modes],
+            deta: vec![0.0; shapes.modes],
             strong,
             shapes,
             length_m: length,
@@ -113,6 +114,7 @@ impl Link {
         }
         self.grad.fill(0.0);
         self.dgrad.fill(0.0);
+        let taken = self.bow(eta, deta);
         let rows = self.shapes.shortening.chunks_exact((n * per).max(1));
         let gradients = self.grad.chunks_exact_mut(per).zip(self.dgrad.chunks_exact_mut(per));
         for (i, (row, (grad, dgrad))) in rows.zip(gradients).enumerate() {
@@ -129,8 +131,7 @@ impl Link {
                 ddu[0] += g * ddeta[i] + dg * deta[i];
             }
         }
-        self.bow(&eta[..self.shapes.modes], &deta[..self.shapes.modes], &ddeta[..self.shapes.modes]);
-        self.u[0][0] += self.length_m;
+        self.u[0][0] += self.length_m + taken;
         for i in 0..n {
             let f = self.shapes.function_of(i);
             self.u[f][1] = eta[i];
@@ -145,18 +146,17 @@ impl Link {
         }
     }
 
-    /// Adds the fourth-order part of the chord: `∂c₄/∂η = −B η` with `B = Uηη`, `−3 B η̇` its rate.
+    /// Sets the fourth-order part of the chord's gradient, `∂c₄/∂η = −Bη` with `B = Uηη`, and its rate `−3 Bη̇`.
+    /// Returns what makes `½ ∂c₄/∂η · η` into `c₄`.
     #[inline]
-    fn bow(&mut self, eta: &[f64], deta: &[f64], ddeta: &[f64]) {
-        let (strong, per) = (&self.strong, self.shapes.sines + 1);
-        self.rates.copy_from_slice(deta);
+    fn bow(&mut self, eta: &[f64], deta: &[f64]) -> f64 {
+        let (strong, per, modes) = (&self.strong, self.shapes.sines + 1, self.shapes.modes);
+        self.eta.copy_from_slice(&eta[..modes]);
+        self.deta.copy_from_slice(&deta[..modes]);
         strong.contract(eta, eta, &mut self.bow);
-        strong.contract(eta, deta, &mut self.dbow);
         strong.apply(&self.bow, eta, |i, x| self.grad[i * per] -= x);
         strong.apply(&self.bow, deta, |i, x| self.dgrad[i * per] -= 3.0 * x);
-        self.u[0][0] -= 0.25 * strong.form(&self.bow, eta, eta);
-        self.du[0][0] -= strong.form(&self.bow, eta, deta);
-        self.ddu[0][0] -= strong.form(&self.bow, eta, ddeta) + 3.0 * strong.form(&self.bow, deta, deta);
+        -0.25 * self.eta.iter().zip(self.grad.chunks_exact(per)).map(|(eta, grad)| eta * grad[0]).sum::<f64>()
     }
 
     /// The second time derivative of the gradient, `−Q_fη̈`, and for the chord `−3 (Bη̈ + Ḃη̇)`.
@@ -172,7 +172,8 @@ impl Link {
             }
         }
         self.strong.apply(&self.bow, ddeta, |i, x| self.ddgrad[i * per] -= 3.0 * x);
-        self.strong.apply(&self.dbow, &self.rates, |i, x| self.ddgrad[i * per] -= 6.0 * x);
+        self.strong.contract(&self.eta, &self.deta, &mut self.dbow);
+        self.strong.apply(&self.dbow, &self.deta, |i, x| self.ddgrad[i * per] -= 6.0 * x);
     }
 
     /// Accelerations `R⁻¹ d²(R u)/dt² = ü + 2ωJu̇ + εJu − ω²u` of all functions, in the frame of the chord.
@@ -228,104 +229,6 @@ impl Link {
         }
         for e in 0..self.axial {
             r[n + e] += force[e][0];
-        }
-    }
-
-    /// `∂c/∂q_i` for own coordinate `i`, with two time derivatives.
-    #[inline]
-    pub(super) fn chord_derivative(&self, i: usize) -> [f64; 3] {
-        match i.checked_sub(self.bending) {
-            None => [&self.grad, &self.dgrad, &self.ddgrad].map(|g| g[i * (self.shapes.sines + 1)]),
-            Some(0) => [1.0, 0.0, 0.0],
-            Some(_) => [0.0; 3],
-        }
-    }
-
-    /// Sets the variation of `d²(R u_f)/dt²`, in the frame of the chord, by the angle: `R u_f` varies by `J (R u_f)`, so with
-    /// weights of that and of its two time derivatives it is `w_0 Ju + w_1 J(u̇ + ωJu) + w_2 Ja`.
-    #[inline]
-    pub(super) fn vary_angle(&self, chord: Angle, a: &[Vector], w: [f64; 3], out: &mut [Vector]) {
-        let (wu, wj) = (w[0], w[1] * chord.rate);
-        for (((out, u), du), a) in out.iter_mut().zip(&self.u).zip(&self.du).zip(a) {
-            out[0] = -wu * u[1] - w[1] * du[1] - wj * u[0] - w[2] * a[1];
-            out[1] = wu * u[0] + w[1] * du[0] - wj * u[1] + w[2] * a[0];
-        }
-    }
-
-    /// Adds the variation by own coordinate `i`: with `g = ∂u/∂q_i`,
-    /// `w_0 g + w_1 (ġ + ωJg) + w_2 (g̈ + 2ωJġ + εJg − ω²g)`.
-    #[inline]
-    pub(super) fn vary_field(&self, chord: Angle, i: usize, w: [f64; 3], out: &mut [Vector]) {
-        let (n, omega) = (self.bending, chord.rate);
-        let along = w[0] - omega * omega * w[2];
-        let across = omega * w[1] + chord.acceleration * w[2];
-        if i >= n {
-            out[i - n] = add(out[i - n], [along, across]);
-            return;
-        }
-        let f = self.shapes.function_of(i);
-        out[f] = add(out[f], [-across, along]);
-        let per = self.shapes.sines + 1;
-        let [grad, dgrad, ddgrad] = [&self.grad, &self.dgrad, &self.ddgrad].map(|g| &g[i * per..(i + 1) * per]);
-        for (((out, g), dg), ddg) in out.iter_mut().zip(grad).zip(dgrad).zip(ddgrad) {
-            out[0] += along * g + w[1] * dg + w[2] * ddg;
-            out[1] += across * g + 2.0 * omega * w[2] * dg;
-        }
-    }
-
-    /// The variation of the chord `R u_0` and its two time derivatives, in the frame of the chord, by the angle (whose own
-    /// variation and time derivatives are `angle`) and by own coordinate `own`.
-    #[inline]
-    pub(super) fn chord_column(&self, chord: Angle, a: &[Vector], angle: [f64; 3], own: Option<usize>) -> [Vector; 3] {
-        let (omega, c, dc) = (chord.rate, self.u[0][0], self.du[0][0]);
-        let turned = [[0.0, c], [-omega * c, dc], [-a[0][1], a[0][0]]];
-        let [b, db, ddb] = angle;
-        let mut column = [
-            scale(b, turned[0]),
-            add_scaled(scale(b, turned[1]), db, turned[0]),
-            add_scaled(add_scaled(scale(b, turned[2]), 2.0 * db, turned[1]), ddb, turned[0]),
-        ];
-        if let Some(i) = own {
-            let [g, dg, ddg] = self.chord_derivative(i);
-            column[0] = add(column[0], [g, 0.0]);
-            column[1] = add(column[1], [dg, omega * g]);
-            column[2] = add(column[2], [ddg - omega * omega * g, 2.0 * omega * dg + chord.acceleration * g]);
-        }
-        column
-    }
-
-    /// Adds `weight Σ F_f · ∂²(R u_f)/∂q_i∂q_j` to the `n × n` matrix `k`; `angle` holds `∂β/∂q_j`.
-    ///
-    /// With `p_j = Σ F_f · J ∂u_f/∂q_j` and `s = −Σ F_f · u_f` it is `p_i β_j + p_j β_i + s β_i β_j − Σ F_f,x Q_f,ij`, but for
-    /// `Σ u_f × F_f ∂²β/∂q_i∂q_j`, which is nil: β is linear in `q`, or the force of the guide makes the moment nil.
-    pub(super) fn geometric(&self, force: &[Vector], angle: &[f64], weight: f64, p: &mut [f64], k: &mut [f64]) {
-        let (n, per, all) = (self.bending, self.shapes.sines + 1, angle.len());
-        p.fill(0.0);
-        for i in 0..self.coordinates() {
-            p[self.at + i] = match i.checked_sub(n) {
-                Some(e) => force[e][1],
-                None => {
-                    let grad = &self.grad[i * per..(i + 1) * per];
-                    let along: f64 = grad.iter().zip(force).map(|(g, force)| g * force[1]).sum();
-                    along - force[self.shapes.function_of(i)][0]
-                }
-            };
-        }
-        let s: f64 = -self.u.iter().zip(force).map(|(u, f)| u[0] * f[0] + u[1] * f[1]).sum::<f64>();
-        for i in 0..all {
-            for j in 0..all {
-                k[i * all + j] += weight * (p[i] * angle[j] + p[j] * angle[i] + s * angle[i] * angle[j]);
-            }
-        }
-        for (ij, row) in self.shapes.shortening.chunks_exact(per).enumerate() {
-            let along: f64 = row.iter().zip(force).map(|(q, force)| q * force[0]).sum();
-            k[(self.at + ij / n) * all + self.at + ij % n] -= weight * along;
-        }
-        for (&[i, j], bow) in self.strong.pairs.iter().zip(&self.bow) {
-            k[(self.at + i) * all + self.at + j] -= 3.0 * weight * bow * force[0][0];
-            if i != j {
-                k[(self.at + j) * all + self.at + i] -= 3.0 * weight * bow * force[0][0];
-            }
         }
     }
 

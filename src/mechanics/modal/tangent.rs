@@ -10,8 +10,8 @@
 
 use super::chain::{Chain, ChordAngle, LinkForces, combine};
 use super::frame::Closure;
-use super::lu::Lu;
 use super::plane::{Vector, add, scale};
+use crate::mechanics::lu::Lu;
 use crate::mechanics::mechanism::{Singular, Weights};
 
 /// Preallocated room for the tangent and its factors.

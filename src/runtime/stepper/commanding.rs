@@ -28,6 +28,9 @@ impl Stepper {
         };
         let (answer, recorded) = match verdict {
             Ok((Effective { step, sim_time_s }, reason)) => {
+                if let (Request::Torque(pulse), Some(shadow)) = (&request, &mut self.shadow) {
+                    shadow.add_pulse(pulse);
+                }
                 self.accepted += 1;
                 let answer = CommandReply {
                     id,
@@ -97,13 +100,16 @@ impl Stepper {
     fn reset(&mut self) -> Result<&'static str, String> {
         let session_s = self.session_s();
         self.simulation.reset().map_err(|diverged| diverged.to_string())?;
+        if let Some(shadow) = &mut self.shadow {
+            shadow.reset();
+        }
         self.session_before_epoch_s = session_s;
         self.singles = 0;
         self.pacer.anchor(self.clock.elapsed(), session_s);
         self.next_checkpoint_s = session_s;
         self.next_status = Duration::ZERO;
         self.checkpoint_if_due();
-        self.publish();
+        self.publish().map_err(|diverged| diverged.to_string())?;
         Ok("")
     }
 }

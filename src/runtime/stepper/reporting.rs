@@ -47,12 +47,16 @@ impl Stepper {
             commands_rejected: self.rejected + self.ports.counts.rejected(),
             pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
             recording: None,
+            retried_steps: self.simulation.retried(),
         };
         self.send(Output::Status(Box::new(status), stamp));
     }
 
     /// What the model has to say against itself.
     fn warning(&self) -> String {
+        if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
+            return format!("the shadow {diverged}");
+        }
         let Some(deflection) = self.simulation.observation().out_of_range else { return String::new() };
         format!("out of the model's range: a link is bent by {:.1} % of its length", 100.0 * deflection)
     }

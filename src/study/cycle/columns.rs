@@ -29,11 +29,13 @@ pub(super) enum Kind {
     Force,
     Torque,
     Energy,
+    Mass,
+    Inertia,
 }
 
 impl Kind {
     /// Every kind with a suffix; none of the suffixes ends in another.
-    const ALL: [Kind; 9] = [
+    const ALL: [Kind; 11] = [
         Kind::Angle,
         Kind::Rate,
         Kind::AngularAcceleration,
@@ -43,27 +45,32 @@ impl Kind {
         Kind::Force,
         Kind::Torque,
         Kind::Energy,
+        Kind::Mass,
+        Kind::Inertia,
     ];
 
-    /// Suffixes of column names, SI and dimensionless, and the unit as people write it.
-    fn names(self) -> [&'static str; 3] {
+    /// Suffix of an SI column and its unit as people write it, suffix of a dimensionless column and what it is divided by.
+    fn names(self) -> [&'static str; 4] {
         match self {
-            Kind::Number => ["", "", ""],
-            Kind::Angle => ["_rad", "_rad", "rad"],
-            Kind::Rate => ["_rad_per_s", "_over_omega", "rad/s"],
-            Kind::AngularAcceleration => ["_rad_per_s2", "_over_omega2", "rad/s²"],
-            Kind::Length => ["_m", "_over_l2", "m"],
-            Kind::Velocity => ["_m_per_s", "_over_l2_omega", "m/s"],
-            Kind::Acceleration => ["_m_per_s2", "_over_l2_omega2", "m/s²"],
-            Kind::Force => ["_n", "_over_m3_l2_omega2", "N"],
-            Kind::Torque => ["_nm", "_over_m3_l2_squared_omega2", "N·m"],
-            Kind::Energy => ["_j", "_over_m3_l2_squared_omega2", "J"],
+            Kind::Number => ["", "", "", ""],
+            Kind::Angle => ["_rad", "rad", "_rad", "rad"],
+            Kind::Rate => ["_rad_per_s", "rad/s", "_over_omega", "/ ω"],
+            Kind::AngularAcceleration => ["_rad_per_s2", "rad/s²", "_over_omega2", "/ ω²"],
+            Kind::Length => ["_m", "m", "_over_l2", "/ l2"],
+            Kind::Velocity => ["_m_per_s", "m/s", "_over_l2_omega", "/ l2 ω"],
+            Kind::Acceleration => ["_m_per_s2", "m/s²", "_over_l2_omega2", "/ l2 ω²"],
+            Kind::Force => ["_n", "N", "_over_m3_l2_omega2", "/ m3 l2 ω²"],
+            Kind::Torque => ["_nm", "N·m", "_over_m3_l2_squared_omega2", "/ m3 l2² ω²"],
+            Kind::Energy => ["_j", "J", "_over_m3_l2_squared_omega2", "/ m3 l2² ω²"],
+            Kind::Mass => ["_kg", "kg", "_over_m3", "/ m3"],
+            Kind::Inertia => ["_kg_m2", "kg·m²", "_over_m3_l2_squared", "/ m3 l2²"],
         }
     }
 
     /// The name of a column of this kind.
     pub fn column(self, stem: &str, dimensionless: bool) -> String {
-        format!("{stem}{}", self.names()[usize::from(dimensionless)])
+        let [si, _, over, _] = self.names();
+        format!("{stem}{}", if dimensionless { over } else { si })
     }
 
     /// `value` in these units.
@@ -78,20 +85,23 @@ impl Kind {
             Kind::Acceleration => length * rate * rate,
             Kind::Force => mass * length * rate * rate,
             Kind::Torque | Kind::Energy => mass * length * length * rate * rate,
+            Kind::Mass => mass,
+            Kind::Inertia => mass * length * length,
         };
         value / by + 0.0 // no −0
     }
 }
 
-/// A column's stem in words, and its unit ("" where it has none).
-pub(super) fn words(column: &str) -> (String, &'static str) {
+/// What a column holds, in words, and its unit: `m/s²`, or, dimensionless, what it is divided by: `/ l2 ω²`.
+pub fn words(column: &str) -> (String, &'static str) {
     let split = Kind::ALL.iter().find_map(|kind| {
-        let [si, dimensionless, unit] = kind.names();
+        let [si, unit, over, divisor] = kind.names();
         let si = column.strip_suffix(si).map(|stem| (stem, unit));
-        si.or_else(|| column.strip_suffix(dimensionless).map(|stem| (stem, "")))
+        si.or_else(|| column.strip_suffix(over).map(|stem| (stem, divisor)))
     });
     let (stem, unit) = split.unwrap_or((column, ""));
-    (stem.replace('_', " "), unit)
+    let joint = |word: &str| if ["o", "a", "e"].contains(&word) { word.to_uppercase() } else { word.to_owned() };
+    (stem.split('_').map(joint).collect::<Vec<_>>().join(" "), unit)
 }
 
 type Column = (&'static str, Kind, fn(&Setup, &Instant) -> f64);

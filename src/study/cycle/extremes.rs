@@ -10,7 +10,7 @@ pub struct Extreme {
     pub column: String,
     /// What it holds, in words.
     pub quantity: String,
-    /// Its unit; empty where it has none.
+    /// Its unit, or what it is divided by.
     pub unit: &'static str,
     /// Least value, and the first crank angle with it, rad.
     pub least: [f64; 2],

@@ -28,6 +28,15 @@ pub(super) struct Instant {
     pub shaking: [f64; 2],
     pub torque: f64,
     pub kinetic: f64,
+    /// Of everything as the crank feels it: `2 T` at unit rate.
+    pub inertia: f64,
+}
+
+impl Instant {
+    /// Magnitude of the shaking force.
+    pub fn shaking_force(&self) -> f64 {
+        self.shaking[0].hypot(self.shaking[1])
+    }
 }
 
 impl Machine {
@@ -42,7 +51,7 @@ impl Machine {
     /// acceleration of its centre, but for weight: that is the shaking force.
     pub fn at(&mut self, crank: [f64; 3]) -> Instant {
         let [angle, rate, acceleration] = crank;
-        self.rigid.observe(&Input { torque_nm: 0.0, motion: Some(crank) }, &[], &[], &[], &mut self.seen);
+        self.rigid.observe(&Input { motion: Some(crank), ..Input::default() }, &[], &[], &[], &mut self.seen);
         let seen = &self.seen;
         let rod =
             seen.links.last().map(|rod| [rod.chord_rad, rod.rate_rad_per_s, rod.acceleration_rad_per_s2.unwrap_or_default()]);
@@ -61,6 +70,7 @@ impl Machine {
             shaking: centre[2].map(|acceleration| -mass * acceleration),
             torque: seen.motion_torque_nm.unwrap_or_default(),
             kinetic: seen.energy.kinetic_j,
+            inertia: self.rigid.inertia_kg_m2(angle),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! One turn of a rigid crank-slider at a given speed: kinematics, joint forces, torque, balance (thesis chapter 4).
 //!
-//! Links are taken as rigid whatever model the scene runs with, its gravity, base spring, damper and friction kept; masses, centres and inertias are the scene's own or come from
-//! the links' sections. Kinematics and forces are those of [`Rigid`](crate::mechanics::Rigid), the model that also runs.
+//! Links are taken as rigid whatever model the scene runs with; its gravity, base spring, damper and friction are kept. Masses,
+//! centres and inertias are the scene's own or come from the links' sections. Kinematics and forces are those of
+//! [`Rigid`](crate::mechanics::Rigid), the model that also runs.
 //!
 //! ```
 //! use flexcrank::{scene::SceneSource, study::cycle};
@@ -18,7 +19,7 @@
 //!
 //! [`cycle`] gives one row an angle, ratio after ratio, with these columns; a name is a stem and a suffix that says its unit.
 //! Dimensionless, the suffix says what the value is divided by: `l2` the rod's length, `m3` the slider's mass, `omega` the
-//! crank's rate at the beginning of the turn.
+//! crank's rate at the beginning of the turn. [`words`] takes a name apart again.
 //!
 //! | stem | SI | dimensionless | what |
 //! |---|---|---|---|
@@ -39,14 +40,20 @@
 //! | `driving_torque` | `_nm` | `_over_m3_l2_squared_omega2` | `M_O` on the crank |
 //! | `kinetic_energy` | `_j` | the same | of all three bodies |
 
+mod balance;
 mod columns;
 mod error;
 mod extremes;
 mod machine;
 mod setup;
+mod sweep;
 
+pub use balance::{Arms, balance};
+pub use columns::words;
 pub use error::CycleError;
 pub use extremes::{Extreme, Extremes, extremes};
+pub use setup::speed_rad_per_s;
+pub use sweep::{ratios_between, sweep};
 
 use super::Table;
 use crate::scene::SceneSource;
@@ -57,7 +64,7 @@ use setup::Setup;
 pub struct Options {
     /// Crank-to-rod ratios, each with the scene's rod and the crank's length changed to suit; none for the scene's own.
     pub ratios: Vec<f64>,
-    /// Crank rate at the beginning of the turn, rad/s; `None` for the scene's (what `[drive]` reaches, or its start rate), and 1 where that is 0.
+    /// Crank rate at the beginning of the turn, rad/s; `None` for the scene's, see [`speed_rad_per_s`].
     pub speed_rad_per_s: Option<f64>,
     /// Crank acceleration, constant over the turn, rad/s².
     pub acceleration_rad_per_s2: f64,

@@ -47,7 +47,7 @@ impl Setup {
 
     fn new(source: &SceneSource, options: &Options, spin: Spin, ratio: Option<f64>) -> Result<Self, CycleError> {
         let [crank_m, rod_m] = lengths_m(source)?;
-        let mut chain = source.scene.chain.clone();
+        let mut chain = crank_slider(source)?.clone();
         let mut slider_kg = 0.0;
         if let End::Slider(slider) = &mut chain.end {
             slider_kg = slider.mass_kg;
@@ -59,6 +59,11 @@ impl Setup {
             return Err(CycleError::Massless(source.origin.clone()));
         }
         Ok(Setup { ratio: ratio.unwrap_or(crank_m / rod_m), rod_m, chain, slider_kg, spin })
+    }
+
+    /// Length of the crank.
+    pub fn crank_m(&self) -> f64 {
+        self.chain.links[0].length_m
     }
 
     /// What values are divided by.
@@ -84,7 +89,7 @@ impl Setup {
 
 impl Spin {
     fn new(scene: &Scene, options: &Options) -> Result<Self, CycleError> {
-        let speed = finite("the speed", options.speed_rad_per_s.unwrap_or_else(|| usual_speed(scene)))?;
+        let speed = finite("the speed", speed_rad_per_s(scene, options))?;
         let acceleration = finite("the acceleration", options.acceleration_rad_per_s2)?;
         let least = (2.0 * TAU * acceleration.abs()).sqrt();
         if speed * acceleration < 0.0 && speed.abs() <= least {
@@ -104,21 +109,25 @@ impl Spin {
     }
 }
 
-/// The speed that the scene's motion reaches, or its start rate; 1 rad/s where that is 0.
-fn usual_speed(scene: &Scene) -> f64 {
-    let speed = match &scene.drive {
+/// The crank's rate at the beginning of the turn: the one asked for, or what the scene's motion reaches, or its start rate; 1
+/// rad/s where the scene's is 0.
+pub fn speed_rad_per_s(scene: &Scene, options: &Options) -> f64 {
+    let usual = match &scene.drive {
         Drive::Motion(Motion::Speed(speed)) => *speed,
         Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => *to_rad_per_s,
-        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => scene.chain.start.rate_rad_per_s,
+        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => scene.chain().map_or(0.0, |chain| chain.start.rate_rad_per_s),
     };
-    if speed == 0.0 { 1.0 } else { speed }
+    options.speed_rad_per_s.unwrap_or(if usual == 0.0 { 1.0 } else { usual })
+}
+
+fn crank_slider(source: &SceneSource) -> Result<&Chain, CycleError> {
+    let chain = source.scene.chain().filter(|chain| matches!(chain.end, End::Slider(_)) && chain.links.len() == 2);
+    chain.ok_or_else(|| CycleError::NotCrankSlider(source.origin.clone()))
 }
 
 fn lengths_m(source: &SceneSource) -> Result<[f64; 2], CycleError> {
-    match (&source.scene.chain.end, source.scene.chain.links.as_slice()) {
-        (End::Slider(_), [crank, rod]) => Ok([crank.length_m, rod.length_m]),
-        _ => Err(CycleError::NotCrankSlider(source.origin.clone())),
-    }
+    let links = &crank_slider(source)?.links;
+    Ok([links[0].length_m, links[1].length_m])
 }
 
 fn finite(name: &'static str, value: f64) -> Result<f64, CycleError> {

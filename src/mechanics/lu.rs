@@ -4,20 +4,20 @@ use crate::mechanics::mechanism::Singular;
 
 /// `P A = L U`, in place, with the reciprocals of the pivots on the diagonal.
 #[derive(Debug, Clone)]
-pub(super) struct Lu {
+pub(crate) struct Lu {
     n: usize,
     /// Row-major; the matrix to factor goes in here.
-    pub(super) matrix: Vec<f64>,
+    pub(crate) matrix: Vec<f64>,
     pivots: Vec<usize>,
 }
 
 impl Lu {
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self { n, matrix: vec![0.0; n * n], pivots: vec![0; n] }
     }
 
     /// Factors `matrix`.
-    pub(super) fn factor(&mut self) -> Result<(), Singular> {
+    pub(crate) fn factor(&mut self) -> Result<(), Singular> {
         let n = self.n;
         for k in 0..n {
             let pivot =
@@ -45,7 +45,7 @@ impl Lu {
     }
 
     /// Solves for `x` in place.
-    pub(super) fn solve(&self, x: &mut [f64]) {
+    pub(crate) fn solve(&self, x: &mut [f64]) {
         for (k, &pivot) in self.pivots.iter().enumerate() {
             x.swap(k, pivot);
         }

@@ -1,0 +1,43 @@
+//! No allocation after start-up, in any model, with any integrator that suits it.
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
+use flexcrank::simulation::Simulation;
+
+const MODELS: [ModelKind; 4] = [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement];
+
+/// Allocations of the default scene's first 200 steps, each observed.
+fn allocations(model: ModelKind, integrator: IntegratorKind, elements: u32) -> u64 {
+    let overrides = [
+        format!("solver.model={}", model.as_str()),
+        format!("solver.integrator={}", integrator.as_str()),
+        format!("crank.elements={elements}"),
+        format!("rod.elements={elements}"),
+        "solver.step_s=1e-4".to_owned(),
+    ];
+    let mut run = Simulation::new(&SceneSource::open("crank-slider", &overrides).unwrap().scene).unwrap();
+    let counted = allocation_counter::measure(|| {
+        for _ in 0..200 {
+            run.step().unwrap();
+            run.observe().unwrap();
+        }
+    });
+    counted.count_total
+}
+
+#[test]
+fn regress_steps_and_looks_allocate_nothing() {
+    for model in MODELS {
+        let elements = if model == ModelKind::Incremental { 1 } else { 8 };
+        for &integrator in model.integrators() {
+            let count = allocations(model, integrator, elements);
+            assert_eq!(count, 0, "{model:?}, {integrator:?}");
+        }
+    }
+}
+
+#[test]
+fn regress_the_counter_counts() {
+    let counted = allocation_counter::measure(|| drop(std::hint::black_box(vec![0.0_f64; 100])));
+    assert_eq!(counted.count_total, 1);
+}

@@ -1,0 +1,66 @@
+//! Where the numbers break: a typed end, never a number that is not finite.
+
+use flexcrank::scene::SceneSource;
+use flexcrank::simulation::{Cause, Diverged, Simulation};
+
+/// Steps until the end of time or until it diverges; every observation on the way must be finite.
+fn run(scene: &str, overrides: &[&str], steps: u64) -> Result<Result<Simulation, Diverged>, Box<dyn std::error::Error>> {
+    let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
+    let mut simulation = Simulation::new(&SceneSource::open(scene, &overrides)?.scene)?;
+    for _ in 0..steps {
+        let seen = simulation.step().and_then(|()| simulation.observe().cloned());
+        match seen {
+            Err(diverged) => {
+                let ledger = simulation.ledger();
+                let numbers = [ledger.energy.kinetic_j, ledger.work_in_j, ledger.dissipated_j, ledger.balance_error_j];
+                assert!(numbers.iter().all(|number| number.is_finite()), "the last good state stays: {ledger:?}");
+                return Ok(Err(diverged));
+            }
+            Ok(seen) => {
+                let nodes = seen.links.iter().flat_map(|link| &link.nodes);
+                assert!(nodes.flat_map(|node| node.position_m).all(f64::is_finite));
+            }
+        }
+    }
+    Ok(Ok(simulation))
+}
+
+#[test]
+fn prop_an_unstable_weight_is_declared_diverged_by_its_energy() -> Result<(), Box<dyn std::error::Error>> {
+    let outcome = run("thesis-two-masses-stiff", &["solver.weight=0.3"], 10_000)?;
+    let diverged = outcome.err().ok_or("ϑ = 0.3 must not be stable at ωh = 7")?;
+    assert!(matches!(diverged.cause, Cause::EnergyGrew { .. }), "{diverged}");
+    assert!(diverged.to_string().contains("over 2 times"), "{diverged}");
+    Ok(())
+}
+
+#[test]
+fn prop_an_explicit_scheme_beyond_its_limit_is_declared_diverged() -> Result<(), Box<dyn std::error::Error>> {
+    let outcome = run("ref-r2s", &["solver.model=modal", "solver.integrator=runge-kutta", "solver.step_s=0.01"], 2_000)?;
+    assert!(outcome.is_err(), "Runge–Kutta at a hundred times its limit");
+    Ok(())
+}
+
+#[test]
+fn prop_a_dissipative_scheme_is_not_diverged() -> Result<(), Box<dyn std::error::Error>> {
+    for (scene, overrides) in [
+        ("thesis-crank-slider", &[][..]),
+        ("thesis-two-masses-stiff", &["solver.weight=1.0"]),
+        ("crank-slider", &["solver.rho_infinity=0.0"]),
+        ("crank-slider", &["gravity.y_m_per_s2=-9.81", "slider.friction_n_s_per_m=5.0", "rod.damping_s=1e-4"]),
+    ] {
+        if let Err(diverged) = run(scene, overrides, 3_000)? {
+            return Err(format!("{scene} {overrides:?}: {diverged}").into());
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_failing_step_is_taken_in_halves_and_counted() -> Result<(), Box<dyn std::error::Error>> {
+    let hard = ["solver.integrator=two-point", "solver.weight=0.5", "solver.step_s=0.002", "solver.max_iterations=6"];
+    let simulation = run("ref-r2", &hard, 200)??;
+    assert!(simulation.retried() > 0, "some step fails at first with six iterations");
+    assert_eq!(simulation.step_count(), 200);
+    Ok(())
+}
