@@ -124,9 +124,11 @@ fn create(folder: &Path) -> anyhow::Result<()> {
 
 /// Crank-to-rod ratios of the thesis's chapter 4.
 const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
-/// Scenes of chapter 5 and for how long they run: three periods of either beam, one turn of the crank-slider; s.
-const BEAM: (&str, f64) = ("ref-r5", 3.0 * 3.5589);
-const BEAM_WITH_TIP_MASS: (&str, f64) = ("ref-r5-tip", 3.0 * 10.5528);
+/// Scenes of chapter 5 and for how long they run: ten seconds of the oscillators, three periods of either beam, one turn of the crank-slider; s.
+const OSCILLATORS: [(&str, f64); 3] =
+    [("thesis-oscillator", 10.0), ("thesis-two-masses", 10.0), ("thesis-two-masses-stiff", 10.0)];
+const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
+const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
 const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
 
 fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<Done> {
@@ -149,7 +151,9 @@ fn thesis_tables() -> anyhow::Result<thesis::Tables> {
     let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
         Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
     };
+    let [one, two, stiff] = OSCILLATORS;
     Ok(thesis::Tables {
+        oscillators: [run(one)?, run(two)?, run(stiff)?],
         compressor: cycle::cycle(&compressor, &options)?,
         beam: run(BEAM)?,
         beam_with_tip_mass: run(BEAM_WITH_TIP_MASS)?,

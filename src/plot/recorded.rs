@@ -12,7 +12,7 @@ pub struct Titled {
     pub figure: Figure,
 }
 
-/// Fewer rows than this are drawn as points, too.
+/// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
 
 /// What a recording shows as a matter of course; what the model did not know is left out.
@@ -73,7 +73,7 @@ fn time(table: &Table) -> Vec<f64> {
 
 fn over_time(file: &'static str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> Titled {
     let times = time(table);
-    let mark = if times.len() < FEW { Mark::LineAndPoints } else { Mark::Line };
+    let mark = if times.len() < FEW { Mark::Points } else { Mark::Line };
     let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let mut figure = Figure::new(title, Axis::new("time", "s"), y);
     for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
@@ -106,6 +106,17 @@ fn ends(table: &Table) -> Vec<Titled> {
         let v = vec![("slider".to_owned(), column(&slider, "vx_m_per_s"))];
         figures.push(over_time("slider-velocity", "Slider velocity", table, Axis::new("velocity of the slider", "m/s"), v));
     }
+    let masses = |field: &str, suffix: &str| -> Vec<(String, &[f64])> {
+        // Nodes are counted from 0, masses in scenes from 1.
+        let number = |place: String| place.parse::<usize>().map_or(place, |place| (place + 1).to_string());
+        let named = |(place, values): (String, _)| (format!("mass {}{suffix}", number(place)), values);
+        in_list(table, "nodes.mass", field).into_iter().map(named).collect()
+    };
+    let mut positions = masses("x_m", "");
+    positions.extend(masses("exact_x_m", ", exact"));
+    figures.push(over_time("masses", "Displacements of the masses", table, Axis::new("displacement", "m"), positions));
+    let velocities = masses("vx_m_per_s", "");
+    figures.push(over_time("mass-velocities", "Velocities of the masses", table, Axis::new("velocity", "m/s"), velocities));
     if let Some(end) = last_node(table, "beam") {
         let xy = vec![("along x".to_owned(), column(&end, "dx_m")), ("along y".to_owned(), column(&end, "dy_m"))];
         figures.push(over_time("end", "Displacement of the beam's end", table, Axis::new("displacement", "m"), xy));

@@ -2,7 +2,7 @@
 
 use super::Table;
 use crate::mechanics::Observation;
-use crate::scene::Scene;
+use crate::scene::{Scene, System};
 use crate::simulation::{BuildError, Diverged, Simulation};
 
 /// A run that could not be made.
@@ -22,14 +22,17 @@ type Value = (String, Box<dyn Fn(&Observation) -> Option<f64>>);
 ///
 /// Columns: `time_s`; `driving_torque_nm`, its mean over the step that ends there; then for every link (`crank`, `rod`, `beam`)
 /// `…_angle_rad` and `…_rate_rad_per_s` of its chord, and `…_start_…` and `…_end_…` of its ends: `x_m`, `y_m`, `vx_m_per_s`,
-/// `vy_m_per_s`, and the tangent's `rotation_rad`. What the model does not know is NaN.
+/// `vy_m_per_s`, and the tangent's `rotation_rad`. Of an oscillator, for every mass from 1: `mass1_x_m`, `mass1_vx_m_per_s` and
+/// `mass1_exact_x_m`, the exact solution. What the model does not know is NaN.
 ///
 /// # Errors
 /// [`HistoryError`] when the scene cannot be computed, or not to the end.
 pub fn history(scene: &Scene, until_s: f64) -> Result<Table, HistoryError> {
     let mut simulation = Simulation::new(scene)?;
-    let names: Vec<&str> = scene.chain.links.iter().map(|link| link.name.as_str()).collect();
-    let values: Vec<Value> = names.into_iter().enumerate().flat_map(|(link, name)| of_link(link, name)).collect();
+    let values: Vec<Value> = match &scene.system {
+        System::Chain(chain) => (0..).zip(&chain.links).flat_map(|(place, link)| of_link(place, link.name.as_str())).collect(),
+        System::Oscillator(oscillator) => (0..oscillator.masses_kg.len()).flat_map(of_mass).collect(),
+    };
     let steps = (until_s / simulation.step_s()).round().max(0.0) as u64;
     let mut times = Vec::new();
     let mut torques = Vec::new();
@@ -70,4 +73,13 @@ fn of_link(link: usize, name: &str) -> Vec<Value> {
         values.push((format!("{name}_{end}_rotation_rad"), Box::new(move |seen| node(seen)?.rotation_rad)));
     }
     values
+}
+
+fn of_mass(place: usize) -> Vec<Value> {
+    let name = format!("mass{}", place + 1);
+    vec![
+        (format!("{name}_x_m"), Box::new(move |seen| Some(seen.links.first()?.nodes.get(place)?.position_m[0]))),
+        (format!("{name}_vx_m_per_s"), Box::new(move |seen| Some(seen.links.first()?.nodes.get(place)?.velocity_m_per_s[0]))),
+        (format!("{name}_exact_x_m"), Box::new(move |seen| seen.links.first()?.exact_x_m.get(place).copied())),
+    ]
 }

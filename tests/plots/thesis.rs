@@ -24,7 +24,7 @@ fn prop_the_page_names_every_figure_and_links_to_files_that_are_there() {
         there.contains("5-06-05-chord-angle-psi.svg") && there.contains("4-30-31-path-of-the-centre-of-mass.svg"),
         "{there:?}"
     );
-    assert!(there.len() >= 74, "{} files", there.len());
+    assert!(there.len() >= 94, "{} files", there.len());
     for name in &there {
         let path = folder.join(name);
         if name.ends_with(".png") {

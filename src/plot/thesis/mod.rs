@@ -4,6 +4,7 @@
 
 mod chapter4;
 mod chapter5;
+mod oscillators;
 mod page;
 
 pub use page::page;
@@ -16,6 +17,8 @@ use crate::study::Table;
 pub struct Tables {
     /// Chapter 4: [`cycle`](crate::study::cycle::cycle), dimensionless, of all ratios.
     pub compressor: Table,
+    /// Section 5.2: [`history`](crate::study::history) of the oscillator with one mass, of that with two, of the stiff one.
+    pub oscillators: [Table; 3],
     /// Section 5.4: [`history`](crate::study::history) of the hinged beam.
     pub beam: Table,
     /// Section 5.5: the same with the tip mass.
@@ -42,6 +45,7 @@ pub struct ThesisFigure {
 /// All figures, in the order of the thesis.
 pub fn figures(tables: &Tables) -> Vec<ThesisFigure> {
     let mut figures = chapter4::figures(&tables.compressor);
+    figures.extend(oscillators::figures(&tables.oscillators));
     figures.extend(chapter5::beam(&chapter5::BEAM, &tables.beam));
     figures.extend(chapter5::beam(&chapter5::BEAM_WITH_TIP_MASS, &tables.beam_with_tip_mass));
     figures.extend(chapter5::crank_slider(&tables.crank_slider));
