@@ -152,6 +152,6 @@ impl Axis {
             0 => unit.clone(),
             exponent => spaced(&format!("10{}", superscript(exponent))),
         };
-        if bracket.is_empty() { label } else { format!("{label} [{bracket}]") }
+        if bracket.is_empty() { label } else { format!("{label} [{bracket}]").trim_start().to_owned() }
     }
 }

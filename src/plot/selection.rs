@@ -47,6 +47,7 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
 }
 
 /// One figure for each unit among the columns beside the first, over the first; each with the name of its first column.
+/// Where every column is a curve for each of several ratios, a figure for each column.
 ///
 /// # Errors
 /// [`PlotError::Nothing`] when there is no such column.
@@ -54,8 +55,13 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
     let x = columns.next().ok_or_else(|| PlotError::Nothing(place.to_owned()))?;
+    let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in columns {
+        if several {
+            groups.push((String::new(), vec![name.to_owned()]));
+            continue;
+        }
         // What is dimensionless has no unit to share: its divisor tells what it may be compared with.
         let kind = name.split_once("_over_").map_or_else(|| quantity::unit(name), |(_, divisor)| divisor.to_owned());
         match groups.iter_mut().find(|(other, _)| *other == kind) {
