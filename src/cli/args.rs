@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bus::{BusOptions, Name};
+use crate::plot::Format;
 use crate::runtime::{Pace, PublishRate};
 use crate::scene::{PulseShape, builtin};
 
@@ -59,6 +60,11 @@ pub(super) enum Command {
     /// Write a recording as tables.
     #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
     Export(Export),
+    /// Draw a recording, a table, or every figure of the thesis.
+    #[command(
+        after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
+    )]
+    Plot(Plot),
     /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
     #[command(after_help = super::cycle::EXAMPLES)]
     Cycle(super::cycle::Args),
@@ -249,6 +255,54 @@ pub(super) struct Export {
     /// Folder for one CSV table a topic.
     #[arg(long, value_name = "DIR")]
     pub csv: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Plot {
+    /// Recordings (.mcap), or tables (CSV).
+    #[arg(required_unless_present = "thesis", value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Folder for the figures, or the file (.svg, .png) for a single one.
+    #[arg(long, short, value_name = "DIR|FILE", default_value = "plots")]
+    pub output: PathBuf,
+    /// Formats, where the figures go to a folder.
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "svg,png")]
+    pub format: Vec<PictureFormat>,
+    /// Draw over this column: by default a recording's simulated time, a table's first column.
+    #[arg(long, value_name = "COLUMN", requires = "y")]
+    pub x: Option<String>,
+    /// Draw these columns into one figure, instead of the usual figures.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    pub y: Vec<String>,
+    /// Put this above the figures.
+    #[arg(long)]
+    pub title: Option<String>,
+    /// Compute and draw every figure of the thesis into this folder, with an index.html.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title"])]
+    pub thesis: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum PictureFormat {
+    Svg,
+    Png,
+}
+
+impl Plot {
+    /// The formats asked for, each once, in the order asked for.
+    pub(super) fn formats(&self) -> Vec<Format> {
+        let mut formats = Vec::new();
+        for format in &self.format {
+            let format = match format {
+                PictureFormat::Svg => Format::Svg,
+                PictureFormat::Png => Format::Png,
+            };
+            if !formats.contains(&format) {
+                formats.push(format);
+            }
+        }
+        formats
+    }
 }
 
 fn pace(text: &str) -> Result<Pace, String> {

@@ -6,6 +6,7 @@ mod clients;
 mod cycle;
 mod files;
 mod live;
+mod plot;
 mod watch;
 
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ use clap::Parser as _;
 use tracing_subscriber::EnvFilter;
 
 use crate::bus::{BadName, BusError};
+use crate::plot::PlotError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
@@ -60,6 +62,8 @@ fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<SceneError>()
         || error.is::<BuildError>()
         || error.is::<BadName>()
+        || error.is::<plot::BadPlot>()
+        || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
         || error.is::<CycleError>()
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
@@ -81,6 +85,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
+        Command::Plot(args) => plot::plot(&args),
         Command::Cycle(args) => cycle::cycle(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }

@@ -1,6 +1,8 @@
 //! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings.
 
 pub mod cycle;
+mod history;
 mod table;
 
+pub use history::{HistoryError, history};
 pub use table::{Table, TableError};

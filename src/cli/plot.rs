@@ -1,0 +1,162 @@
+//! `plot`: figures from recordings and tables, and those of the thesis.
+
+use std::collections::BTreeSet;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+
+use super::Done;
+use super::args::Plot;
+use crate::plot::{self, Figure, Format, Named, Picture, Titled, thesis};
+use crate::recording::read_columns;
+use crate::scene::SceneSource;
+use crate::study::{self, Table, cycle};
+
+/// What is asked for cannot be: the command line is wrong.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum BadPlot {
+    #[error("{0}: a picture ends in .svg or .png; for several, name a folder")]
+    Ending(PathBuf),
+    #[error("{file} would hold {figures} figures: name a folder with -o, or choose one figure with --y")]
+    Several { file: PathBuf, figures: usize },
+    #[error("two figures would be written to {0}: plot these files one by one, into different folders")]
+    Twice(PathBuf),
+}
+
+/// Columns over which a recording is drawn unless another is named.
+const RECORDED_TIME: &str = "stamp.sim_time_s";
+
+pub(super) fn plot(args: &Plot) -> anyhow::Result<Done> {
+    if let Some(folder) = &args.thesis {
+        return write_thesis(folder, &args.formats());
+    }
+    let mut pictures = Vec::new();
+    let mut done = Done::Well;
+    for file in &args.files {
+        let (figures, all) = figures(file, args)?;
+        done = if all { done } else { Done::Lossy };
+        pictures.extend(figures);
+    }
+    for (path, format, figure) in places(pictures, args)? {
+        Picture::from(figure).write(&path, format)?;
+        writeln!(std::io::stdout(), "{}", path.display())?;
+    }
+    Ok(done)
+}
+
+/// Figures of a file with the names of their own files, and whether the file was whole.
+fn figures(file: &Path, args: &Plot) -> anyhow::Result<(Vec<(String, Figure)>, bool)> {
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let recorded = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+    let (tables, whole) = if recorded { recording(file)? } else { (vec![table(&stem, file)?], true) };
+    let mut figures = if !args.y.is_empty() {
+        let x = args.x.as_deref().or(recorded.then_some(RECORDED_TIME));
+        vec![(stem.clone(), plot::figure(&stem, &tables, x, &args.y)?)]
+    } else if recorded {
+        let own = |Titled { file, figure }: Titled| (format!("{stem}-{file}"), figure);
+        plot::recorded(&tables).into_iter().map(own).collect()
+    } else {
+        let own = |(column, figure): (String, Figure)| (format!("{stem}-{column}"), figure);
+        plot::overview(&stem, &tables[0].table)?.into_iter().map(own).collect()
+    };
+    if let Some(title) = &args.title {
+        let one = figures.len() == 1;
+        for (_, figure) in &mut figures {
+            figure.title = if one || figure.title == stem { title.clone() } else { format!("{title}: {}", figure.title) };
+        }
+    }
+    Ok((figures, whole))
+}
+
+fn table(stem: &str, file: &Path) -> anyhow::Result<Named> {
+    Ok(Named { name: stem.to_owned(), table: Table::read_csv(file)? })
+}
+
+fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
+    let contents = read_columns(file)?;
+    for topic in contents.skipped {
+        eprintln!("warning: {topic} is not protobuf and was left out");
+    }
+    if contents.cut_off {
+        eprintln!("warning: {} ends early; everything before is drawn", file.display());
+    }
+    let named = |topic: crate::recording::Topic| {
+        let mut table = Table::default();
+        topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
+        Named { name: topic.name, table }
+    };
+    Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
+}
+
+/// Where every figure goes, and as what.
+fn places(figures: Vec<(String, Figure)>, args: &Plot) -> anyhow::Result<Vec<(PathBuf, Format, Figure)>> {
+    let output = &args.output;
+    let is_file = output.extension().is_some() && !output.is_dir();
+    if is_file {
+        let format = Format::of(output).ok_or_else(|| BadPlot::Ending(output.clone()))?;
+        let count = figures.len();
+        let Ok([(_, figure)]) = <[_; 1]>::try_from(figures) else {
+            return Err(BadPlot::Several { file: output.clone(), figures: count }.into());
+        };
+        let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.map_or(Ok(()), create)?;
+        return Ok(vec![(output.clone(), format, figure)]);
+    }
+    create(output)?;
+    let mut taken = BTreeSet::new();
+    let mut places = Vec::new();
+    for (name, figure) in figures {
+        for format in args.formats() {
+            let path = output.join(format!("{name}.{}", format.extension()));
+            if !taken.insert(path.clone()) {
+                return Err(BadPlot::Twice(path).into());
+            }
+            places.push((path, format, figure.clone()));
+        }
+    }
+    Ok(places)
+}
+
+fn create(folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
+}
+
+/// Crank-to-rod ratios of the thesis's chapter 4.
+const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
+/// Scenes of chapter 5 and for how long they run: ten seconds of the oscillators, three periods of either beam, one turn of the crank-slider; s.
+const OSCILLATORS: [(&str, f64); 3] =
+    [("thesis-oscillator", 10.0), ("thesis-two-masses", 10.0), ("thesis-two-masses-stiff", 10.0)];
+const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
+const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
+const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
+
+fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<Done> {
+    let figures = thesis::figures(&thesis_tables()?);
+    create(folder)?;
+    for figure in &figures {
+        for format in formats {
+            figure.picture.write(&folder.join(format!("{}.{}", figure.file, format.extension())), *format)?;
+        }
+    }
+    let page = folder.join("index.html");
+    std::fs::write(&page, thesis::page(&figures, formats)).with_context(|| page.display().to_string())?;
+    writeln!(std::io::stdout(), "{} figures, all on {}", figures.len(), page.display())?;
+    Ok(Done::Well)
+}
+
+fn thesis_tables() -> anyhow::Result<thesis::Tables> {
+    let compressor = SceneSource::open("thesis-compressor", &[])?;
+    let options = cycle::Options { ratios: RATIOS.to_vec(), dimensionless: true, ..cycle::Options::default() };
+    let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
+        Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
+    };
+    let [one, two, stiff] = OSCILLATORS;
+    Ok(thesis::Tables {
+        oscillators: [run(one)?, run(two)?, run(stiff)?],
+        compressor: cycle::cycle(&compressor, &options)?,
+        beam: run(BEAM)?,
+        beam_with_tip_mass: run(BEAM_WITH_TIP_MASS)?,
+        crank_slider: run(CRANK_SLIDER)?,
+    })
+}

@@ -1,0 +1,157 @@
+//! The frame of a figure: what interval either axis shows, where a value lies on the sheet, and the drawing of grid, ticks and
+//! labels.
+
+use super::canvas::{Align, Canvas, text_width};
+use super::figure::{Axis, Scale};
+use super::style::{FINE_GRID, GRID, INK, text};
+use super::ticks::{self, Ticks};
+use super::{PlotError, ticks::superscript};
+
+/// Room between ticks' texts and what is beside them, px.
+const GAP: f64 = 8.0;
+/// Room a tick takes, px, along x and along y.
+const TICK_ROOM: [f64; 2] = [62.0, 46.0];
+
+/// What interval an axis shows, and how.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    pub low: f64,
+    pub high: f64,
+    scale: Scale,
+}
+
+impl Span {
+    /// The interval that holds all values that can be shown, and `margin` of its length more on either side.
+    pub fn of(values: impl Iterator<Item = f64>, scale: Scale, margin: f64) -> Self {
+        let shown = values.filter_map(|value| position(value, scale));
+        let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) = match scale {
+            _ if low > high => (0.0, 1.0),
+            Scale::Log if high - low < 0.4 => (low - 0.7, high + 0.7),
+            Scale::Log => (low, high),
+            Scale::Linear | Scale::Pi => widened(low, high),
+        };
+        let more = margin * (high - low);
+        let back = |place: f64| if scale == Scale::Log { place.exp() } else { place };
+        Span { low: back(low - more), high: back(high + more), scale }
+    }
+
+    /// The same middle, `part` times the length.
+    pub fn stretched(self, part: f64) -> Self {
+        let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0 * part);
+        Span { low: middle - half, high: middle + half, ..self }
+    }
+
+    /// Where `value` lies: 0 at the low end, 1 at the high; `None` for what cannot be shown.
+    pub fn part(&self, value: f64) -> Option<f64> {
+        let [low, high] = [position(self.low, self.scale)?, position(self.high, self.scale)?];
+        Some((position(value, self.scale)? - low) / (high - low))
+    }
+
+    pub fn ticks(&self, most: usize) -> Ticks {
+        match self.scale {
+            Scale::Linear => ticks::linear(self.low, self.high, most),
+            Scale::Pi => ticks::pi(self.low, self.high, most),
+            Scale::Log => ticks::log(self.low, self.high, most),
+        }
+    }
+}
+
+/// Largest size, and smallest on a logarithmic axis, of what is shown; beyond, lengths of intervals overflow.
+const LARGEST: f64 = 1e300;
+
+/// Where a value lies in terms of what is even along the axis.
+fn position(value: f64, scale: Scale) -> Option<f64> {
+    match scale {
+        _ if !value.is_finite() || value.abs() > LARGEST => None,
+        Scale::Log if value < LARGEST.recip() => None,
+        Scale::Log => Some(value.ln()),
+        Scale::Linear | Scale::Pi => Some(value),
+    }
+}
+
+/// An interval with a length, also where all values are the same but for rounding.
+fn widened(low: f64, high: f64) -> (f64, f64) {
+    let size = low.abs().max(high.abs());
+    if size < LARGEST.recip() {
+        return (-1.0, 1.0);
+    }
+    if high - low > 1e-11 * size { (low, high) } else { (low - 0.1 * size, high + 0.1 * size) }
+}
+
+/// Where the axes stand on the sheet, px, and what they show.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+    pub x: Span,
+    pub y: Span,
+}
+
+impl Frame {
+    /// Where a point lies on the sheet.
+    pub fn at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        Some([self.left + self.width * self.x.part(x)?, self.top + self.height * (1.0 - self.y.part(y)?)])
+    }
+
+    /// Draws grid, ticks, texts and labels.
+    pub fn draw(&self, canvas: &Canvas<'_>, x: &Axis, y: &Axis) -> Result<(), PlotError> {
+        let (right, bottom) = (self.left + self.width, self.top + self.height);
+        let ticks = |span: &Span, length: f64, room: f64| span.ticks(((length / room) as usize).max(2));
+        let (x_ticks, y_ticks) = (ticks(&self.x, self.width, TICK_ROOM[0]), ticks(&self.y, self.height, TICK_ROOM[1]));
+        let across = |value: f64| self.x.part(value).map(|part| self.left + part * self.width);
+        let up = |value: f64| self.y.part(value).map(|part| bottom - part * self.height);
+        for value in x_ticks.minor.iter().filter_map(|value| across(*value)) {
+            canvas.line(&[[value, self.top], [value, bottom]], FINE_GRID, 1.0)?;
+        }
+        for value in y_ticks.minor.iter().filter_map(|value| up(*value)) {
+            canvas.line(&[[self.left, value], [right, value]], FINE_GRID, 1.0)?;
+        }
+        for (value, label) in &x_ticks.major {
+            let Some(at) = across(*value) else { continue };
+            canvas.line(&[[at, self.top], [at, bottom]], GRID, 1.0)?;
+            canvas.line(&[[at, bottom], [at, bottom + 4.0]], INK, 1.0)?;
+            canvas.text(label, [at, bottom + 15.0], Align::Centre, text::TICK, INK)?;
+        }
+        let mut widest: f64 = 0.0;
+        for (value, label) in &y_ticks.major {
+            let Some(at) = up(*value) else { continue };
+            widest = widest.max(text_width(label, text::TICK));
+            canvas.line(&[[self.left, at], [right, at]], GRID, 1.0)?;
+            canvas.line(&[[self.left - 4.0, at], [self.left, at]], INK, 1.0)?;
+            canvas.text(label, [self.left - GAP, at], Align::Right, text::TICK, INK)?;
+        }
+        canvas.outline([self.left, self.top], [right, bottom], INK)?;
+        let under = [self.left + self.width / 2.0, bottom + 38.0];
+        canvas.fitted(&x.labelled(&x_ticks), under, Align::Centre, text::LABEL, 2.0 * under[0].min(right + 20.0 - under[0]))?;
+        let beside = [self.left - GAP - widest - 16.0, self.top + self.height / 2.0];
+        canvas.fitted(&y.labelled(&y_ticks), beside, Align::Up, text::LABEL, self.height + 40.0)
+    }
+}
+
+/// Room to the left of a frame of this height for the texts of its vertical axis, px.
+pub(super) fn left_room(span: &Span, height: f64) -> f64 {
+    let ticks = span.ticks(((height / TICK_ROOM[1]) as usize).max(2));
+    let widest = ticks.major.iter().map(|(_, label)| text_width(label, text::TICK)).fold(0.0, f64::max);
+    GAP + widest + 34.0
+}
+
+impl Axis {
+    /// The axis's label with what its ticks leave out: `displacement − 0.5 m [10⁻⁶ m]`.
+    pub(super) fn labelled(&self, ticks: &Ticks) -> String {
+        let unit = &self.unit;
+        let spaced = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
+        let mut label = self.label.clone();
+        if ticks.offset != 0.0 {
+            let sign = if ticks.offset < 0.0 { '+' } else { '−' };
+            label = format!("{label} {sign} {}", spaced(&ticks.offset.abs().to_string()));
+        }
+        let bracket = match ticks.exponent {
+            0 => unit.clone(),
+            exponent => spaced(&format!("10{}", superscript(exponent))),
+        };
+        if bracket.is_empty() { label } else { format!("{label} [{bracket}]").trim_start().to_owned() }
+    }
+}

@@ -1,0 +1,33 @@
+//! Pictures of numbers: figures and maps drawn from tables, as SVG and PNG, without any font of the system.
+//!
+//! ```
+//! use flexcrank::plot::{Axis, Figure, Format, Picture};
+//! let times: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
+//! let sines: Vec<f64> = times.iter().map(|t| t.sin()).collect();
+//! let figure = Figure::new("A sine", Axis::new("time", "s"), Axis::new("displacement", "m")).line("sin t", &times, &sines);
+//! assert!(Picture::from(figure).render(Format::Png)?.starts_with(b"\x89PNG"));
+//! # Ok::<(), flexcrank::plot::PlotError>(())
+//! ```
+
+mod canvas;
+mod curve;
+mod error;
+mod figure;
+mod frame;
+mod heat_map;
+mod legend;
+mod output;
+mod quantity;
+mod recorded;
+mod selection;
+mod sheet;
+mod style;
+pub mod thesis;
+mod ticks;
+
+pub use error::PlotError;
+pub use figure::{Axis, Figure, Mark, Scale, Series};
+pub use heat_map::{HeatMap, Key};
+pub use output::{Format, PNG_SCALE, Picture};
+pub use recorded::{Titled, recorded};
+pub use selection::{Named, figure, overview};

@@ -1,0 +1,115 @@
+//! Pictures as files: SVG as drawn, PNG rasterised from it with the embedded font.
+
+use std::path::Path;
+use std::sync::{Arc, LazyLock};
+
+use resvg::{tiny_skia, usvg};
+
+use super::{Figure, HeatMap, PlotError, canvas::FONT};
+
+/// Pixels of a PNG for every px of its SVG.
+pub const PNG_SCALE: f32 = 2.0;
+
+/// A file format for pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Scalable, small, for pages.
+    Svg,
+    /// Pixels, for everything else.
+    Png,
+}
+
+impl Format {
+    /// The ending of its files' names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Svg => "svg",
+            Format::Png => "png",
+        }
+    }
+
+    /// The format that a file name's ending asks for.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?;
+        [Format::Svg, Format::Png].into_iter().find(|format| ending.eq_ignore_ascii_case(format.extension()))
+    }
+}
+
+/// Something to be drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Picture {
+    /// Curves.
+    Figure(Figure),
+    /// A map.
+    HeatMap(HeatMap),
+}
+
+impl Picture {
+    /// What stands above it.
+    pub fn title(&self) -> &str {
+        match self {
+            Picture::Figure(figure) => &figure.title,
+            Picture::HeatMap(map) => &map.title,
+        }
+    }
+
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] when the drawing library refuses.
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        match self {
+            Picture::Figure(figure) => figure.to_svg(),
+            Picture::HeatMap(map) => map.to_svg(),
+        }
+    }
+
+    /// The picture as the bytes of a file.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] when a library refuses.
+    pub fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
+        let svg = self.to_svg()?;
+        match format {
+            Format::Svg => Ok(svg.into_bytes()),
+            Format::Png => png(self.title(), &svg),
+        }
+    }
+
+    /// Writes the picture to a file.
+    ///
+    /// # Errors
+    /// [`PlotError`] when it cannot be drawn or written.
+    pub fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
+        std::fs::write(path, self.render(format)?).map_err(PlotError::file(path))
+    }
+}
+
+impl From<Figure> for Picture {
+    fn from(figure: Figure) -> Self {
+        Picture::Figure(figure)
+    }
+}
+
+impl From<HeatMap> for Picture {
+    fn from(map: HeatMap) -> Self {
+        Picture::HeatMap(map)
+    }
+}
+
+/// The embedded font, under the family that the SVGs name.
+static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
+    let mut fonts = usvg::fontdb::Database::new();
+    fonts.load_font_data(FONT.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    Arc::new(fonts)
+});
+
+fn png(title: &str, svg: &str) -> Result<Vec<u8>, PlotError> {
+    let options = usvg::Options { fontdb: Arc::clone(&FONTS), ..usvg::Options::default() };
+    let tree = usvg::Tree::from_str(svg, &options).map_err(|cause| PlotError::draw(title, cause))?;
+    let [width, height] = [tree.size().width(), tree.size().height()].map(|px| (px * PNG_SCALE).round() as u32);
+    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or_else(|| PlotError::draw(title, "it has no size"))?;
+    resvg::render(&tree, tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|cause| PlotError::draw(title, cause))
+}

@@ -1,0 +1,110 @@
+//! Column names read as people write quantities: `piston_acceleration_m_per_s2` is a piston acceleration in m/s².
+
+use super::Axis;
+
+const UNITS: [(&str, &str); 14] = [
+    ("m", "m"),
+    ("m2", "m²"),
+    ("s", "s"),
+    ("s2", "s²"),
+    ("kg", "kg"),
+    ("n", "N"),
+    ("nm", "N·m"),
+    ("j", "J"),
+    ("rad", "rad"),
+    ("pa", "Pa"),
+    ("hz", "Hz"),
+    ("ns", "ns"),
+    ("us", "µs"),
+    ("w", "W"),
+];
+
+/// What a dimensionless value was divided by.
+const DIVISORS: [(&str, &str); 6] =
+    [("l2", "l₂"), ("l1", "l₁"), ("m3", "m₃"), ("omega", "ω"), ("omega2", "ω²"), ("squared", "²")];
+
+/// Label and unit that a column's name gives.
+pub(super) fn axis(column: &str) -> Axis {
+    if let Some((stem, divisor)) = dimensionless(column) {
+        return Axis::new(format!("{} / {divisor}", words(stem)), "");
+    }
+    let (stem, unit) = split(column);
+    Axis::new(words(stem), unit)
+}
+
+/// The unit alone; empty for pure numbers.
+pub(super) fn unit(column: &str) -> String {
+    axis(column).unit
+}
+
+fn words(stem: &str) -> String {
+    stem.replace(['_', '.'], " ")
+}
+
+fn dimensionless(column: &str) -> Option<(&str, String)> {
+    let (stem, divisor) = column.split_once("_over_")?;
+    let mut factors: Vec<String> = Vec::new();
+    for token in divisor.split('_') {
+        let sign = DIVISORS.iter().find(|(name, _)| *name == token)?.1;
+        match factors.last_mut().filter(|_| token == "squared") {
+            Some(last) => last.push_str(sign),
+            None => factors.push(sign.to_owned()),
+        }
+    }
+    let together = factors.join(" ");
+    Some((stem, if factors.len() > 1 { format!("({together})") } else { together }))
+}
+
+/// The longest ending that is a unit, with something before it.
+fn split(column: &str) -> (&str, String) {
+    let mut best = (column, String::new());
+    for (place, _) in column.match_indices('_').collect::<Vec<_>>().into_iter().rev() {
+        match written(&column[place + 1..]) {
+            Some(unit) if place > 0 => best = (&column[..place], unit),
+            _ if column[place + 1..].starts_with("per_") => {}
+            _ => break,
+        }
+    }
+    best
+}
+
+/// `n_s_per_m` as `N·s/m`.
+fn written(suffix: &str) -> Option<String> {
+    let mut parts = suffix.split("per_");
+    let product = |part: &str| {
+        let sign = |token: &str| UNITS.iter().find(|(name, _)| *name == token).map(|(_, sign)| *sign);
+        let signs: Option<Vec<&str>> = part.trim_end_matches('_').split('_').map(sign).collect();
+        signs.map(|signs| signs.join("·"))
+    };
+    let above = product(parts.next()?)?;
+    match (parts.next(), parts.next()) {
+        (None, _) => Some(above),
+        (Some(below), None) => Some(format!("{above}/{}", product(below)?)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_names_are_read_as_quantities() {
+        for (column, label, unit) in [
+            ("piston_acceleration_m_per_s2", "piston acceleration", "m/s²"),
+            ("driving_torque_nm", "driving torque", "N·m"),
+            ("crank_inertia_about_o_kg_m2", "crank inertia about o", "kg·m²"),
+            ("links.crank.rate_rad_per_s", "links crank rate", "rad/s"),
+            ("friction_n_s_per_m", "friction", "N·s/m"),
+            ("force_o_x", "force o x", ""),
+            ("ratio", "ratio", ""),
+            ("m", "m", ""),
+            ("x_m", "x", "m"),
+            ("piston_acceleration_over_l2_omega2", "piston acceleration / (l₂ ω²)", ""),
+            ("rod_rate_over_omega", "rod rate / ω", ""),
+            ("driving_torque_over_m3_l2_squared_omega2", "driving torque / (m₃ l₂² ω²)", ""),
+        ] {
+            assert_eq!(axis(column), Axis::new(label, unit), "{column}");
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! The standard figures of a recording, from the columns of its topics.
+
+use super::{Axis, Figure, Mark, selection::Named};
+use crate::study::Table;
+
+/// A figure and the name its file gets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Titled {
+    /// Name of its file, without ending.
+    pub file: &'static str,
+    /// The figure.
+    pub figure: Figure,
+}
+
+/// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
+const FEW: usize = 40;
+
+/// What a recording shows as a matter of course; what the model did not know is left out.
+pub fn recorded(topics: &[Named]) -> Vec<Titled> {
+    let topic = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name)).map(|topic| &topic.table);
+    let mut figures = Vec::new();
+    if let Some(table) = topic("angles") {
+        let angle = |field: &str| in_list(table, "links", field);
+        figures.push(over_time("angles", "Chord angles", table, Axis::new("chord angle", "rad"), angle("chord_rad")));
+        figures.push(over_time("rates", "Chord rates", table, Axis::new("chord rate", "rad/s"), angle("rate_rad_per_s")));
+        let axis = Axis::new("chord acceleration", "rad/s²");
+        figures.push(over_time("accelerations", "Chord accelerations", table, axis, angle("acceleration_rad_per_s2")));
+    }
+    if let Some(table) = topic("displacements") {
+        figures.extend(ends(table));
+        figures.push(over_time(
+            "deflections",
+            "Deflections from the chord",
+            table,
+            Axis::new("deflection", "m"),
+            deflections(table),
+        ));
+    }
+    if let Some(table) = topic("loads") {
+        let torque = table.column("driving_torque_nm").map(|values| ("driving torque".to_owned(), values)).into_iter().collect();
+        figures.push(over_time("torque", "Driving torque", table, Axis::new("driving torque", "N·m"), torque));
+        for (file, field, title) in [("forces-x", "fx_n", "Joint forces along x"), ("forces-y", "fy_n", "Joint forces along y")] {
+            let axis = Axis::new("force on what comes after the joint", "N");
+            figures.push(over_time(file, title, table, axis, in_list(table, "joints", field)));
+        }
+    }
+    if let Some(table) = topic("status") {
+        let kinds = ["kinetic", "strain", "potential", "work_in", "dissipated"];
+        let energy = |kind: &str| Some((kind.replace('_', " "), table.column(&format!("{kind}_j"))?));
+        figures.push(over_time(
+            "energies",
+            "Energies",
+            table,
+            Axis::new("energy", "J"),
+            kinds.into_iter().filter_map(energy).collect(),
+        ));
+    }
+    figures.retain(|titled| !titled.figure.series.is_empty());
+    figures
+}
+
+/// Simulated time, or after a reset, which starts it again, time since the recording began.
+fn time(table: &Table) -> Vec<f64> {
+    let simulated = table.column("stamp.sim_time_s").unwrap_or_default();
+    let one_epoch = table.column("stamp.epoch").is_none_or(|epochs| epochs.windows(2).all(|pair| pair[0] == pair[1]));
+    match table.column("log_time_ns") {
+        Some([first, ..]) if !one_epoch => {
+            table.column("log_time_ns").unwrap_or_default().iter().map(|now| (now - first) * 1e-9).collect()
+        }
+        _ => simulated.to_vec(),
+    }
+}
+
+fn over_time(file: &'static str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> Titled {
+    let times = time(table);
+    let mark = if times.len() < FEW { Mark::Points } else { Mark::Line };
+    let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
+    let mut figure = Figure::new(title, Axis::new("time", "s"), y);
+    for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
+        figure = figure.series(label, &times, values, mark);
+    }
+    Titled { file, figure }
+}
+
+/// The columns `LIST.<entry>.FIELD`, each under its entry's name.
+fn in_list<'a>(table: &'a Table, list: &str, field: &str) -> Vec<(String, &'a [f64])> {
+    let entry = |name: &str| Some(name.strip_prefix(list)?.strip_prefix('.')?.strip_suffix(field)?.strip_suffix('.')?.to_owned());
+    table.columns().filter_map(|(name, values)| Some((entry(name)?.replace('-', " "), values))).collect()
+}
+
+/// Name of the last node of a link, as in `nodes.crank.4`.
+fn last_node(table: &Table, link: &str) -> Option<String> {
+    let index =
+        |name: &str| name.strip_prefix("nodes.")?.strip_prefix(link)?.strip_prefix('.')?.strip_suffix(".x_m")?.parse().ok();
+    let last: Option<u32> = table.columns().filter_map(|(name, _)| index(name)).max();
+    last.map(|index| format!("nodes.{link}.{index}"))
+}
+
+/// The slider's position and velocity and the crank pin's path; of one beam, its end's.
+fn ends(table: &Table) -> Vec<Titled> {
+    let mut figures = Vec::new();
+    let column = |node: &str, field: &str| table.column(&format!("{node}.{field}")).unwrap_or_default();
+    if let Some(slider) = last_node(table, "rod") {
+        let x = vec![("slider".to_owned(), column(&slider, "x_m"))];
+        figures.push(over_time("slider-position", "Slider position", table, Axis::new("x of the slider", "m"), x));
+        let v = vec![("slider".to_owned(), column(&slider, "vx_m_per_s"))];
+        figures.push(over_time("slider-velocity", "Slider velocity", table, Axis::new("velocity of the slider", "m/s"), v));
+    }
+    let masses = |field: &str, suffix: &str| -> Vec<(String, &[f64])> {
+        // Nodes are counted from 0, masses in scenes from 1.
+        let number = |place: String| place.parse::<usize>().map_or(place, |place| (place + 1).to_string());
+        let named = |(place, values): (String, _)| (format!("mass {}{suffix}", number(place)), values);
+        in_list(table, "nodes.mass", field).into_iter().map(named).collect()
+    };
+    let mut positions = masses("x_m", "");
+    positions.extend(masses("exact_x_m", ", exact"));
+    figures.push(over_time("masses", "Displacements of the masses", table, Axis::new("displacement", "m"), positions));
+    let velocities = masses("vx_m_per_s", "");
+    figures.push(over_time("mass-velocities", "Velocities of the masses", table, Axis::new("velocity", "m/s"), velocities));
+    if let Some(end) = last_node(table, "beam") {
+        let xy = vec![("along x".to_owned(), column(&end, "dx_m")), ("along y".to_owned(), column(&end, "dy_m"))];
+        figures.push(over_time("end", "Displacement of the beam's end", table, Axis::new("displacement", "m"), xy));
+    }
+    for (link, title) in [("crank", "Path of the crank pin"), ("beam", "Path of the beam's end")] {
+        if let Some(end) = last_node(table, link) {
+            let figure = Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m"))
+                .line("", column(&end, "x_m"), column(&end, "y_m"))
+                .with_equal_aspect();
+            figures.push(Titled { file: "path", figure });
+        }
+    }
+    figures
+}
+
+/// Of every link that bends, the node that bends most.
+fn deflections(table: &Table) -> Vec<(String, &[f64])> {
+    let size =
+        |values: &[f64]| values.iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
+    let mut most: Vec<(String, String, &[f64])> = Vec::new();
+    for (entry, values) in in_list(table, "nodes", "deflection_m") {
+        let Some((link, node)) = entry.split_once('.').filter(|_| size(values) > 0.0) else { continue };
+        match most.iter_mut().find(|(other, ..)| other == link) {
+            Some(best) if size(best.2) >= size(values) => {}
+            Some(best) => *best = (link.to_owned(), node.to_owned(), values),
+            None => most.push((link.to_owned(), node.to_owned(), values)),
+        }
+    }
+    most.into_iter().map(|(link, node, values)| (format!("{link}, node {node}"), values)).collect()
+}

@@ -1,0 +1,126 @@
+//! Figures of columns that are asked for by name, or of all of them.
+
+use super::{Axis, Figure, PlotError, quantity};
+use crate::study::Table;
+
+/// A table and its name in errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// What it is called: a file, a topic.
+    pub name: String,
+    /// Its numbers.
+    pub table: Table,
+}
+
+/// A figure of the columns `ys` over the column `x`, which must be in the same table.
+///
+/// Without `x`, the table's first column. Curves of several units stand over one axis with their units in the legend.
+/// A table with a `ratio` column, as `cycle` makes it, gives a curve for each ratio.
+///
+/// # Errors
+/// [`PlotError::Column`] for a name that is not there, [`PlotError::Apart`] for columns of different tables.
+pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
+    let mut figure = Figure::new(place, Axis::default(), Axis::default());
+    let units: Vec<String> = ys.iter().map(|y| quantity::unit(y)).collect();
+    let common = units.first().filter(|first| units.iter().all(|unit| unit == *first)).cloned();
+    for y in ys {
+        let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(place, tables, y))?.table;
+        let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
+        let x = x.unwrap_or_else(first);
+        let Some(xs) = table.column(x) else {
+            let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
+            let apart = || PlotError::Apart { place: place.to_owned(), x: x.to_owned(), y: y.clone() };
+            return Err(if elsewhere { apart() } else { unknown(place, tables, x) });
+        };
+        figure.x = over(x);
+        let axis = quantity::axis(y);
+        let label =
+            if common.is_some() || axis.unit.is_empty() { axis.label.clone() } else { format!("{} [{}]", axis.label, axis.unit) };
+        figure.y = if ys.len() == 1 { axis } else { Axis::new("", common.clone().unwrap_or_default()) };
+        let values = table.column(y).unwrap_or_default();
+        figure = match families(table).filter(|_| x != "ratio" && y != "ratio") {
+            Some(ratios) => by_ratio(figure, &label, ys.len() > 1, ratios, [xs, values]),
+            None => figure.line(label, xs, values),
+        };
+    }
+    Ok(figure)
+}
+
+/// One figure for each unit among the columns beside the first, over the first; each with the name of its first column.
+/// Where every column is a curve for each of several ratios, a figure for each column.
+///
+/// # Errors
+/// [`PlotError::Nothing`] when there is no such column.
+pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
+    let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
+    let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
+    let x = columns.next().ok_or_else(|| PlotError::Nothing(place.to_owned()))?;
+    let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for name in columns {
+        if several {
+            groups.push((String::new(), vec![name.to_owned()]));
+            continue;
+        }
+        // What is dimensionless has no unit to share: its divisor tells what it may be compared with.
+        let kind = name.split_once("_over_").map_or_else(|| quantity::unit(name), |(_, divisor)| divisor.to_owned());
+        match groups.iter_mut().find(|(other, _)| *other == kind) {
+            Some((_, names)) => names.push(name.to_owned()),
+            None => groups.push((kind, vec![name.to_owned()])),
+        }
+    }
+    if groups.is_empty() {
+        return Err(PlotError::Nothing(place.to_owned()));
+    }
+    let tables = [Named { name: place.to_owned(), table: table.clone() }];
+    let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), figure(place, &tables, Some(x), &names)?));
+    groups.into_iter().map(drawn).collect()
+}
+
+/// Crank angles have ticks at multiples of π.
+fn over(column: &str) -> Axis {
+    let axis = quantity::axis(column);
+    if axis.unit == "rad" { Axis::angle(axis.label) } else { axis }
+}
+
+fn by_ratio(mut figure: Figure, label: &str, several: bool, ratios: &[f64], [xs, ys]: [&[f64]; 2]) -> Figure {
+    for (ratio, rows) in runs(ratios) {
+        let name = if several { format!("{label}, λ = {ratio}") } else { format!("λ = {ratio}") };
+        figure = figure.line(name, &xs[rows.clone()], &ys[rows]);
+    }
+    figure
+}
+
+/// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.
+fn families(table: &Table) -> Option<&[f64]> {
+    table.column("ratio").filter(|ratios| runs(ratios).iter().any(|(_, rows)| rows.len() > 1))
+}
+
+fn is_data(table: &Table, column: &str) -> bool {
+    column != "ratio" || families(table).is_none()
+}
+
+/// Rows with the same value, in succession.
+pub(super) fn runs(values: &[f64]) -> Vec<(f64, std::ops::Range<usize>)> {
+    let mut runs: Vec<(f64, std::ops::Range<usize>)> = Vec::new();
+    for (row, value) in values.iter().enumerate() {
+        match runs.last_mut() {
+            Some((of, rows)) if of.to_bits() == value.to_bits() => rows.end = row + 1,
+            _ => runs.push((*value, row..row + 1)),
+        }
+    }
+    runs
+}
+
+fn unknown(place: &str, tables: &[Named], name: &str) -> PlotError {
+    let known = || tables.iter().flat_map(|named| named.table.columns().map(|(column, _)| column));
+    let nearest = known()
+        .map(|column| (strsim::jaro_winkler(name, column), column))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(similarity, _)| *similarity > 0.6);
+    let hint = match nearest {
+        Some((_, near)) => format!("; did you mean `{near}`?"),
+        None => format!(" (there are {})", known().collect::<Vec<_>>().join(", ")),
+    };
+    PlotError::Column { place: place.to_owned(), name: name.to_owned(), hint }
+}

@@ -1,0 +1,164 @@
+//! Where an axis has its ticks, and what stands at them.
+
+use std::f64::consts::PI;
+
+/// Ticks of an axis, and what its label has to add so that the numbers stay short.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Ticks {
+    /// Values and texts.
+    pub major: Vec<(f64, String)>,
+    /// Values of fine grid lines.
+    pub minor: Vec<f64>,
+    /// Power of ten that the numbers are to be multiplied by.
+    pub exponent: i32,
+    /// What has been taken away from the values before; 0 mostly.
+    pub offset: f64,
+}
+
+/// Values that vary by less than this part of their size are shown less an offset.
+const OFFSET_BELOW: f64 = 1e-3;
+
+/// At most about `most` ticks from `low` to `high` at 1, 2 or 5 times a power of ten.
+pub(super) fn linear(low: f64, high: f64, most: usize) -> Ticks {
+    let size = low.abs().max(high.abs());
+    let offset = if high - low < OFFSET_BELOW * size { round_to((low + high) / 2.0, high - low) } else { 0.0 };
+    let (low, high) = (low - offset, high - offset);
+    let step = nice_step((high - low) / most.max(1) as f64);
+    let exponent = common_exponent(low.abs().max(high.abs()));
+    let unit = 10_f64.powi(exponent);
+    let decimals = (-((step / unit).log10() + 1e-9).floor()).clamp(0.0, 15.0) as usize;
+    let first = (low / step - 1e-9).ceil() as i64;
+    let last = (high / step + 1e-9).floor() as i64;
+    let major = (first..=last).map(|k| k as f64 * step).map(|value| (value + offset, number(value / unit, decimals))).collect();
+    Ticks { major, minor: Vec::new(), exponent, offset }
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is not under `least`.
+fn nice_step(least: f64) -> f64 {
+    let power = 10_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].iter().map(|factor| factor * power).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+}
+
+/// `value` with no more digits than a span of `span` asks for.
+fn round_to(value: f64, span: f64) -> f64 {
+    let digits = (-span.log10().ceil()) as i32;
+    // Dividing by an exact power of ten rounds rightly where multiplying by its inverse does not.
+    if digits >= 0 { (value * 10_f64.powi(digits)).round() / 10_f64.powi(digits) } else { value.round() }
+}
+
+/// The power of ten, a multiple of three, that brings `size` between 1 and 1000; 0 while plain decimals are short.
+fn common_exponent(size: f64) -> i32 {
+    if size == 0.0 || (0.02..1e5).contains(&size) { 0 } else { 3 * ((size * (1.0 + 1e-9)).log10() / 3.0).floor() as i32 }
+}
+
+fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) {
+        return "0".to_owned();
+    }
+    text.replace('-', "−")
+}
+
+/// Multiples of π, or of a simple part of it, where they are neither too close nor too far apart.
+pub(super) fn pi(low: f64, high: f64, most: usize) -> Ticks {
+    let least = (high - low) / most.max(1) as f64 / PI;
+    let parts = [(1_i64, 8_i64), (1, 4), (1, 2), (1, 1), (2, 1), (4, 1), (10, 1)];
+    let part = parts.into_iter().find(|(num, den)| *num as f64 / *den as f64 >= least * (1.0 - 1e-9));
+    let Some((num, den)) = part.filter(|_| least > 0.02 && low.abs() < 1e6) else { return linear(low, high, most) };
+    let step = PI * num as f64 / den as f64;
+    let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
+    let major = (first..=last).map(|k| (k as f64 * step, fraction_of_pi(k * num, den))).collect();
+    Ticks { major, ..Ticks::default() }
+}
+
+fn fraction_of_pi(num: i64, den: i64) -> String {
+    let common = gcd(num.abs(), den).max(1);
+    let (num, den) = (num / common, den / common);
+    let sign = if num < 0 { "−" } else { "" };
+    let factor = if num.abs() == 1 { String::new() } else { num.abs().to_string() };
+    match (num, den) {
+        (0, _) => "0".to_owned(),
+        (_, 1) => format!("{sign}{factor}π"),
+        _ => format!("{sign}{factor}π/{den}"),
+    }
+}
+
+fn gcd(a: i64, b: i64) -> i64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Powers of ten, and 2 and 5 times them where there are few.
+pub(super) fn log(low: f64, high: f64, most: usize) -> Ticks {
+    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    let inside = |value: &f64| *value >= low * (1.0 - 1e-9) && *value <= high * (1.0 + 1e-9);
+    let every = ((last - first).max(1) as usize).div_ceil(most.max(1)) as i32;
+    let few = last - first <= 2;
+    let mut ticks = Ticks::default();
+    for exponent in first..=last {
+        for factor in 1..10_i32 {
+            let value = f64::from(factor) * 10_f64.powi(exponent);
+            if !inside(&value) {
+                continue;
+            }
+            if factor == 1 && exponent.rem_euclid(every) == 0 {
+                ticks.major.push((value, format!("10{}", superscript(exponent))));
+            } else if few && matches!(factor, 2 | 5) {
+                ticks.major.push((value, format!("{factor}·10{}", superscript(exponent))));
+            } else if every == 1 || factor == 1 {
+                ticks.minor.push(value);
+            }
+        }
+    }
+    ticks
+}
+
+/// A whole number as superscript.
+pub(super) fn superscript(number: i32) -> String {
+    let high = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => digit.to_digit(10).and_then(|digit| char::from_u32(0x2070 + digit)).unwrap_or(digit),
+    };
+    number.to_string().chars().map(high).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(ticks: &Ticks) -> Vec<&str> {
+        ticks.major.iter().map(|(_, text)| text.as_str()).collect()
+    }
+
+    #[test]
+    fn val_ticks_are_round_and_short() {
+        assert_eq!(texts(&linear(-0.35, 1.0, 6)), ["0", "0.5", "1.0"]);
+        assert_eq!(texts(&linear(-1.0, 1.0, 5)), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
+        let small = linear(-0.0018, 0.0018, 5);
+        assert_eq!((texts(&small), small.exponent), (vec!["−1", "0", "1"], -3));
+        let near = linear(0.499_999_22, 0.5, 5);
+        assert_eq!((near.offset, near.exponent), (0.5, -9));
+        assert_eq!(texts(&pi(0.0, 2.0 * PI, 9)), ["0", "π/4", "π/2", "3π/4", "π", "5π/4", "3π/2", "7π/4", "2π"]);
+        assert_eq!(texts(&pi(-PI, PI, 5)), ["−π", "−π/2", "0", "π/2", "π"]);
+        assert_eq!(texts(&log(1e-6, 1.0, 10)), ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]);
+    }
+
+    #[test]
+    fn prop_ticks_lie_inside_and_are_few() {
+        for power in -250..250 {
+            for (low, high) in [(0.0, 1.0), (-3.0, 7.7), (12.0, 12.5), (1.0, 1.0 + 1e-9)] {
+                let scale = 10_f64.powi(power);
+                let (low, high) = (low * scale, high * scale);
+                let ticks = linear(low, high, 6).major;
+                let slack = 1e-6 * (high - low);
+                assert!((1..=7).contains(&ticks.len()), "{low} {high}: {ticks:?}");
+                assert!(
+                    ticks.iter().all(|(value, _)| *value >= low - slack && *value <= high + slack),
+                    "{low} {high}: {ticks:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Recordings in memory: the numbers of every topic, column by column.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use super::RecordingError;
+use super::rows::{Decoder, Row};
+
+/// What a recording holds, as numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    /// One entry a protobuf topic.
+    pub topics: Vec<Topic>,
+    /// Whether the recording ended early.
+    pub cut_off: bool,
+    /// Topics left out because their messages are not protobuf.
+    pub skipped: Vec<String>,
+}
+
+/// The numbers of one topic; the columns are those of [`export_csv`](super::export_csv), all of equal length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Topic {
+    /// Its key expression.
+    pub name: String,
+    /// Names and values; NaN where a message has no such field, or no number in it.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+/// Reads all messages of a recording.
+///
+/// # Errors
+/// [`RecordingError`] when it cannot be read, is empty, or a message does not fit its schema.
+pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
+    let mut decoder = Decoder::new(recording);
+    let mut topics: BTreeMap<String, Filling> = BTreeMap::new();
+    let cut_off = decoder.each_row(|topic, row| {
+        topics.entry(topic.to_owned()).or_default().take(row);
+        Ok(())
+    })?;
+    if topics.is_empty() {
+        return Err(RecordingError::Empty { path: recording.to_owned() });
+    }
+    let topics = topics.into_iter().map(|(name, filling)| filling.finish(name)).collect();
+    Ok(Contents { topics, cut_off, skipped: decoder.skipped })
+}
+
+/// A topic's columns while they are filled.
+#[derive(Default)]
+struct Filling {
+    columns: Vec<(String, Vec<f64>)>,
+    index: HashMap<String, usize>,
+    rows: usize,
+}
+
+impl Filling {
+    fn take(&mut self, row: &Row) {
+        for (name, text) in row {
+            let place = self.index.get(name).copied().unwrap_or_else(|| {
+                self.index.insert(name.clone(), self.columns.len());
+                self.columns.push((name.clone(), Vec::new()));
+                self.columns.len() - 1
+            });
+            let column = &mut self.columns[place].1;
+            column.resize(self.rows, f64::NAN);
+            column.push(text.parse().unwrap_or(f64::NAN));
+        }
+        self.rows += 1;
+    }
+
+    fn finish(mut self, name: String) -> Topic {
+        for (_, column) in &mut self.columns {
+            column.resize(self.rows, f64::NAN);
+        }
+        Topic { name, columns: self.columns }
+    }
+}

@@ -1,0 +1,76 @@
+//! CSV tables.
+
+use super::{complaint, plot, png_size, texts};
+
+const TURN: &str = "ratio,crank_angle_rad,rod_angle_rad,driving_torque_nm\n0.1,0,0,1\n0.1,3,0.1,2\n0.5,0,0,3\n0.5,3,0.2,4\n";
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("turn.csv"), TURN).unwrap();
+    folder
+}
+
+#[test]
+fn prop_a_table_gives_a_figure_for_each_unit_and_a_curve_for_each_ratio() {
+    let folder = folder();
+    let output = plot(folder.path(), &["turn.csv", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    for name in ["turn-rod_angle_rad", "turn-driving_torque_nm"] {
+        let file = |ending: &str| folder.path().join("out").join(format!("{name}.{ending}"));
+        let texts = texts(&std::fs::read_to_string(file("svg")).unwrap());
+        assert!(["turn", "λ = 0.1", "λ = 0.5"].iter().all(|text| texts.iter().any(|other| other == text)), "{texts:?}");
+        assert_eq!(png_size(&std::fs::read(file("png")).unwrap())[0], 1520);
+    }
+}
+
+#[test]
+fn prop_columns_are_chosen_by_name() {
+    let folder = folder();
+    let arguments =
+        ["turn.csv", "--x", "rod_angle_rad", "--y", "driving_torque_nm,crank_angle_rad", "--title", "Two", "-o", "two.svg"];
+    let output = plot(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let texts = texts(&std::fs::read_to_string(folder.path().join("two.svg")).unwrap());
+    for expected in ["Two", "driving torque [N·m], λ = 0.1", "crank angle [rad], λ = 0.5"] {
+        assert!(texts.iter().any(|text| text == expected), "{expected} in {texts:?}");
+    }
+}
+
+#[test]
+fn prop_a_sweep_is_drawn_over_its_ratio() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("sweep.csv"), "ratio,peak_driving_torque_nm\n0.1,1\n0.2,3\n0.3,7\n").unwrap();
+    let output = plot(folder.path(), &["sweep.csv", "-o", "new/sweep.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let texts = texts(&std::fs::read_to_string(folder.path().join("new/sweep.svg")).unwrap());
+    assert!(["ratio", "peak driving torque [N·m]"].iter().all(|text| texts.iter().any(|other| other == text)), "{texts:?}");
+}
+
+#[test]
+fn prop_what_cannot_be_drawn_is_refused() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::write(at.join("words.csv"), "a,b\nx,y\n").unwrap();
+    std::fs::write(at.join("one.csv"), "a_m\n1\n2\n").unwrap();
+    std::fs::write(at.join("ragged.csv"), "a,b\n1\n").unwrap();
+    std::fs::write(at.join("noise.mcap"), "no recording").unwrap();
+    for (arguments, code, says) in [
+        (vec!["turn.csv", "--y", "driving_torqe_nm"], 2, "did you mean `driving_torque_nm`?"),
+        (vec!["turn.csv", "--y", "driving_torque_nm", "--x", "crank_angle"], 2, "did you mean `crank_angle_rad`?"),
+        (vec!["turn.csv", "-o", "all.svg"], 2, "would hold 2 figures"),
+        (vec!["turn.csv", "--y", "ratio", "-o", "x.pdf"], 2, ".svg or .png"),
+        (vec!["turn.csv", "turn.csv"], 2, "one by one"),
+        (vec!["words.csv"], 2, "nothing to draw"),
+        (vec!["one.csv"], 2, "nothing to draw"),
+        (vec!["ragged.csv"], 1, "ragged.csv"),
+        (vec!["none.csv"], 1, "none.csv"),
+        (vec!["noise.mcap"], 1, "noise.mcap"),
+        (vec!["turn.csv", "--format", "gif"], 2, "svg"),
+        (vec!["turn.csv", "--thesis", "t"], 2, "--thesis"),
+        (vec![], 2, "FILE"),
+    ] {
+        let output = plot(at, &arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", complaint(&output));
+        assert!(complaint(&output).contains(says), "{arguments:?}: {}", complaint(&output));
+    }
+}
