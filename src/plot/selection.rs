@@ -72,9 +72,26 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     if groups.is_empty() {
         return Err(PlotError::Nothing(place.to_owned()));
     }
+    if x == "ratio" {
+        let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
+        return Ok(vec![("sweep".to_owned(), together(place, table, x, &names))]);
+    }
     let tables = [Named { name: place.to_owned(), table: table.clone() }];
     let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), figure(place, &tables, Some(x), &names)?));
     groups.into_iter().map(drawn).collect()
+}
+
+/// Columns of many units on one axis, each over its largest magnitude, which the legend tells: what a sweep over the ratio trades.
+fn together(place: &str, table: &Table, x: &str, names: &[String]) -> Figure {
+    let mut figure = Figure::new(place, Axis::new("crank-to-rod ratio λ", ""), Axis::new("over its largest", ""));
+    for name in names {
+        let values = table.column(name).unwrap_or_default();
+        let largest = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let Axis { label, unit, .. } = quantity::axis(name);
+        let scaled: Vec<f64> = values.iter().map(|value| if largest > 0.0 { value / largest } else { 0.0 }).collect();
+        figure = figure.line(format!("{label}, at most {largest:.4} {unit}"), table.column(x).unwrap_or_default(), &scaled);
+    }
+    figure
 }
 
 /// Crank angles have ticks at multiples of π.

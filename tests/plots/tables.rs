@@ -39,11 +39,13 @@ fn prop_columns_are_chosen_by_name() {
 #[test]
 fn prop_a_sweep_is_drawn_over_its_ratio() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("sweep.csv"), "ratio,peak_driving_torque_nm\n0.1,1\n0.2,3\n0.3,7\n").unwrap();
+    std::fs::write(folder.path().join("sweep.csv"), "ratio,stroke_m,peak_driving_torque_nm\n0.1,0.1,1\n0.2,0.2,3\n0.3,0.3,7\n")
+        .unwrap();
     let output = plot(folder.path(), &["sweep.csv", "-o", "new/sweep.svg"]);
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let texts = texts(&std::fs::read_to_string(folder.path().join("new/sweep.svg")).unwrap());
-    assert!(["ratio", "peak driving torque [N·m]"].iter().all(|text| texts.iter().any(|other| other == text)), "{texts:?}");
+    let wanted = ["crank-to-rod ratio λ", "peak driving torque, at most 7.0000 N·m", "stroke, at most 0.3000 m"];
+    assert!(wanted.iter().all(|text| texts.iter().any(|other| other == text)), "one figure for all: {texts:?}");
 }
 
 #[test]
