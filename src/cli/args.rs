@@ -59,6 +59,9 @@ pub(super) enum Command {
     /// Write a recording as tables.
     #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
     Export(Export),
+    /// Map where the numbers break: the schemes by theory and as they run, a crank-slider at the extremes.
+    #[command(after_help = super::stability::EXAMPLES)]
+    Stability(super::stability::Args),
     /// List the built-in scenes, or print one, ready to be edited.
     Scenes {
         /// The scene to print.

@@ -4,6 +4,7 @@ mod args;
 mod clients;
 mod files;
 mod live;
+mod stability;
 mod watch;
 
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ use tracing_subscriber::EnvFilter;
 use crate::bus::{BadName, BusError};
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
+use crate::study::stability::NotSuited;
 use args::{Cli, Command};
 
 /// What a command that went to its end has to say by its exit code.
@@ -57,6 +59,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<SceneError>()
         || error.is::<BuildError>()
         || error.is::<BadName>()
+        || error.is::<NotSuited>()
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -77,6 +80,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
+        Command::Stability(args) => stability::stability(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }
