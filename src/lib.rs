@@ -1,7 +1,7 @@
 //! flexcrank simulates planar mechanisms with flexible links in real time, puts their state on a zenoh bus, takes torque
 //! pulses from it, and records every session to MCAP.
 //!
-//! Layers, an arrow means *depends on*: `cli → {service} → {bus, recording, runtime} → {wire, simulation} →
+//! Layers, an arrow means *depends on*: `cli → {service, study} → {bus, recording, runtime} → {wire, simulation} →
 //! {integrate, mechanics} → scene`; `integrate` and `mechanics` don't know each other.
 
 pub mod bus;

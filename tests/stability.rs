@@ -251,15 +251,14 @@ proptest! {
 
 /// The generators above reach every kind of end.
 #[test]
-fn prop_random_mechanisms_are_of_every_kind() -> Tried {
+fn prop_random_mechanisms_are_of_every_kind() {
     use proptest::strategy::ValueTree as _;
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let mut ends = std::collections::BTreeMap::new();
     for _ in 0..200 {
-        let text = mechanism().new_tree(&mut runner)?.current();
-        *ends.entry(fifty_steps(&text)?).or_insert(0) += 1;
+        let text = mechanism().new_tree(&mut runner).unwrap().current();
+        *ends.entry(fifty_steps(&text).unwrap()).or_insert(0) += 1;
     }
     println!("{ends:?}");
     assert!(ends.contains_key("ran") && ends.contains_key("refused") && ends.contains_key("diverged"), "{ends:?}");
-    Ok(())
 }

@@ -62,6 +62,9 @@ pub(super) enum Command {
     /// Map where the numbers break: the schemes by theory and as they run, a crank-slider at the extremes.
     #[command(after_help = super::stability::EXAMPLES)]
     Stability(super::stability::Args),
+    /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
+    #[command(after_help = super::cycle::EXAMPLES)]
+    Cycle(super::cycle::Args),
     /// List the built-in scenes, or print one, ready to be edited.
     Scenes {
         /// The scene to print.
@@ -274,7 +277,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
     number(text, 0.0, 1e9)
 }
 
-fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
+pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("a number from {low:?} to {high:?}"))
 }

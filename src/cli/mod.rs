@@ -1,7 +1,9 @@
 //! The command line: parse, validate, call, exit code.
 
+mod aligned;
 mod args;
 mod clients;
+mod cycle;
 mod files;
 mod live;
 mod stability;
@@ -15,6 +17,7 @@ use tracing_subscriber::EnvFilter;
 use crate::bus::{BadName, BusError};
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
+use crate::study::cycle::CycleError;
 use crate::study::stability::NotSuited;
 use args::{Cli, Command};
 
@@ -60,6 +63,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<BuildError>()
         || error.is::<BadName>()
         || error.is::<NotSuited>()
+        || error.is::<CycleError>()
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -81,6 +85,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
         Command::Stability(args) => stability::stability(&args),
+        Command::Cycle(args) => cycle::cycle(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }

@@ -9,6 +9,7 @@ use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
+use super::aligned::figure;
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
@@ -162,13 +163,6 @@ fn show_map(swept: &Swept) -> anyhow::Result<()> {
         writeln!(out, "{:>12}  {}{first}", figure(*value), symbols.join(" "))?;
     }
     Ok(writeln!(out)?)
-}
-
-/// A number as short as it can be told.
-fn figure(value: f64) -> String {
-    let plain = value == 0.0 || (1e-4..1e5).contains(&value.abs());
-    let rounded = (value * 1e9).round() / 1e9;
-    if plain && (rounded - value).abs() < 1e-12 { format!("{rounded}") } else { format!("{value:.3e}") }
 }
 
 fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {

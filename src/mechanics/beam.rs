@@ -1,4 +1,9 @@
 //! The linear beam element: a bar and an Euler–Bernoulli beam, uncoupled (thesis 5.3).
+//!
+//! Both matrices follow from linear shapes along the axis and, across it, `N₁ = 1 − 3ξ² + 2ξ³`, `N₂ = L (ξ − 2ξ² + ξ³)`,
+//! `N₃ = 3ξ² − 2ξ³` (the thesis prints `3ξ² + 2ξ³`), `N₄ = L (ξ³ − ξ²)`: kinetic energy `½ ∫ ρA (u̇² + v̇²) dx` (it prints second
+//! derivatives), strain energy `½ ∫ EA u′² + EJ v″² dx`. A uniform axial load, which no scene has, would put `f_x L/2` on each
+//! node (it prints `f_x L/12`).
 
 use nalgebra::{SMatrix, SVector};
 

@@ -4,8 +4,11 @@
 //! `(cos φ, −sin φ)`). Differentiating it by θ, again and again, with `s = sin φ`, `c = cos φ > 0` and primes for d/dθ:
 //!
 //! - `c φ′ = λ cos θ` (4.5)
-//! - `c φ″ = s φ′² − λ sin θ` (4.8; the thesis prints its last term twice)
+//! - `c φ″ = s φ′² − λ sin θ` (4.8; the thesis prints its last term twice, and `cos θ` for `cos² θ` where it repeats 4.9)
 //! - `c φ‴ = c φ′³ + 3 s φ′ φ″ − λ cos θ`
+//!
+//! A point's place then follows from [`along`], its velocity and acceleration from [`moving`]: of the slider pin
+//! `v_E = −l₁ sin θ θ̇ − …` (4.13; the thesis prints `+l₁ sin θ` there and in 4.14).
 
 /// A vector in the plane and its first three derivatives by θ.
 pub(crate) type Path = [[f64; 2]; 4];
@@ -26,6 +29,12 @@ pub(crate) fn along(from: &Path, angle: &Turn, r_m: f64) -> Path {
         value[1] += r_m * (e * sin + n * cos);
     }
     path
+}
+
+/// Position, velocity and acceleration on a path at a crank rate and acceleration: `p`, `p′ θ̇`, `p″ θ̇² + p′ θ̈` (4.10–4.16).
+pub(crate) fn moving(path: &Path, rate: f64, acceleration: f64) -> [[f64; 2]; 3] {
+    let [p, p1, p2, _] = path;
+    [*p, p1.map(|p1| p1 * rate), [0, 1].map(|k| p2[k] * rate * rate + p1[k] * acceleration)]
 }
 
 /// The crank's own angle as a [`Turn`].

@@ -2,8 +2,9 @@
 //!
 //! With `E` the rod's force on the slider, `A` the crank's on the rod, `O` ground's on the crank (digest 4.44–4.54, gravity
 //! added): slider `E_x = m₃ (a_E − g_x) + F`; rod `A = E + m₂ (a₂ − g)` and, by moments about its centre of mass with `e`
-//! its direction and `r₂` the centre's distance from the crank pin, `−r₂ e×A − (l₂ − r₂) e×E = I₂ β̈`; crank
-//! `O = A + m₁ (a₁ − g)`. Eliminating `A` from the moments: `l₂ e×E = −I₂ β̈ − r₂ m₂ e×(a₂ − g)`.
+//! its direction and `r₂` the centre's distance from the crank pin, `−r₂ e×A − (l₂ − r₂) e×E = I₂ β̈` (4.49; in 4.50 the
+//! thesis prints `sin θ` for `sin φ`); crank `O = A + m₁ (a₁ − g)`. Eliminating `A` from the moments:
+//! `l₂ e×E = −I₂ β̈ − r₂ m₂ e×(a₂ − g)`.
 
 use super::observation::Observation;
 use crate::scene::{Chain, End};

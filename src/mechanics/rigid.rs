@@ -7,7 +7,7 @@
 //!
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
-use super::crank_slider::{Path, Turn, along, crank_turn, rod_turn};
+use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use super::joints;
 use super::mechanism::{Input, Mechanism, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
@@ -55,6 +55,30 @@ impl Rigid {
     /// One link, or a crank-slider; `prescribed` when the scene prescribes the motion of the pivot.
     pub fn new(chain: &Chain, prescribed: bool) -> Self {
         Rigid { chain: chain.clone(), prescribed, tangent: 1.0, scale_nm: 0.0 }
+    }
+
+    /// `M(θ)`, the inertia of everything as the crank feels it, kg·m².
+    pub(crate) fn inertia_kg_m2(&self, theta_rad: f64) -> f64 {
+        self.equation(&self.pose(theta_rad), theta_rad, 0.0).mass
+    }
+
+    /// Mass of all bodies, kg, and the path of their common centre: digest 4.28–4.29, its derivatives 4.33–4.43 (the thesis
+    /// loses brackets in 4.42).
+    pub(crate) fn centre_of_mass(&self, theta_rad: f64) -> (f64, Path) {
+        let bodies = self.pose(theta_rad).bodies;
+        let mass_kg: f64 = bodies.iter().map(|body| body.mass_kg).sum();
+        let mut centre = ORIGIN;
+        for body in &bodies {
+            for (sum, at) in centre.iter_mut().flatten().zip(body.centre.iter().flatten()) {
+                *sum += body.mass_kg / mass_kg * at;
+            }
+        }
+        (mass_kg, centre)
+    }
+
+    /// The path of the chain's end: of a crank-slider, the slider pin.
+    pub(crate) fn end(&self, theta_rad: f64) -> Path {
+        self.pose(theta_rad).end
     }
 
     fn state(&self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 3] {
@@ -255,12 +279,11 @@ impl Mechanism for Rigid {
             }
             at = along(&at, angle, link.length_m);
         }
-        let accelerated = |path: &Path| [0, 1].map(|k| path[2][k] * rate * rate + path[1][k] * acceleration);
         let dynamics = pose.bodies.map(|body| joints::Body {
             mass_kg: body.mass_kg,
             inertia_kg_m2: body.inertia_kg_m2,
             angle_rad: body.angle[0],
-            acceleration_m_per_s2: accelerated(&body.centre),
+            acceleration_m_per_s2: moving(&body.centre, rate, acceleration)[2],
             angular_acceleration_rad_per_s2: body.angle[2] * rate * rate + body.angle[1] * acceleration,
         });
         let end_force_n = self.resistance_and_friction_n(theta, pose.end[1][0] * rate);

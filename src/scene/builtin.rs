@@ -30,6 +30,7 @@ pub const BUILTIN: &[Builtin] = &[
     Builtin { name: "thesis-oscillator", text: include_str!("builtin/thesis-oscillator.toml") },
     Builtin { name: "thesis-two-masses", text: include_str!("builtin/thesis-two-masses.toml") },
     Builtin { name: "thesis-two-masses-stiff", text: include_str!("builtin/thesis-two-masses-stiff.toml") },
+    Builtin { name: "thesis-compressor", text: include_str!("builtin/thesis-compressor.toml") },
     Builtin { name: "ref-r1", text: include_str!("builtin/ref-r1.toml") },
     Builtin { name: "ref-r2", text: include_str!("builtin/ref-r2.toml") },
     Builtin { name: "ref-r2s", text: include_str!("builtin/ref-r2s.toml") },

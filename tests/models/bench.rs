@@ -3,14 +3,58 @@
 use std::path::Path;
 
 use flexcrank::mechanics::{LinkObservation, Observation};
-use flexcrank::scene::SceneSource;
+use flexcrank::scene::{Scene, SceneSource};
 use flexcrank::simulation::Simulation;
 
-/// A built-in scene with overrides, ready to run.
-pub fn simulation(scene: &str, overrides: &[&str]) -> Simulation {
+/// The models, as overrides.
+pub const RIGID: &str = "solver.model=rigid";
+pub const MODAL: &str = "solver.model=modal";
+pub const FINITE: &str = "solver.model=finite-element";
+/// The implicit midpoint rule.
+pub const MIDPOINT: [&str; 2] = ["solver.integrator=two-point", "solver.weight=0.5"];
+
+/// A built-in scene, or one given as TOML, with overrides.
+pub fn scene(name_or_text: &str, overrides: &[&str]) -> Scene {
     let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
-    let source = SceneSource::open(scene, &overrides).unwrap_or_else(|error| panic!("{error}"));
-    Simulation::new(&source.scene).unwrap_or_else(|error| panic!("{error}"))
+    let source = if name_or_text.contains('\n') {
+        SceneSource::parse("test", name_or_text, &overrides)
+    } else {
+        SceneSource::open(name_or_text, &overrides)
+    };
+    source.unwrap_or_else(|error| panic!("{error}")).scene
+}
+
+/// The same, ready to run.
+pub fn simulation(name_or_text: &str, overrides: &[&str]) -> Simulation {
+    start(&scene(name_or_text, overrides))
+}
+
+/// A scene, ready to run.
+pub fn start(scene: &Scene) -> Simulation {
+    Simulation::new(scene).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Steps to the step nearest to a time.
+pub fn run_to(simulation: &mut Simulation, time_s: f64) {
+    let half_step = 0.5 * simulation.step_s();
+    while simulation.time_s() < time_s - half_step {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// The present state.
+pub fn look(simulation: &mut Simulation) -> &Observation {
+    simulation.observe().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Mechanical energy as last observed, J.
+pub fn energy_j(seen: &Observation) -> f64 {
+    seen.energy.kinetic_j + seen.energy.strain_j.unwrap_or(0.0) + seen.energy.potential_j.unwrap_or(0.0)
+}
+
+/// The largest of numbers' magnitudes; NaN if any is.
+pub fn largest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    numbers.into_iter().fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
 }
 
 /// Rows of a reference file, without its header.
@@ -26,12 +70,9 @@ pub type Column = (usize, fn(&Observation) -> f64);
 pub fn worst<const N: usize>(simulation: &mut Simulation, rows: &[Vec<f64>], columns: [Column; N]) -> [f64; N] {
     let mut worst = [0.0_f64; N];
     for row in rows {
-        let half_step = 0.5 * simulation.step_s();
-        while simulation.time_s() < row[0] - half_step {
-            simulation.step().unwrap_or_else(|error| panic!("{error}"));
-        }
+        run_to(simulation, row[0]);
         assert!((simulation.time_s() - row[0]).abs() < 1e-9, "rows must fall on steps: {} for {}", simulation.time_s(), row[0]);
-        let seen = simulation.observe().unwrap_or_else(|error| panic!("{error}"));
+        let seen = look(simulation);
         for (worst, (column, of)) in worst.iter_mut().zip(columns) {
             *worst = worst.max((of(seen) - row[column]).abs());
         }

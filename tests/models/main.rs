@@ -1,5 +1,17 @@
 //! The ladder of models against references that were computed elsewhere (`tests/data/README.md`), laws and closed forms.
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
+mod assembled;
 mod bench;
+mod chains;
+mod effort;
+mod images;
+mod internal_forces;
+mod laws;
+mod orders;
+mod periods;
 mod references;
+mod rigid_links;
+mod statics;
+mod tangent;
+mod vibration;

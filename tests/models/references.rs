@@ -1,9 +1,6 @@
 //! R1 to R5.
 
-use crate::bench::{chord, rod_middle, rows, simulation, slider, worst};
-
-const MODAL: &str = "solver.model=modal";
-const FINITE: &str = "solver.model=finite-element";
+use crate::bench::{FINITE, MODAL, chord, rod_middle, rows, simulation, slider, worst};
 
 #[test]
 fn val_r1_practically_rigid() {
@@ -27,11 +24,12 @@ fn val_r2s_smooth_pulse() {
         println!("R2s {elements} elements: {angle:e} rad, {x:e} m");
         assert!(angle < bound, "{elements} elements: {angle:e} rad");
     }
-    for modes in [2, 3] {
+    // The issue asks for 1e-2; what the model reaches (its documentation) is kept.
+    for (modes, bound) in [(2, 2.8e-3), (3, 9e-4)] {
         let modal = [MODAL, &format!("crank.modes={modes}"), &format!("rod.modes={modes}")];
         let [angle, x] = worst(&mut simulation("ref-r2s", &modal), &reference, [(4, chord), (3, slider)]);
         println!("R2s modal {modes}: {angle:e} rad, {x:e} m");
-        assert!(angle < 1e-2, "{modes} modes: {angle:e} rad");
+        assert!(angle < bound, "{modes} modes: {angle:e} rad");
     }
 }
 
@@ -86,4 +84,17 @@ fn val_r2_no_step_fails_under_a_step_torque() {
             run.step().unwrap_or_else(|error| panic!("{elements} elements, {step_s} s: {error}"));
         }
     }
+}
+
+/// A step torque rings every mode, so that no order shows; refined together, mesh and step still bring the error down.
+#[test]
+fn val_r2_step_torque_converges() {
+    let reference = rows("R2.csv");
+    let errors = [(8, 1e-4), (32, 1e-5)].map(|(elements, step_s)| {
+        let mesh = [format!("crank.elements={elements}"), format!("rod.elements={elements}"), format!("solver.step_s={step_s}")];
+        let mesh: Vec<&str> = mesh.iter().map(String::as_str).collect();
+        worst(&mut simulation("ref-r2", &mesh), &reference, [(4, chord), (3, slider)])
+    });
+    let [[coarse, _], [angle, x]] = errors;
+    assert!(angle < 5e-4 && x < 2e-4 && angle < 0.5 * coarse, "{errors:?}");
 }

@@ -1,0 +1,207 @@
+//! `cycle`: one turn of a rigid crank-slider, its counterweights, a sweep over its ratio.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use super::Done;
+use super::aligned::{figure, print};
+use super::args::number;
+use crate::scene::SceneSource;
+use crate::study::Table;
+use crate::study::cycle::{self, Arms, Extreme, Options, balance, extremes, ratios_between, speed_rad_per_s, sweep, words};
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank cycle                                             the thesis's compressor, at ratio 0.25
+  flexcrank cycle --ratio 0.1,0.25,0.5 --dimensionless --csv cycle.csv
+  flexcrank cycle crank-slider --speed 30 --acceleration 5 --set slider.mass_kg=1
+  flexcrank cycle --set 'slider.resistance_table=[[0, 0], [3.1, 500], [6.2, 900]]'
+  flexcrank cycle --balance --r4 0.03 --r5 0.06 --ratio 0.1,0.25,0.5
+  flexcrank cycle --sweep-ratio 0.1:0.6:51 --csv sweep.csv
+
+Forces: of the ground on the crank (O), of the crank on the rod (A), of the rod on the slider (E).
+Extremes and peaks are those on the grid of angles. The CSV of a turn has one row an angle, ratio
+after ratio; units are in its column names.";
+
+/// Most rows of a sweep that the terminal shows.
+const SHOWN: usize = 11;
+/// Left out of the summary: `--csv` has everything.
+const LEFT_OUT: [&str; 5] =
+    ["crank rate", "centre of mass velocity", "centre of mass acceleration", "resistance", "kinetic energy"];
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A built-in scene or a TOML file.
+    #[arg(default_value = "thesis-compressor")]
+    scene: String,
+    /// Crank-to-rod ratios: the rod stays as it is, the crank's length follows; else the scene's own.
+    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = ratio)]
+    ratio: Vec<f64>,
+    /// Crank rate at the beginning of the turn, rad/s; else what the scene's [drive] reaches, or its start rate, or 1.
+    #[arg(long, value_name = "RAD_PER_S", allow_negative_numbers = true, value_parser = any)]
+    speed: Option<f64>,
+    /// Crank acceleration, constant over the turn, rad/s².
+    #[arg(long, value_name = "RAD_PER_S2", allow_negative_numbers = true, default_value = "0", value_parser = any)]
+    acceleration: f64,
+    /// Constant resistance on the slider along −x instead of the scene's, N.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = any)]
+    resistance: Option<f64>,
+    /// Angles over the turn, both ends included.
+    #[arg(long, value_name = "N", default_value_t = Options::default().points, value_parser = points)]
+    points: usize,
+    /// Lengths by l2, velocities by l2 ω, accelerations by l2 ω², forces by m3 l2 ω² (m3 the slider's mass).
+    #[arg(long)]
+    dimensionless: bool,
+    /// Write the whole table to this file.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// The two counterweights that hold the centre of mass still, and what they cost.
+    #[arg(long, requires_all = ["r4", "r5"], conflicts_with_all = ["dimensionless", "sweep_ratio"])]
+    balance: bool,
+    /// Distance of counterweight m4 from the pivot, on the crank's extension, m.
+    #[arg(long, value_name = "M", requires = "balance", value_parser = arm)]
+    r4: Option<f64>,
+    /// Distance of counterweight m5 from the crank pin, on the rod's extension, m.
+    #[arg(long, value_name = "M", requires = "balance", value_parser = arm)]
+    r5: Option<f64>,
+    /// Peaks, and the volume swept for the machine's size, over a range of ratios.
+    #[arg(long, value_name = "FROM:TO:N", num_args = 0..=1, default_missing_value = "0.1:0.6:51", conflicts_with = "ratio", value_parser = range)]
+    sweep_ratio: Option<Range>,
+}
+
+/// Ratios of a sweep.
+#[derive(Debug, Clone, Copy)]
+struct Range {
+    from: f64,
+    to: f64,
+    count: usize,
+}
+
+pub(super) fn cycle(args: &Args) -> anyhow::Result<Done> {
+    let source = SceneSource::open(&args.scene, &args.overrides)?;
+    let options = args.options();
+    let (table, show): (Table, fn(&Table) -> std::io::Result<()>) = match (args.sweep_ratio, args.balance, args.r4, args.r5) {
+        (Some(_), ..) => (sweep(&source, &options)?, show_sweep),
+        (None, true, Some(r4_m), Some(r5_m)) => (balance(&source, &options, Arms { r4_m, r5_m })?, show_balance),
+        _ => (cycle::cycle(&source, &options)?, show_extremes),
+    };
+    let mut out = std::io::stdout();
+    let speed = figure(speed_rad_per_s(&source.scene, &options));
+    writeln!(out, "{}, one turn at {speed} rad/s{}", args.scene, args.changing())?;
+    show(&table)?;
+    if let Some(path) = &args.csv {
+        table.write_csv(path)?;
+        writeln!(out, "\n{} ({} rows)", path.display(), table.rows())?;
+    }
+    Ok(Done::Well)
+}
+
+impl Args {
+    fn options(&self) -> Options {
+        let swept = self.sweep_ratio.map(|Range { from, to, count }| ratios_between(from, to, count));
+        Options {
+            ratios: swept.unwrap_or_else(|| self.ratio.clone()),
+            speed_rad_per_s: self.speed,
+            acceleration_rad_per_s2: self.acceleration,
+            resistance_n: self.resistance,
+            points: self.points,
+            dimensionless: self.dimensionless,
+        }
+    }
+
+    /// The acceleration, in words, where there is one.
+    fn changing(&self) -> String {
+        match self.acceleration {
+            0.0 => String::new(),
+            acceleration => format!(" and then {} rad/s²", figure(acceleration)),
+        }
+    }
+}
+
+fn show_extremes(table: &Table) -> std::io::Result<()> {
+    for of in extremes(table) {
+        writeln!(std::io::stdout(), "\nratio {}", figure(of.ratio))?;
+        let shown = of.of.iter().filter(|extreme| !LEFT_OUT.iter().any(|left| extreme.quantity.starts_with(left)));
+        let mut rows = vec![["", "", "least", "at", "greatest", "at"].map(str::to_owned).to_vec()];
+        rows.extend(shown.map(extreme_row));
+        print(&rows, 2)?;
+    }
+    Ok(())
+}
+
+fn extreme_row(extreme: &Extreme) -> Vec<String> {
+    let noise = 1e-12 * extreme.least[0].abs().max(extreme.greatest[0].abs());
+    let value = |value: f64| figure(if value.abs() < noise { 0.0 } else { value });
+    let degrees = |angle_rad: f64| format!("{:.1}°", angle_rad.to_degrees());
+    let ([least, least_at], [greatest, greatest_at]) = (extreme.least, extreme.greatest);
+    let unit = extreme.unit.to_owned();
+    vec![extreme.quantity.clone(), unit, value(least), degrees(least_at), value(greatest), degrees(greatest_at)]
+}
+
+fn show_balance(table: &Table) -> std::io::Result<()> {
+    let cell = |name: &str, row: usize| figure(table.column(name).map_or(f64::NAN, |values| values[row]));
+    for row in 0..table.rows() {
+        let of = |name: &str| cell(name, row);
+        writeln!(
+            std::io::stdout(),
+            "\nratio {}: m4 = {} kg at r4 = {} m, m5 = {} kg at r5 = {} m",
+            of("ratio"),
+            of("m4_kg"),
+            of("r4_m"),
+            of("m5_kg"),
+            of("r5_m")
+        )?;
+        let mut rows = vec![["", "", "before", "after"].map(str::to_owned).to_vec()];
+        for (before, _) in table.columns().filter(|(name, _)| name.contains("_before_")) {
+            let (quantity, unit) = words(before);
+            let after = before.replacen("_before_", "_after_", 1);
+            rows.push(vec![quantity.replacen(" before", "", 1), unit.to_owned(), of(before), of(&after)]);
+        }
+        print(&rows, 2)?;
+    }
+    Ok(())
+}
+
+fn show_sweep(table: &Table) -> std::io::Result<()> {
+    let (count, every) = (table.rows(), table.rows().saturating_sub(1).div_ceil(SHOWN - 1).max(1));
+    let (quantities, units) = table.columns().map(|(name, _)| words(name)).map(|(what, unit)| (what, unit.to_owned())).unzip();
+    let mut rows: Vec<Vec<String>> = vec![quantities, units];
+    for row in (0..count).filter(|row| row % every == 0 || row + 1 == count) {
+        rows.push(table.columns().map(|(_, values)| figure(values[row])).collect());
+    }
+    writeln!(std::io::stdout())?;
+    print(&rows, 0)?;
+    if every > 1 {
+        writeln!(std::io::stdout(), "  ({} of {count} ratios; --csv FILE has all)", rows.len() - 2)?;
+    }
+    Ok(())
+}
+
+fn any(text: &str) -> Result<f64, String> {
+    number(text, -1e12, 1e12)
+}
+
+fn arm(text: &str) -> Result<f64, String> {
+    number(text, 1e-9, 1e6)
+}
+
+fn ratio(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|ratio| *ratio > 0.0 && *ratio < 1.0).ok_or_else(|| "a number above 0 and below 1".to_owned())
+}
+
+fn points(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|count| (3..=1_000_000).contains(count)).ok_or_else(|| "a number from 3 to 1000000".to_owned())
+}
+
+fn range(text: &str) -> Result<Range, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let problem =
+        || "FROM:TO:N, as in 0.1:0.6:51, with 0 < FROM < TO < 1 and N from 2 to 10000 (a scene goes before it)".to_owned();
+    let [from, to, count] = parts.as_slice() else { return Err(problem()) };
+    let (from, to) = (ratio(from).map_err(|_| problem())?, ratio(to).map_err(|_| problem())?);
+    let count = count.parse().ok().filter(|count| (2..=10_000).contains(count)).ok_or_else(problem)?;
+    if from < to { Ok(Range { from, to, count }) } else { Err(problem()) }
+}

@@ -1,0 +1,55 @@
+//! What steps cost, and what many of them leave behind.
+
+use std::f64::consts::TAU;
+
+use crate::bench::{FINITE, MIDPOINT, MODAL, RIGID, chord, energy_j, look, simulation};
+
+#[test]
+fn regress_newton_needs_three_iterations_a_step_at_most() {
+    for model in [MODAL, FINITE] {
+        for scheme in [&["solver.integrator=generalized-alpha"][..], &MIDPOINT[..]] {
+            let mut run = simulation("ref-r2s", &[&[model, "solver.step_s=1e-4"], scheme].concat());
+            let mut iterations = 0;
+            for _ in 0..20_000 {
+                run.step().unwrap();
+                iterations += run.newton_iterations().unwrap();
+            }
+            assert!(iterations <= 3 * 20_000, "{model}, {scheme:?}: {iterations} iterations in 20,000 steps");
+        }
+    }
+}
+
+/// The default scene without damping: the crank's angle goes on without a jump, time is steps times step, and the rod's deflection
+/// and the energy stay what they are once the pulse's ringing has settled, after a tenth of the turns.
+///
+/// In 10,000 revolutions the rod's largest deflection falls by 1.3 % and the energy by 0.2 % with the scene's own integrator, which
+/// damps what the step does not resolve; with the midpoint rule they keep within 0.3 %.
+#[test]
+fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
+    let cases = [
+        ("the scene's own", vec![], 300.0, 2e-3),
+        ("midpoint", MIDPOINT.to_vec(), 300.0, 2e-3),
+        ("rigid", vec![RIGID, "solver.integrator=runge-kutta"], 1000.0, 2e-6),
+    ];
+    for (name, overrides, turns, bound) in cases {
+        let mut run = simulation("crank-slider", &overrides);
+        let (mut last, mut settled, mut bows) = (chord(look(&mut run)), None, [0.0_f64; 10]);
+        while last < turns * TAU {
+            run.step().unwrap();
+            let seen = look(&mut run);
+            let crank = &seen.links[0];
+            let jump = crank.chord_rad - last - crank.rate_rad_per_s * 1e-3;
+            assert!(jump.abs() < 0.02, "{name}: {} rad after {last} rad", crank.chord_rad);
+            last = crank.chord_rad;
+            let tenth = (last / TAU / turns * 10.0).clamp(0.0, 9.0) as usize;
+            bows[tenth] = bows[tenth].max(seen.links[1].nodes[2].deflection_m.unwrap_or(0.0).abs());
+            if tenth == 1 {
+                settled.get_or_insert(energy_j(seen));
+            }
+        }
+        let kept = energy_j(run.observation()) / settled.unwrap() - 1.0;
+        assert_eq!(run.time_s(), run.step_count() as f64 * 1e-3);
+        assert!(kept.abs() < bound, "{name}: energy changes by {kept:e}");
+        assert!((bows[9] - bows[1]).abs() <= 0.02 * bows[1], "{name}: deflections {bows:?} m");
+    }
+}
