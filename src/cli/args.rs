@@ -65,6 +65,9 @@ pub(super) enum Command {
         after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
     )]
     Plot(Plot),
+    /// Map where the numbers break: the schemes by theory and as they run, a crank-slider at the extremes.
+    #[command(after_help = super::stability::EXAMPLES)]
+    Stability(super::stability::Args),
     /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
     #[command(after_help = super::cycle::EXAMPLES)]
     Cycle(super::cycle::Args),

@@ -7,6 +7,7 @@ mod cycle;
 mod files;
 mod live;
 mod plot;
+mod stability;
 mod watch;
 
 use std::process::ExitCode;
@@ -19,6 +20,7 @@ use crate::plot::PlotError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
+use crate::study::stability::NotSuited;
 use args::{Cli, Command};
 
 /// What a command that went to its end has to say by its exit code.
@@ -64,6 +66,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<BadName>()
         || error.is::<plot::BadPlot>()
         || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
+        || error.is::<NotSuited>()
         || error.is::<CycleError>()
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
@@ -86,6 +89,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
         Command::Plot(args) => plot::plot(&args),
+        Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }

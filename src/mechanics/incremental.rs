@@ -238,7 +238,15 @@ impl Incremental {
     /// `[work put in by torque and resistance, work dissipated]` in the step that led to `after`, J.
     pub fn work_j(&self, input: &Input, h_s: f64, before: &IncrementalState, after: &IncrementalState) -> [f64; 2] {
         let (theta, rest) = (self.weight, 1.0 - self.weight);
-        let travel = |i: usize| h_s * (theta * after.velocity[i] + rest * before.velocity[i]);
+        self.work_over_j(input, before, |i| h_s * (theta * after.velocity[i] + rest * before.velocity[i]))
+    }
+
+    /// The same if the travel were that of the mean of the rates before and after, J.
+    pub fn work_by_mean_rates_j(&self, input: &Input, h_s: f64, before: &IncrementalState, after: &IncrementalState) -> [f64; 2] {
+        self.work_over_j(input, before, |i| 0.5 * h_s * (after.velocity[i] + before.velocity[i]))
+    }
+
+    fn work_over_j(&self, input: &Input, before: &IncrementalState, travel: impl Fn(usize) -> f64) -> [f64; 2] {
         let [resistance, friction] = self.end_force_n(before);
         let damper = self.chain.base.damper_nm_s_per_rad * before.velocity[ROOT];
         let (turned, moved) = (travel(ROOT), travel(self.end()[0]));

@@ -23,6 +23,36 @@ pub struct Observation {
     pub out_of_range: Option<f64>,
 }
 
+impl Observation {
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        let Observation { links, pivot_n, crank_pin_n, slider_pin_n, guide_n, resistance_n, motion_torque_nm, .. } = self;
+        let Energy { kinetic_j, strain_j, potential_j } = self.energy;
+        let forces = [pivot_n, crank_pin_n, slider_pin_n].into_iter().flatten().flatten();
+        let singles = [guide_n, resistance_n, motion_torque_nm, &strain_j, &potential_j, &self.out_of_range];
+        links.iter().all(LinkObservation::is_finite)
+            && kinetic_j.is_finite()
+            && forces.chain(singles.into_iter().flatten()).all(|number| number.is_finite())
+    }
+}
+
+impl LinkObservation {
+    fn is_finite(&self) -> bool {
+        let node = |node: &NodeObservation| {
+            let NodeObservation { position_m: [x, y], velocity_m_per_s: [u, v], rotation_rad, deflection_m } = *node;
+            [x, y, u, v, rotation_rad.unwrap_or(0.0), deflection_m.unwrap_or(0.0)].iter().all(|number| number.is_finite())
+        };
+        let element = |element: &ElementForces| {
+            let ElementForces { axial_n, shear_n, moment_start_nm, moment_end_nm } = *element;
+            [axial_n, shear_n, moment_start_nm, moment_end_nm].iter().all(|number| number.is_finite())
+        };
+        let angles = [self.chord_rad, self.rate_rad_per_s, self.acceleration_rad_per_s2.unwrap_or(0.0)];
+        angles.iter().chain(&self.exact_x_m).all(|number| number.is_finite())
+            && self.nodes.iter().all(node)
+            && self.elements.iter().all(element)
+    }
+}
+
 /// Energies of the chain, J.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energy {

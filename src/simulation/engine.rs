@@ -4,8 +4,10 @@ use super::drive::DriveLaw;
 use crate::integrate::{Effort, StepError};
 use crate::mechanics::Observation;
 
-/// `[put in, dissipated]`: powers in W, or a step's works in J.
-pub(super) type Ledger = [f64; 2];
+/// A step's works, J: `[put in, dissipated, put in at most]`. The last is the larger of the magnitudes of the first reckoned by
+/// the way travelled and by the mean of the rates: they differ where a scheme lets the way lag behind the rates (ϑ = 0 from rest
+/// has gained energy before it has moved).
+pub(super) type Ledger = [f64; 3];
 
 /// One model of one scene, advanced in steps.
 pub(super) trait Engine: Send {

@@ -29,8 +29,10 @@ impl Engine for IncrementalEngine {
         if !after.numbers().iter().all(|number| number.is_finite()) {
             return Err(StepError::NotFinite);
         }
-        let work = self.model.work_j(&input, h_s, &self.state, &after);
+        let [put_in, dissipated] = self.model.work_j(&input, h_s, &self.state, &after);
+        let [by_rates, _] = self.model.work_by_mean_rates_j(&input, h_s, &self.state, &after);
         self.state = after;
+        let work = [put_in, dissipated, put_in.abs().max(by_rates.abs())];
         Ok((Effort { newton_iterations: 0, factorizations: 1 }, work))
     }
 

@@ -65,7 +65,9 @@ impl<M: Mechanism> Integrated<M> {
         let first = power(t_s, before);
         let halfway = power(t_s + 0.5 * h_s, middle);
         let last = power(t_s + h_s, after);
-        [0, 1].map(|k| h_s * (first[k] + 4.0 * halfway[k] + last[k]) / 6.0)
+        let [put_in, dissipated] = [0, 1].map(|k| h_s * (first[k] + 4.0 * halfway[k] + last[k]) / 6.0);
+        let by_rates = 0.5 * h_s * (first[0] + last[0]);
+        [put_in, dissipated, put_in.abs().max(by_rates.abs())]
     }
 }
 

@@ -90,7 +90,7 @@ pub struct Checkpoint {
     pub pulses: Vec<Pulse>,
     /// Work put in and dissipated so far, J.
     pub work_j: [f64; 2],
-    /// Sum of the magnitudes of the work put in by every step, J.
+    /// Sum of the magnitudes of the work put in by every step, by travel or by rates, whichever is larger, J.
     pub work_put_in_j: f64,
 }
 
@@ -110,7 +110,7 @@ pub struct Simulation {
     /// Why torque has no effect on this scene, if so.
     deaf: Option<PulseRefused>,
     work_j: [f64; 2],
-    /// Sum of the magnitudes of the work put in by every step, J.
+    /// Sum of the magnitudes of the work put in by every step, by travel or by rates, whichever is larger, J.
     work_put_in_j: f64,
     start_energy: Energy,
     impulse_nm_s: f64,
@@ -280,7 +280,7 @@ impl Simulation {
         self.effort = effort;
         self.work_j[0] += work_j[0];
         self.work_j[1] += work_j[1];
-        self.work_put_in_j += work_j[0].abs();
+        self.work_put_in_j += work_j[2];
         self.impulse_nm_s += self.mean_torque_nm(from_s, to_s) * self.step_s;
         self.law.torque_nm = self.constant_nm + self.pulses.value_nm(to_s);
         self.impulse_over_s += self.step_s;
@@ -308,7 +308,7 @@ impl Simulation {
             newton_iterations: first.0.newton_iterations + second.0.newton_iterations,
             factorizations: first.0.factorizations + second.0.factorizations,
         };
-        Ok((effort, [0, 1].map(|k| first.1[k] + second.1[k])))
+        Ok((effort, [0, 1, 2].map(|k| first.1[k] + second.1[k])))
     }
 
     fn diverged(&self, cause: Cause) -> Diverged {
@@ -329,24 +329,35 @@ impl Simulation {
     pub fn observe(&mut self) -> Result<&Observation, Diverged> {
         let time_s = self.time_s();
         self.engine.observe(&self.law, time_s, &mut self.next).map_err(|cause| self.diverged(cause.into()))?;
-        self.judge(&self.next.energy)?;
+        self.judge(&self.next)?;
         std::mem::swap(&mut self.observation, &mut self.next);
         Ok(&self.observation)
     }
 
-    /// Whether an energy can be: finite, and not over [`ENERGY_FACTOR`] times what was there, was put in, or fell in gravity.
-    fn judge(&self, energy: &Energy) -> Result<(), Diverged> {
+    /// Whether an observation can be: all of it finite, and its energy not over [`ENERGY_FACTOR`] times what is accounted for.
+    fn judge(&self, seen: &Observation) -> Result<(), Diverged> {
+        let energy = &seen.energy;
         let energy_j = energy.kinetic_j + energy.strain_j.unwrap_or(0.0);
-        if !energy_j.is_finite() {
+        if !energy_j.is_finite() || !seen.is_finite() {
             return Err(self.diverged(StepError::NotFinite.into()));
         }
-        let fallen_j = (self.start_energy.potential_j.unwrap_or(0.0) - energy.potential_j.unwrap_or(0.0)).max(0.0);
-        let start_j = self.start_energy.kinetic_j + self.start_energy.strain_j.unwrap_or(0.0);
-        let accounted_j = start_j + fallen_j + self.work_put_in_j;
+        let accounted_j = self.accounted_j(energy);
         if self.step > 0 && energy_j > ENERGY_FACTOR * accounted_j + ENERGY_FLOOR_J {
             return Err(self.diverged(Cause::EnergyGrew { energy_j, accounted_j, factor: ENERGY_FACTOR }));
         }
         Ok(())
+    }
+
+    /// What was there at the start, was put in, or fell in gravity, J.
+    fn accounted_j(&self, energy: &Energy) -> f64 {
+        let fallen_j = (self.start_energy.potential_j.unwrap_or(0.0) - energy.potential_j.unwrap_or(0.0)).max(0.0);
+        let start_j = self.start_energy.kinetic_j + self.start_energy.strain_j.unwrap_or(0.0);
+        start_j + fallen_j + self.work_put_in_j
+    }
+
+    /// Kinetic and strain energy that was there at the start, was put in, or fell in gravity by what was observed last, J.
+    pub fn energy_accounted_j(&self) -> f64 {
+        self.accounted_j(&self.observation.energy)
     }
 
     /// What was observed last.

@@ -2,6 +2,7 @@
 
 pub mod cycle;
 mod history;
+pub mod stability;
 mod table;
 
 pub use history::{HistoryError, history};

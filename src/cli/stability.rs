@@ -1,0 +1,184 @@
+//! `stability`: the schemes on one mass; a crank-slider at the extremes.
+
+use std::io::Write as _;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context as _;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Done;
+use super::aligned::figure;
+use crate::scene::SceneSource;
+use crate::study::Table;
+use crate::study::stability::{
+    BOUND, Base, Category, Extent, Plan, Scheme, Swept, counts, order_table, radius_table, sweep, table,
+};
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank stability                                  spectral radius and order of every scheme, theory beside measured
+  flexcrank stability crank-slider --quick             a few hundred cells of the extremes sweep
+  flexcrank stability crank-slider --csv maps          all of it: thousands of cells, some minutes
+  flexcrank stability mine.toml --only stiffness --set rod.length_m=1.2
+
+Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle
+of the rod is once further than 1 % of crank and rod together from the same mechanism at a fine step (8 finite elements a
+link; rigid for rigid cells); or, where that does not reach, the energy balance is off by 1 % of the energy put in; or the
+model says that the links bend too much for it. CSV files number the categories from 0 in that order.
+
+Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene.";
+
+/// No cell takes longer, unless it hangs.
+const LIMIT: Duration = Duration::from_secs(600);
+/// Of ωh, for the terminal; a CSV has all.
+const SHOWN: [f64; 5] = [0.1, 1.0, 2.0, 3.0, 100.0];
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A crank-slider (built-in name or TOML file) to take to its extremes; without one, the schemes on one mass.
+    pub scene: Option<String>,
+    /// The schemes on one mass as well.
+    #[arg(long)]
+    pub schemes: bool,
+    /// A few values on each axis, short runs.
+    #[arg(long, requires = "scene")]
+    pub quick: bool,
+    /// Only maps whose names contain this.
+    #[arg(long, value_name = "PART", requires = "scene")]
+    pub only: Option<String>,
+    /// Write every table to this folder.
+    #[arg(long, value_name = "DIR")]
+    pub csv: Option<PathBuf>,
+    /// Cells at a time; as many as there are cores unless given.
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<NonZero<usize>>,
+    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
+    pub overrides: Vec<String>,
+}
+
+pub(super) fn stability(args: &Args) -> anyhow::Result<Done> {
+    if let Some(folder) = &args.csv {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    if args.schemes || args.scene.is_none() {
+        schemes(args.csv.as_deref())?;
+    }
+    match &args.scene {
+        Some(scene) => extremes(scene, args),
+        None => Ok(Done::Well),
+    }
+}
+
+fn write(folder: Option<&Path>, name: &str, table: &Table) -> anyhow::Result<()> {
+    Ok(folder.map_or(Ok(()), |folder| table.write_csv(&folder.join(format!("{name}.csv"))))?)
+}
+
+fn schemes(folder: Option<&Path>) -> anyhow::Result<()> {
+    let tenths = || (0..=10).map(|n| f64::from(n) / 10.0);
+    let weights: Vec<Scheme> = tenths().chain([0.55]).map(Scheme::TwoPoint).collect();
+    let rhos: Vec<Scheme> = tenths().map(Scheme::GeneralizedAlpha).collect();
+    for (name, title, parameter, schemes) in [
+        ("two-point", "two-point", "weight", weights),
+        ("generalized-alpha", "generalized-alpha", "rho_infinity", rhos),
+        ("runge-kutta", "runge-kutta", "", vec![Scheme::RungeKutta]),
+    ] {
+        let radii = radius_table(&schemes, &omegas_h())?;
+        let orders = order_table(&schemes)?;
+        show_scheme(title, parameter, &schemes, &radii, &orders)?;
+        write(folder, &format!("spectral-radius-{name}"), &radii)?;
+        write(folder, &format!("order-{name}"), &orders)?;
+    }
+    Ok(())
+}
+
+/// From 0.01 to 100, with those that the terminal shows.
+fn omegas_h() -> Vec<f64> {
+    let mut omegas: Vec<f64> = (-20..=20).map(|n| 10.0_f64.powf(f64::from(n) / 10.0)).chain(SHOWN).collect();
+    omegas.sort_by(f64::total_cmp);
+    omegas.dedup_by(|one, other| (*one / *other - 1.0).abs() < 1e-9);
+    omegas
+}
+
+/// Theory and measurement side by side at a few ωh, and the orders.
+fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, orders: &Table) -> anyhow::Result<()> {
+    let mut out = std::io::stdout();
+    let difference = radii.column("difference").unwrap_or_default().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+    writeln!(out, "{title}: spectral radius in theory and as run (largest difference {difference:.1e}), order")?;
+    write!(out, "{parameter:>13}")?;
+    for omega_h in SHOWN {
+        write!(out, "  {:^17}", format!("ωh = {omega_h}"))?;
+    }
+    writeln!(out, "  {:^13}", "order")?;
+    let columns = ["radius_in_theory", "radius_as_run", "omega_h"].map(|name| radii.column(name).unwrap_or_default());
+    let [in_theory, as_run] = ["order_in_theory", "order_as_run"].map(|name| orders.column(name).unwrap_or_default());
+    let count = radii.rows() / schemes.len().max(1);
+    for (n, scheme) in schemes.iter().enumerate() {
+        write!(out, "{:>13}", scheme.parameter().map(|value| value.to_string()).unwrap_or_default())?;
+        for shown in SHOWN {
+            let row = (n * count..(n + 1) * count).find(|row| (columns[2][*row] / shown - 1.0).abs() < 1e-9);
+            let Some(row) = row else { continue };
+            write!(out, "  {:>8} {:>8}", short(columns[0][row]), short(columns[1][row]))?;
+        }
+        writeln!(out, "  {:>5.1} {:>7.3}", in_theory[n], as_run[n])?;
+    }
+    Ok(writeln!(out)?)
+}
+
+fn short(value: f64) -> String {
+    if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
+}
+
+fn extremes(scene: &str, args: &Args) -> anyhow::Result<Done> {
+    let base = Base::new(&SceneSource::open(scene, &args.overrides)?)?;
+    let mut plan = Plan::extremes(&base, if args.quick { Extent::Quick } else { Extent::Whole });
+    plan.only(args.only.as_deref().unwrap_or_default());
+    let bar = ProgressBar::new(plan.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} cells, {eta} to go") {
+        bar.set_style(style);
+    }
+    let threads = args.jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
+    let swept = sweep(&base, plan, threads, LIMIT, |done| bar.set_position(done as u64));
+    bar.finish_and_clear();
+    for map in &swept {
+        show_map(map)?;
+        write(args.csv.as_deref(), &map.map.name, &table(map))?;
+    }
+    conclude(&swept)
+}
+
+/// The categories as characters, the highest y above, and where the first cell of each row that diverged did so.
+fn show_map(swept: &Swept) -> anyhow::Result<()> {
+    let mut out = std::io::stdout();
+    let (map, columns) = (&swept.map, swept.map.x.values.len());
+    let ends = [map.x.values.first(), map.x.values.last()].map(|end| figure(end.copied().unwrap_or(f64::NAN)));
+    writeln!(out, "{}: {} by {} from {} to {}", map.name, map.title, map.x.name, ends[0], ends[1])?;
+    for (row, value) in map.y.values.iter().enumerate().rev() {
+        let cells = swept.outcomes.iter().skip(row * columns).take(columns);
+        let symbols: Vec<String> = cells.clone().map(|end| end.category.symbol().to_string()).collect();
+        let diverged = cells.clone().find(|end| end.category == Category::Diverged);
+        let first = diverged.map(|end| format!("   first divergence in step {}", end.step)).unwrap_or_default();
+        writeln!(out, "{:>12}  {}{first}", figure(*value), symbols.join(" "))?;
+    }
+    Ok(writeln!(out)?)
+}
+
+fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
+    let mut out = std::io::stdout();
+    let counts = counts(swept);
+    let total: usize = counts.iter().sum();
+    writeln!(out, "{total} cells in {} maps (wrong: an error above {BOUND}):", swept.len())?;
+    for (category, count) in Category::ALL.iter().zip(counts) {
+        writeln!(out, "{count:>8}  {}", category.as_str())?;
+    }
+    let unclean =
+        swept.iter().flat_map(|map| map.outcomes.iter().zip(&map.map.cells)).filter(|(end, _)| !end.category.is_clean());
+    let mut bad = 0;
+    for (end, cell) in unclean {
+        bad += 1;
+        eprintln!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
+    }
+    if bad > 0 { Err(anyhow::anyhow!("{bad} of {total} cells did not end cleanly")) } else { Ok(Done::Well) }
+}

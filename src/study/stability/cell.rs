@@ -1,0 +1,125 @@
+//! One cell: a scene by overrides, run for some steps, looked at all along.
+
+use super::base::Base;
+use super::outcome::{Category, Outcome};
+use super::plan::Cell;
+use super::trajectory::{Points, Trajectory, distance_m, points};
+use crate::scene::SceneSource;
+use crate::simulation::{Diverged, EnergyLedger, Simulation};
+
+/// A cell is wrong when a pin or the middle of the rod is ever further from its reference than this part of crank and rod
+/// together; where no reference reaches, when the energy balance is off by this part of the energy that was there and put in.
+pub const BOUND: f64 = 0.01;
+/// A run is looked at about so many times.
+const LOOKS: u64 = 400;
+/// A reference keeps about so many samples.
+const SAMPLES: u64 = 4000;
+
+/// Runs a cell; every end is an outcome.
+pub(super) fn run(base: &Base, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
+    let (mut simulation, length_m) = match build(base, cell) {
+        Ok(built) => built,
+        Err(message) => return refused(message),
+    };
+    let mut judge = Judge { reference, length_m, error: None, bent: false };
+    let every = (cell.steps / LOOKS).max(1);
+    for n in 1..=cell.steps {
+        let look = n % every == 0 || n == cell.steps;
+        let taken = simulation.step().and_then(|()| if look { simulation.observe().map(drop) } else { Ok(()) });
+        if let Err(diverged) = taken {
+            return ended(diverged, judge.error, &simulation);
+        }
+        if look {
+            if !all_finite(&simulation) {
+                return Outcome { category: Category::NotFinite, ..reached(&simulation, None) };
+            }
+            judge.look(&simulation);
+        }
+    }
+    let error = judge.error.or_else(|| unbalanced(&simulation.ledger(), simulation.energy_accounted_j()));
+    let wrong = judge.bent || error.is_some_and(|error| error > BOUND);
+    Outcome { category: if wrong { Category::Wrong } else { Category::Stable }, ..reached(&simulation, error) }
+}
+
+/// Runs a reference as far as it goes.
+pub(super) fn follow(base: &Base, reference: &Cell) -> Trajectory {
+    let Ok((mut simulation, _)) = build(base, reference) else { return Trajectory::default() };
+    let every = reference.steps.div_ceil(SAMPLES).max(1);
+    let mut trajectory = Trajectory {
+        interval_s: every as f64 * simulation.step_s(),
+        points: points(simulation.observation()).into_iter().collect(),
+    };
+    for n in 1..=reference.steps {
+        if simulation.step().is_err() {
+            break;
+        }
+        if n % every == 0 {
+            let Some(at) = simulation.observe().ok().and_then(points) else { break };
+            trajectory.points.push(at);
+        }
+    }
+    trajectory
+}
+
+/// The simulation, and the length of crank and rod together, m.
+fn build(base: &Base, cell: &Cell) -> Result<(Simulation, f64), String> {
+    let source = SceneSource::parse(&base.origin, &base.text, &cell.overrides).map_err(|refused| refused.to_string())?;
+    let simulation = Simulation::new(&source.scene).map_err(|refused| refused.to_string())?;
+    let length_m = source.scene.chain().map_or(1.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
+    Ok((simulation, length_m))
+}
+
+/// Compares as it goes.
+struct Judge<'a> {
+    reference: Option<&'a Trajectory>,
+    length_m: f64,
+    error: Option<f64>,
+    bent: bool,
+}
+
+impl Judge<'_> {
+    fn look(&mut self, simulation: &Simulation) {
+        let seen = simulation.observation();
+        self.bent |= seen.out_of_range.is_some();
+        let there: Option<Points> = self.reference.and_then(|reference| reference.at(simulation.time_s()));
+        if let (Some(there), Some(here)) = (there, points(seen)) {
+            let error = distance_m(&here, &there) / self.length_m;
+            self.error = Some(self.error.map_or(error, |before| before.max(error)));
+        }
+    }
+}
+
+/// The energy balance's error over the energy accounted for; `None` where there never was any.
+fn unbalanced(ledger: &EnergyLedger, accounted_j: f64) -> Option<f64> {
+    (accounted_j > 0.0).then(|| ledger.balance_error_j.abs() / accounted_j)
+}
+
+fn all_finite(simulation: &Simulation) -> bool {
+    let ledger = simulation.ledger();
+    let works = [ledger.work_in_j, ledger.dissipated_j, ledger.balance_error_j];
+    simulation.observation().is_finite() && works.iter().all(|work| work.is_finite())
+}
+
+fn refused(message: String) -> Outcome {
+    Outcome { category: Category::Refused, error: None, step: 0, sim_time_s: 0.0, energy_j: None, message }
+}
+
+/// A divergence is clean when all that it says is finite, and so is the last good state.
+fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Outcome {
+    let message = diverged.to_string();
+    let said = !["NaN", "inf"].iter().any(|word| message.contains(word));
+    let category = if said && all_finite(simulation) { Category::Diverged } else { Category::NotFinite };
+    Outcome { category, error, step: diverged.step, sim_time_s: diverged.sim_time_s, energy_j: Some(diverged.energy_j), message }
+}
+
+fn reached(simulation: &Simulation, error: Option<f64>) -> Outcome {
+    let energy = simulation.observation().energy;
+    Outcome {
+        category: Category::Stable,
+        error,
+        step: simulation.step_count(),
+        sim_time_s: simulation.time_s(),
+        energy_j: Some(energy.kinetic_j + energy.strain_j.unwrap_or(0.0)),
+        message: String::new(),
+    }
+}

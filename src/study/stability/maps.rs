@@ -1,0 +1,330 @@
+//! The maps of the extremes sweep: one function a kind of extreme.
+//!
+//! What is not swept is the base scene's, but that every link has two elements (one for the incremental model), so that the
+//! middle of the rod is seen. References are the finite-element model with eight elements a link, or the rigid model for rigid
+//! cells, at a fine step; one reference serves every model and every step of the same mechanism.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::base::Base;
+use super::plan::{Axis, Cell, Map, Plan, Spacing};
+use Spacing::{Linear, Listed, Log};
+
+/// How much of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Everything: thousands of cells.
+    Whole,
+    /// A few values on each axis, short runs: a fraction of a minute.
+    Quick,
+}
+
+/// What is fixed for a map or varies within it: the overrides of model and solver.
+struct Way {
+    name: &'static str,
+    overrides: &'static [&'static str],
+}
+
+impl Way {
+    fn overrides(&self) -> Vec<String> {
+        self.overrides.iter().map(|&given| given.to_owned()).collect()
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.name.starts_with("rigid")
+    }
+
+    /// Steps that a cell may take, so that it ends in about a second.
+    fn most_steps(&self) -> u64 {
+        if self.name == FINITE_ELEMENT.name { 5_000 } else { 20_000 }
+    }
+}
+
+const RIGID: Way = Way {
+    name: "rigid",
+    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=rigid", "solver.integrator=runge-kutta"],
+};
+const RIGID_TWO_POINT: Way = Way {
+    name: "rigid two-point",
+    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=rigid", "solver.integrator=two-point", "solver.weight=0.5"],
+};
+const INCREMENTAL: Way = Way {
+    name: "incremental",
+    overrides: &[
+        "crank.elements=1",
+        "rod.elements=1",
+        "solver.model=incremental",
+        "solver.integrator=two-point",
+        "solver.weight=0.55",
+    ],
+};
+const MODAL: Way = Way {
+    name: "modal",
+    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=modal", "solver.integrator=generalized-alpha"],
+};
+const MODAL_EXPLICIT: Way = Way {
+    name: "modal explicit",
+    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=modal", "solver.integrator=runge-kutta"],
+};
+const FINITE_ELEMENT: Way = Way {
+    name: "finite-element",
+    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=finite-element", "solver.integrator=generalized-alpha"],
+};
+
+/// Builds the maps.
+struct Builder<'a> {
+    base: &'a Base,
+    extent: Extent,
+    plan: Plan,
+}
+
+impl Plan {
+    /// The extremes of a crank-slider.
+    pub fn extremes(base: &Base, extent: Extent) -> Self {
+        let mut builder = Builder { base, extent, plan: Plan::default() };
+        builder.stiffness();
+        builder.crank_speed();
+        builder.slenderness();
+        builder.ratio();
+        builder.slider_mass();
+        builder.elements();
+        builder.weight();
+        builder.rho_infinity();
+        builder.pulses();
+        builder.starts();
+        builder.revolutions();
+        builder.plan
+    }
+}
+
+impl Builder<'_> {
+    fn stiffness(&mut self) {
+        let moduli = self.axis("youngs_modulus_pa", decades(4, 15, 2));
+        for way in [MODAL, MODAL_EXPLICIT, FINITE_ELEMENT, INCREMENTAL] {
+            self.by_step("stiffness", way, &moduli, |modulus| {
+                ["crank", "rod"].map(|link| set(&format!("{link}.youngs_modulus_pa"), modulus)).to_vec()
+            });
+        }
+    }
+
+    /// Prescribed crank speeds, as parts of the rod's first resonance.
+    fn crank_speed(&mut self) {
+        let parts = vec![0.01, 0.1, 0.25, 0.5, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.25, 2.0, 4.0, 10.0, 100.0];
+        let speeds = self.axis("speed_over_resonance", parts);
+        let resonance = self.base.rod_resonance_rad_per_s;
+        for way in [MODAL, FINITE_ELEMENT] {
+            self.by_step("crank-speed", way, &speeds, |part| {
+                vec!["pulse=[]".to_owned(), set("drive.speed_rad_per_s", part * resonance)]
+            });
+        }
+    }
+
+    fn slenderness(&mut self) {
+        let slenderness = self.axis("length_over_depth", decades(0, 6, 2));
+        let base = self.base;
+        for way in [MODAL, FINITE_ELEMENT] {
+            self.by_step("slenderness", way, &slenderness, |slenderness| base.square_sections(slenderness));
+        }
+    }
+
+    /// λ = l1/l2, the rod as it is.
+    fn ratio(&mut self) {
+        let ratios = vec![0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 0.9999, 1.0];
+        let ratios = Axis { spacing: Listed, ..self.axis("ratio", ratios) };
+        let rod_m = self.base.lengths_m[1];
+        for way in [RIGID, MODAL, FINITE_ELEMENT] {
+            self.by_step("ratio", way, &ratios, |ratio| vec![set("crank.length_m", ratio * rod_m)]);
+        }
+    }
+
+    fn slider_mass(&mut self) {
+        let mut masses = vec![0.0];
+        masses.extend(decades(-6, 6, 1));
+        let masses = Axis { spacing: Listed, ..self.axis("slider_over_rod_mass", masses) };
+        let rod_kg = self.base.rod_mass_kg;
+        for way in [MODAL, FINITE_ELEMENT] {
+            self.by_step("slider-mass", way, &masses, |part| vec![set("slider.mass_kg", part * rod_kg)]);
+        }
+    }
+
+    fn elements(&mut self) {
+        let counts: Vec<f64> = [0, 1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000, 1001].map(f64::from).to_vec();
+        let counts = Axis { spacing: Listed, ..self.axis("elements", counts) };
+        self.by_step("elements", FINITE_ELEMENT, &counts, |count| {
+            ["crank", "rod"].map(|link| format!("{link}.elements={}", count as i64)).to_vec()
+        });
+        let columns = match self.plan.maps.last() {
+            Some(map) => map.x.values.len(),
+            None => return,
+        };
+        // The work of a cell stays the same: fewer steps of more elements.
+        for (index, cell) in self.plan.maps.iter_mut().flat_map(|map| &mut map.cells).rev().enumerate() {
+            let row = counts.values.len().checked_sub(1 + index / columns);
+            let Some(count) = row.and_then(|row| counts.values.get(row)) else { break };
+            cell.steps = cell.steps.min((10_000.0 / count.max(1.0)) as u64).max(20);
+        }
+    }
+
+    fn weight(&mut self) {
+        let weights = self.axis("weight", (0..=10).map(|n| f64::from(n) / 10.0).collect());
+        for way in [RIGID_TWO_POINT, INCREMENTAL, MODAL, FINITE_ELEMENT] {
+            self.by_step("weight", way, &weights, |weight| {
+                vec!["solver.integrator=two-point".to_owned(), set("solver.weight", weight)]
+            });
+        }
+    }
+
+    fn rho_infinity(&mut self) {
+        let rhos = self.axis("rho_infinity", vec![0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+        for way in [MODAL, FINITE_ELEMENT] {
+            self.by_step("rho-infinity", way, &rhos, |rho| vec![set("solver.rho_infinity", rho)]);
+        }
+    }
+
+    /// Pulses from nothing to far beyond what the links bear, from far within a step to thousands of them.
+    fn pulses(&mut self) {
+        let step_s = 1e-3;
+        let torques = self.axis("torque_nm", decades(-9, 9, 1));
+        let lengths = self.axis("duration_over_step", decades(-6, 4, 1));
+        for way in [RIGID, MODAL] {
+            let mut cells = Vec::new();
+            for &torque_nm in &torques.values {
+                for &length in &lengths.values {
+                    let duration_s = length * step_s;
+                    let pulse = format!("pulse=[{{ start_s = 0.0, torque_nm = {torque_nm:?}, duration_s = {duration_s:?} }}]");
+                    let reference = self.reference(&way, std::slice::from_ref(&pulse));
+                    let overrides = [way.overrides(), vec![pulse, set("solver.step_s", step_s)]].concat();
+                    let steps = self.count(self.horizon_s(), step_s, way.most_steps()).max((1.1 * length) as u64);
+                    cells.push(Cell { overrides, steps: self.thinned(steps), reference: Some(reference) });
+                }
+            }
+            self.add("pulses", &way, &lengths, &torques, cells);
+        }
+    }
+
+    /// Starts at the dead centres, next to them, at the right angles, and many turns away.
+    fn starts(&mut self) {
+        let step_s = 1e-3;
+        let near = |angle: f64| [angle - 1e-3, angle - 1e-9, angle, angle + 1e-9, angle + 1e-3];
+        let mut angles = vec![-1e6, -PI, -FRAC_PI_2];
+        angles.extend([0.0, FRAC_PI_2, PI].into_iter().flat_map(near));
+        angles.extend([-1e-12, 1e-12, TAU, 1e6]);
+        angles.sort_by(f64::total_cmp);
+        let angles = Axis { spacing: Listed, ..self.axis("start_angle_rad", angles) };
+        let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.1, 0.3333, 0.9, 0.999, 0.9999]) };
+        for way in [RIGID, MODAL, FINITE_ELEMENT, INCREMENTAL] {
+            let mut cells = Vec::new();
+            for &ratio in &ratios.values {
+                for &angle in &angles.values {
+                    let given = [set("crank.length_m", ratio * self.base.lengths_m[1]), set("start.angle_rad", angle)];
+                    let reference = self.reference(&way, &given);
+                    let overrides = [way.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
+                    let steps = self.thinned(self.count(self.horizon_s(), step_s, way.most_steps()));
+                    cells.push(Cell { overrides, steps, reference: Some(reference) });
+                }
+            }
+            self.add("starts", &way, &angles, &ratios, cells);
+        }
+    }
+
+    /// A million revolutions of the rigid model, rolling freely at about ten a second, without reset.
+    fn revolutions(&mut self) {
+        let revolutions = if self.extent == Extent::Whole { 1_000_000 } else { 1_000 };
+        let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.3333, 0.9]) };
+        let parts = Axis::new("steps_per_revolution", Log, vec![16.0, 32.0, 64.0]);
+        for way in [RIGID, RIGID_TWO_POINT] {
+            let mut cells = Vec::new();
+            for &ratio in &ratios.values {
+                for &part in &parts.values {
+                    let turning = [
+                        "pulse=[]".to_owned(),
+                        set("crank.length_m", ratio * self.base.lengths_m[1]),
+                        set("start.rate_rad_per_s", 10.0 * TAU),
+                        set("solver.step_s", 0.1 / part),
+                    ];
+                    let steps = revolutions * part as u64;
+                    cells.push(Cell { overrides: [way.overrides(), turning.to_vec()].concat(), steps, reference: None });
+                }
+            }
+            self.add("revolutions", &way, &parts, &ratios, cells);
+        }
+    }
+
+    /// A map of step against something else.
+    fn by_step(&mut self, name: &str, way: Way, y: &Axis, given: impl Fn(f64) -> Vec<String>) {
+        let x = self.axis("step_s", decades(-5, 0, 2));
+        let mut cells = Vec::new();
+        for &value in &y.values {
+            let given = given(value);
+            let solver = |given: &String| given.starts_with("solver.") || given.contains(".elements=");
+            let mechanism: Vec<String> = given.iter().filter(|given| !solver(given)).cloned().collect();
+            let reference = self.reference(&way, &mechanism);
+            for &step_s in &x.values {
+                let overrides = [way.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
+                let steps = self.thinned(self.count(self.horizon_s(), step_s, way.most_steps()));
+                cells.push(Cell { overrides, steps, reference: Some(reference) });
+            }
+        }
+        self.add(name, &way, &x, y, cells);
+    }
+
+    fn add(&mut self, name: &str, way: &Way, x: &Axis, y: &Axis, cells: Vec<Cell>) {
+        let name = format!("{name}-{}", way.name.replace(' ', "-"));
+        let title = format!("{}, {} model", y.name.replace('_', " "), way.name);
+        self.plan.maps.push(Map { name, title, x: x.clone(), y: y.clone(), cells });
+    }
+
+    /// The same mechanism at a fine step.
+    fn reference(&mut self, way: &Way, mechanism: &[String]) -> usize {
+        let (fine, step_s) = if way.is_rigid() {
+            (RIGID.overrides(), 2e-5)
+        } else {
+            let mut fine = FINITE_ELEMENT.overrides();
+            fine.retain(|given| !given.contains(".elements="));
+            fine.extend(["crank.elements=8".to_owned(), "rod.elements=8".to_owned()]);
+            (fine, 1e-4)
+        };
+        let steps = self.count(self.horizon_s(), step_s, u64::MAX);
+        self.plan.reference([fine, mechanism.to_vec(), vec![set("solver.step_s", step_s)]].concat(), steps)
+    }
+
+    /// All values, or a few of them, the ends included.
+    fn axis(&self, name: &'static str, values: Vec<f64>) -> Axis {
+        let most = 4;
+        let last = values.len() - 1;
+        let values = match self.extent {
+            Extent::Quick if values.len() > most => (0..most).map(|k| values[k * last / (most - 1)]).collect(),
+            _ => values,
+        };
+        let ratios = values.windows(2).all(|pair| pair[0] > 0.0 && pair[1] > 3.0 * pair[0]);
+        Axis::new(name, if ratios || name == "step_s" { Log } else { Linear }, values)
+    }
+
+    fn horizon_s(&self) -> f64 {
+        if self.extent == Extent::Whole { 0.5 } else { 0.05 }
+    }
+
+    fn count(&self, time_s: f64, step_s: f64, most: u64) -> u64 {
+        ((time_s / step_s).ceil() as u64).clamp(20, most)
+    }
+
+    fn thinned(&self, steps: u64) -> u64 {
+        if self.extent == Extent::Whole { steps } else { steps.min(200) }
+    }
+}
+
+/// From 10^`from` to 10^`to`, `parts` a decade.
+fn decades(from: i32, to: i32, parts: i32) -> Vec<f64> {
+    let value = |n: i32| {
+        if n % parts == 0 {
+            format!("1e{}", n / parts).parse().unwrap_or(f64::NAN)
+        } else {
+            10.0_f64.powf(f64::from(n) / f64::from(parts))
+        }
+    };
+    (from * parts..=to * parts).map(value).collect()
+}
+
+fn set(key: &str, value: f64) -> String {
+    format!("{key}={value:?}")
+}

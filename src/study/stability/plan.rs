@@ -1,0 +1,91 @@
+//! What is to be swept: maps of cells, each a scene by overrides.
+
+/// How the values of an axis lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// By ratios.
+    Log,
+    /// By differences.
+    Linear,
+    /// Neither: a list of cases.
+    Listed,
+}
+
+/// One axis of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Name with unit, as in `step_s`.
+    pub name: &'static str,
+    /// Values, ascending.
+    pub values: Vec<f64>,
+    /// How they lie.
+    pub spacing: Spacing,
+}
+
+impl Axis {
+    /// An axis of these values.
+    pub fn new(name: &'static str, spacing: Spacing, values: Vec<f64>) -> Self {
+        Axis { name, values, spacing }
+    }
+}
+
+/// A run of the base scene under overrides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// `KEY=VALUE`.
+    pub overrides: Vec<String>,
+    /// How many steps.
+    pub steps: u64,
+    /// Its reference's place in [`Plan::references`].
+    pub reference: Option<usize>,
+}
+
+/// A category for every pair of an x and a y.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// Short name, also of its file.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Row by row: the cell of `x.values[i]`, `y.values[j]` is at `j · x.values.len() + i`.
+    pub cells: Vec<Cell>,
+}
+
+/// All that is to be swept.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Plan {
+    /// The maps.
+    pub maps: Vec<Map>,
+    /// What cells are compared with; each runs once, when first needed.
+    pub references: Vec<Cell>,
+}
+
+impl Plan {
+    /// How many cells.
+    pub fn len(&self) -> usize {
+        self.maps.iter().map(|map| map.cells.len()).sum()
+    }
+
+    /// Whether there is nothing to do.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The place of this reference, which is added unless it is there.
+    pub(super) fn reference(&mut self, overrides: Vec<String>, steps: u64) -> usize {
+        let reference = Cell { overrides, steps, reference: None };
+        self.references.iter().position(|known| *known == reference).unwrap_or_else(|| {
+            self.references.push(reference);
+            self.references.len() - 1
+        })
+    }
+
+    /// Keeps only the maps whose names contain `part`.
+    pub fn only(&mut self, part: &str) {
+        self.maps.retain(|map| map.name.contains(part));
+    }
+}
