@@ -6,6 +6,7 @@ mod clients;
 mod cycle;
 mod files;
 mod live;
+mod trade;
 mod watch;
 
 use std::process::ExitCode;
@@ -17,6 +18,7 @@ use crate::bus::{BadName, BusError};
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
+use crate::study::trade::TradeError;
 use args::{Cli, Command};
 
 /// What a command that went to its end has to say by its exit code.
@@ -61,6 +63,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<BuildError>()
         || error.is::<BadName>()
         || error.is::<CycleError>()
+        || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -82,6 +85,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
         Command::Cycle(args) => cycle::cycle(&args),
+        Command::Trade(args) => trade::trade(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }

@@ -2,5 +2,6 @@
 
 pub mod cycle;
 mod table;
+pub mod trade;
 
 pub use table::{Table, TableError};
