@@ -5,7 +5,7 @@ use crate::scene::{Drive, Motion, Scene};
 /// Instants in a run, about.
 const INSTANTS: f64 = 200.0;
 /// Steps are taken as dividing the interval when the quotient is this close to whole.
-const WHOLE: f64 = 1e-6;
+const WHOLE: f64 = 1e-9;
 /// Divisors of the interval that give the default steps.
 const DIVISORS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 

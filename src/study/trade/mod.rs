@@ -56,7 +56,7 @@ pub struct Study {
     pub grid: Grid,
     /// What they were compared with.
     pub reference: Reference,
-    /// Every configuration that was run, cheapest first; what failed at the end.
+    /// Every configuration that was run, family by family, from the longest step on.
     pub rows: Vec<Row>,
     /// Configurations left out because of the budget.
     pub left_out: usize,
@@ -141,11 +141,26 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
     Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short: expired(), reference })
 }
 
-/// Marks the front and brings the cheapest to the top.
+impl Study {
+    /// What is on the front, cheapest first.
+    pub fn front(&self) -> Vec<(&Row, &Measured)> {
+        let mut front: Vec<_> = self.measured().filter(|(_, measured)| measured.on_front).collect();
+        front.sort_by(|a, b| a.1.timing.seconds_per_s.total_cmp(&b.1.timing.seconds_per_s));
+        front
+    }
+
+    /// What ran to its end.
+    pub fn measured(&self) -> impl Iterator<Item = (&Row, &Measured)> {
+        self.rows.iter().filter_map(|row| Some((row, row.outcome.as_ref().ok()?)))
+    }
+}
+
+/// Marks the front.
 fn mark(rows: &mut [Row]) {
-    let cost = |row: &Row| row.outcome.as_ref().map_or(f64::INFINITY, |measured| measured.timing.seconds_per_s);
-    rows.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-    let point = |row: &Row| [cost(row), row.outcome.as_ref().map_or(f64::INFINITY, |measured| measured.error)];
+    let point = |row: &Row| {
+        let measured = row.outcome.as_ref().map(|measured| [measured.timing.seconds_per_s, measured.error]);
+        measured.unwrap_or([f64::INFINITY; 2])
+    };
     let points: Vec<[f64; 2]> = rows.iter().map(point).collect();
     for (row, on_front) in rows.iter_mut().zip(front(&points)) {
         if let Ok(measured) = &mut row.outcome {

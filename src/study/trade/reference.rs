@@ -6,6 +6,7 @@ use super::grid::Grid;
 use super::output::{CHANNELS, Output, Sample, scales};
 use super::run::{Counts, Failed, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
+use crate::simulation::BuildError;
 
 /// Elements a link of the coarsest mesh; each refinement doubles them and quarters the step, as the orders 4 and 2 ask.
 const ELEMENTS: usize = 8;
@@ -13,6 +14,8 @@ const ELEMENTS: usize = 8;
 const STEPS: f64 = 25.0;
 /// Refinements at most.
 const REFINEMENTS: u32 = 6;
+/// Runs that are made whatever they take.
+const LEAST: u32 = 2;
 /// An error is told well when it is so many times what the reference is uncertain by.
 pub const TOLD_WELL: f64 = 10.0;
 
@@ -43,25 +46,24 @@ impl Reference {
         progress: &mut dyn FnMut(&Configuration),
     ) -> Result<Self, Failed> {
         let (outputs, target) = wanted;
-        let mut best: Option<Reference> = None;
-        let mut last: Option<Vec<Sample>> = None;
+        let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
+        let mut failure = Failed::from(BuildError { model: "finite-element", why: "the budget leaves no time for it" });
         for k in 0..=REFINEMENTS {
             let configuration = level(chain, grid, k);
-            let nominal_s = nominal_s(&configuration, grid);
-            if best.is_some() && nominal_s > share_s {
+            if k >= LEAST && nominal_s(&configuration, grid) > share_s {
                 break;
             }
             progress(&configuration);
-            let (run, _) = match run(&configuration, scene, grid) {
-                Ok(run) => run,
-                // A coarse start may fail where a finer one does not; a finer one that fails leaves what there is.
-                Err(failed) if best.is_none() && k == REFINEMENTS => return Err(failed),
-                Err(_) if best.is_none() => continue,
-                Err(_) => break,
+            let run = match run(&configuration, scene, grid) {
+                Ok((run, _)) => run,
+                // Where a coarse start fails a finer one may not.
+                Err(failed) => {
+                    failure = failed;
+                    continue;
+                }
             };
             let scales = scales(chain, &run.samples);
-            let estimate = last.as_ref().map(|last| Errors::between(last, &run.samples, &scales));
-            last = Some(run.samples.clone());
+            let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
             let Some(estimate) = estimate else { continue };
             let agreed = estimate.worst(outputs) <= target;
             best = Some(Reference { configuration, estimate, effort: run.effort, samples: run.samples, scales });
@@ -69,7 +71,7 @@ impl Reference {
                 break;
             }
         }
-        best.ok_or_else(|| no_reference(chain, scene, grid))
+        best.ok_or(failure)
     }
 
     /// The errors of other samples.
@@ -96,12 +98,4 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
 /// Seconds that a run takes on a usual machine, roughly.
 pub(super) fn nominal_s(configuration: &Configuration, grid: &Grid) -> f64 {
     1e-6 * configuration.family.nominal_step_us() * grid.until_s() / configuration.step_s
-}
-
-/// The failure of the finest run that was tried, for its words.
-fn no_reference(chain: &Chain, scene: &Scene, grid: &Grid) -> Failed {
-    match run(&level(chain, grid, 0), scene, grid) {
-        Err(failed) => failed,
-        Ok(_) => crate::simulation::BuildError { model: "finite-element", why: "a finer run of it diverges" }.into(),
-    }
 }
