@@ -71,6 +71,9 @@ pub(super) enum Command {
     /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
     #[command(after_help = super::cycle::EXAMPLES)]
     Cycle(super::cycle::Args),
+    /// Measure speed against accuracy: every model, integrator, mesh and step that suits a scene; choose the cheapest that will do.
+    #[command(after_help = super::trade::EXAMPLES)]
+    Trade(super::trade::Args),
     /// List the built-in scenes, or print one, ready to be edited.
     Scenes {
         /// The scene to print.
@@ -323,7 +326,7 @@ fn publish_rate(text: &str) -> Result<PublishRate, String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, 1e-9, 1e9)
 }
 

@@ -8,6 +8,7 @@ mod files;
 mod live;
 mod plot;
 mod stability;
+mod trade;
 mod watch;
 
 use std::process::ExitCode;
@@ -21,6 +22,7 @@ use crate::scene::SceneError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
 use crate::study::stability::NotSuited;
+use crate::study::trade::TradeError;
 use args::{Cli, Command};
 
 /// What a command that went to its end has to say by its exit code.
@@ -68,6 +70,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
         || error.is::<NotSuited>()
         || error.is::<CycleError>()
+        || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -91,6 +94,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Plot(args) => plot::plot(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),
+        Command::Trade(args) => trade::trade(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
     }
 }

@@ -214,6 +214,11 @@ impl Simulation {
         self.iterates.then_some(self.effort.newton_iterations)
     }
 
+    /// What the last step cost.
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
     /// Steps that failed at first and were taken in parts, parts of parts counted too.
     pub fn retried(&self) -> u64 {
         self.retried

@@ -4,6 +4,7 @@ pub mod cycle;
 mod history;
 pub mod stability;
 mod table;
+pub mod trade;
 
 pub use history::{HistoryError, history};
 pub use table::{Table, TableError};

@@ -1,10 +1,11 @@
-//! Numbers in named columns: what studies produce, files hold and plots draw.
+//! Numbers in named columns, and words that name the rows: what studies produce, files hold and plots draw.
 
 use std::path::{Path, PathBuf};
 
 /// Columns of equal length; units are in the names, as in `piston_acceleration_m_per_s2`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
+    words: Vec<(String, Vec<String>)>,
     columns: Vec<(String, Vec<f64>)>,
 }
 
@@ -22,6 +23,16 @@ impl Table {
         self.columns.push((name.into(), values));
     }
 
+    /// Adds a column of words; these stand before all numbers.
+    pub fn push_words(&mut self, name: impl Into<String>, words: Vec<String>) {
+        self.words.push((name.into(), words));
+    }
+
+    /// The column of words of this name.
+    pub fn words(&self, name: &str) -> Option<&[String]> {
+        self.words.iter().find(|(other, _)| other == name).map(|(_, words)| words.as_slice())
+    }
+
     /// Names and values, in order.
     pub fn columns(&self) -> impl Iterator<Item = (&str, &[f64])> {
         self.columns.iter().map(|(name, values)| (name.as_str(), values.as_slice()))
@@ -34,25 +45,31 @@ impl Table {
 
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0)
+        let words = self.words.iter().map(|(_, words)| words.len());
+        self.columns.iter().map(|(_, values)| values.len()).chain(words).max().unwrap_or(0)
     }
 
-    /// Writes it as CSV: a header row, then numbers that read back to the same bits. Cells beyond a column's end are empty.
+    /// Writes it as CSV: a header row, then words and numbers that read back to the same bits. Cells of NaN and beyond a column's
+    /// end are empty.
     ///
     /// # Errors
     /// [`TableError`] when the file cannot be written.
     pub fn write_csv(&self, path: &Path) -> Result<(), TableError> {
         let error = |cause| TableError { path: path.to_owned(), cause };
         let mut writer = csv::Writer::from_path(path).map_err(error)?;
-        writer.write_record(self.columns.iter().map(|(name, _)| name)).map_err(error)?;
+        let names = self.words.iter().map(|(name, _)| name).chain(self.columns.iter().map(|(name, _)| name));
+        writer.write_record(names).map_err(error)?;
         for row in 0..self.rows() {
-            let cell = |(_, values): &(String, Vec<f64>)| values.get(row).map(f64::to_string).unwrap_or_default();
-            writer.write_record(self.columns.iter().map(cell)).map_err(error)?;
+            let number = |(_, values): &(String, Vec<f64>)| {
+                values.get(row).filter(|value| !value.is_nan()).map(f64::to_string).unwrap_or_default()
+            };
+            let word = |(_, words): &(String, Vec<String>)| words.get(row).cloned().unwrap_or_default();
+            writer.write_record(self.words.iter().map(word).chain(self.columns.iter().map(number))).map_err(error)?;
         }
         writer.flush().map_err(|cause| error(cause.into()))
     }
 
-    /// Reads what [`Table::write_csv`] wrote; a cell that is not a number is NaN.
+    /// Reads what [`Table::write_csv`] wrote: columns without a number are words; elsewhere, a cell that is not a number is NaN.
     ///
     /// # Errors
     /// [`TableError`] when the file cannot be read as CSV.
@@ -60,13 +77,23 @@ impl Table {
         let error = |cause| TableError { path: path.to_owned(), cause };
         let mut reader = csv::Reader::from_path(path).map_err(error)?;
         let names = reader.headers().map_err(error)?.clone();
-        let mut columns: Vec<(String, Vec<f64>)> = names.iter().map(|name| (name.to_owned(), Vec::new())).collect();
+        let mut cells: Vec<(String, Vec<String>)> = names.iter().map(|name| (name.to_owned(), Vec::new())).collect();
         for record in reader.records() {
-            for (cell, (_, values)) in record.map_err(error)?.iter().zip(&mut columns) {
-                values.push(cell.parse().unwrap_or(f64::NAN));
+            for (cell, (_, column)) in record.map_err(error)?.iter().zip(&mut cells) {
+                column.push(cell.to_owned());
             }
         }
-        Ok(Table { columns })
+        let is_words =
+            |cells: &[String]| cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(|cell| cell.parse::<f64>().is_err());
+        let mut table = Table::default();
+        for (name, cells) in cells {
+            if is_words(&cells) {
+                table.push_words(name, cells);
+            } else {
+                table.push(name, cells.iter().map(|cell| cell.parse().unwrap_or(f64::NAN)).collect());
+            }
+        }
+        Ok(table)
     }
 }
 
@@ -79,6 +106,7 @@ mod tests {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("table.csv");
         let mut table = Table::default();
+        table.push_words("model", ["rigid", "", "with, comma"].map(str::to_owned).to_vec());
         table.push("a_m", vec![0.1, 1e-300, -2.0 / 3.0]);
         table.push("b_n", vec![f64::MAX, -0.0, 5e-324]);
         table.write_csv(&path)?;

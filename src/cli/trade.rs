@@ -1,0 +1,303 @@
+//! `trade`: what speed costs in accuracy, and the cheapest settings that will do.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Done;
+use super::aligned::print;
+use super::args::{number, positive};
+use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
+use crate::study::trade::{
+    Choice, Chosen, Configuration, Demands, Measured, Output, Progress, Question, Row, Selection, Study, choose, study, table,
+};
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank trade                                        the default scene, everything that suits it
+  flexcrank trade ref-r2s --models modal,finite-element --steps 1e-3,5e-4,1e-4 --csv trade.csv
+  flexcrank trade ref-r2s --tolerance 1e-3 --real-time-factor 5 --outputs angle,slider
+  flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
+
+Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint
+forces over their peaks; the largest over the run's instants. `~`: the reference is not ten times better known
+than this. `<`: below what the reference is uncertain by. `*`: on the front: nothing is both cheaper and better.
+s/s: seconds of computing per simulated second, median and half the spread of the repeats. p99.9, worst:
+single steps. drift: of the energy balance over the largest energy. newton, factor: iterations and
+factorizations a step. state: bytes carried from step to step; matrices are not counted.";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A built-in scene or a TOML file.
+    #[arg(default_value = builtin::DEFAULT)]
+    scene: String,
+    /// Only these models.
+    #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = model)]
+    models: Vec<ModelKind>,
+    /// Only these integrators.
+    #[arg(long, value_name = "INTEGRATOR,…", value_delimiter = ',', value_parser = integrator)]
+    integrators: Vec<IntegratorKind>,
+    /// Exactly these steps, s; else from the sampling interval down, as long as shorter ones gain.
+    #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = step)]
+    steps: Vec<f64>,
+    /// Elements a link for finite-element; even, so that there is a node in the middle.
+    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = elements)]
+    elements: Vec<usize>,
+    /// Modes a link for modal.
+    #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
+    modes: Vec<usize>,
+    /// Simulated duration, s; else 2 s, or a second after the last pulse, or two turns of a prescribed motion.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    until: Option<f64>,
+    /// The outputs whose errors count.
+    #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
+    outputs: Vec<OutputWord>,
+    /// Time to spend, s; the reference takes up to a third of it.
+    #[arg(long, value_name = "SECONDS", default_value = "240", value_parser = positive)]
+    budget: f64,
+    /// Choose the cheapest settings whose errors stay within this, or say why there are none.
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    tolerance: Option<f64>,
+    /// Simulated seconds per second that the choice must reach.
+    #[arg(long, value_name = "FACTOR", default_value = "1", requires = "tolerance", value_parser = positive)]
+    real_time_factor: f64,
+    /// Write a copy of the scene with the settings chosen.
+    #[arg(long, value_name = "FILE", requires = "tolerance")]
+    write: Option<PathBuf>,
+    /// Write the whole table to this file: root-mean-square errors, spreads and counts, too.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OutputWord {
+    Angle,
+    Slider,
+    Deflection,
+    Forces,
+}
+
+impl From<OutputWord> for Output {
+    fn from(word: OutputWord) -> Self {
+        match word {
+            OutputWord::Angle => Output::Angle,
+            OutputWord::Slider => Output::Slider,
+            OutputWord::Deflection => Output::Deflection,
+            OutputWord::Forces => Output::Forces,
+        }
+    }
+}
+
+pub(super) fn trade(args: &Args) -> anyhow::Result<Done> {
+    let source = SceneSource::open(&args.scene, &args.overrides)?;
+    let bar = progress_bar();
+    let study = study(&source.scene, &question(args), &mut |progress| show(&bar, &progress))?;
+    let demands = args.tolerance.map(|tolerance| Demands { tolerance, real_time_factor: args.real_time_factor });
+    let choice = demands.map(|demands| {
+        choose(&source.scene, &study, &demands, args.budget, &mut |running| bar.set_message(format!("verifying: {running}")))
+    });
+    bar.finish_and_clear();
+    tell(&args.scene, &study)?;
+    if let Some(path) = &args.csv {
+        table(&study).write_csv(path)?;
+        eprintln!("wrote {}", path.display());
+    }
+    choice.map_or(Ok(Done::Well), |choice| decide(args, &source, &choice))
+}
+
+fn question(args: &Args) -> Question {
+    Question {
+        selection: Selection {
+            models: args.models.clone(),
+            integrators: args.integrators.clone(),
+            elements: args.elements.clone(),
+            modes: args.modes.clone(),
+            steps_s: args.steps.clone(),
+            link_by_link: args.tolerance.is_some(),
+        },
+        outputs: args.outputs.iter().map(|word| Output::from(*word)).collect(),
+        until_s: args.until,
+        budget_s: args.budget,
+        enough: args.tolerance.map(|tolerance| 0.25 * tolerance),
+    }
+}
+
+/// Prints the settings chosen, and writes them; or says what they fail by.
+fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<Done> {
+    let mut out = std::io::stdout();
+    match choice {
+        Err(refusal) => {
+            eprintln!("refused: {refusal}");
+            Ok(Done::Refused)
+        }
+        Ok(chosen) => {
+            let keys = chosen.row.configuration.keys(&source.scene);
+            let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
+            writeln!(out, "\n{}", sections(chosen, &keys))?;
+            if let Some(path) = &args.write {
+                std::fs::write(path, &copy.text).with_context(|| path.display().to_string())?;
+                eprintln!("wrote {}", path.display());
+            }
+            Ok(Done::Well)
+        }
+    }
+}
+
+/// The settings as TOML, with what they were measured to do.
+fn sections(chosen: &Chosen, keys: &[String]) -> String {
+    let error = chosen.row.outcome.as_ref().map_or(f64::NAN, |measured| measured.error);
+    let trial = &chosen.trial;
+    let mut text = format!(
+        "# error {:.2e} at {:.4} times real time; on another speed and pulse {:.2e} at {:.4}\n",
+        error, chosen.real_time_factor, trial.error, trial.real_time_factor
+    );
+    if chosen.passed_over > 0 {
+        text += &format!("# ({} cheaper ones held here, but not there)\n", chosen.passed_over);
+    }
+    let mut table = "";
+    for (name, rest) in keys.iter().filter_map(|key| key.split_once('.')) {
+        if name != table {
+            text += &format!("[{name}]\n");
+            table = name;
+        }
+        text += &format!("{}\n", rest.replacen('=', " = ", 1));
+    }
+    text
+}
+
+const HEAD: [&str; 17] = [
+    "",
+    "model",
+    "integrator",
+    "links",
+    "step s",
+    "s/s",
+    "±",
+    "steps/s",
+    "p99.9 µs",
+    "worst µs",
+    "angle",
+    "slider",
+    "deflection",
+    "forces",
+    "order",
+    "drift",
+    "newton",
+];
+
+fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
+    let mut rows = vec![HEAD.iter().chain(&["factor", "state B", "note"]).map(|head| (*head).to_owned()).collect::<Vec<_>>()];
+    rows.extend(study.measured().map(|(row, measured)| line(study, row, measured)));
+    let mut out = std::io::stdout();
+    let grid = &study.grid;
+    writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
+    let estimate = Output::ALL.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
+    writeln!(out, "reference: {}", study.reference.configuration)?;
+    writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
+    print(&rows, 4)?;
+    for row in &study.rows {
+        if let Err(failed) = &row.outcome {
+            writeln!(out, "  {}: {failed}", row.configuration)?;
+        }
+    }
+    writeln!(out, "\nfront, by {}:", study.outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", "))?;
+    for (row, measured) in study.front() {
+        writeln!(out, "  {:>9.2e} s/s  error {:.1e}  {}", measured.timing.seconds_per_s, measured.error, row.configuration)?;
+    }
+    if study.left_out > 0 {
+        writeln!(out, "{} finer configurations were left out: --budget allows no more", study.left_out)?;
+    }
+    if study.cut_short {
+        eprintln!("warning: the budget ran out by the clock: another run may get further, or less far");
+    }
+    Ok(())
+}
+
+/// A configuration in the terminal.
+fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
+    let Configuration { family, step_s } = &row.configuration;
+    let error = |output: Output| {
+        let (error, estimate) = (m.errors.of(output), study.reference.estimate.of(output));
+        match error {
+            error if error < estimate => format!("<{estimate:.1e}"),
+            error if error < 10.0 * estimate => format!("~{error:.1e}"),
+            error => format!("{error:.1e}"),
+        }
+    };
+    let timing = &m.timing;
+    let spread = 50.0 * (timing.spread[1] - timing.spread[0]) / timing.seconds_per_s;
+    let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
+    let [angle, slider, deflection, forces] = Output::ALL.map(error);
+    vec![
+        if m.on_front { "*".to_owned() } else { String::new() },
+        family.model.as_str().to_owned(),
+        family.integrator.as_str().to_owned(),
+        family.discretization(),
+        format!("{step_s:.2e}"),
+        format!("{:.2e}", timing.seconds_per_s),
+        format!("{spread:.0}%"),
+        format!("{:.0}", 1.0 / (step_s * timing.seconds_per_s)),
+        format!("{:.1}", 1e6 * timing.step_p999_s),
+        format!("{:.0}", 1e6 * timing.step_worst_s),
+        angle,
+        slider,
+        deflection,
+        forces,
+        m.order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}")),
+        format!("{:.0e}", m.energy_drift),
+        per_step(m.effort.newton_iterations),
+        per_step(m.effort.factorizations),
+        m.state_bytes.to_string(),
+        match (m.out_of_range, m.effort.retried) {
+            (true, _) => "out of range".to_owned(),
+            (_, 0) => String::new(),
+            (_, retried) => format!("{retried} retried"),
+        },
+    ]
+}
+
+fn progress_bar() -> ProgressBar {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:20} {pos}/{len} families, {elapsed} (about {eta} left)  {wide_msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: &Progress<'_>) {
+    bar.set_length(progress.of as u64);
+    bar.set_position(progress.done as u64);
+    bar.set_message(format!("{}{}", if progress.reference { "reference: " } else { "" }, progress.running));
+}
+
+fn model(word: &str) -> Result<ModelKind, String> {
+    find(word, &MODELS)
+}
+
+fn integrator(word: &str) -> Result<IntegratorKind, String> {
+    find(word, &INTEGRATORS)
+}
+
+fn find<T: Copy>(word: &str, words: &[(&str, T)]) -> Result<T, String> {
+    let found = words.iter().find(|(other, _)| *other == word).map(|(_, kind)| *kind);
+    found.ok_or_else(|| format!("one of {}", words.iter().map(|(word, _)| *word).collect::<Vec<_>>().join(", ")))
+}
+
+fn step(text: &str) -> Result<f64, String> {
+    number(text, 1e-9, 10.0)
+}
+
+fn elements(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| (2..=1000).contains(number) && number % 2 == 0);
+    number.ok_or_else(|| "an even number from 2 to 1000".to_owned())
+}
+
+fn modes(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|number| (1..=20).contains(number)).ok_or_else(|| "a whole number from 1 to 20".to_owned())
+}

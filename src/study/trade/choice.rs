@@ -1,0 +1,244 @@
+//! The cheapest configuration that holds what a user demands, verified on a run that it was not chosen by.
+
+use std::fmt;
+
+use super::configuration::Configuration;
+use super::errors::Errors;
+use super::grid::Grid;
+use super::output::Output;
+use super::reference::{Reference, TOLD_WELL};
+use super::run::{Failed, run, time};
+use super::sweep::{Measured, Row};
+use super::{REFERENCE_PART, Study};
+use crate::scene::{Drive, Motion, Pulse, Scene, System};
+
+/// What must hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Demands {
+    /// Bound of the largest relative error among the outputs.
+    pub tolerance: f64,
+    /// Simulated seconds per second of computing, at least.
+    pub real_time_factor: f64,
+}
+
+/// One configuration's standing on the run that verifies it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Errors there.
+    pub errors: Errors,
+    /// The largest that counts.
+    pub error: f64,
+    /// Simulated seconds per second, by the slowest repeat.
+    pub real_time_factor: f64,
+}
+
+/// The configuration that holds both demands on both runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// Where it stood in the study.
+    pub row: Row,
+    /// Simulated seconds per second there, by the slowest repeat.
+    pub real_time_factor: f64,
+    /// Its verification.
+    pub trial: Trial,
+    /// Cheaper ones that failed only their verification.
+    pub passed_over: usize,
+}
+
+/// Why no configuration will do.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// The tolerance is met by none, at any speed.
+    Tolerance {
+        /// The most accurate.
+        best: Configuration,
+        /// Its error over the tolerance.
+        times: f64,
+        /// The output that errs most.
+        output: Output,
+        /// Whether it is the reference that is not known well enough.
+        reference: bool,
+    },
+    /// The speed is reached by none, at any accuracy.
+    Speed {
+        /// The fastest.
+        best: Configuration,
+        /// The demand over what it reaches.
+        times: f64,
+    },
+    /// Each demand can be met, but not both.
+    Both {
+        /// The fastest within the tolerance.
+        accurate: Configuration,
+        /// The demanded speed over what it reaches.
+        speed_times: f64,
+        /// The most accurate at the speed.
+        fast: Configuration,
+        /// Its error over the tolerance.
+        error_times: f64,
+    },
+    /// All that held both failed on the other run.
+    Verification {
+        /// The last that was tried.
+        last: Configuration,
+        /// Its error there over the tolerance.
+        error_times: f64,
+        /// The demanded speed over what it reached there.
+        speed_times: f64,
+    },
+    /// The other run has no reference.
+    NoVerification(Failed),
+    /// Nothing ran at all.
+    Nothing,
+}
+
+/// Chosen, or refused.
+pub type Choice = Result<Chosen, Refusal>;
+
+/// How much the verifying run differs.
+const OTHER_SPEED: f64 = 1.2;
+const OTHER_TORQUE: f64 = 0.8;
+const OTHER_DURATION: f64 = 1.5;
+/// Candidates that are verified at most.
+const CANDIDATES: usize = 12;
+
+/// Chooses from a study of `scene`; `budget_s` bounds the reference of the verifying run, `progress` hears what runs.
+///
+/// # Errors
+/// [`Refusal`] when nothing holds both demands.
+pub fn choose(
+    scene: &Scene,
+    study: &Study,
+    demands: &Demands,
+    budget_s: f64,
+    progress: &mut dyn FnMut(&Configuration),
+) -> Choice {
+    let candidates = candidates(study, demands)?;
+    let other = other(scene);
+    let chain = other.chain().ok_or(Refusal::Nothing)?;
+    let wanted = (study.outputs.as_slice(), demands.tolerance / TOLD_WELL);
+    let reference = Reference::converge(&other, chain, &study.grid, wanted, REFERENCE_PART * budget_s, progress)
+        .map_err(Refusal::NoVerification)?;
+    let mut refusal = Refusal::Nothing;
+    for (passed_over, (row, measured)) in candidates.into_iter().take(CANDIDATES).enumerate() {
+        progress(&row.configuration);
+        let Ok(trial) = verify(&row.configuration, &other, &study.grid, &reference, &study.outputs) else { continue };
+        if trial.error <= demands.tolerance && trial.real_time_factor >= demands.real_time_factor {
+            return Ok(Chosen { row: row.clone(), real_time_factor: speed(measured), trial, passed_over });
+        }
+        refusal = Refusal::Verification {
+            last: row.configuration.clone(),
+            error_times: trial.error / demands.tolerance,
+            speed_times: demands.real_time_factor / trial.real_time_factor,
+        };
+    }
+    Err(refusal)
+}
+
+/// Simulated seconds per second, by the slowest repeat.
+fn speed(measured: &Measured) -> f64 {
+    measured.timing.spread[1].recip()
+}
+
+/// What holds both demands in the study, cheapest first; or which demand fails.
+fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
+    let mut all: Vec<(&Row, &Measured)> = study.measured().collect();
+    all.sort_by(|a, b| a.1.timing.seconds_per_s.total_cmp(&b.1.timing.seconds_per_s));
+    let (accurate, fast) = (|m: &Measured| m.error <= demands.tolerance, |m: &Measured| speed(m) >= demands.real_time_factor);
+    let holding: Vec<_> = all.iter().copied().filter(|(_, m)| accurate(m) && fast(m)).collect();
+    if !holding.is_empty() {
+        return Ok(holding);
+    }
+    let fastest = all.iter().copied().filter(|(_, m)| accurate(m)).max_by(|a, b| speed(a.1).total_cmp(&speed(b.1)));
+    let best = all.iter().copied().filter(|(_, m)| fast(m)).min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+    Err(match (fastest, best) {
+        (Some((a, m)), Some((b, n))) => Refusal::Both {
+            accurate: a.configuration.clone(),
+            speed_times: demands.real_time_factor / speed(m),
+            fast: b.configuration.clone(),
+            error_times: n.error / demands.tolerance,
+        },
+        (None, _) => no_accuracy(study, &all, demands),
+        (Some((row, measured)), None) => {
+            let (row, measured) = all.iter().copied().max_by(|a, b| speed(a.1).total_cmp(&speed(b.1))).unwrap_or((row, measured));
+            Refusal::Speed { best: row.configuration.clone(), times: demands.real_time_factor / speed(measured) }
+        }
+    })
+}
+
+fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> Refusal {
+    let Some((row, measured)) = all.iter().min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { return Refusal::Nothing };
+    let told = |output: &Output| measured.errors.of(*output).max(study.reference.estimate.of(*output));
+    let output = study.outputs.iter().copied().max_by(|a, b| told(a).total_cmp(&told(b))).unwrap_or(Output::Angle);
+    Refusal::Tolerance {
+        best: row.configuration.clone(),
+        times: measured.error / demands.tolerance,
+        output,
+        reference: study.reference.estimate.of(output) > demands.tolerance,
+    }
+}
+
+fn verify(
+    configuration: &Configuration,
+    other: &Scene,
+    grid: &Grid,
+    reference: &Reference,
+    outputs: &[Output],
+) -> Result<Trial, Failed> {
+    let (run, seconds) = run(configuration, other, grid)?;
+    let timing = time(configuration, other, grid, seconds)?;
+    let errors = reference.errors(&run.samples);
+    Ok(Trial { error: reference.told(&errors, outputs), errors, real_time_factor: timing.spread[1].recip() })
+}
+
+/// The same mechanism at another speed, by another pulse: every motion a fifth faster, every pulse a fifth weaker and half again
+/// as long (so its impulse a fifth larger).
+fn other(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    if let System::Chain(chain) = &mut scene.system {
+        chain.start.rate_rad_per_s *= OTHER_SPEED;
+    }
+    match &mut scene.drive {
+        Drive::Torque { constant_nm, pulses } => {
+            *constant_nm *= OTHER_SPEED;
+            for Pulse { torque_nm, duration_s, .. } in pulses {
+                *torque_nm *= OTHER_TORQUE;
+                *duration_s *= OTHER_DURATION;
+            }
+        }
+        Drive::Motion(Motion::Speed(rate)) => *rate *= OTHER_SPEED,
+        Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => *to_rad_per_s *= OTHER_SPEED,
+        Drive::Motion(Motion::Table(rows)) => rows.iter_mut().for_each(|row| row[0] /= OTHER_SPEED),
+    }
+    scene
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refusal::Tolerance { best, times, output, reference } => {
+                write!(f, "the tolerance fails: the best, {best}, is {times:.3} times over it in {}", output.as_str())?;
+                if *reference {
+                    write!(f, ", where the reference itself is not known so well (see its estimate)")
+                } else {
+                    Ok(())
+                }
+            }
+            Refusal::Speed { best, times } => {
+                write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow")
+            }
+            Refusal::Both { accurate, speed_times, fast, error_times } => write!(
+                f,
+                "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow; \
+                 at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
+            ),
+            Refusal::Verification { last, error_times, speed_times } => write!(
+                f,
+                "verification fails on another speed and pulse: {last} has {error_times:.3} times the tolerance there, and \
+                 needs {speed_times:.3} times the time allowed"
+            ),
+            Refusal::NoVerification(failed) => write!(f, "verification fails: no reference at another speed and pulse: {failed}"),
+            Refusal::Nothing => f.write_str("no configuration ran to its end"),
+        }
+    }
+}

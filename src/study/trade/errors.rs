@@ -1,0 +1,43 @@
+//! Distances between sampled runs.
+
+use super::output::{CHANNELS, Output, Sample};
+
+const N: usize = CHANNELS.len();
+
+/// Differences from another run: absolute, and over each channel's scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Root mean square over the instants, in each channel's unit.
+    pub rms: [f64; N],
+    /// Largest, in each channel's unit.
+    pub max: [f64; N],
+    /// Largest over the channel's scale.
+    pub relative: [f64; N],
+}
+
+impl Errors {
+    /// Of `run` against `reference`, sample by sample. What the run does not know is infinitely wrong.
+    pub(super) fn between(run: &[Sample], reference: &[Sample], scales: &[f64; N]) -> Self {
+        let (mut squares, mut max) = ([0.0; N], [0.0_f64; N]);
+        for (a, b) in run.iter().zip(reference) {
+            for k in 0..N {
+                let off = (a[k][0] - b[k][0]).hypot(a[k][1] - b[k][1]);
+                let off = if off.is_nan() { f64::INFINITY } else { off };
+                squares[k] += off * off;
+                max[k] = max[k].max(off);
+            }
+        }
+        let rms = squares.map(|square| (square / run.len().max(1) as f64).sqrt());
+        Errors { rms, max, relative: std::array::from_fn(|k| max[k] / scales[k]) }
+    }
+
+    /// The largest relative error of one output.
+    pub fn of(&self, output: Output) -> f64 {
+        CHANNELS.iter().zip(self.relative).filter(|(channel, _)| channel.output == output).map(|(_, e)| e).fold(0.0, f64::max)
+    }
+
+    /// The largest relative error among `outputs`.
+    pub fn worst(&self, outputs: &[Output]) -> f64 {
+        outputs.iter().map(|output| self.of(*output)).fold(0.0, f64::max)
+    }
+}

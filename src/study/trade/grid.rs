@@ -1,0 +1,119 @@
+//! The instants at which all runs are compared, and the steps that meet them.
+
+use crate::scene::{Drive, Motion, Scene};
+
+/// Instants in a run, about.
+const INSTANTS: f64 = 200.0;
+/// Steps are taken as dividing the interval when the quotient is this close to whole.
+const WHOLE: f64 = 1e-9;
+/// Divisors of the interval that give the default steps.
+const DIVISORS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
+
+/// `count` instants after t = 0, `interval_s` apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Time between instants, s.
+    pub interval_s: f64,
+    /// How many.
+    pub count: usize,
+}
+
+/// Steps that no common interval meets.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "--steps: {step_s} s does not divide a common sampling interval with {longest_s} s; the nearest that does is {nearest_s} s"
+)]
+pub struct NoCommonInterval {
+    step_s: f64,
+    longest_s: f64,
+    nearest_s: f64,
+}
+
+impl Grid {
+    /// For a run of at least `until_s`: about 200 instants, on a round interval, or on one that every one of `steps_s` divides.
+    ///
+    /// # Errors
+    /// [`NoCommonInterval`] when there is none.
+    pub fn new(until_s: f64, steps_s: Option<&[f64]>) -> Result<Self, NoCommonInterval> {
+        let interval_s = match steps_s {
+            None => round_up(until_s / INSTANTS),
+            Some(steps_s) => common_s(until_s / INSTANTS, steps_s)?,
+        };
+        Ok(Grid { interval_s, count: ((until_s / interval_s - WHOLE).ceil() as usize).max(1) })
+    }
+
+    /// Steps of `step_s` between two instants.
+    pub fn steps(&self, step_s: f64) -> u64 {
+        (self.interval_s / step_s).round() as u64
+    }
+
+    /// Simulated duration, s.
+    pub fn until_s(&self) -> f64 {
+        self.interval_s * self.count as f64
+    }
+
+    /// Steps to try, longest first.
+    pub(super) fn usual_steps_s(&self) -> Vec<f64> {
+        DIVISORS.iter().map(|divisor| tidy(self.interval_s / divisor)).collect()
+    }
+}
+
+/// The shortest of 1, 2, 5 times a power of ten not below `x`.
+fn round_up(x: f64) -> f64 {
+    let power = 10_f64.powf(x.log10().floor());
+    let mantissa = x / power;
+    tidy([1.0, 2.0, 5.0, 10.0].into_iter().find(|m| *m >= mantissa * (1.0 - WHOLE)).unwrap_or(10.0) * power)
+}
+
+/// Without the digits that dividing left behind.
+fn tidy(x: f64) -> f64 {
+    format!("{x:.12e}").parse().unwrap_or(x)
+}
+
+fn divides(step_s: f64, interval_s: f64) -> bool {
+    let quotient = interval_s / step_s;
+    (quotient - quotient.round()).abs() < WHOLE * quotient && quotient.round() >= 1.0
+}
+
+/// The least multiple of the longest step, from about `least_s` on, that all steps divide.
+fn common_s(least_s: f64, steps_s: &[f64]) -> Result<f64, NoCommonInterval> {
+    let longest_s = steps_s.iter().copied().fold(0.0, f64::max);
+    let first = (least_s / longest_s).round().max(1.0);
+    let candidates = (0..100).map(|k| tidy((first + f64::from(k)) * longest_s));
+    let all = |interval_s: &f64| steps_s.iter().all(|step_s| divides(*step_s, *interval_s));
+    candidates.clone().find(all).ok_or_else(|| {
+        let interval_s = tidy(first * longest_s);
+        let step_s = steps_s.iter().copied().find(|step_s| !divides(*step_s, interval_s)).unwrap_or(longest_s);
+        NoCommonInterval { step_s, longest_s, nearest_s: interval_s / (interval_s / step_s).round().max(1.0) }
+    })
+}
+
+/// How long a scene is run unless said otherwise: two seconds, a second after its last pulse, or two turns of a prescribed motion.
+pub fn usual_until_s(scene: &Scene) -> f64 {
+    let turns_s = |rate: f64| if rate == 0.0 { 2.0 } else { (2.0 * std::f64::consts::TAU / rate.abs()).min(10.0) };
+    match &scene.drive {
+        Drive::Torque { pulses, .. } => pulses.iter().map(|pulse| pulse.start_s + pulse.duration_s + 1.0).fold(2.0, f64::max),
+        Drive::Motion(Motion::Speed(rate)) => turns_s(*rate),
+        Drive::Motion(Motion::Ramp { to_rad_per_s, over_s }) => over_s + turns_s(*to_rad_per_s),
+        Drive::Motion(Motion::Table(rows)) => rows.last().map_or(2.0, |[time_s, _]| time_s.max(1e-6)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_steps_meet_the_instants() {
+        let grid = Grid::new(2.0, None).unwrap();
+        assert_eq!((grid.interval_s, grid.count, grid.steps(1e-3)), (0.01, 200, 10));
+        let grid = Grid::new(2.0, Some(&[1e-3, 3e-4])).unwrap();
+        assert!(grid.usual_steps_s().len() == 10 && divides(3e-4, grid.interval_s) && divides(1e-3, grid.interval_s));
+        let refused = Grid::new(2.0, Some(&[1e-3, 1e-3 / std::f64::consts::PI])).unwrap_err();
+        assert!(refused.to_string().contains("nearest"), "{refused}");
+        for until_s in [0.0838, 3.0, 20.0, 1e-4] {
+            let grid = Grid::new(until_s, None).unwrap();
+            assert!(grid.until_s() >= until_s * (1.0 - 1e-9) && grid.until_s() < 1.02 * until_s, "{until_s}: {grid:?}");
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Speed against accuracy: a scene run by every model × integrator × discretization × step that suits it, each measured against
+//! one reference that the study converges itself; the Pareto front of them; and the cheapest that a user's demands allow.
+//!
+//! Everything but the timings is the same from run to run: what is worth computing is decided by nominal costs, not by the clock,
+//! unless the budget runs out by the clock, which is told.
+
+mod choice;
+mod configuration;
+mod errors;
+mod front;
+mod grid;
+mod output;
+mod reference;
+mod run;
+mod selection;
+mod sweep;
+mod table;
+
+use std::time::Instant;
+
+use crate::scene::Scene;
+
+pub use choice::{Choice, Chosen, Demands, Refusal, Trial, choose};
+pub use configuration::{Configuration, Family};
+pub use errors::Errors;
+pub use front::front;
+pub use grid::{Grid, NoCommonInterval, usual_until_s};
+pub use output::{CHANNELS, Channel, Output};
+pub use reference::{Reference, TOLD_WELL};
+pub use run::{Counts, Failed, Timing};
+pub use selection::Selection;
+pub use sweep::{Measured, Row};
+pub use table::table;
+
+/// What is to be studied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// Which configurations.
+    pub selection: Selection,
+    /// The outputs whose errors count.
+    pub outputs: Vec<Output>,
+    /// Simulated duration; the scene's usual one if not given.
+    pub until_s: Option<f64>,
+    /// Time to spend, s.
+    pub budget_s: f64,
+    /// Error below which nothing is of use.
+    pub enough: Option<f64>,
+}
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// The outputs whose errors count.
+    pub outputs: Vec<Output>,
+    /// When runs were compared.
+    pub grid: Grid,
+    /// What they were compared with.
+    pub reference: Reference,
+    /// Every configuration that was run, family by family, from the longest step on.
+    pub rows: Vec<Row>,
+    /// Configurations left out because of the budget.
+    pub left_out: usize,
+    /// Whether the clock ran out, so that another run may compute more or less.
+    pub cut_short: bool,
+}
+
+/// What a study is doing.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
+    /// Families done.
+    pub done: usize,
+    /// Families to do.
+    pub of: usize,
+    /// What is running.
+    pub running: &'a Configuration,
+    /// Whether that is the reference.
+    pub reference: bool,
+}
+
+/// Why there is no study.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TradeError {
+    /// The scene is an oscillator.
+    #[error("the scene is an [oscillator]: it has one model, and its exact solution beside it; there is nothing to trade")]
+    Oscillator,
+    /// The steps asked for have no instants in common.
+    #[error(transparent)]
+    Steps(#[from] NoCommonInterval),
+    /// Nothing of what was asked for suits the scene.
+    #[error("none of the models and integrators asked for suits this scene")]
+    Nothing,
+    /// There is no reference.
+    #[error("no reference: the finite-element model cannot run this scene: {0}")]
+    NoReference(Failed),
+}
+
+/// Part of the budget that one run of the reference may take, nominally.
+const REFERENCE_PART: f64 = 0.15;
+/// Agreement asked of the reference where nobody says what is enough.
+const FINE: f64 = 1e-7;
+
+/// Runs the study.
+///
+/// # Errors
+/// [`TradeError`] when the scene or the question leaves nothing to measure.
+pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Study, TradeError> {
+    let begin = Instant::now();
+    let chain = scene.chain().ok_or(TradeError::Oscillator)?;
+    let steps_s = descending(&question.selection.steps_s);
+    let until_s = question.until_s.unwrap_or_else(|| usual_until_s(scene));
+    let grid = Grid::new(until_s, (!steps_s.is_empty()).then_some(&steps_s))?;
+    let families = question.selection.families(scene);
+    if families.is_empty() {
+        return Err(TradeError::Nothing);
+    }
+    let target = question.enough.unwrap_or(FINE) / TOLD_WELL;
+    let mut telling = |running: &Configuration| progress(Progress { done: 0, of: families.len(), running, reference: true });
+    let wanted = (question.outputs.as_slice(), target);
+    let reference = Reference::converge(scene, chain, &grid, wanted, REFERENCE_PART * question.budget_s, &mut telling)
+        .map_err(TradeError::NoReference)?;
+    let mut sweep = sweep::Sweep {
+        scene,
+        grid: &grid,
+        reference: &reference,
+        outputs: &question.outputs,
+        prune: steps_s.is_empty(),
+        steps_s: if steps_s.is_empty() { grid.usual_steps_s() } else { steps_s },
+        enough: question.enough.unwrap_or(0.0),
+        budget_s: (1.0 - 2.0 * REFERENCE_PART) * question.budget_s,
+        rows: Vec::new(),
+        left_out: 0,
+        spent_s: 0.0,
+    };
+    let expired = || begin.elapsed().as_secs_f64() > question.budget_s;
+    for (done, family) in families.iter().enumerate() {
+        let mut telling = |running: &Configuration| progress(Progress { done, of: families.len(), running, reference: false });
+        sweep.family(family, &expired, &mut telling);
+    }
+    let (mut rows, left_out) = (sweep.rows, sweep.left_out);
+    mark(&mut rows);
+    Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short: expired(), reference })
+}
+
+impl Study {
+    /// What is on the front, cheapest first.
+    pub fn front(&self) -> Vec<(&Row, &Measured)> {
+        let mut front: Vec<_> = self.measured().filter(|(_, measured)| measured.on_front).collect();
+        front.sort_by(|a, b| a.1.timing.seconds_per_s.total_cmp(&b.1.timing.seconds_per_s));
+        front
+    }
+
+    /// What ran to its end.
+    pub fn measured(&self) -> impl Iterator<Item = (&Row, &Measured)> {
+        self.rows.iter().filter_map(|row| Some((row, row.outcome.as_ref().ok()?)))
+    }
+}
+
+/// Marks the front.
+fn mark(rows: &mut [Row]) {
+    let point = |row: &Row| {
+        let measured = row.outcome.as_ref().map(|measured| [measured.timing.seconds_per_s, measured.error]);
+        measured.unwrap_or([f64::INFINITY; 2])
+    };
+    let points: Vec<[f64; 2]> = rows.iter().map(point).collect();
+    for (row, on_front) in rows.iter_mut().zip(front(&points)) {
+        if let Ok(measured) = &mut row.outcome {
+            measured.on_front = on_front;
+        }
+    }
+}
+
+fn descending(steps_s: &[f64]) -> Vec<f64> {
+    let mut steps_s = steps_s.to_vec();
+    steps_s.sort_by(|a, b| b.total_cmp(a));
+    steps_s.dedup();
+    steps_s
+}

@@ -1,0 +1,101 @@
+//! What everything is measured against: the finite-element model, refined until it agrees with itself.
+
+use super::configuration::{Configuration, Family};
+use super::errors::Errors;
+use super::grid::Grid;
+use super::output::{CHANNELS, Output, Sample, scales};
+use super::run::{Counts, Failed, run};
+use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
+use crate::simulation::BuildError;
+
+/// Elements a link of the coarsest mesh; each refinement doubles them and quarters the step, as the orders 4 and 2 ask.
+const ELEMENTS: usize = 8;
+/// Steps in an interval at the coarsest.
+const STEPS: f64 = 25.0;
+/// Refinements at most.
+const REFINEMENTS: u32 = 6;
+/// Runs that are made whatever they take.
+const LEAST: u32 = 2;
+/// An error is told well when it is so many times what the reference is uncertain by.
+pub const TOLD_WELL: f64 = 10.0;
+
+/// A converged run and how far it is to be trusted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// The finest run.
+    pub configuration: Configuration,
+    /// How it differs from the refinement before: the estimate of its error.
+    pub estimate: Errors,
+    /// Work of the finest run.
+    pub effort: Counts,
+    pub(super) samples: Vec<Sample>,
+    pub(super) scales: [f64; CHANNELS.len()],
+}
+
+impl Reference {
+    /// Refines until two successive runs agree to `target` in `outputs`, or the next would take more than `share_s` (nominal).
+    ///
+    /// # Errors
+    /// [`Failed`] when the finite-element model cannot run the scene even twice.
+    pub(super) fn converge(
+        scene: &Scene,
+        chain: &Chain,
+        grid: &Grid,
+        wanted: (&[Output], f64),
+        share_s: f64,
+        progress: &mut dyn FnMut(&Configuration),
+    ) -> Result<Self, Failed> {
+        let (outputs, target) = wanted;
+        let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
+        let mut failure = Failed::from(BuildError { model: "finite-element", why: "the budget leaves no time for it" });
+        for k in 0..=REFINEMENTS {
+            let configuration = level(chain, grid, k);
+            if k >= LEAST && nominal_s(&configuration, grid) > share_s {
+                break;
+            }
+            progress(&configuration);
+            let run = match run(&configuration, scene, grid) {
+                Ok((run, _)) => run,
+                // Where a coarse start fails a finer one may not.
+                Err(failed) => {
+                    failure = failed;
+                    continue;
+                }
+            };
+            let scales = scales(chain, &run.samples);
+            let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
+            let Some(estimate) = estimate else { continue };
+            let agreed = estimate.worst(outputs) <= target;
+            best = Some(Reference { configuration, estimate, effort: run.effort, samples: run.samples, scales });
+            if agreed {
+                break;
+            }
+        }
+        best.ok_or(failure)
+    }
+
+    /// The errors of other samples.
+    pub(super) fn errors(&self, samples: &[Sample]) -> Errors {
+        Errors::between(samples, &self.samples, &self.scales)
+    }
+
+    /// An error as it may be told: not below what the reference is uncertain by.
+    pub fn told(&self, errors: &Errors, outputs: &[Output]) -> f64 {
+        outputs.iter().map(|output| errors.of(*output).max(self.estimate.of(*output))).fold(0.0, f64::max)
+    }
+}
+
+fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
+    let family = Family {
+        model: ModelKind::FiniteElement,
+        integrator: IntegratorKind::GeneralizedAlpha,
+        resolution: ELEMENTS << k,
+        rigid: chain.links.iter().map(|link| link.rigid).collect(),
+    };
+    Configuration { family, step_s: grid.interval_s / (STEPS * 4_f64.powi(k as i32)) }
+}
+
+/// Seconds that a run takes on a usual machine, roughly.
+pub(super) fn nominal_s(configuration: &Configuration, grid: &Grid) -> f64 {
+    1e-6 * configuration.family.nominal_step_us() * grid.until_s() / configuration.step_s
+}

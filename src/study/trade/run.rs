@@ -1,0 +1,143 @@
+//! One run of one configuration, sampled and timed.
+
+use std::time::Instant;
+
+use hdrhistogram::Histogram;
+
+use super::configuration::Configuration;
+use super::grid::Grid;
+use super::output::{Probe, Sample};
+use crate::scene::Scene;
+use crate::simulation::{BuildError, Diverged, Simulation};
+
+/// Why there is no run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Failed {
+    /// The model cannot compute the scene.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// It diverged.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+    /// The histogram of single steps could not be set up.
+    #[error("{0}")]
+    Histogram(#[from] hdrhistogram::CreationError),
+}
+
+/// What a run gives that is the same every time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Run {
+    pub samples: Vec<Sample>,
+    pub effort: Counts,
+    /// Largest balance error of energy at an instant, over the largest energy then.
+    pub energy_drift: f64,
+    pub state_bytes: usize,
+    pub out_of_range: bool,
+}
+
+/// Work done in a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Steps.
+    pub steps: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Factorizations.
+    pub factorizations: u64,
+    /// Steps that failed at first and were taken in parts.
+    pub retried: u64,
+}
+
+/// How long computing took.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// Seconds of computing per simulated second: median of the repeats.
+    pub seconds_per_s: f64,
+    /// The same: quickest and slowest repeat.
+    pub spread: [f64; 2],
+    /// Repeats.
+    pub repeats: usize,
+    /// 99.9th percentile of single steps, s.
+    pub step_p999_s: f64,
+    /// Worst single step, s.
+    pub step_worst_s: f64,
+}
+
+/// Repeats take about this long together, s.
+const REPEATS_S: f64 = 0.5;
+const REPEATS_MAX: f64 = 9.0;
+
+/// Runs once, sampled; returns the seconds that the steps took, too.
+pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> Result<(Run, f64), Failed> {
+    let scene = configuration.scene(scene);
+    let mut simulation = Simulation::new(&scene)?;
+    let steps = grid.steps(configuration.step_s);
+    let probe = scene.chain().map(Probe::new);
+    let mut effort = Counts::default();
+    let (mut samples, mut seconds, mut out_of_range) = (Vec::with_capacity(grid.count + 1), 0.0, false);
+    let (mut worst_balance_j, mut largest_j) = (0.0_f64, 0.0_f64);
+    for instant in 0..=grid.count {
+        if instant > 0 {
+            let begin = Instant::now();
+            for _ in 0..steps {
+                simulation.step()?;
+                effort.newton_iterations += u64::from(simulation.effort().newton_iterations);
+                effort.factorizations += u64::from(simulation.effort().factorizations);
+            }
+            seconds += begin.elapsed().as_secs_f64();
+        }
+        let seen = simulation.observe()?;
+        out_of_range |= seen.out_of_range.is_some();
+        samples.extend(probe.as_ref().map(|probe| probe.sample(seen)));
+        let ledger = simulation.ledger();
+        worst_balance_j = worst_balance_j.max(ledger.balance_error_j.abs());
+        largest_j = largest_j.max(ledger.energy.kinetic_j + ledger.energy.strain_j.unwrap_or(0.0));
+    }
+    effort.steps = simulation.step_count();
+    effort.retried = simulation.retried();
+    let state_bytes = size_of::<f64>() * simulation.checkpoint().state.len();
+    let energy_drift = if largest_j > 0.0 { worst_balance_j / largest_j } else { 0.0 };
+    Ok((Run { samples, effort, energy_drift, state_bytes, out_of_range }, seconds))
+}
+
+/// Times a configuration that ran before in `first_s`: whole runs, and one with every step looked at.
+pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, first_s: f64) -> Result<Timing, Failed> {
+    let scene = configuration.scene(scene);
+    let mut simulation = Simulation::new(&scene)?;
+    let total = grid.steps(configuration.step_s) * grid.count as u64;
+    let mut seconds = vec![first_s];
+    let repeats = (REPEATS_S / first_s).clamp(1.0, REPEATS_MAX) as usize;
+    for _ in 1..repeats {
+        simulation.reset()?;
+        let begin = Instant::now();
+        for _ in 0..total {
+            simulation.step()?;
+        }
+        seconds.push(begin.elapsed().as_secs_f64());
+    }
+    simulation.reset()?;
+    let mut single = Histogram::new_with_bounds(1, 3_600_000_000_000, 3)?;
+    seconds.push(single_steps(&mut simulation, total, &mut single)?);
+    seconds.sort_by(f64::total_cmp);
+    let per_s = |seconds: f64| seconds / grid.until_s();
+    Ok(Timing {
+        seconds_per_s: per_s(seconds[(seconds.len() - 1) / 2]),
+        spread: [per_s(seconds[0]), per_s(seconds[seconds.len() - 1])],
+        repeats: seconds.len(),
+        step_p999_s: 1e-9 * single.value_at_quantile(0.999) as f64,
+        step_worst_s: 1e-9 * single.max() as f64,
+    })
+}
+
+/// Records the nanoseconds of every step; returns the seconds of them all.
+fn single_steps(simulation: &mut Simulation, total: u64, histogram: &mut Histogram<u64>) -> Result<f64, Diverged> {
+    let begin = Instant::now();
+    let mut last = begin;
+    for _ in 0..total {
+        simulation.step()?;
+        let now = Instant::now();
+        histogram.saturating_record((now - last).as_nanos() as u64);
+        last = now;
+    }
+    Ok((last - begin).as_secs_f64())
+}

@@ -1,0 +1,76 @@
+//! Which families suit a scene, and which of them are asked for.
+
+use super::configuration::Family;
+use crate::scene::{IntegratorKind, ModelKind, Scene};
+use crate::simulation::Simulation;
+
+/// What is asked for; empty lists mean everything that suits.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Selection {
+    /// Models.
+    pub models: Vec<ModelKind>,
+    /// Integrators.
+    pub integrators: Vec<IntegratorKind>,
+    /// Elements a link, even, for `finite-element`.
+    pub elements: Vec<usize>,
+    /// Modes a link, for `modal`.
+    pub modes: Vec<usize>,
+    /// Steps, s.
+    pub steps_s: Vec<f64>,
+    /// Whether links are made rigid one by one, too.
+    pub link_by_link: bool,
+}
+
+const MODELS: [ModelKind; 4] = [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement];
+const MODES: [usize; 4] = [1, 2, 3, 4];
+const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
+
+impl Selection {
+    /// Families that can compute the scene, the cheaper before the dearer.
+    pub(super) fn families(&self, scene: &Scene) -> Vec<Family> {
+        let mut families = Vec::new();
+        for model in MODELS.into_iter().filter(|model| asked(&self.models, *model)) {
+            let sizes: &[usize] = match model {
+                ModelKind::Modal => or(&self.modes, &MODES),
+                ModelKind::FiniteElement => or(&self.elements, &ELEMENTS),
+                _ => &[0],
+            };
+            for rigid in self.patterns(scene, model) {
+                for integrator in model.integrators().iter().filter(|integrator| asked(&self.integrators, **integrator)) {
+                    let family =
+                        |size: &usize| Family { model, integrator: *integrator, resolution: *size, rigid: rigid.clone() };
+                    families.extend(sizes.iter().map(family));
+                }
+            }
+        }
+        families.retain(|family| suits(family, scene));
+        families
+    }
+
+    /// Which links are rigid: as the scene says, and with more of them if asked for.
+    fn patterns(&self, scene: &Scene, model: ModelKind) -> Vec<Vec<bool>> {
+        let asked: Vec<bool> = scene.chain().map_or(Vec::new(), |chain| chain.links.iter().map(|link| link.rigid).collect());
+        let meshed = matches!(model, ModelKind::Modal | ModelKind::FiniteElement);
+        let mut patterns = vec![asked.clone()];
+        if self.link_by_link && meshed && asked == [false, false] {
+            patterns.splice(0..0, [vec![true, false], vec![false, true]]);
+        }
+        patterns
+    }
+}
+
+/// Flexible models need something flexible; otherwise `rigid` says the same for less.
+fn suits(family: &Family, scene: &Scene) -> bool {
+    let all_rigid = family.rigid.iter().all(|rigid| *rigid);
+    let redundant = all_rigid && matches!(family.model, ModelKind::Modal | ModelKind::Incremental);
+    let incremental_with_rigid = family.model == ModelKind::Incremental && family.rigid.contains(&true);
+    !redundant && !incremental_with_rigid && Simulation::new(&family.scene(scene, scene.solver.step_s)).is_ok()
+}
+
+fn asked<T: PartialEq>(list: &[T], item: T) -> bool {
+    list.is_empty() || list.contains(&item)
+}
+
+fn or<'a>(list: &'a [usize], usual: &'a [usize]) -> &'a [usize] {
+    if list.is_empty() { usual } else { list }
+}

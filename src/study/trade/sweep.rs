@@ -1,0 +1,170 @@
+//! Families of configurations, each from its longest step on until finer ones are of no use.
+
+use super::configuration::{Configuration, Family};
+use super::errors::Errors;
+use super::grid::Grid;
+use super::output::Output;
+use super::reference::{Reference, nominal_s};
+use super::run::{Counts, Failed, Timing, run, time};
+use crate::scene::{IntegratorKind, Scene};
+
+/// A configuration and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// What was run.
+    pub configuration: Configuration,
+    /// What came out, or why nothing did.
+    pub outcome: Result<Measured, Failed>,
+}
+
+/// What was measured of a configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Against the reference.
+    pub errors: Errors,
+    /// Largest relative error among the outputs that count, not below the reference's own uncertainty.
+    pub error: f64,
+    /// Order observed between the next longer step of the family and this one.
+    pub order: Option<f64>,
+    /// Work.
+    pub effort: Counts,
+    /// Largest balance error of energy over the largest energy.
+    pub energy_drift: f64,
+    /// Bytes of what is carried from step to step: coordinates, velocities, accelerations and the integrator's own.
+    pub state_bytes: usize,
+    /// Whether the model said that it was out of its range.
+    pub out_of_range: bool,
+    /// How long it took.
+    pub timing: Timing,
+    /// Whether it is on the front.
+    pub on_front: bool,
+}
+
+/// A finer step that leaves more than this part of the error gains nothing.
+const NO_GAIN: f64 = 0.9;
+/// Below this, the error still falls with the step: a finer mesh would show the same.
+const STEP_BOUND: f64 = 0.7;
+/// By how much a point must be cheaper, in nominal cost, for it to be surely so.
+const SURELY: f64 = 3.0;
+/// Part of the budget that one run may take, nominally.
+const LARGEST_PART: f64 = 0.03;
+
+/// What a sweep works with.
+pub(super) struct Sweep<'a> {
+    pub scene: &'a Scene,
+    pub grid: &'a Grid,
+    pub reference: &'a Reference,
+    pub outputs: &'a [Output],
+    pub steps_s: Vec<f64>,
+    /// Whether families end early: not when their steps were asked for.
+    pub prune: bool,
+    /// Errors below this are of no use.
+    pub enough: f64,
+    pub budget_s: f64,
+    pub rows: Vec<Row>,
+    pub left_out: usize,
+    /// Nominal seconds spent.
+    pub spent_s: f64,
+}
+
+impl Sweep<'_> {
+    /// Runs one family; `expired` says that the clock has run out, `progress` hears of every run.
+    pub fn family(&mut self, family: &Family, expired: &dyn Fn() -> bool, progress: &mut dyn FnMut(&Configuration)) {
+        let first = self.rows.len();
+        let (steps_s, start_s) = (self.steps_s.clone(), self.start_s(family));
+        let mut idle = 0;
+        for (place, &step_s) in steps_s.iter().enumerate().filter(|(_, step_s)| **step_s <= start_s) {
+            let configuration = Configuration { family: family.clone(), step_s };
+            if self.is_too_dear(&configuration) || expired() {
+                self.left_out += steps_s.len() - place;
+                return;
+            }
+            progress(&configuration);
+            self.measure(configuration, first);
+            let [.., last] = self.rows.as_slice() else { return };
+            let Ok(measured) = &last.outcome else { continue };
+            let error = measured.error;
+            let gained = measured.order.is_none() || error < NO_GAIN * self.error_before(first).unwrap_or(f64::INFINITY);
+            idle = if gained { 0 } else { idle + 1 };
+            if self.prune && (idle >= 2 || error <= self.enough || self.is_hopeless(family, error, step_s, &steps_s[place + 1..]))
+            {
+                return;
+            }
+        }
+    }
+
+    /// Where a family begins: where its coarser sister's error stopped falling with the step, since above that it is the step
+    /// that errs, and the sister is cheaper.
+    fn start_s(&self, family: &Family) -> f64 {
+        let sister = |row: &&Row| {
+            let other = &row.configuration.family;
+            other.resolution < family.resolution
+                && (other.model, other.integrator, &other.rigid) == (family.model, family.integrator, &family.rigid)
+        };
+        let Some(size) = self.rows.iter().filter(sister).map(|row| row.configuration.family.resolution).max() else {
+            return f64::INFINITY;
+        };
+        if !self.prune {
+            return f64::INFINITY;
+        }
+        let errors: Vec<(f64, f64)> = self
+            .rows
+            .iter()
+            .filter(|row| sister(row) && row.configuration.family.resolution == size)
+            .filter_map(|row| row.outcome.as_ref().ok().map(|measured| (row.configuration.step_s, measured.error)))
+            .collect();
+        let settled = errors.windows(2).find(|pair| pair[1].1 > STEP_BOUND * pair[0].1).map(|pair| pair[0].0);
+        settled.or(errors.last().map(|last| last.0)).unwrap_or(f64::INFINITY)
+    }
+
+    fn is_too_dear(&self, configuration: &Configuration) -> bool {
+        let nominal_s = nominal_s(configuration, self.grid);
+        nominal_s > LARGEST_PART * self.budget_s || self.spent_s + 2.0 * nominal_s > self.budget_s
+    }
+
+    /// Whether some point is surely cheaper than every finer step and at least as good as that step could be.
+    fn is_hopeless(&self, family: &Family, error: f64, step_s: f64, finer_s: &[f64]) -> bool {
+        let order = if family.integrator == IntegratorKind::RungeKutta { 4.5 } else { 2.5 };
+        finer_s.iter().all(|&finer_s| {
+            let hoped = (error * (finer_s / step_s).powf(order)).max(self.reference.estimate.worst(self.outputs));
+            let cost_s = nominal_s(&Configuration { family: family.clone(), step_s: finer_s }, self.grid);
+            self.rows.iter().any(|row| {
+                let error = row.outcome.as_ref().map_or(f64::INFINITY, |measured| measured.error);
+                error <= hoped && SURELY * nominal_s(&row.configuration, self.grid) < cost_s
+            })
+        })
+    }
+
+    fn error_before(&self, first: usize) -> Option<f64> {
+        let mut done = self.rows[first..].iter().rev().skip(1).filter_map(|row| row.outcome.as_ref().ok());
+        done.next().map(|measured| measured.error)
+    }
+
+    fn measure(&mut self, configuration: Configuration, first: usize) {
+        let outcome = self.outcome(&configuration, first);
+        self.spent_s += 3.0 * nominal_s(&configuration, self.grid);
+        self.rows.push(Row { configuration, outcome });
+    }
+
+    fn outcome(&self, configuration: &Configuration, first: usize) -> Result<Measured, Failed> {
+        let (run, seconds) = run(configuration, self.scene, self.grid)?;
+        let timing = time(configuration, self.scene, self.grid, seconds)?;
+        let errors = self.reference.errors(&run.samples);
+        let before = self.rows[first..].last().and_then(|row| Some((row.configuration.step_s, row.outcome.as_ref().ok()?)));
+        let order = before.map(|(step_s, before)| {
+            let raw = |errors: &Errors| errors.worst(self.outputs);
+            (raw(&before.errors) / raw(&errors)).ln() / (step_s / configuration.step_s).ln()
+        });
+        Ok(Measured {
+            error: self.reference.told(&errors, self.outputs),
+            errors,
+            order,
+            effort: run.effort,
+            energy_drift: run.energy_drift,
+            state_bytes: run.state_bytes,
+            out_of_range: run.out_of_range,
+            timing,
+            on_front: false,
+        })
+    }
+}

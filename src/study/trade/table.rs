@@ -1,0 +1,51 @@
+//! A study as a table of numbers.
+
+use super::output::CHANNELS;
+use super::sweep::{Measured, Row};
+use super::{Study, TOLD_WELL};
+use crate::study::Table;
+
+/// Every configuration with everything measured of it; what failed has empty measurements.
+pub fn table(study: &Study) -> Table {
+    let mut table = Table::default();
+    let words = |of: &dyn Fn(&Row) -> String| study.rows.iter().map(of).collect::<Vec<_>>();
+    let numbers = |of: &dyn Fn(&Measured) -> f64| -> Vec<f64> {
+        study.rows.iter().map(|row| row.outcome.as_ref().map_or(f64::NAN, of)).collect()
+    };
+    table.push_words("model", words(&|row| row.configuration.family.model.as_str().to_owned()));
+    table.push_words("integrator", words(&|row| row.configuration.family.integrator.as_str().to_owned()));
+    table.push_words("discretization", words(&|row| row.configuration.family.discretization()));
+    table.push_words("failure", words(&|row| row.outcome.as_ref().err().map(ToString::to_string).unwrap_or_default()));
+    table.push("step_s", study.rows.iter().map(|row| row.configuration.step_s).collect());
+    table.push("on_front", numbers(&|m| f64::from(u8::from(m.on_front))));
+    table.push("error", numbers(&|m| m.error));
+    let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= TOLD_WELL * study.reference.estimate.of(*o));
+    table.push("reference_ten_times_better", numbers(&|m| f64::from(u8::from(well(m)))));
+    table.push("observed_order", numbers(&|m| m.order.unwrap_or(f64::NAN)));
+    table.push("seconds_per_simulated_s", numbers(&|m| m.timing.seconds_per_s));
+    table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[0]));
+    table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[1]));
+    table.push("repeats", numbers(&|m| m.timing.repeats as f64));
+    table.push("steps_per_s", study.rows.iter().map(steps_per_s).collect());
+    table.push("step_p999_s", numbers(&|m| m.timing.step_p999_s));
+    table.push("step_worst_s", numbers(&|m| m.timing.step_worst_s));
+    table.push("state_bytes", numbers(&|m| m.state_bytes as f64));
+    table.push("steps", numbers(&|m| m.effort.steps as f64));
+    table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));
+    table.push("factorizations", numbers(&|m| m.effort.factorizations as f64));
+    table.push("steps_retried", numbers(&|m| m.effort.retried as f64));
+    table.push("energy_drift", numbers(&|m| m.energy_drift));
+    table.push("out_of_range", numbers(&|m| f64::from(u8::from(m.out_of_range))));
+    for (k, channel) in CHANNELS.iter().enumerate() {
+        table.push(format!("rms_error_{}", channel.name), numbers(&|m| m.errors.rms[k]));
+        table.push(format!("max_error_{}", channel.name), numbers(&|m| m.errors.max[k]));
+        table.push(format!("relative_error_{}", channel.name), numbers(&|m| m.errors.relative[k]));
+    }
+    table
+}
+
+/// Steps per second of computing.
+fn steps_per_s(row: &Row) -> f64 {
+    let measured = row.outcome.as_ref().ok();
+    measured.map_or(f64::NAN, |measured| 1.0 / (row.configuration.step_s * measured.timing.seconds_per_s))
+}
