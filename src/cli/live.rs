@@ -52,10 +52,10 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     Ok(conclude(&report))
 }
 
-/// Updates the status line; the first warning of a running service stays.
+/// Updates the status line; the first warning stays.
 fn show(line: &ProgressBar, warned: &AtomicBool, status: &Status) {
     line.set_message(describe(status));
-    if status.state() == State::Running && !status.message.is_empty() && !warned.swap(true, Ordering::Relaxed) {
+    if status.state() != State::Diverged && !status.message.is_empty() && !warned.swap(true, Ordering::Relaxed) {
         line.suspend(|| eprintln!("warning: {}", status.message));
     }
 }

@@ -122,8 +122,7 @@ impl Stepper {
         self.checkpoint_if_due();
         let ending = self.publish().and_then(|()| self.step_on()).unwrap_or_else(Ending::Diverged);
         let (state, message) = match &ending {
-            Ending::Finished => (State::Finished, String::new()),
-            Ending::Stopped => (State::Finished, "stopped".to_owned()),
+            Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
             Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
         };
         if !self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {

@@ -257,7 +257,7 @@ def readme(folder):
     process = subprocess.Popen([BINARY, "run", "--no-record"], cwd=folder)
     try:
         ask = lambda *words: subprocess.run([BINARY, *words], capture_output=True, text=True)
-        wait_for(lambda: ask("list").stdout == "crank\n", "the service is found")
+        wait_for(lambda: "crank" in ask("list").stdout.split(), "the service is found")
         pulse = ask("pulse", "crank", "--torque", "5", "--duration", "0.1")
         expect("pulse with no options", pulse.returncode == 0 and "takes effect in step" in pulse.stdout, pulse.stdout.strip())
         printed = subprocess.run([sys.executable, "-c", listing], capture_output=True, text=True, timeout=PATIENCE_S)
