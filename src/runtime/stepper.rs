@@ -79,6 +79,8 @@ pub struct Stepper {
     dropped: u64,
     accepted: u64,
     rejected: u64,
+    /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
+    bent: f64,
 }
 
 impl Stepper {
@@ -111,6 +113,7 @@ impl Stepper {
             dropped: 0,
             accepted: 0,
             rejected: 0,
+            bent: 0.0,
         })
     }
 
@@ -238,6 +241,7 @@ impl Stepper {
         };
         let stamp = self.stamp();
         sample.observation.clone_from(self.simulation.observe()?);
+        self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
         let mean_nm = self.simulation.take_mean_torque_nm();
         sample.driving_torque_nm = sample.observation.motion_torque_nm.unwrap_or(mean_nm);

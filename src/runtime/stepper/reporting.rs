@@ -57,7 +57,9 @@ impl Stepper {
         if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
             return format!("the shadow {diverged}");
         }
-        let Some(deflection) = self.simulation.observation().out_of_range else { return String::new() };
-        format!("out of the model's range: a link is bent by {:.1} % of its length", 100.0 * deflection)
+        if self.bent == 0.0 {
+            return String::new();
+        }
+        format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent)
     }
 }
