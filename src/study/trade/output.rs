@@ -46,7 +46,7 @@ const fn channel(name: &'static str, output: Output) -> Channel {
     Channel { name, output }
 }
 
-/// Everything that may be sampled, in the order of a [`Sample`].
+/// Everything that may be sampled, in the order of a sample.
 pub const CHANNELS: [Channel; 7] = [
     channel("crank_angle_rad", Output::Angle),
     channel("end_position_m", Output::Slider),
