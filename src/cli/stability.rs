@@ -13,7 +13,7 @@ use super::aligned::figure;
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
-    BOUND, Base, Category, Extent, Plan, Scheme, Swept, counts, order_table, radius_table, sweep, table,
+    BOUND, Base, Category, Extent, Plan, Scheme, Swept, causes, counts, order_table, radius_table, sweep, table, write_ends,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -26,7 +26,8 @@ Examples:
 Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle
 of the rod is once further than 1 % of crank and rod together from the same mechanism at a fine step (8 finite elements a
 link; rigid for rigid cells); or, where that does not reach, the energy balance is off by 1 % of the energy put in; or the
-model says that the links bend too much for it. CSV files number the categories from 0 in that order.
+model says that the links bend too much for it. CSV files number the categories from 0 in that order; cells.csv tells of every
+cell what was said and how to reach it again.
 
 Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene.";
 
@@ -146,6 +147,9 @@ fn extremes(scene: &str, args: &Args) -> anyhow::Result<Done> {
         show_map(map)?;
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
     }
+    if let Some(folder) = &args.csv {
+        write_ends(&folder.join("cells.csv"), &swept)?;
+    }
     conclude(&swept)
 }
 
@@ -159,7 +163,7 @@ fn show_map(swept: &Swept) -> anyhow::Result<()> {
         let cells = swept.outcomes.iter().skip(row * columns).take(columns);
         let symbols: Vec<String> = cells.clone().map(|end| end.category.symbol().to_string()).collect();
         let diverged = cells.clone().find(|end| end.category == Category::Diverged);
-        let first = diverged.map(|end| format!("   first divergence in step {}", end.step)).unwrap_or_default();
+        let first = diverged.map(|end| format!("   first D in step {}", end.step)).unwrap_or_default();
         writeln!(out, "{:>12}  {}{first}", figure(*value), symbols.join(" "))?;
     }
     Ok(writeln!(out)?)
@@ -172,6 +176,10 @@ fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
     writeln!(out, "{total} cells in {} maps (wrong: an error above {BOUND}):", swept.len())?;
     for (category, count) in Category::ALL.iter().zip(counts) {
         writeln!(out, "{count:>8}  {}", category.as_str())?;
+        let causes = causes(swept).into_iter().filter(|(_, count)| *category == Category::Diverged && *count > 0);
+        for (cause, count) in causes {
+            writeln!(out, "{count:>16}  {cause}")?;
+        }
     }
     let unclean =
         swept.iter().flat_map(|map| map.outcomes.iter().zip(&map.map.cells)).filter(|(end, _)| !end.category.is_clean());

@@ -101,7 +101,7 @@ fn all_finite(simulation: &Simulation) -> bool {
 }
 
 fn refused(message: String) -> Outcome {
-    Outcome { category: Category::Refused, error: None, step: 0, sim_time_s: 0.0, energy_j: None, message }
+    Outcome { category: Category::Refused, error: None, step: 0, sim_time_s: 0.0, energy_j: None, cause: None, message }
 }
 
 /// A divergence is clean when all that it says is finite, and so is the last good state.
@@ -109,7 +109,15 @@ fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Out
     let message = diverged.to_string();
     let said = !["NaN", "inf"].iter().any(|word| message.contains(word));
     let category = if said && all_finite(simulation) { Category::Diverged } else { Category::NotFinite };
-    Outcome { category, error, step: diverged.step, sim_time_s: diverged.sim_time_s, energy_j: Some(diverged.energy_j), message }
+    Outcome {
+        category,
+        error,
+        step: diverged.step,
+        sim_time_s: diverged.sim_time_s,
+        energy_j: Some(diverged.energy_j),
+        cause: Some(diverged.cause),
+        message,
+    }
 }
 
 fn reached(simulation: &Simulation, error: Option<f64>) -> Outcome {
@@ -120,6 +128,7 @@ fn reached(simulation: &Simulation, error: Option<f64>) -> Outcome {
         step: simulation.step_count(),
         sim_time_s: simulation.time_s(),
         energy_j: Some(energy.kinetic_j + energy.strain_j.unwrap_or(0.0)),
+        cause: None,
         message: String::new(),
     }
 }

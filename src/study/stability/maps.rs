@@ -33,11 +33,6 @@ impl Way {
     fn is_rigid(&self) -> bool {
         self.name.starts_with("rigid")
     }
-
-    /// Steps that a cell may take, so that it ends in about a second.
-    fn most_steps(&self) -> u64 {
-        if self.name == FINITE_ELEMENT.name { 5_000 } else { 20_000 }
-    }
 }
 
 const RIGID: Way = Way {
@@ -150,19 +145,19 @@ impl Builder<'_> {
     fn elements(&mut self) {
         let counts: Vec<f64> = [0, 1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000, 1001].map(f64::from).to_vec();
         let counts = Axis { spacing: Listed, ..self.axis("elements", counts) };
-        self.by_step("elements", FINITE_ELEMENT, &counts, |count| {
-            ["crank", "rod"].map(|link| format!("{link}.elements={}", count as i64)).to_vec()
-        });
-        let columns = match self.plan.maps.last() {
-            Some(map) => map.x.values.len(),
-            None => return,
-        };
-        // The work of a cell stays the same: fewer steps of more elements.
-        for (index, cell) in self.plan.maps.iter_mut().flat_map(|map| &mut map.cells).rev().enumerate() {
-            let row = counts.values.len().checked_sub(1 + index / columns);
-            let Some(count) = row.and_then(|row| counts.values.get(row)) else { break };
-            cell.steps = cell.steps.min((10_000.0 / count.max(1.0)) as u64).max(20);
+        let x = self.step_axis();
+        let reference = self.reference(&FINITE_ELEMENT, &[]);
+        let mut cells = Vec::new();
+        for &count in &counts.values {
+            let given = ["crank", "rod"].map(|link| format!("{link}.elements={}", count as i64));
+            for &step_s in &x.values {
+                let overrides = [FINITE_ELEMENT.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
+                // The work of a cell stays the same: fewer steps of more elements.
+                let steps = self.thinned(self.count(step_s)).min((20_000.0 / count.max(1.0)) as u64);
+                cells.push(Cell { overrides, steps, reference: Some(reference) });
+            }
         }
+        self.add("elements", &FINITE_ELEMENT, &x, &counts, cells);
     }
 
     fn weight(&mut self) {
@@ -194,7 +189,7 @@ impl Builder<'_> {
                     let pulse = format!("pulse=[{{ start_s = 0.0, torque_nm = {torque_nm:?}, duration_s = {duration_s:?} }}]");
                     let reference = self.reference(&way, std::slice::from_ref(&pulse));
                     let overrides = [way.overrides(), vec![pulse, set("solver.step_s", step_s)]].concat();
-                    let steps = self.count(self.horizon_s(), step_s, way.most_steps()).max((1.1 * length) as u64);
+                    let steps = self.count(step_s).max((1.1 * length) as u64);
                     cells.push(Cell { overrides, steps: self.thinned(steps), reference: Some(reference) });
                 }
             }
@@ -219,7 +214,7 @@ impl Builder<'_> {
                     let given = [set("crank.length_m", ratio * self.base.lengths_m[1]), set("start.angle_rad", angle)];
                     let reference = self.reference(&way, &given);
                     let overrides = [way.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
-                    let steps = self.thinned(self.count(self.horizon_s(), step_s, way.most_steps()));
+                    let steps = self.thinned(self.count(step_s));
                     cells.push(Cell { overrides, steps, reference: Some(reference) });
                 }
             }
@@ -231,7 +226,7 @@ impl Builder<'_> {
     fn revolutions(&mut self) {
         let revolutions = if self.extent == Extent::Whole { 1_000_000 } else { 1_000 };
         let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.3333, 0.9]) };
-        let parts = Axis::new("steps_per_revolution", Log, vec![16.0, 32.0, 64.0]);
+        let parts = Axis::new("steps_per_revolution", Log, vec![16.0, 32.0]);
         for way in [RIGID, RIGID_TWO_POINT] {
             let mut cells = Vec::new();
             for &ratio in &ratios.values {
@@ -252,16 +247,15 @@ impl Builder<'_> {
 
     /// A map of step against something else.
     fn by_step(&mut self, name: &str, way: Way, y: &Axis, given: impl Fn(f64) -> Vec<String>) {
-        let x = self.axis("step_s", decades(-5, 0, 2));
+        let x = self.step_axis();
         let mut cells = Vec::new();
         for &value in &y.values {
             let given = given(value);
-            let solver = |given: &String| given.starts_with("solver.") || given.contains(".elements=");
-            let mechanism: Vec<String> = given.iter().filter(|given| !solver(given)).cloned().collect();
+            let mechanism: Vec<String> = given.iter().filter(|given| !given.starts_with("solver.")).cloned().collect();
             let reference = self.reference(&way, &mechanism);
             for &step_s in &x.values {
                 let overrides = [way.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
-                let steps = self.thinned(self.count(self.horizon_s(), step_s, way.most_steps()));
+                let steps = self.thinned(self.count(step_s));
                 cells.push(Cell { overrides, steps, reference: Some(reference) });
             }
         }
@@ -284,8 +278,12 @@ impl Builder<'_> {
             fine.extend(["crank.elements=8".to_owned(), "rod.elements=8".to_owned()]);
             (fine, 1e-4)
         };
-        let steps = self.count(self.horizon_s(), step_s, u64::MAX);
+        let steps = self.count(step_s);
         self.plan.reference([fine, mechanism.to_vec(), vec![set("solver.step_s", step_s)]].concat(), steps)
+    }
+
+    fn step_axis(&self) -> Axis {
+        Axis { spacing: Log, ..self.axis("step_s", decades(-5, 0, 2)) }
     }
 
     /// All values, or a few of them, the ends included.
@@ -297,15 +295,13 @@ impl Builder<'_> {
             _ => values,
         };
         let ratios = values.windows(2).all(|pair| pair[0] > 0.0 && pair[1] > 3.0 * pair[0]);
-        Axis::new(name, if ratios || name == "step_s" { Log } else { Linear }, values)
+        Axis::new(name, if ratios { Log } else { Linear }, values)
     }
 
-    fn horizon_s(&self) -> f64 {
-        if self.extent == Extent::Whole { 0.5 } else { 0.05 }
-    }
-
-    fn count(&self, time_s: f64, step_s: f64, most: u64) -> u64 {
-        ((time_s / step_s).ceil() as u64).clamp(20, most)
+    /// Steps over the time that every cell covers, or twenty of long ones.
+    fn count(&self, step_s: f64) -> u64 {
+        let time_s = if self.extent == Extent::Whole { 0.25 } else { 0.05 };
+        ((time_s / step_s).round() as u64).max(20)
     }
 
     fn thinned(&self, steps: u64) -> u64 {

@@ -18,6 +18,6 @@ pub use cell::BOUND;
 pub use maps::Extent;
 pub use outcome::{Category, Outcome};
 pub use plan::{Axis, Cell, Map, Plan, Spacing};
-pub use report::{counts, grid, table};
+pub use report::{causes, counts, grid, table, write_ends};
 pub use schemes::{Scheme, order_table, radius_table};
 pub use sweep::{Swept, sweep};

@@ -1,5 +1,7 @@
 //! How a cell of the sweep ended.
 
+use crate::simulation::Cause;
+
 /// What became of a cell. The first four are clean ends; the others are faults of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Category {
@@ -80,6 +82,8 @@ pub struct Outcome {
     pub sim_time_s: f64,
     /// Energy last observed, J; `None` when refused.
     pub energy_j: Option<f64>,
+    /// Why it diverged.
+    pub cause: Option<Cause>,
     /// What was said on refusal or divergence.
     pub message: String,
 }

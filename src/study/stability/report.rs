@@ -1,7 +1,11 @@
 //! A sweep as tables.
 
+use std::path::Path;
+
 use super::outcome::Category;
 use super::sweep::Swept;
+use crate::integrate::StepError;
+use crate::simulation::Cause;
 use crate::study::Table;
 
 /// One row a cell: the axes' values, the category's number (its place in [`Category::ALL`]), the error over its bound's scale,
@@ -36,4 +40,33 @@ pub fn counts(swept: &[Swept]) -> [usize; Category::ALL.len()] {
         counts[outcome.category.number()] += 1;
     }
     counts
+}
+
+/// How many cells diverged for each kind of cause, with its words.
+pub fn causes(swept: &[Swept]) -> [(&'static str, usize); 4] {
+    let causes = || swept.iter().flat_map(|swept| &swept.outcomes).filter_map(|end| end.cause);
+    let count = |of: fn(&Cause) -> bool| causes().filter(of).count();
+    [
+        ("more energy than was put in", count(|cause| matches!(cause, Cause::EnergyGrew { .. }))),
+        ("Newton's iteration did not converge", count(|cause| matches!(cause, Cause::Step(StepError::NotConverged { .. })))),
+        ("a singular matrix", count(|cause| matches!(cause, Cause::Step(StepError::Singular)))),
+        ("a number stopped being finite", count(|cause| matches!(cause, Cause::Step(StepError::NotFinite)))),
+    ]
+}
+
+/// Writes one row a cell of every map, with what was said and the overrides that reach it again.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
+    let mut writer = csv::Writer::from_path(path)?;
+    writer.write_record(["map", "category", "step", "sim_time_s", "message", "overrides"])?;
+    for Swept { map, outcomes } in swept {
+        for (end, cell) in outcomes.iter().zip(&map.cells) {
+            let (step, time) = (end.step.to_string(), end.sim_time_s.to_string());
+            let given = cell.overrides.join(" ");
+            writer.write_record([&map.name, end.category.as_str(), &step, &time, &end.message, &given])?;
+        }
+    }
+    Ok(writer.flush()?)
 }
