@@ -1,0 +1,101 @@
+//! What a step, a look and a message cost, by model and size: `cargo bench`.
+//!
+//! Elements are counted as items: that their rate stays the same from a few elements to a thousand says that cost is linear in
+//! them. A short run: `cargo bench -- --max-time 0.05`; one bench: `cargo bench -- finite_element`.
+#![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
+
+use std::time::SystemTime;
+
+use divan::Bencher;
+use divan::counter::{BytesCount, ItemsCount};
+use flexcrank::scene::SceneSource;
+use flexcrank::simulation::{Sample, Simulation, Stamp};
+use flexcrank::wire::{Angles, Displacements, Loads, Telemetry};
+use prost::Message;
+
+fn main() {
+    divan::main();
+}
+
+/// Run into the middle of its pulse.
+fn moving(overrides: &[String]) -> Simulation {
+    let scene = SceneSource::open("ref-r2s", overrides).unwrap().scene;
+    let mut simulation = Simulation::new(&scene).unwrap();
+    while simulation.time_s() < 0.05 {
+        simulation.step().unwrap();
+    }
+    simulation
+}
+
+fn overrides(model: &str, more: &[String]) -> Vec<String> {
+    [&[format!("solver.model={model}"), "solver.step_s=1e-4".to_owned()], more].concat()
+}
+
+fn both(key: &str, value: usize) -> [String; 2] {
+    ["crank", "rod"].map(|link| format!("{link}.{key}={value}"))
+}
+
+#[divan::bench(args = ["runge-kutta", "two-point", "generalized-alpha"])]
+fn step_rigid(bencher: Bencher<'_, '_>, integrator: &str) {
+    let mut simulation = moving(&overrides("rigid", &[format!("solver.integrator={integrator}")]));
+    bencher.bench_local(|| simulation.step().unwrap());
+}
+
+/// As the thesis runs it.
+#[divan::bench]
+fn step_incremental(bencher: Bencher<'_, '_>) {
+    let mut simulation = Simulation::new(&SceneSource::open("thesis-crank-slider", &[]).unwrap().scene).unwrap();
+    bencher.bench_local(|| simulation.step().unwrap());
+}
+
+#[divan::bench(args = [1, 2, 3, 4, 5, 6])]
+fn step_modal(bencher: Bencher<'_, '_>, modes: usize) {
+    let mut simulation = moving(&overrides("modal", &both("modes", modes)));
+    bencher.bench_local(|| simulation.step().unwrap());
+}
+
+/// By elements a link; both links' are the items.
+#[divan::bench(args = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000])]
+fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
+    let mut simulation = moving(&overrides("finite-element", &both("elements", elements)));
+    bencher.counter(ItemsCount::new(2 * elements)).bench_local(|| simulation.step().unwrap());
+}
+
+type Messages = (Displacements, Angles, Loads);
+
+fn messages(telemetry: &Telemetry, sample: &Sample) -> Messages {
+    (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample))
+}
+
+/// A running mechanism of so many elements a link, and what turns its state into messages.
+fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
+    let overrides = overrides("finite-element", &both("elements", elements));
+    let scene = SceneSource::open("ref-r2s", &overrides).unwrap().scene;
+    let mut simulation = moving(&overrides);
+    let observation = simulation.observe().unwrap().clone();
+    let wall = SystemTime::UNIX_EPOCH;
+    let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, session_s: 0.05, wall };
+    let telemetry = Telemetry::new(&scene.system, &observation);
+    (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation })
+}
+
+/// From the state to an observation and its messages.
+#[divan::bench(args = [4, 8, 64])]
+fn snapshot(bencher: Bencher<'_, '_>, elements: usize) {
+    let (mut simulation, telemetry, mut sample) = told(elements);
+    bencher.bench_local(|| {
+        sample.observation.clone_from(simulation.observe().unwrap());
+        messages(&telemetry, &sample)
+    });
+}
+
+/// From messages to protobuf.
+#[divan::bench(args = [4, 8, 64])]
+fn encoding(bencher: Bencher<'_, '_>, elements: usize) {
+    let (_, telemetry, sample) = told(elements);
+    let (displacements, angles, loads) = messages(&telemetry, &sample);
+    let bytes = displacements.encoded_len() + angles.encoded_len() + loads.encoded_len();
+    bencher
+        .counter(BytesCount::new(bytes))
+        .bench_local(|| (displacements.encode_to_vec(), angles.encode_to_vec(), loads.encode_to_vec()));
+}
