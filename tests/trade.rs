@@ -1,6 +1,6 @@
 //! Speed against accuracy: what the study says is true, is the same every time, and decides rightly.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 use std::path::Path;
 use std::process::Command;
@@ -26,8 +26,8 @@ fn timeless(study: &Study) -> Vec<String> {
     let reference = format!("{:?} {:?}", study.reference.configuration, study.reference.estimate);
     let row = |row: &flexcrank::study::trade::Row| {
         let outcome = row.outcome.as_ref().map(|m| {
-            let same = (m.errors, m.error, m.order, m.effort, m.energy_drift);
-            format!("{same:?} {} {}", m.state_bytes, m.out_of_range)
+            let same = (m.errors, m.error, m.order, m.mesh_order, m.effort, m.energy_drift);
+            format!("{same:?} {} {}", m.memory_bytes, m.out_of_range)
         });
         format!("{} {outcome:?}", row.configuration)
     };
@@ -99,9 +99,11 @@ fn prop_studies_are_the_same_but_for_the_timings() {
 fn order_integrators_have_theirs_on_a_smooth_problem() {
     // A pulse enters a step as its mean, which is of second order whatever the scheme: Runge–Kutta shows its own without one.
     let pulsed = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true"]);
+    let weighted = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true", "solver.weight=0.55"]);
     let free = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true", "pulse.0.torque_nm=0", "start.rate_rad_per_s=5"]);
     for (source, integrator, order, within, steps_s) in [
         (&pulsed, IntegratorKind::TwoPoint, 2.0, 0.1, [5e-3, 2.5e-3, 1.25e-3]),
+        (&weighted, IntegratorKind::TwoPoint, 1.0, 0.1, [1e-3, 5e-4, 2.5e-4]),
         (&pulsed, IntegratorKind::GeneralizedAlpha, 2.0, 0.1, [5e-3, 2.5e-3, 1.25e-3]),
         (&free, IntegratorKind::RungeKutta, 4.0, 0.15, [4e-2, 2e-2, 1e-2]),
     ] {
@@ -119,6 +121,27 @@ fn order_integrators_have_theirs_on_a_smooth_problem() {
         let last = orders.last().unwrap();
         assert!((last - order).abs() < within, "{integrator:?}: {orders:?}");
     }
+}
+
+#[test]
+fn order_of_the_mesh_and_the_memory_it_takes() {
+    let selection = Selection {
+        models: vec![ModelKind::FiniteElement],
+        integrators: vec![IntegratorKind::TwoPoint],
+        elements: vec![4, 8],
+        steps_s: vec![2e-5],
+        ..Selection::default()
+    };
+    let question = Question { until_s: Some(0.5), ..ask(selection, &[Output::Angle], 20.0) };
+    let told = answer(&open("ref-r2s", &[]), &question);
+    let [coarse, fine] = told.measured().map(|(_, measured)| measured).collect::<Vec<_>>()[..] else { panic!("two meshes") };
+    println!("{:?} after {:e}, {} and {} bytes", fine.mesh_order, coarse.error, coarse.memory_bytes, fine.memory_bytes);
+    assert!(coarse.mesh_order.is_none() && fine.mesh_order.unwrap() >= 3.5, "{:?}", fine.mesh_order);
+    let state_bytes = |elements: usize| 2 * 5 * 4 * elements * size_of::<f64>();
+    for (measured, elements) in [(coarse, 4), (fine, 8)] {
+        assert!(measured.memory_bytes > state_bytes(elements), "{elements} elements: {} bytes", measured.memory_bytes);
+    }
+    assert!(fine.memory_bytes > coarse.memory_bytes + state_bytes(4), "matrices, too, grow with the mesh");
 }
 
 #[test]
@@ -166,6 +189,7 @@ fn val_exit_codes() {
     };
     assert_eq!(run(&["thesis-oscillator"]).0, Some(2));
     assert_eq!(run(&["--elements", "3"]).0, Some(2));
+    assert_eq!(run(&["--plot", "trade.pdf"]).0, Some(2));
     assert_eq!(run(&["--steps", "1e-3,3.14159e-4"]).0, Some(2));
     assert_eq!(run(&["--models", "incremental", "--integrators", "runge-kutta"]).0, Some(2));
     let little = ["ref-r1", "--models", "rigid", "--until", "0.2", "--steps", "1e-3", "--budget", "4", "--outputs", "angle"];

@@ -56,6 +56,8 @@ fn figures(file: &Path, args: &Plot) -> anyhow::Result<(Vec<(String, Figure)>, b
     } else if recorded {
         let own = |Titled { file, figure }: Titled| (format!("{stem}-{file}"), figure);
         plot::recorded(&tables).into_iter().map(own).collect()
+    } else if let Some(figure) = plot::work_precision(&stem, &tables[0].table) {
+        vec![(format!("{stem}-work-precision"), figure)]
     } else {
         let own = |(column, figure): (String, Figure)| (format!("{stem}-{column}"), figure);
         plot::overview(&stem, &tables[0].table)?.into_iter().map(own).collect()

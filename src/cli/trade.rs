@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::Done;
 use super::aligned::print;
 use super::args::{number, positive};
+use crate::plot::{Format, Picture, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
     Choice, Chosen, Configuration, Demands, Measured, Output, Progress, Question, Row, Selection, Study, choose, study, table,
@@ -18,7 +19,7 @@ use crate::study::trade::{
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank trade                                        the default scene, everything that suits it
-  flexcrank trade ref-r2s --models modal,finite-element --steps 1e-3,5e-4,1e-4 --csv trade.csv
+  flexcrank trade ref-r2s --models modal,finite-element --steps 1e-3,5e-4,1e-4 --csv trade.csv --plot trade.svg
   flexcrank trade ref-r2s --tolerance 1e-3 --real-time-factor 5 --outputs angle,slider
   flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
 
@@ -27,7 +28,8 @@ forces over their peaks; the largest over the run's instants. `~`: the reference
 than this. `<`: below what the reference is uncertain by. `*`: on the front: nothing is both cheaper and better.
 s/s: seconds of computing per simulated second, median and half the spread of the repeats. p99.9, worst:
 single steps. drift: of the energy balance over the largest energy. newton, factor: iterations and
-factorizations a step. state: bytes carried from step to step; matrices are not counted.";
+factorizations a step. memory: bytes that the simulation holds, matrices and all. order: of the step, beside the next
+longer one; mesh: of the mesh, beside the next coarser one at the same step.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -70,6 +72,9 @@ pub(super) struct Args {
     /// Write the whole table to this file: root-mean-square errors, spreads and counts, too.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Draw the work–precision diagram to this file, .svg or .png.
+    #[arg(long, value_name = "FILE", value_parser = picture)]
+    plot: Option<PathBuf>,
     /// Override a key of the scene; VALUE is TOML, a bare word a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -104,11 +109,26 @@ pub(super) fn trade(args: &Args) -> anyhow::Result<Done> {
     });
     bar.finish_and_clear();
     tell(&args.scene, &study)?;
+    write(args, &study)?;
+    choice.map_or(Ok(Done::Well), |choice| decide(args, &source, &choice))
+}
+
+fn write(args: &Args, study: &Study) -> anyhow::Result<()> {
+    let table = table(study);
     if let Some(path) = &args.csv {
-        table(&study).write_csv(path)?;
+        table.write_csv(path)?;
         eprintln!("wrote {}", path.display());
     }
-    choice.map_or(Ok(Done::Well), |choice| decide(args, &source, &choice))
+    let title = format!("{}: error in {}", args.scene, words(&study.outputs));
+    if let (Some(path), Some(figure)) = (&args.plot, work_precision(&title, &table)) {
+        Picture::from(figure).write(path, Format::of(path).unwrap_or(Format::Svg))?;
+        eprintln!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+fn words(outputs: &[Output]) -> String {
+    outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", ")
 }
 
 fn question(args: &Args) -> Question {
@@ -171,7 +191,7 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     text
 }
 
-const HEAD: [&str; 17] = [
+const HEAD: [&str; 21] = [
     "",
     "model",
     "integrator",
@@ -187,12 +207,16 @@ const HEAD: [&str; 17] = [
     "deflection",
     "forces",
     "order",
+    "mesh",
     "drift",
     "newton",
+    "factor",
+    "memory B",
+    "note",
 ];
 
 fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
-    let mut rows = vec![HEAD.iter().chain(&["factor", "state B", "note"]).map(|head| (*head).to_owned()).collect::<Vec<_>>()];
+    let mut rows = vec![HEAD.map(str::to_owned).to_vec()];
     rows.extend(study.measured().map(|(row, measured)| line(study, row, measured)));
     let mut out = std::io::stdout();
     let grid = &study.grid;
@@ -206,7 +230,7 @@ fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
             writeln!(out, "  {}: {failed}", row.configuration)?;
         }
     }
-    writeln!(out, "\nfront, by {}:", study.outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", "))?;
+    writeln!(out, "\nfront, by {}:", words(&study.outputs))?;
     for (row, measured) in study.front() {
         writeln!(out, "  {:>9.2e} s/s  error {:.1e}  {}", measured.timing.seconds_per_s, measured.error, row.configuration)?;
     }
@@ -232,6 +256,7 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
     };
     let timing = &m.timing;
     let spread = 50.0 * (timing.spread[1] - timing.spread[0]) / timing.seconds_per_s;
+    let order = |order: Option<f64>| order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}"));
     let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
     let [angle, slider, deflection, forces] = Output::ALL.map(error);
     vec![
@@ -249,11 +274,12 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
         slider,
         deflection,
         forces,
-        m.order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}")),
+        order(m.order),
+        order(m.mesh_order),
         format!("{:.0e}", m.energy_drift),
         per_step(m.effort.newton_iterations),
         per_step(m.effort.factorizations),
-        m.state_bytes.to_string(),
+        m.memory_bytes.to_string(),
         match (m.out_of_range, m.effort.retried) {
             (true, _) => "out of range".to_owned(),
             (_, 0) => String::new(),
@@ -287,6 +313,11 @@ fn integrator(word: &str) -> Result<IntegratorKind, String> {
 fn find<T: Copy>(word: &str, words: &[(&str, T)]) -> Result<T, String> {
     let found = words.iter().find(|(other, _)| *other == word).map(|(_, kind)| *kind);
     found.ok_or_else(|| format!("one of {}", words.iter().map(|(word, _)| *word).collect::<Vec<_>>().join(", ")))
+}
+
+fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    Format::of(&path).map(|_| path).ok_or_else(|| "a picture ends in .svg or .png".to_owned())
 }
 
 fn step(text: &str) -> Result<f64, String> {

@@ -24,6 +24,7 @@ mod sheet;
 mod style;
 pub mod thesis;
 mod ticks;
+mod work_precision;
 
 pub use error::PlotError;
 pub use figure::{Axis, Figure, Mark, Scale, Series};
@@ -31,3 +32,4 @@ pub use heat_map::{HeatMap, Key};
 pub use output::{Format, PNG_SCALE, Picture};
 pub use recorded::{Titled, recorded};
 pub use selection::{Named, figure, overview};
+pub use work_precision::work_precision;

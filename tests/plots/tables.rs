@@ -49,6 +49,29 @@ fn prop_a_sweep_is_drawn_over_its_ratio() {
 }
 
 #[test]
+fn prop_a_trade_gives_a_work_precision_diagram() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = [
+        "model,integrator,discretization,failure,step_s,error,seconds_per_simulated_s",
+        "rigid,runge-kutta,–,,0.01,0.1,1e-4",
+        "modal,generalized-alpha,1 mode,,0.01,0.05,1e-3",
+        "modal,generalized-alpha,2 modes,,0.01,0.06,2e-3",
+        "modal,generalized-alpha,2 modes,,0.001,0.002,2e-2",
+        "modal,two-point,1 mode,it diverged,0.01,,",
+    ];
+    std::fs::write(folder.path().join("trade.csv"), rows.join("\n")).unwrap();
+    let output = plot(folder.path(), &["trade.csv", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let texts = texts(&std::fs::read_to_string(folder.path().join("out/trade-work-precision.svg")).unwrap());
+    let shown = |text: &str| texts.iter().any(|other| other == text);
+    for text in ["rigid, runge-kutta", "modal, generalized-alpha", "front", "modal, generalized-alpha, 2 modes, 1e-3 s", "10⁻³"]
+    {
+        assert!(shown(text), "{text} in {texts:?}");
+    }
+    assert!(!shown("modal, generalized-alpha, 2 modes, 1e-2 s") && !shown("modal, two-point"), "{texts:?}");
+}
+
+#[test]
 fn prop_what_cannot_be_drawn_is_refused() {
     let folder = folder();
     let at = folder.path();

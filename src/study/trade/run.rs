@@ -31,7 +31,7 @@ pub(super) struct Run {
     pub effort: Counts,
     /// Largest balance error of energy at an instant, over the largest energy then.
     pub energy_drift: f64,
-    pub state_bytes: usize,
+    pub memory_bytes: usize,
     pub out_of_range: bool,
 }
 
@@ -95,9 +95,14 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     }
     effort.steps = simulation.step_count();
     effort.retried = simulation.retried();
-    let state_bytes = size_of::<f64>() * simulation.checkpoint().state.len();
     let energy_drift = if largest_j > 0.0 { worst_balance_j / largest_j } else { 0.0 };
-    Ok((Run { samples, effort, energy_drift, state_bytes, out_of_range }, seconds))
+    Ok((Run { samples, effort, energy_drift, memory_bytes: memory_bytes(simulation), out_of_range }, seconds))
+}
+
+/// What a simulation holds, matrices and all: its own bytes, and those it gives back when it is dropped.
+fn memory_bytes(simulation: Simulation) -> usize {
+    let given_back = allocation_counter::measure(|| drop(simulation)).bytes_current;
+    size_of::<Simulation>() + usize::try_from(-given_back).unwrap_or(0)
 }
 
 /// Times a configuration that ran before in `first_s`: whole runs, and one with every step looked at.

@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::output::Output;
 use super::reference::{Reference, nominal_s};
 use super::run::{Counts, Failed, Timing, run, time};
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, ModelKind, Scene};
 
 /// A configuration and what became of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,12 +26,14 @@ pub struct Measured {
     pub error: f64,
     /// Order observed between the next longer step of the family and this one.
     pub order: Option<f64>,
+    /// Order observed between the next coarser mesh at the same step and this one.
+    pub mesh_order: Option<f64>,
     /// Work.
     pub effort: Counts,
     /// Largest balance error of energy over the largest energy.
     pub energy_drift: f64,
-    /// Bytes of what is carried from step to step: coordinates, velocities, accelerations and the integrator's own.
-    pub state_bytes: usize,
+    /// Bytes that the simulation holds, matrices and all, the same from its start to its end.
+    pub memory_bytes: usize,
     /// Whether the model said that it was out of its range.
     pub out_of_range: bool,
     /// How long it took.
@@ -96,25 +98,24 @@ impl Sweep<'_> {
     /// Where a family begins: where its coarser sister's error stopped falling with the step, since above that it is the step
     /// that errs, and the sister is cheaper.
     fn start_s(&self, family: &Family) -> f64 {
+        if !self.prune {
+            return f64::INFINITY;
+        }
+        let error = |row: &&Row| Some((row.configuration.step_s, row.outcome.as_ref().ok()?.error));
+        let errors: Vec<(f64, f64)> = self.coarser(family).iter().filter_map(error).collect();
+        let settled = errors.windows(2).find(|pair| pair[1].1 > STEP_BOUND * pair[0].1).map(|pair| pair[0].0);
+        settled.or(errors.last().map(|last| last.0)).unwrap_or(f64::INFINITY)
+    }
+
+    /// Rows of the next coarser sister, from the longest step on.
+    fn coarser(&self, family: &Family) -> Vec<&Row> {
         let sister = |row: &&Row| {
             let other = &row.configuration.family;
             other.resolution < family.resolution
                 && (other.model, other.integrator, &other.rigid) == (family.model, family.integrator, &family.rigid)
         };
-        let Some(size) = self.rows.iter().filter(sister).map(|row| row.configuration.family.resolution).max() else {
-            return f64::INFINITY;
-        };
-        if !self.prune {
-            return f64::INFINITY;
-        }
-        let errors: Vec<(f64, f64)> = self
-            .rows
-            .iter()
-            .filter(|row| sister(row) && row.configuration.family.resolution == size)
-            .filter_map(|row| row.outcome.as_ref().ok().map(|measured| (row.configuration.step_s, measured.error)))
-            .collect();
-        let settled = errors.windows(2).find(|pair| pair[1].1 > STEP_BOUND * pair[0].1).map(|pair| pair[0].0);
-        settled.or(errors.last().map(|last| last.0)).unwrap_or(f64::INFINITY)
+        let size = self.rows.iter().filter(sister).map(|row| row.configuration.family.resolution).max();
+        self.rows.iter().filter(sister).filter(|row| Some(row.configuration.family.resolution) == size).collect()
     }
 
     fn is_too_dear(&self, configuration: &Configuration) -> bool {
@@ -150,18 +151,23 @@ impl Sweep<'_> {
         let (run, seconds) = run(configuration, self.scene, self.grid)?;
         let timing = time(configuration, self.scene, self.grid, seconds)?;
         let errors = self.reference.errors(&run.samples);
-        let before = self.rows[first..].last().and_then(|row| Some((row.configuration.step_s, row.outcome.as_ref().ok()?)));
-        let order = before.map(|(step_s, before)| {
-            let raw = |errors: &Errors| errors.worst(self.outputs);
-            (raw(&before.errors) / raw(&errors)).ln() / (step_s / configuration.step_s).ln()
-        });
+        let order = |before: &Row, ratio: f64| {
+            let gained = before.outcome.as_ref().ok()?.errors.worst(self.outputs) / errors.worst(self.outputs);
+            Some(gained.ln() / ratio.ln())
+        };
+        let Configuration { family, step_s } = configuration;
+        let longer = self.rows[first..].last();
+        let coarser = self.coarser(family).into_iter().find(|row| row.configuration.step_s == *step_s);
+        let meshed = coarser.filter(|_| family.model == ModelKind::FiniteElement);
+        let elements = |row: &Row| family.resolution as f64 / row.configuration.family.resolution as f64;
         Ok(Measured {
             error: self.reference.told(&errors, self.outputs),
             errors,
-            order,
+            order: longer.and_then(|row| order(row, row.configuration.step_s / step_s)),
+            mesh_order: meshed.and_then(|row| order(row, elements(row))),
             effort: run.effort,
             energy_drift: run.energy_drift,
-            state_bytes: run.state_bytes,
+            memory_bytes: run.memory_bytes,
             out_of_range: run.out_of_range,
             timing,
             on_front: false,

@@ -22,6 +22,7 @@ pub fn table(study: &Study) -> Table {
     let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= TOLD_WELL * study.reference.estimate.of(*o));
     table.push("reference_ten_times_better", numbers(&|m| f64::from(u8::from(well(m)))));
     table.push("observed_order", numbers(&|m| m.order.unwrap_or(f64::NAN)));
+    table.push("observed_mesh_order", numbers(&|m| m.mesh_order.unwrap_or(f64::NAN)));
     table.push("seconds_per_simulated_s", numbers(&|m| m.timing.seconds_per_s));
     table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[0]));
     table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[1]));
@@ -29,7 +30,7 @@ pub fn table(study: &Study) -> Table {
     table.push("steps_per_s", study.rows.iter().map(steps_per_s).collect());
     table.push("step_p999_s", numbers(&|m| m.timing.step_p999_s));
     table.push("step_worst_s", numbers(&|m| m.timing.step_worst_s));
-    table.push("state_bytes", numbers(&|m| m.state_bytes as f64));
+    table.push("memory_bytes", numbers(&|m| m.memory_bytes as f64));
     table.push("steps", numbers(&|m| m.effort.steps as f64));
     table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));
     table.push("factorizations", numbers(&|m| m.effort.factorizations as f64));
