@@ -15,12 +15,14 @@ pub enum Topic {
     Commands,
     /// A second model against the first.
     Shadow,
+    /// What full queues kept out.
+    Gaps,
 }
 
 impl Topic {
     /// All of them.
-    pub const ALL: [Topic; 6] =
-        [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Status, Topic::Commands, Topic::Shadow];
+    pub const ALL: [Topic; 7] =
+        [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Status, Topic::Commands, Topic::Shadow, Topic::Gaps];
 
     /// The last chunk of its key.
     pub fn chunk(self) -> &'static str {
@@ -31,6 +33,7 @@ impl Topic {
             Topic::Status => "status",
             Topic::Commands => "commands",
             Topic::Shadow => "shadow",
+            Topic::Gaps => "gaps",
         }
     }
 
@@ -43,6 +46,7 @@ impl Topic {
             Topic::Status => "flexcrank.v1.Status",
             Topic::Commands => "flexcrank.v1.AppliedCommand",
             Topic::Shadow => "flexcrank.v1.Shadow",
+            Topic::Gaps => "flexcrank.v1.Gap",
         }
     }
 }
@@ -106,11 +110,8 @@ impl Name {
     pub fn snapshot(&self) -> String {
         self.key("snapshot")
     }
-    /// Key of a recorded checkpoint; never published.
-    pub fn checkpoint(&self) -> String {
-        self.key("checkpoint")
-    }
-    fn key(&self, chunk: &str) -> String {
+    /// The key that ends in `chunk`.
+    pub fn key(&self, chunk: &str) -> String {
         format!("{ROOT}/{self}/{chunk}")
     }
 

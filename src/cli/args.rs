@@ -1,11 +1,13 @@
 //! What can be said on the command line.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bus::{BusOptions, Name};
 use crate::plot::Format;
+use crate::recording::Split;
 use crate::runtime::{Pace, PublishRate};
 use crate::scene::{PulseShape, builtin};
 
@@ -35,7 +37,7 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Run a scene: step it, publish it, take commands, record it. What happens when no command is given.
     #[command(
-        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record"
+        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync"
     )]
     Run(Box<Run>),
     /// Put a recording back on the bus, byte for byte, in order and on time.
@@ -129,6 +131,15 @@ pub(super) struct Run {
     /// Do not record.
     #[arg(long)]
     pub no_record: bool,
+    /// A crash loses at most what was recorded in this time.
+    #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = flush_period)]
+    pub flush: Duration,
+    /// Wait at every flush until the disk has it, so that a power failure loses no more either.
+    #[arg(long)]
+    pub fsync: bool,
+    /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each can be used without the others.
+    #[arg(long, value_name = "SIZE|TIME", value_parser = split)]
+    pub split: Option<Split>,
     /// Override a key of the scene; VALUE is TOML, a bare word a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -323,6 +334,24 @@ fn publish_rate(text: &str) -> Result<PublishRate, String> {
     match text {
         "all" => Ok(PublishRate::All),
         rate => number(rate, 1e-3, 1e6).map(PublishRate::Hz).map_err(|problem| format!("all, or {problem}")),
+    }
+}
+
+fn flush_period(text: &str) -> Result<Duration, String> {
+    let period = humantime::parse_duration(text).map_err(|error| format!("{error}; a time such as 200ms"))?;
+    let allowed = Duration::from_millis(1)..=Duration::from_secs(3600);
+    if allowed.contains(&period) { Ok(period) } else { Err("a time from 1ms to 1h".to_owned()) }
+}
+
+fn split(text: &str) -> Result<Split, String> {
+    if let Ok(time) = humantime::parse_duration(text) {
+        let allowed = Duration::from_secs(1)..=Duration::from_secs(366 * 24 * 3600);
+        return if allowed.contains(&time) { Ok(Split::Time(time)) } else { Err("a time from 1s to 1year".to_owned()) };
+    }
+    match text.parse::<bytesize::ByteSize>() {
+        Ok(size) if size >= bytesize::ByteSize::mb(1) => Ok(Split::Bytes(size.as_u64())),
+        Ok(_) => Err("a size of 1MB or more".to_owned()),
+        Err(_) => Err("a size such as 500MB, or a time such as 10min".to_owned()),
     }
 }
 

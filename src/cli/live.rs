@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -17,9 +17,6 @@ use crate::scene::{MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport};
 use crate::simulation::Simulation;
 use crate::wire::{Angles, Status, status::State};
-
-/// Chunks reach the system at least this often.
-const FLUSH_PERIOD: Duration = Duration::from_millis(200);
 
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let scene = SceneSource::open(&args.scene, &args.overrides)?;
@@ -37,7 +34,9 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
         stepping: Stepping { pace: args.pace, until_s: args.until, publish: args.publish_hz },
         record,
         recordings: folder.to_owned(),
-        flush_period: FLUSH_PERIOD,
+        flush_period: args.flush,
+        fsync: args.fsync,
+        split: args.split,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         on_status: Box::new(move |status| show(&shown, &warned, status)),
         force: args.force,

@@ -13,4 +13,6 @@ pub struct Message {
     pub log_time_ns: u64,
     /// Wall clock, ns since 1970.
     pub publish_time_ns: u64,
+    /// Whether a part of a recording may begin with it: a full state.
+    pub begins_part: bool,
 }

@@ -21,6 +21,13 @@ pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
         .unwrap_or_else(|| path(""))
 }
 
+/// Part `n` of a recording: `take.mcap` becomes `take-001.mcap`.
+pub fn part(path: &Path, n: u32) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().map_or(String::new(), |extension| format!(".{}", extension.to_string_lossy()));
+    path.with_file_name(format!("{stem}-{n:03}{extension}"))
+}
+
 /// `FOLDER/<name>.mcap` for a name from outside, which must not lead anywhere else.
 ///
 /// # Errors
@@ -39,6 +46,12 @@ pub fn named(folder: &Path, name: &str) -> Result<PathBuf, RecordingError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn val_parts_are_numbered_before_the_extension() {
+        assert_eq!(part(Path::new("r/take.mcap"), 2), PathBuf::from("r/take-002.mcap"));
+        assert_eq!(part(Path::new("take"), 1234), PathBuf::from("take-1234"));
+    }
 
     #[test]
     fn prop_a_name_is_never_a_route() {

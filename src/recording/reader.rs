@@ -8,8 +8,8 @@ use mcap::sans_io::LinearReaderOptions;
 
 use super::RecordingError;
 
-/// Largest record that is read, bytes; a file that claims a larger one is refused.
-const RECORD_LIMIT: usize = 256 * 1024 * 1024;
+/// Largest record and largest chunk that are read, bytes; a file that claims a larger one is refused.
+pub(super) const RECORD_LIMIT: usize = 64 * 1024 * 1024;
 
 /// One message of a recording.
 pub type Recorded = mcap::Message<'static>;

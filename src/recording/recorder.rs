@@ -1,81 +1,150 @@
 //! The recording thread: takes messages from a bounded queue, so that a slow disk never holds up the simulation.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
 
-use super::writer::{Session, SessionWriter, Written};
-use super::{Message, RecordingError};
+use super::facts::Session;
+use super::settings::{Settings, WhenFull};
+use super::writer::{SessionWriter, Written};
+use super::{Message, RecordingError, place};
 
 /// Messages that may wait for the disk.
 const QUEUE: usize = 8192;
 
-/// What to do when the queue to the disk is full.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WhenFull {
-    /// Wait: nothing is lost, the simulation slows down.
-    Wait,
-    /// Leave the message out and say so.
-    Drop,
-}
-
 /// A recording in progress.
 pub struct Recorder {
-    path: PathBuf,
+    base: PathBuf,
     queue: SyncSender<Message>,
-    thread: JoinHandle<Result<Written, RecordingError>>,
+    thread: JoinHandle<Vec<Result<Written, RecordingError>>>,
     when_full: WhenFull,
+    shared: Arc<Shared>,
+}
+
+/// What the recording thread says of itself.
+#[derive(Default)]
+struct Shared {
+    /// Number of the part being written; 0 where there are no parts.
+    part: AtomicU32,
+    full: AtomicBool,
 }
 
 impl Recorder {
-    /// Makes a new file and begins. Chunks reach the system at least every `flush_period` of wall time.
+    /// Makes a new file and begins; of a recording in parts, the first one. Chunks reach the system at least every flush
+    /// period of wall time.
     ///
     /// # Errors
     /// [`RecordingError`] when the file exists already or cannot be made.
-    pub fn start(path: &Path, session: &Session, flush_period: Duration, when_full: WhenFull) -> Result<Self, RecordingError> {
-        let writer = SessionWriter::create(path, session, flush_period)?;
+    pub fn start(path: &Path, session: &Session, settings: Settings) -> Result<Self, RecordingError> {
+        let shared = Arc::<Shared>::default();
+        shared.part.store(settings.split.map_or(0, |_| 1), Ordering::Relaxed);
+        let recording = Recording::begin(path, session, settings, Arc::clone(&shared))?;
         let (queue, messages) = sync_channel(QUEUE);
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || record(writer, &messages, flush_period))
+            .spawn(move || recording.take_all(&messages))
             .map_err(RecordingError::file(path))?;
-        Ok(Recorder { path: path.to_owned(), queue, thread, when_full })
+        Ok(Recorder { base: path.to_owned(), queue, thread, when_full: settings.when_full, shared })
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
+    /// The file being written.
+    pub fn path(&self) -> PathBuf {
+        part_path(&self.base, self.shared.part.load(Ordering::Relaxed))
+    }
+
+    /// Whether the file is full: the next message that may begin a part goes into a new one.
+    pub fn is_full(&self) -> bool {
+        self.shared.full.load(Ordering::Relaxed)
     }
 
     /// Hands over a message; `false` when it was left out, because the disk is too slow or recording has failed.
     pub fn record(&self, message: Message) -> bool {
         match self.when_full {
-            WhenFull::Wait => self.queue.send(message).is_ok(),
-            WhenFull::Drop => match self.queue.try_send(message) {
-                Ok(()) => true,
-                Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
-            },
+            WhenFull::Wait => self.insist(message),
+            WhenFull::Drop => self.queue.try_send(message).is_ok(),
         }
     }
 
-    /// Writes out what is queued, closes the file and says what it holds.
-    ///
-    /// # Errors
-    /// [`RecordingError`] when something could not be written, now or before.
-    pub fn finish(self) -> Result<Written, RecordingError> {
+    /// Hands over a message, waiting for the disk if need be; `false` when recording has failed.
+    pub fn insist(&self, message: Message) -> bool {
+        self.queue.send(message).is_ok()
+    }
+
+    /// Writes out what is queued, closes the file and says what it and those before it hold.
+    pub fn finish(self) -> Vec<Result<Written, RecordingError>> {
         drop(self.queue);
-        let lost = || std::io::Error::other("the recording thread died");
-        self.thread.join().unwrap_or_else(|_| Err(RecordingError::file(self.path)(lost())))
+        let died = || RecordingError::file(self.base)(std::io::Error::other("the recording thread died"));
+        self.thread.join().unwrap_or_else(|_| vec![Err(died())])
     }
 }
 
-fn record(mut writer: SessionWriter, messages: &Receiver<Message>, flush_period: Duration) -> Result<Written, RecordingError> {
-    loop {
-        match messages.recv_timeout(flush_period) {
-            Ok(message) => writer.write(&message)?,
-            Err(RecvTimeoutError::Timeout) => writer.flush_if_due()?,
-            Err(RecvTimeoutError::Disconnected) => return writer.finish(),
+fn part_path(base: &Path, part: u32) -> PathBuf {
+    if part == 0 { base.to_owned() } else { place::part(base, part) }
+}
+
+/// The recording thread's state.
+struct Recording {
+    base: PathBuf,
+    session: Session,
+    settings: Settings,
+    shared: Arc<Shared>,
+    writer: SessionWriter,
+    finished: Vec<Result<Written, RecordingError>>,
+}
+
+impl Recording {
+    fn begin(base: &Path, session: &Session, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
+        let part = shared.part.load(Ordering::Relaxed);
+        let writer = SessionWriter::create(&part_path(base, part), session, (part > 0).then_some(part), settings)?;
+        Ok(Recording { base: base.to_owned(), session: session.clone(), settings, shared, writer, finished: Vec::new() })
+    }
+
+    /// Writes until the other end hangs up or something fails.
+    fn take_all(mut self, messages: &Receiver<Message>) -> Vec<Result<Written, RecordingError>> {
+        let taken = self.take(messages);
+        let Recording { writer, mut finished, .. } = self;
+        finished.push(taken.and_then(|()| writer.finish()));
+        finished
+    }
+
+    fn take(&mut self, messages: &Receiver<Message>) -> Result<(), RecordingError> {
+        loop {
+            let next = match self.writer.due_in() {
+                Some(wait) => messages.recv_timeout(wait),
+                None => messages.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            };
+            match next {
+                Ok(message) => self.write(&message)?,
+                Err(RecvTimeoutError::Timeout) => self.writer.flush()?,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
         }
+    }
+
+    fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
+        if message.begins_part && self.writer.is_full() {
+            self.next_part()?;
+        }
+        self.writer.write(message)?;
+        self.shared.full.store(self.writer.is_full(), Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Goes on in the next file whose name is free.
+    fn next_part(&mut self) -> Result<(), RecordingError> {
+        let taken = |error: &RecordingError| matches!(error, RecordingError::File { cause, .. } if cause.kind() == std::io::ErrorKind::AlreadyExists);
+        let mut part = self.shared.part.load(Ordering::Relaxed);
+        let writer = loop {
+            part += 1;
+            match SessionWriter::create(&part_path(&self.base, part), &self.session, Some(part), self.settings) {
+                Err(error) if taken(&error) => {}
+                writer => break writer?,
+            }
+        };
+        self.shared.part.store(part, Ordering::Relaxed);
+        self.finished.push(std::mem::replace(&mut self.writer, writer).finish());
+        Ok(())
     }
 }

@@ -1,46 +1,23 @@
-//! One session as an MCAP file: channels with full schemas, scene attached, chunks closed at a stated period.
+//! One file of a session: channels with full schemas, scene attached, chunks closed at a stated period.
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
-use mcap::{Attachment, Compression, WriteOptions, Writer};
+use mcap::{Compression, WriteOptions, Writer};
 
-use super::RecordingError;
+use super::facts::Session;
 use super::message::Message;
+use super::settings::{Settings, Split};
+use super::{RecordingError, build};
 use crate::wire;
 
-/// Chunks are closed when they reach this size, or the flush period is over.
+/// Chunks are closed when they reach this size, or are due.
 const CHUNK_BYTES: u64 = 256 * 1024;
-
-/// What a recording says about its session.
-#[derive(Debug, Clone)]
-pub struct Session {
-    /// The service's name on the bus.
-    pub name: String,
-    /// The scene in force, TOML.
-    pub scene: String,
-    /// Wall clock at the session's start: what `log_time` counts from.
-    pub started: SystemTime,
-    /// The command line.
-    pub command_line: String,
-}
-
-impl Session {
-    /// `log_time` of an instant of the session, ns.
-    pub fn log_time_ns(&self, session_s: f64) -> u64 {
-        nanoseconds(self.started + Duration::from_secs_f64(session_s.max(0.0)))
-    }
-}
-
-/// Nanoseconds since 1970.
-pub fn nanoseconds(time: SystemTime) -> u64 {
-    time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
-}
 
 /// What a finished recording holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,90 +28,146 @@ pub struct Written {
     pub messages: u64,
 }
 
+/// How MCAP files are written here: chunks small enough to be lost, and an order that needs no going back.
+pub(super) fn options() -> WriteOptions {
+    WriteOptions::new()
+        .compression(Some(Compression::Lz4))
+        .chunk_size(Some(CHUNK_BYTES))
+        .disable_seeking(true)
+        .library(format!("flexcrank {}", build::VERSION))
+}
+
+/// Makes a new file, and its folder; never overwrites one.
+pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder {
+        std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
+    }
+    File::create_new(path).map_err(RecordingError::file(path))
+}
+
 /// An open recording.
 pub(super) struct SessionWriter {
     path: PathBuf,
     mcap: Writer<NoSeek<BufWriter<File>>>,
-    channels: BTreeMap<String, (u16, u32)>,
-    flush_period: Duration,
-    flushed: Instant,
+    /// The same file, for what the writer above does not do.
+    file: File,
+    settings: Settings,
+    channels: BTreeMap<String, Channel>,
+    /// When the oldest message came that the system has not got yet.
+    waiting_since: Option<Instant>,
+    bytes: u64,
+    span_ns: Option<(u64, u64)>,
     messages: u64,
 }
 
+#[derive(Clone, Copy)]
+struct Channel {
+    id: u16,
+    sequence: u32,
+}
+
 impl SessionWriter {
-    /// Makes a new file; never overwrites one.
-    pub(super) fn create(path: &Path, session: &Session, flush_period: Duration) -> Result<Self, RecordingError> {
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
+    /// Makes a new file; never overwrites one. `part` is its number where the session fills several.
+    pub(super) fn create(path: &Path, session: &Session, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
+        let file = create_new(path)?;
+        let output = file.try_clone().map_err(RecordingError::file(path))?;
+        let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::mcap(path))?;
+        session.write(&mut mcap, part).map_err(RecordingError::mcap(path))?;
+        let mut writer = SessionWriter {
+            path: path.to_owned(),
+            mcap,
+            file,
+            settings,
+            channels: BTreeMap::new(),
+            waiting_since: None,
+            bytes: 0,
+            span_ns: None,
+            messages: 0,
+        };
+        writer.flush()?;
+        if settings.fsync {
+            sync_folder(path).map_err(RecordingError::file(path))?;
         }
-        let file = File::create_new(path).map_err(RecordingError::file(path))?;
-        let mut mcap = WriteOptions::new()
-            .compression(Some(Compression::Lz4))
-            .chunk_size(Some(CHUNK_BYTES))
-            .disable_seeking(true)
-            .library(concat!("flexcrank ", env!("CARGO_PKG_VERSION")))
-            .create(NoSeek::new(BufWriter::new(file)))
-            .map_err(RecordingError::mcap(path))?;
-        describe(&mut mcap, session).map_err(RecordingError::mcap(path))?;
-        mcap.flush().map_err(RecordingError::mcap(path))?;
-        let path = path.to_owned();
-        Ok(SessionWriter { path, mcap, channels: BTreeMap::new(), flush_period, flushed: Instant::now(), messages: 0 })
+        Ok(writer)
     }
 
     pub(super) fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
         self.append(message).map_err(RecordingError::mcap(&self.path))?;
         self.messages += 1;
-        self.flush_if_due()
+        let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
+        self.span_ns = Some((first.min(message.log_time_ns), last.max(message.log_time_ns)));
+        let since = *self.waiting_since.get_or_insert_with(Instant::now);
+        if since.elapsed() >= self.patience() { self.flush() } else { Ok(()) }
     }
 
     fn append(&mut self, message: &Message) -> mcap::McapResult<()> {
-        if !self.channels.contains_key(&message.topic) {
-            let schema = self.mcap.add_schema(message.schema, "protobuf", wire::DESCRIPTOR_SET)?;
-            let channel = self.mcap.add_channel(schema, &message.topic, "protobuf", &BTreeMap::new())?;
-            self.channels.insert(message.topic.clone(), (channel, 0));
-        }
-        let Some((channel_id, sequence)) = self.channels.get_mut(&message.topic) else { return Ok(()) };
-        let header = MessageHeader {
-            channel_id: *channel_id,
-            sequence: *sequence,
-            log_time: message.log_time_ns,
-            publish_time: message.publish_time_ns,
+        let Channel { id, sequence } = match self.channels.get_mut(&message.topic) {
+            Some(channel) => {
+                channel.sequence = channel.sequence.wrapping_add(1);
+                *channel
+            }
+            None => self.open_channel(message)?,
         };
-        *sequence = sequence.wrapping_add(1);
+        let header =
+            MessageHeader { channel_id: id, sequence, log_time: message.log_time_ns, publish_time: message.publish_time_ns };
         self.mcap.write_to_known_channel(&header, &message.payload)
     }
 
-    /// Closes the open chunk and hands it to the system, when it is time.
-    pub(super) fn flush_if_due(&mut self) -> Result<(), RecordingError> {
-        if self.flushed.elapsed() < self.flush_period {
-            return Ok(());
+    fn open_channel(&mut self, message: &Message) -> mcap::McapResult<Channel> {
+        let schema = self.mcap.add_schema(message.schema, "protobuf", wire::DESCRIPTOR_SET)?;
+        let id = self.mcap.add_channel(schema, &message.topic, "protobuf", &BTreeMap::new())?;
+        let channel = Channel { id, sequence: 0 };
+        self.channels.insert(message.topic.clone(), channel);
+        Ok(channel)
+    }
+
+    /// How long a message may wait to be flushed: less than the period, so that what flushing takes fits in as well.
+    fn patience(&self) -> Duration {
+        self.settings.flush_period * 3 / 4
+    }
+
+    /// How long until a flush is due; `None` when nothing waits for one.
+    pub(super) fn due_in(&self) -> Option<Duration> {
+        self.waiting_since.map(|since| self.patience().saturating_sub(since.elapsed()))
+    }
+
+    /// Closes the open chunk and hands it to the system, and to the disk if that was asked for.
+    pub(super) fn flush(&mut self) -> Result<(), RecordingError> {
+        self.waiting_since = None;
+        self.mcap.flush().map_err(RecordingError::mcap(&self.path))?;
+        if self.settings.fsync {
+            self.file.sync_data().map_err(RecordingError::file(&self.path))?;
         }
-        self.flushed = Instant::now();
-        self.mcap.flush().map_err(RecordingError::mcap(&self.path))
+        if self.settings.split.is_some() {
+            self.bytes = self.file.metadata().map_err(RecordingError::file(&self.path))?.len();
+        }
+        Ok(())
+    }
+
+    /// Whether it is time to go on in a new file.
+    pub(super) fn is_full(&self) -> bool {
+        match self.settings.split {
+            None => false,
+            Some(Split::Bytes(limit)) => self.bytes >= limit,
+            Some(Split::Time(limit)) => self.span_ns.is_some_and(|(first, last)| Duration::from_nanos(last - first) >= limit),
+        }
     }
 
     pub(super) fn finish(mut self) -> Result<Written, RecordingError> {
         self.mcap.finish().map_err(RecordingError::mcap(&self.path))?;
+        let flushed = self.mcap.into_inner().into_inner().flush();
+        flushed
+            .and_then(|()| if self.settings.fsync { self.file.sync_all() } else { Ok(()) })
+            .map_err(RecordingError::file(&self.path))?;
         Ok(Written { path: self.path, messages: self.messages })
     }
 }
 
-fn describe(mcap: &mut Writer<NoSeek<BufWriter<File>>>, session: &Session) -> mcap::McapResult<()> {
-    let started = wire::timestamp(session.started).to_string();
-    let facts = [
-        ("name", session.name.as_str()),
-        ("version", env!("CARGO_PKG_VERSION")),
-        ("started", &started),
-        ("wall_clock", "system clock (UTC)"),
-        ("command_line", &session.command_line),
-    ];
-    let metadata = facts.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    mcap.write_metadata(&mcap::records::Metadata { name: "flexcrank".to_owned(), metadata })?;
-    mcap.attach(&Attachment {
-        log_time: nanoseconds(session.started),
-        create_time: nanoseconds(session.started),
-        name: "scene.toml".to_owned(),
-        media_type: "application/toml".to_owned(),
-        data: session.scene.as_bytes().into(),
-    })
+/// Waits until the disk knows the file's name.
+fn sync_folder(path: &Path) -> std::io::Result<()> {
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        Some(folder) => File::open(folder)?.sync_all(),
+        None => File::open(".")?.sync_all(),
+    }
 }

@@ -1,7 +1,7 @@
 //! Commands on their way from the bus to the stepping thread, and their answers on the way back.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
 use crate::simulation::PulseRequest;
@@ -39,15 +39,26 @@ pub struct Inbox {
     counts: Arc<Counts>,
 }
 
-/// What is counted across threads.
+/// What is counted and wished for across threads.
 #[derive(Debug, Default)]
 pub struct Counts {
     waiting: AtomicUsize,
     rejected: AtomicU64,
     dropped: AtomicU64,
+    checkpoint_wanted: AtomicBool,
 }
 
 impl Counts {
+    /// Asks for a checkpoint after the next step.
+    pub fn want_checkpoint(&self) {
+        self.checkpoint_wanted.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether one was asked for since this was last called.
+    pub(super) fn take_checkpoint_wanted(&self) -> bool {
+        self.checkpoint_wanted.load(Ordering::Relaxed) && self.checkpoint_wanted.swap(false, Ordering::Relaxed)
+    }
+
     /// Commands refused at the door: undecodable, or the queue was full.
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)

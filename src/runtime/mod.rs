@@ -10,7 +10,7 @@ mod shadow;
 mod stepper;
 
 pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
-pub use output::{Output, RecordingRequest};
+pub use output::{Missed, Output, RecordingRequest};
 pub use pacer::{Pace, Pacer};
 pub use rate::PublishRate;
 pub use shadow::Shadow;

@@ -18,6 +18,27 @@ pub enum Output {
     Recording(RecordingRequest),
     /// Full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
+    /// Samples that did not leave because none was free to be filled.
+    Missed(Missed, Stamp),
+}
+
+/// Samples of one epoch that were left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Missed {
+    /// Step of the first.
+    pub first_step: u64,
+    /// Stamp of the last.
+    pub last: Stamp,
+    /// How many.
+    pub count: u64,
+}
+
+impl Missed {
+    /// One more, after those there are.
+    pub fn and(missed: Option<Missed>, last: Stamp) -> Missed {
+        let (first_step, count) = missed.map_or((last.step, 0), |missed| (missed.first_step, missed.count));
+        Missed { first_step, last, count: count + 1 }
+    }
 }
 
 /// A wish about the recording that the stepping thread passes on.

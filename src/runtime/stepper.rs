@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 use super::command::{Command, Counts};
 use super::lateness::Lateness;
 use super::memory::Memory;
-use super::output::Output;
+use super::output::{Missed, Output};
 use super::pacer::{Pace, Pacer};
 use super::rate::PublishRate;
 use super::shadow::Shadow;
@@ -77,6 +77,8 @@ pub struct Stepper {
     next_checkpoint_s: f64,
     overruns: u64,
     dropped: u64,
+    /// Samples left out that were not told of yet.
+    missed: Option<Missed>,
     accepted: u64,
     rejected: u64,
     /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
@@ -111,6 +113,7 @@ impl Stepper {
             next_checkpoint_s: 0.0,
             overruns: 0,
             dropped: 0,
+            missed: None,
             accepted: 0,
             rejected: 0,
             bent: 0.0,
@@ -235,11 +238,12 @@ impl Stepper {
     fn publish(&mut self) -> Result<(), Diverged> {
         let hurried = self.stepping.pace != Pace::Max && !self.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
+        let stamp = self.stamp();
         let Some(mut sample) = free else {
             self.dropped += 1;
+            self.missed = Some(Missed::and(self.missed, stamp));
             return Ok(());
         };
-        let stamp = self.stamp();
         sample.observation.clone_from(self.simulation.observe()?);
         self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
@@ -254,7 +258,7 @@ impl Stepper {
     }
 
     fn checkpoint_if_due(&mut self) {
-        if self.session_s() >= self.next_checkpoint_s {
+        if self.session_s() >= self.next_checkpoint_s || self.ports.counts.take_checkpoint_wanted() {
             self.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
             let stamp = self.stamp();
             self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));

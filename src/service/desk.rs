@@ -6,11 +6,15 @@ use std::sync::mpsc::{Receiver, SyncSender};
 
 use prost::Message as _;
 
+use super::gaps::Gaps;
 use crate::bus::{Endpoint, Name, Topic};
-use crate::recording::{self, Recorder, RecordingError, Session, WhenFull, Written, place};
-use crate::runtime::{Counts, Output, RecordingRequest};
+use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
+use crate::runtime::{Counts, Missed, Output, RecordingRequest};
 use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{self, Angles, AppliedCommand, CommandReply, Status, Telemetry, applied_command, control::Action};
+use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
+
+/// Last chunk of the key that checkpoints are recorded under; they are never published.
+const CHECKPOINT: &str = "checkpoint";
 
 /// Called with every status, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -19,14 +23,13 @@ pub type OnStatus = Box<dyn Fn(&Status) + Send>;
 #[derive(Debug, Clone)]
 pub(super) struct RecordingPlan {
     pub folder: PathBuf,
-    pub flush_period: std::time::Duration,
-    pub when_full: WhenFull,
+    pub settings: Settings,
     pub session: Session,
 }
 
 impl RecordingPlan {
     pub(super) fn start(&self, path: &std::path::Path) -> Result<Recorder, RecordingError> {
-        Recorder::start(path, &self.session, self.flush_period, self.when_full)
+        Recorder::start(path, &self.session, self.settings)
     }
 }
 
@@ -43,6 +46,11 @@ pub(super) struct Desk {
     pub finished: Vec<Result<Written, RecordingError>>,
     /// The last angles published.
     pub angles: Option<Angles>,
+    pub gaps: Gaps,
+    /// Of what was handled last.
+    pub now: Option<Stamp>,
+    /// Whether the recording was full when last looked at.
+    pub full: bool,
 }
 
 /// What is left when the stepping thread has ended.
@@ -66,6 +74,7 @@ impl Desk {
         match output {
             Output::Sample(sample) => {
                 self.sample(&sample);
+                self.look_whether_full();
                 // The stepping thread may be gone already: then nobody needs the sample any more.
                 let _ = self.pool.try_send(sample);
             }
@@ -80,7 +89,17 @@ impl Desk {
             }
             Output::Recording(request) => self.recording(request),
             Output::Checkpoint(checkpoint, stamp) => self.checkpoint(&checkpoint, &stamp),
+            Output::Missed(missed, stamp) => self.missed(&missed, &stamp),
         }
+    }
+
+    /// A recording that has become full goes on in a new file at the next checkpoint.
+    fn look_whether_full(&mut self) {
+        let full = self.recorder.as_ref().is_some_and(Recorder::is_full);
+        if full && !self.full {
+            self.counts.want_checkpoint();
+        }
+        self.full = full;
     }
 
     fn sample(&mut self, sample: &Sample) {
@@ -96,33 +115,70 @@ impl Desk {
     }
 
     fn status(&mut self, mut status: Status, stamp: &Stamp) {
+        self.tell_gaps(stamp);
         status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
         (self.on_status)(&status);
         self.send(Topic::Status, status.encode_to_vec(), stamp);
     }
 
     fn send(&mut self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) {
-        self.record(self.name.topic(topic), topic.schema(), payload.clone(), stamp);
+        self.record(topic.chunk(), topic.schema(), payload.clone(), stamp);
         self.endpoint.publish(topic, payload);
     }
 
-    fn record(&self, topic: String, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
+    /// Records a message under the key that ends in `chunk`, or keeps in mind that it is missing.
+    fn record(&mut self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
+        self.now = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
-        let message = recording::Message {
-            topic,
+        if !recorder.record(self.message(chunk, schema, payload, stamp)) {
+            self.counts.count_dropped();
+            self.gaps.unrecorded(chunk, stamp);
+        }
+    }
+
+    fn message(&self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) -> recording::Message {
+        recording::Message {
+            topic: self.name.key(chunk),
             schema,
             payload,
             log_time_ns: self.plan.session.log_time_ns(stamp.session_s),
             publish_time_ns: recording::nanoseconds(stamp.wall),
-        };
-        if !recorder.record(message) {
-            self.counts.count_dropped();
+            begins_part: chunk == CHECKPOINT,
         }
     }
 
-    fn checkpoint(&self, checkpoint: &Checkpoint, stamp: &Stamp) {
+    fn checkpoint(&mut self, checkpoint: &Checkpoint, stamp: &Stamp) {
         let message = wire::checkpoint(checkpoint, stamp);
-        self.record(self.name.checkpoint(), "flexcrank.v1.Checkpoint", message.encode_to_vec(), stamp);
+        self.record(CHECKPOINT, "flexcrank.v1.Checkpoint", message.encode_to_vec(), stamp);
+    }
+
+    /// Samples that never came here are missing on the bus and in the recording.
+    fn missed(&mut self, missed: &Missed, stamp: &Stamp) {
+        let topics: &[Topic] =
+            if self.telemetry.turns() { &[Topic::Displacements, Topic::Angles, Topic::Loads] } else { &[Topic::Displacements] };
+        for topic in topics {
+            self.gaps.add(Gap {
+                stamp: Some(wire::stamp(&missed.last)),
+                topic: topic.chunk().to_owned(),
+                count: missed.count,
+                first_step: missed.first_step,
+                published: false,
+            });
+        }
+        self.tell_gaps(stamp);
+    }
+
+    /// Publishes and records what is missing; what cannot be recorded yet is told later.
+    fn tell_gaps(&mut self, stamp: &Stamp) {
+        for gap in self.gaps.take() {
+            let payload = gap.encode_to_vec();
+            let message = self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), stamp);
+            if self.recorder.as_ref().is_none_or(|recorder| recorder.record(message)) {
+                self.endpoint.publish(Topic::Gaps, payload);
+            } else {
+                self.gaps.add(gap);
+            }
+        }
     }
 
     /// Does what the request asks for the recording, then answers.
@@ -155,18 +211,24 @@ impl Desk {
             name => place::named(&self.plan.folder, name).map_err(|error| error.to_string())?,
         };
         self.recorder = Some(self.plan.start(&path).map_err(|error| error.to_string())?);
-        Ok(path)
+        Ok(self.recorder.as_ref().map_or(path, Recorder::path))
     }
 
     fn stop_recording(&mut self) -> Result<PathBuf, String> {
-        let path = self.recorder.as_ref().map(|recorder| recorder.path().to_owned()).ok_or("not recording")?;
+        let path = self.recorder.as_ref().map(Recorder::path).ok_or("not recording")?;
         self.close_recording();
         Ok(path)
     }
 
     fn close_recording(&mut self) {
-        if let Some(recorder) = self.recorder.take() {
-            self.finished.push(recorder.finish());
+        let Some(recorder) = self.recorder.take() else { return };
+        for gap in self.gaps.take() {
+            let payload = gap.encode_to_vec();
+            if let Some(now) = self.now {
+                recorder.insist(self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), &now));
+            }
+            self.endpoint.publish(Topic::Gaps, payload);
         }
+        self.finished.extend(recorder.finish());
     }
 }

@@ -7,8 +7,9 @@ use std::time::{Duration, SystemTime};
 
 use super::ServiceError;
 use super::desk::{Closed, Desk, OnStatus, RecordingPlan};
+use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Name, Session, client};
-use crate::recording::{self, RecordingError, WhenFull, Written};
+use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{Command, Ending, Inbox, Pace, Ports, Request, Shadow, Stepper, Stepping, inbox};
 use crate::scene::SceneSource;
 use crate::simulation::{Sample, Simulation, Stamp};
@@ -31,6 +32,10 @@ pub struct Live {
     pub recordings: PathBuf,
     /// A crash loses at most what was recorded in this time.
     pub flush_period: Duration,
+    /// Wait at every flush until the disk has it.
+    pub fsync: bool,
+    /// When the recording goes on in a new file.
+    pub split: Option<Split>,
     /// The command line, for the recording.
     pub command_line: String,
     /// Called with every status.
@@ -120,8 +125,12 @@ fn desk(
 ) -> Result<Desk, ServiceError> {
     let plan = RecordingPlan {
         folder: live.recordings,
-        flush_period: live.flush_period,
-        when_full: if live.stepping.pace == Pace::Max { WhenFull::Wait } else { WhenFull::Drop },
+        settings: Settings {
+            flush_period: live.flush_period,
+            fsync: live.fsync,
+            split: live.split,
+            when_full: if live.stepping.pace == Pace::Max { WhenFull::Wait } else { WhenFull::Drop },
+        },
         session: recording::Session {
             name: live.name.to_string(),
             scene: live.scene.text.clone(),
@@ -142,6 +151,9 @@ fn desk(
         on_status: live.on_status,
         finished: Vec::new(),
         angles: None,
+        gaps: Gaps::default(),
+        now: None,
+        full: false,
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod desk;
 mod error;
+mod gaps;
 mod live;
 mod replay;
 

@@ -18,7 +18,7 @@ use flexcrank::simulation::Simulation;
 use flexcrank::wire;
 use tempfile::TempDir;
 
-pub type Outcome = Result<(), Box<dyn Error>>;
+pub type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
 /// The default scene, run by the rigid model, with overrides.
 pub fn scene(overrides: &[&str]) -> Result<SceneSource, Box<dyn Error>> {
@@ -70,27 +70,51 @@ impl Service {
         until_s: Option<f64>,
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
+        Self::launch(folder, scene, shadow, Stepping { pace, until_s, publish }, |_| {})
+    }
+
+    /// With anything changed that a run can be told.
+    pub fn start_as(
+        folder: TempDir,
+        scene: SceneSource,
+        pace: Pace,
+        until_s: Option<f64>,
+        change: impl FnOnce(&mut Live),
+    ) -> Result<Self, Box<dyn Error>> {
+        Self::launch(folder, scene, None, Stepping { pace, until_s, publish: PublishRate::Hz(200.0) }, change)
+    }
+
+    fn launch(
+        folder: TempDir,
+        scene: SceneSource,
+        shadow: Option<Shadow>,
+        stepping: Stepping,
+        change: impl FnOnce(&mut Live),
+    ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;
         let name: Name = "test".parse()?;
         let simulation = Simulation::new(&scene.scene)?;
-        let live = Live {
+        let mut live = Live {
             name: name.clone(),
             scene,
-            stepping: Stepping { pace, until_s, publish },
+            stepping,
             record: Some(folder.path().join("run.mcap")),
             recordings: folder.path().to_owned(),
             flush_period: Duration::from_millis(200),
+            fsync: false,
+            split: None,
             command_line: "test".to_owned(),
             on_status: Box::new(|_| {}),
             force: false,
         };
+        change(&mut live);
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let thread = std::thread::spawn(move || {
             let report = runtime.block_on(service::run(&session, live, (simulation, shadow), std::future::pending()));
             bus::close(&session)?;
             report
         });
-        if until_s.is_none() {
+        if stepping.until_s.is_none() {
             client::find(&client, &name)?;
         }
         Ok(Service { name, client, thread, folder })

@@ -98,6 +98,8 @@ impl Stepper {
     }
 
     fn reset(&mut self) -> Result<&'static str, String> {
+        // Steps begin anew: what is missing must be told by the old count.
+        self.tell_missed();
         let session_s = self.session_s();
         self.simulation.reset().map_err(|diverged| diverged.to_string())?;
         if let Some(shadow) = &mut self.shadow {

@@ -16,7 +16,16 @@ impl Stepper {
         }
     }
 
+    /// Tells which samples were left out since this was last told.
+    pub(super) fn tell_missed(&mut self) {
+        if let Some(missed) = self.missed.take() {
+            let stamp = self.stamp();
+            self.send(Output::Missed(missed, stamp));
+        }
+    }
+
     pub(super) fn status(&mut self, state: State, message: String) {
+        self.tell_missed();
         let now = self.clock.elapsed();
         self.next_status = now + STATUS_PERIOD;
         let observed = self.simulation.observe().is_ok();

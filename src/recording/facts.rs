@@ -1,0 +1,69 @@
+//! What a recording says of its session: metadata, and the scene as an attachment.
+
+use std::fs;
+use std::io::{Seek, Write};
+use std::time::{Duration, SystemTime};
+
+use mcap::{Attachment, Writer};
+
+use super::build;
+use crate::wire;
+
+/// Name of the metadata record.
+pub(super) const METADATA: &str = "flexcrank";
+/// Name of the attachment with the scene.
+pub(super) const SCENE: &str = "scene.toml";
+/// Where Linux says what its clock runs on.
+const CLOCK_SOURCE: &str = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
+
+/// What a recording says about its session.
+#[derive(Debug, Clone)]
+pub struct Session {
+    /// The service's name on the bus.
+    pub name: String,
+    /// The scene in force, TOML.
+    pub scene: String,
+    /// Wall clock at the session's start: what `log_time` counts from.
+    pub started: SystemTime,
+    /// The command line.
+    pub command_line: String,
+}
+
+impl Session {
+    /// `log_time` of an instant of the session, ns.
+    pub fn log_time_ns(&self, session_s: f64) -> u64 {
+        nanoseconds(self.started + Duration::from_secs_f64(session_s.max(0.0)))
+    }
+
+    /// Writes all of it; `part` is the number of the file where a session fills several.
+    pub(super) fn write<W: Write + Seek>(&self, mcap: &mut Writer<W>, part: Option<u32>) -> mcap::McapResult<()> {
+        let facts = [
+            ("name", self.name.clone()),
+            ("started", wire::timestamp(self.started).to_string()),
+            ("wall_clock", "system clock (UTC)".to_owned()),
+            ("clock_source", clock_source()),
+            ("command_line", self.command_line.clone()),
+        ];
+        let part = part.map(|part| ("part", part.to_string()));
+        let build = build::FACTS.map(|(key, value)| (key, value.to_owned()));
+        let metadata = facts.into_iter().chain(build).chain(part).map(|(key, value)| (key.to_owned(), value)).collect();
+        mcap.write_metadata(&mcap::records::Metadata { name: METADATA.to_owned(), metadata })?;
+        mcap.attach(&Attachment {
+            log_time: nanoseconds(self.started),
+            create_time: nanoseconds(self.started),
+            name: SCENE.to_owned(),
+            media_type: "application/toml".to_owned(),
+            data: self.scene.as_bytes().into(),
+        })
+    }
+}
+
+/// Nanoseconds since 1970.
+pub fn nanoseconds(time: SystemTime) -> u64 {
+    time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
+}
+
+/// What the host's clock runs on, as far as it says.
+fn clock_source() -> String {
+    fs::read_to_string(CLOCK_SOURCE).map_or_else(|_| "unknown".to_owned(), |source| source.trim().to_owned())
+}

@@ -1,0 +1,55 @@
+//! What full queues keep out is told: no step is missing without an explanation.
+
+use std::collections::BTreeSet;
+use std::sync::mpsc::{channel, sync_channel};
+
+use flexcrank::runtime::{Output, Pace, Ports, PublishRate, Stepper, Stepping, inbox};
+use flexcrank::simulation::Simulation;
+use flexcrank::wire::{Angles, Gap, Loads, Stamp};
+
+use crate::common::{self, Outcome, Service, scene};
+
+/// Steps that should be there and are not.
+fn missing(stamps: impl Iterator<Item = Option<Stamp>>, steps: u64) -> BTreeSet<u64> {
+    let there: BTreeSet<u64> = stamps.flatten().map(|stamp| stamp.step).collect();
+    (0..=steps).filter(|step| !there.contains(step)).collect()
+}
+
+#[test]
+fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
+    let steps = 60_000;
+    let service = Service::start(scene(&[])?, Pace::Factor(1e5), Some(steps as f64 * 1e-3), PublishRate::All)?;
+    let (report, folder) = service.finish()?;
+    assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
+    let file = folder.path().join("run.mcap");
+    let gaps = common::decoded::<Gap>(&file, "gaps")?;
+    let angles = missing(common::decoded::<Angles>(&file, "angles")?.into_iter().map(|row| row.stamp), steps);
+    let loads = missing(common::decoded::<Loads>(&file, "loads")?.into_iter().map(|row| row.stamp), steps);
+    for (topic, missing) in [("angles", angles), ("loads", loads)] {
+        let told: Vec<&Gap> = gaps.iter().filter(|gap| gap.topic == topic).collect();
+        let count: u64 = told.iter().map(|gap| gap.count).sum();
+        assert_eq!(missing.len() as u64, count, "{topic}: missing and told of");
+        let explained = |step: &u64| {
+            told.iter().any(|gap| (gap.first_step..=gap.stamp.as_ref().map_or(0, |stamp| stamp.step)).contains(step))
+        };
+        assert!(missing.iter().all(explained), "{topic}: every missing step is inside a gap");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
+    let simulation = Simulation::new(&scene(&[])?.scene)?;
+    let (door, commands) = inbox();
+    let (output, told) = channel();
+    let (_no_samples, pool) = sync_channel(1);
+    let ports = Ports { commands, output, pool, counts: door.counts() };
+    let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish: PublishRate::All };
+    let (_, dropped) = Stepper::new(simulation, None, stepping, ports)?.run();
+    let missed: Vec<_> =
+        told.try_iter().filter_map(|output| if let Output::Missed(missed, _) = output { Some(missed) } else { None }).collect();
+    assert_eq!((dropped, missed.iter().map(|missed| missed.count).sum::<u64>()), (501, 501));
+    assert_eq!(missed.first().map(|missed| missed.first_step), Some(0));
+    assert_eq!(missed.last().map(|missed| missed.last.step), Some(500));
+    Ok(())
+}

@@ -1,0 +1,6 @@
+//! Recordings: in parts, with gaps, broken and recovered.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod gaps;
+mod parts;
