@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
 use super::aligned::figure;
+use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
@@ -20,7 +21,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank stability                                  spectral radius and order of every scheme, theory beside measured
   flexcrank stability crank-slider --quick             a few hundred cells of the extremes sweep
-  flexcrank stability crank-slider --csv maps          all of it: thousands of cells, some minutes
+  flexcrank stability crank-slider --csv maps --plot maps   all of it: thousands of cells, some minutes
   flexcrank stability mine.toml --only stiffness --set rod.length_m=1.2
 
 Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle
@@ -52,6 +53,9 @@ pub(super) struct Args {
     /// Write every table to this folder.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
+    /// Draw every map into this folder, as SVG and PNG.
+    #[arg(long, value_name = "DIR")]
+    pub plot: Option<PathBuf>,
     /// Cells at a time; as many as there are cores unless given.
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZero<usize>>,
@@ -61,11 +65,11 @@ pub(super) struct Args {
 }
 
 pub(super) fn stability(args: &Args) -> anyhow::Result<Done> {
-    if let Some(folder) = &args.csv {
+    for folder in [&args.csv, &args.plot].into_iter().flatten() {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
     if args.schemes || args.scene.is_none() {
-        schemes(args.csv.as_deref())?;
+        schemes(args)?;
     }
     match &args.scene {
         Some(scene) => extremes(scene, args),
@@ -77,7 +81,16 @@ fn write(folder: Option<&Path>, name: &str, table: &Table) -> anyhow::Result<()>
     Ok(folder.map_or(Ok(()), |folder| table.write_csv(&folder.join(format!("{name}.csv"))))?)
 }
 
-fn schemes(folder: Option<&Path>) -> anyhow::Result<()> {
+fn draw(folder: Option<&Path>, name: &str, picture: &Picture) -> anyhow::Result<()> {
+    let Some(folder) = folder else { return Ok(()) };
+    for format in [Format::Svg, Format::Png] {
+        picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
+    }
+    Ok(())
+}
+
+fn schemes(args: &Args) -> anyhow::Result<()> {
+    let folder = args.csv.as_deref();
     let tenths = || (0..=10).map(|n| f64::from(n) / 10.0);
     let weights: Vec<Scheme> = tenths().chain([0.55]).map(Scheme::TwoPoint).collect();
     let rhos: Vec<Scheme> = tenths().map(Scheme::GeneralizedAlpha).collect();
@@ -91,6 +104,9 @@ fn schemes(folder: Option<&Path>) -> anyhow::Result<()> {
         show_scheme(title, parameter, &schemes, &radii, &orders)?;
         write(folder, &format!("spectral-radius-{name}"), &radii)?;
         write(folder, &format!("order-{name}"), &orders)?;
+        for (file, picture) in plot::stability::scheme(name, &radii, &orders) {
+            draw(args.plot.as_deref(), &file, &picture)?;
+        }
     }
     Ok(())
 }
@@ -146,6 +162,7 @@ fn extremes(scene: &str, args: &Args) -> anyhow::Result<Done> {
     for map in &swept {
         show_map(map)?;
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
+        draw(args.plot.as_deref(), &map.map.name, &plot::stability::swept(map).into())?;
     }
     if let Some(folder) = &args.csv {
         write_ends(&folder.join("cells.csv"), &swept)?;

@@ -24,6 +24,8 @@ pub struct Axis {
     pub unit: String,
     /// How values lie along it.
     pub scale: Scale,
+    /// What stands at 0, 1, 2, …, where the axis is a list of cases; empty elsewhere.
+    pub names: Vec<String>,
 }
 
 /// How values lie along an axis.
@@ -93,17 +95,22 @@ impl Figure {
 impl Axis {
     /// A linear axis.
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Axis { label: label.into(), unit: unit.into(), scale: Scale::Linear }
+        Axis { label: label.into(), unit: unit.into(), ..Axis::default() }
+    }
+
+    /// A list of cases, at 0, 1, 2, ….
+    pub fn listed(label: impl Into<String>, unit: impl Into<String>, names: Vec<String>) -> Self {
+        Axis { names, ..Axis::new(label, unit) }
     }
 
     /// An angle in radians, labelled in multiples of π.
     pub fn angle(label: impl Into<String>) -> Self {
-        Axis { label: label.into(), unit: "rad".to_owned(), scale: Scale::Pi }
+        Axis { scale: Scale::Pi, ..Axis::new(label, "rad") }
     }
 
     /// A logarithmic axis.
     pub fn log(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Axis { label: label.into(), unit: unit.into(), scale: Scale::Log }
+        Axis { scale: Scale::Log, ..Axis::new(label, unit) }
     }
 }
 

@@ -11,6 +11,8 @@ use super::{PlotError, ticks::superscript};
 const GAP: f64 = 8.0;
 /// Room a tick takes, px, along x and along y.
 const TICK_ROOM: [f64; 2] = [62.0, 46.0];
+/// Room a name takes along y, px; along x it takes its width.
+const NAME_ROOM: f64 = 17.0;
 
 /// What interval an axis shows, and how.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,8 +101,7 @@ impl Frame {
     /// Draws grid, ticks, texts and labels.
     pub fn draw(&self, canvas: &Canvas<'_>, x: &Axis, y: &Axis) -> Result<(), PlotError> {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
-        let ticks = |span: &Span, length: f64, room: f64| span.ticks(((length / room) as usize).max(2));
-        let (x_ticks, y_ticks) = (ticks(&self.x, self.width, TICK_ROOM[0]), ticks(&self.y, self.height, TICK_ROOM[1]));
+        let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, Along::X), y.ticks(&self.y, self.height, Along::Y));
         let across = |value: f64| self.x.part(value).map(|part| self.left + part * self.width);
         let up = |value: f64| self.y.part(value).map(|part| bottom - part * self.height);
         for value in x_ticks.minor.iter().filter_map(|value| across(*value)) {
@@ -132,13 +133,32 @@ impl Frame {
 }
 
 /// Room to the left of a frame of this height for the texts of its vertical axis, px.
-pub(super) fn left_room(span: &Span, height: f64) -> f64 {
-    let ticks = span.ticks(((height / TICK_ROOM[1]) as usize).max(2));
+pub(super) fn left_room(axis: &Axis, span: &Span, height: f64) -> f64 {
+    let ticks = axis.ticks(span, height, Along::Y);
     let widest = ticks.major.iter().map(|(_, label)| text_width(label, text::TICK)).fold(0.0, f64::max);
     GAP + widest + 34.0
 }
 
+/// Which way an axis runs.
+#[derive(Debug, Clone, Copy)]
+enum Along {
+    X,
+    Y,
+}
+
 impl Axis {
+    /// Ticks on `length` px: of a list, its names, as many as there is room for.
+    fn ticks(&self, span: &Span, length: f64, along: Along) -> Ticks {
+        if self.names.is_empty() {
+            return span.ticks(((length / TICK_ROOM[along as usize]) as usize).max(2));
+        }
+        let widest = self.names.iter().map(|name| text_width(name, text::TICK)).fold(0.0, f64::max);
+        let room = if matches!(along, Along::X) { widest + GAP } else { NAME_ROOM };
+        let every = (self.names.len() as f64 * room / length).ceil().max(1.0) as usize;
+        let names = self.names.iter().enumerate().step_by(every);
+        Ticks { major: names.map(|(place, name)| (place as f64, name.clone())).collect(), ..Ticks::default() }
+    }
+
     /// The axis's label with what its ticks leave out: `displacement − 0.5 m [10⁻⁶ m]`.
     pub(super) fn labelled(&self, ticks: &Ticks) -> String {
         let unit = &self.unit;

@@ -55,7 +55,7 @@ impl HeatMap {
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let (x_edges, y_edges) = (edges(&self.xs, self.x.scale), edges(&self.ys, self.y.scale));
         let (x, y) = (Span::of(x_edges.iter().copied(), self.x.scale, 0.0), Span::of(y_edges.iter().copied(), self.y.scale, 0.0));
-        let left = left_room(&y, HEIGHT);
+        let left = left_room(&self.y, &y, HEIGHT);
         let right = if matches!(self.key, Key::Quantity(_)) { BAR_ROOM } else { RIGHT };
         let frame = Frame { left, top: TOP, width: WIDTH - left - right, height: HEIGHT, x, y };
         let labels: Vec<&str> = match &self.key {

@@ -21,6 +21,7 @@ mod quantity;
 mod recorded;
 mod selection;
 mod sheet;
+pub mod stability;
 mod style;
 pub mod thesis;
 mod ticks;

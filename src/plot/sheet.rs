@@ -3,7 +3,7 @@
 use super::PlotError;
 use super::canvas::{self, Align};
 use super::curve::Curve;
-use super::figure::{Figure, Scale};
+use super::figure::{Axis, Figure, Scale};
 use super::frame::{Frame, Span, left_room};
 use super::legend::{Legend, SAMPLE};
 use super::style::text;
@@ -53,21 +53,21 @@ impl Figure {
         let y = Span::of(points().filter(shown).map(|[_, y]| y), self.y.scale, MARGIN);
         // Equal lengths a unit mean nothing where lengths are ratios.
         if self.equal_aspect && self.x.scale != Scale::Log && self.y.scale != Scale::Log {
-            return equal(x, y);
+            return equal(&self.y, x, y);
         }
-        let left = left_room(&y, HEIGHT);
+        let left = left_room(&self.y, &y, HEIGHT);
         Frame { left, top: TOP, width: WIDTH - left - RIGHT, height: HEIGHT, x, y }
     }
 }
 
 /// A frame in which both axes have the same measure.
-fn equal(x: Span, y: Span) -> Frame {
+fn equal(axis: &Axis, x: Span, y: Span) -> Frame {
     let lengths = [x.high - x.low, y.high - y.low];
     let px_per_unit = (EQUAL_MOST[0] / lengths[0]).min(EQUAL_MOST[1] / lengths[1]);
     let wanted = lengths.map(|length| length * px_per_unit);
     let [width, height] = [0, 1].map(|axis| wanted[axis].max(EQUAL_LEAST[axis]));
     let (x, y) = (x.stretched(width / wanted[0]), y.stretched(height / wanted[1]));
-    let left = left_room(&y, height);
+    let left = left_room(axis, &y, height);
     // Centred, ticks' texts included.
     let left = left + ((WIDTH - left - RIGHT - width) / 2.0).max(0.0);
     Frame { left, top: TOP, width, height, x, y }

@@ -209,8 +209,8 @@ impl Builder<'_> {
         let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.1, 0.3333, 0.9, 0.999, 0.9999]) };
         for way in [RIGID, MODAL, FINITE_ELEMENT, INCREMENTAL] {
             let mut cells = Vec::new();
-            for &ratio in &ratios.values {
-                for &angle in &angles.values {
+            for &angle in &angles.values {
+                for &ratio in &ratios.values {
                     let given = [set("crank.length_m", ratio * self.base.lengths_m[1]), set("start.angle_rad", angle)];
                     let reference = self.reference(&way, &given);
                     let overrides = [way.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
@@ -218,7 +218,7 @@ impl Builder<'_> {
                     cells.push(Cell { overrides, steps, reference: Some(reference) });
                 }
             }
-            self.add("starts", &way, &angles, &ratios, cells);
+            self.add("starts", &way, &ratios, &angles, cells);
         }
     }
 

@@ -72,6 +72,9 @@ pub(super) struct Sweep<'a> {
 impl Sweep<'_> {
     /// Runs one family; `expired` says that the clock has run out, `progress` hears of every run.
     pub fn family(&mut self, family: &Family, expired: &dyn Fn() -> bool, progress: &mut dyn FnMut(&Configuration)) {
+        if self.prune && self.is_settled(family) {
+            return;
+        }
         let first = self.rows.len();
         let (steps_s, start_s) = (self.steps_s.clone(), self.start_s(family));
         let mut idle = 0;
@@ -93,6 +96,29 @@ impl Sweep<'_> {
                 return;
             }
         }
+    }
+
+    /// Whether it is known what making these links rigid costs, and is too much: two resolutions of the same model ended at the
+    /// same error, which finer ones and other integrators would only show again.
+    fn is_settled(&self, family: &Family) -> bool {
+        if !(family.rigid.contains(&true) && family.rigid.contains(&false)) {
+            return false;
+        }
+        let mut ends: Vec<(usize, f64)> = Vec::new();
+        for row in &self.rows {
+            let other = &row.configuration.family;
+            let Some(measured) =
+                row.outcome.as_ref().ok().filter(|_| (other.model, &other.rigid) == (family.model, &family.rigid))
+            else {
+                continue;
+            };
+            match ends.iter_mut().find(|(resolution, _)| *resolution == other.resolution) {
+                Some((_, least)) => *least = least.min(measured.error),
+                None => ends.push((other.resolution, measured.error)),
+            }
+        }
+        ends.sort_by_key(|(resolution, _)| *resolution);
+        ends.windows(2).any(|pair| pair[1].1 > NO_GAIN * pair[0].1 && pair[1].1 > self.enough)
     }
 
     /// Where a family begins: where its coarser sister's error stopped falling with the step, since above that it is the step
