@@ -62,6 +62,9 @@ pub(super) enum Command {
     /// Write a recording as tables.
     #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
     Export(Export),
+    /// Make a whole recording of a broken one: cut off, damaged, without an index. Exit code 3 when something is lost.
+    #[command(after_help = super::recover::EXAMPLES)]
+    Recover(super::recover::Args),
     /// Draw a recording, a table, or every figure of the thesis.
     #[command(
         after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"

@@ -7,6 +7,7 @@ mod cycle;
 mod files;
 mod live;
 mod plot;
+mod recover;
 mod stability;
 mod trade;
 mod watch;
@@ -91,6 +92,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Export(export) => files::export(&export),
+        Command::Recover(args) => recover::recover(&args),
         Command::Plot(args) => plot::plot(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),

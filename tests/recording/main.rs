@@ -3,4 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod gaps;
+mod killed;
+mod mutated;
 mod parts;
+mod recovered;

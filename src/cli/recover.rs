@@ -1,0 +1,64 @@
+//! `recover`: a whole recording from a broken one.
+
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Done;
+use crate::recording::{self, Loss, Recovered};
+
+pub(super) const EXAMPLES: &str = "\
+Example:
+  flexcrank recover recordings/crank.mcap -o whole.mcap
+
+Exit codes: 0 nothing was lost, 3 something was, 1 nothing could be saved.";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The broken recording; it is not changed.
+    pub file: PathBuf,
+    /// The new file; must not exist yet.
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+}
+
+pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {bytes}/{total_bytes}") {
+        bar.set_style(style);
+    }
+    let recovered = recording::recover(&args.file, &args.output, |done, all| {
+        bar.set_length(all);
+        bar.set_position(done);
+    });
+    bar.finish_and_clear();
+    let Recovered { messages, span_s, loss } = recovered?;
+    eprintln!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
+    if loss.is_none() {
+        return Ok(Done::Well);
+    }
+    for line in describe(&loss, span_s) {
+        eprintln!("lost: {line}");
+    }
+    Ok(Done::Lossy)
+}
+
+/// What is missing, a line each.
+fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
+    let mut lines = Vec::new();
+    let places = if loss.places == 1 { "1 place".to_owned() } else { format!("{} places", loss.places) };
+    let total: u64 = loss.messages.values().sum();
+    if loss.places > 0 || total > 0 {
+        let count =
+            if loss.counted || total > 0 { format!("{total} messages") } else { "an unknown number of messages".to_owned() };
+        lines.push(format!("{count} and {:.3} s, damaged in {places}", loss.seconds));
+    }
+    lines.extend(loss.messages.iter().map(|(topic, count)| format!("  {count} on {topic}")));
+    if loss.orphans > 0 {
+        lines.push(format!("{} messages whose topic is not known any more", loss.orphans));
+    }
+    if loss.cut_off {
+        lines.push(format!("all after {span_s:.3} s: the file was not closed, or was cut off"));
+    }
+    lines
+}

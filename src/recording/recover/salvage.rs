@@ -1,0 +1,215 @@
+//! What can be saved goes into a new file; what is missing is counted.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use mcap::records::{self, Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::write::NoSeek;
+use mcap::{Attachment, McapResult, Writer};
+
+use crate::recording::parse::parse;
+use crate::recording::reader::RECORD_LIMIT;
+use crate::recording::writer::{create_new, options};
+use crate::recording::{RecordingError, build};
+
+/// Name of the metadata record that says what a file was recovered from.
+const METADATA: &str = "flexcrank-recovered";
+
+/// Messages of one topic.
+#[derive(Debug, Default, Clone, Copy)]
+pub(super) struct Tally {
+    pub saved: u64,
+    /// How many there were, by the file's own statistics.
+    pub stated: Option<u64>,
+    /// One more than the largest sequence number.
+    pub counted: u64,
+}
+
+/// The new file, and what the old one has told so far.
+pub(super) struct Salvage {
+    mcap: Writer<NoSeek<BufWriter<File>>>,
+    schemas: HashMap<u16, (records::SchemaHeader, Vec<u8>)>,
+    channels: HashMap<u16, records::Channel>,
+    /// Channel numbers in the new file, by those in the old.
+    outlets: HashMap<u16, u16>,
+    pub tallies: BTreeMap<String, Tally>,
+    pub statistics: Option<records::Statistics>,
+    /// Whether our own recorder wrote it: then messages are numbered from 0 in every topic.
+    pub ours: bool,
+    /// Messages whose channel is not known.
+    pub orphans: u64,
+    /// Log times of the first and the last message.
+    pub span_ns: Option<(u64, u64)>,
+    /// Recorded time in which everything is missing, ns.
+    pub hole_ns: u64,
+    /// Whether something is missing just before what comes next.
+    pub in_hole: bool,
+}
+
+impl Salvage {
+    /// Makes the new file; never overwrites one.
+    pub(super) fn create(path: &Path) -> Result<Self, RecordingError> {
+        let file = BufWriter::new(create_new(path)?);
+        Ok(Salvage {
+            mcap: options().create(NoSeek::new(file)).map_err(RecordingError::mcap(path))?,
+            schemas: HashMap::new(),
+            channels: HashMap::new(),
+            outlets: HashMap::new(),
+            tallies: BTreeMap::new(),
+            statistics: None,
+            ours: false,
+            orphans: 0,
+            span_ns: None,
+            hole_ns: 0,
+            in_hole: false,
+        })
+    }
+
+    /// Learns from a record of the summary.
+    pub(super) fn learn(&mut self, opcode: u8, body: &[u8]) {
+        if [op::SCHEMA, op::CHANNEL, op::STATISTICS].contains(&opcode)
+            && let Ok(record) = parse(opcode, body)
+        {
+            self.define(record);
+        }
+    }
+
+    fn define(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, data } => {
+                self.schemas.insert(header.id, (header, data.into_owned()));
+            }
+            Record::Channel(channel) => {
+                self.outlets.remove(&channel.id);
+                self.channels.insert(channel.id, channel);
+            }
+            Record::Statistics(statistics) => self.statistics = Some(statistics),
+            _ => {}
+        }
+    }
+
+    /// Takes a record of the file in; `false` when it is damaged.
+    ///
+    /// # Errors
+    /// When the new file cannot be written.
+    pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> McapResult<bool> {
+        match opcode {
+            op::CHUNK => self.take_chunk(body),
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT | op::STATISTICS => {
+                self.take_plain(opcode, body)
+            }
+            // Indexes are made anew.
+            _ => Ok(true),
+        }
+    }
+
+    /// Takes in what a chunk holds: all of it, if its checksum is right.
+    fn take_chunk(&mut self, body: &[u8]) -> McapResult<bool> {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut reader = LinearReader::new_with_options(options);
+        let mut header = vec![op::CHUNK];
+        header.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        let mut input = std::io::Read::chain(header.as_slice(), body);
+        while let Some(event) = reader.next_event() {
+            match event {
+                Ok(LinearReadEvent::ReadRequest(size)) => {
+                    let read = std::io::Read::read(&mut input, reader.insert(size))?;
+                    reader.notify_read(read);
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    if !self.take_plain(opcode, data)? {
+                        return Ok(false);
+                    }
+                }
+                Err(_) => return Ok(false),
+            }
+        }
+        Ok(true)
+    }
+
+    fn take_plain(&mut self, opcode: u8, body: &[u8]) -> McapResult<bool> {
+        let Ok(record) = parse(opcode, body) else { return Ok(false) };
+        match record {
+            Record::Header(header) => self.ours = header.library.starts_with("flexcrank"),
+            Record::Message { header, data } => self.take_message(header, &data)?,
+            Record::Metadata(metadata) => self.mcap.write_metadata(&metadata)?,
+            Record::Attachment { header, data, .. } => self.mcap.attach(&Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data,
+            })?,
+            record => self.define(record),
+        }
+        Ok(true)
+    }
+
+    fn take_message(&mut self, header: records::MessageHeader, data: &[u8]) -> McapResult<()> {
+        let Some(channel_id) = self.outlet(header.channel_id)? else {
+            self.orphans += 1;
+            return Ok(());
+        };
+        self.mcap.write_to_known_channel(&records::MessageHeader { channel_id, ..header }, data)?;
+        if let Some(channel) = self.channels.get(&header.channel_id) {
+            if !self.tallies.contains_key(&channel.topic) {
+                self.tallies.insert(channel.topic.clone(), Tally::default());
+            }
+            if let Some(tally) = self.tallies.get_mut(&channel.topic) {
+                tally.saved += 1;
+                tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
+            }
+        }
+        let (first, last) = self.span_ns.unwrap_or((header.log_time, header.log_time));
+        if std::mem::take(&mut self.in_hole) {
+            self.hole_ns += header.log_time.saturating_sub(last);
+        }
+        self.span_ns = Some((first.min(header.log_time), last.max(header.log_time)));
+        Ok(())
+    }
+
+    /// The new file's number for a channel of the old; `None` when nothing is known of it.
+    fn outlet(&mut self, id: u16) -> McapResult<Option<u16>> {
+        if let Some(outlet) = self.outlets.get(&id) {
+            return Ok(Some(*outlet));
+        }
+        let Some(channel) = self.channels.get(&id) else { return Ok(None) };
+        let schema = match self.schemas.get(&channel.schema_id) {
+            Some((header, data)) => self.mcap.add_schema(&header.name, &header.encoding, data)?,
+            None if channel.schema_id == 0 => 0,
+            None => return Ok(None),
+        };
+        let outlet = self.mcap.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)?;
+        self.outlets.insert(id, outlet);
+        Ok(Some(outlet))
+    }
+
+    /// Puts the file's own statistics beside what was saved, topic by topic.
+    pub(super) fn compare_with_statistics(&mut self) {
+        let Some(statistics) = &self.statistics else { return };
+        for (id, count) in &statistics.channel_message_counts {
+            if let Some(channel) = self.channels.get(id) {
+                let tally = self.tallies.entry(channel.topic.clone()).or_default();
+                tally.stated = Some(tally.stated.unwrap_or(0).saturating_add(*count));
+            }
+        }
+    }
+
+    /// Says in the new file where it comes from, and closes it.
+    pub(super) fn finish(mut self, from: &Path, lost_messages: Option<u64>) -> McapResult<()> {
+        let lost = lost_messages.map_or("unknown".to_owned(), |lost| lost.to_string());
+        let facts = [("from", from.display().to_string()), ("version", build::VERSION.to_owned()), ("lost_messages", lost)];
+        let metadata = facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+        self.mcap.write_metadata(&records::Metadata { name: METADATA.to_owned(), metadata })?;
+        self.mcap.finish()?;
+        std::io::Write::flush(&mut self.mcap.into_inner().into_inner())?;
+        Ok(())
+    }
+}

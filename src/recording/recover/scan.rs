@@ -1,0 +1,178 @@
+//! The records of a file that may be damaged: after damage, the search goes on for the next chunk.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::ops::Range;
+use std::path::Path;
+
+use mcap::MAGIC;
+use mcap::records::op;
+
+use crate::recording::reader::RECORD_LIMIT;
+
+/// Bytes of a record's opcode and length.
+const HEADER: u64 = 9;
+/// Bytes of a footer record and the magic after it.
+const ENDING: u64 = HEADER + 20 + 8;
+/// Bytes that are searched at once.
+const BLOCK: usize = 64 * 1024;
+/// Bytes by which a chunk is known: its header up to its content, with the longest name of a compression.
+const CHUNK_MARK: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4 + 8;
+
+/// What comes next in a file.
+pub(super) enum Piece<'a> {
+    /// A record that looks whole; a chunk's content may be damaged all the same.
+    Record { opcode: u8, body: &'a [u8] },
+    /// Bytes that are none.
+    Damage,
+}
+
+/// Goes through a file record by record. Holds at most one record in memory.
+pub(super) struct Scanner {
+    file: BufReader<File>,
+    at: u64,
+    length: u64,
+    body: Vec<u8>,
+}
+
+impl Scanner {
+    pub(super) fn open(path: &Path) -> std::io::Result<Self> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        let mut scanner = Scanner { file: BufReader::with_capacity(BLOCK, file), at: 0, length, body: Vec::new() };
+        if scanner.peek(0, MAGIC.len())? == MAGIC {
+            scanner.at = MAGIC.len() as u64;
+        }
+        Ok(scanner)
+    }
+
+    /// How much of the file is done, bytes.
+    pub(super) fn done(&self) -> u64 {
+        self.at
+    }
+
+    /// How long the file is, bytes.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Goes back to where it was before.
+    pub(super) fn go_back(&mut self, done: u64) {
+        self.at = done;
+    }
+
+    /// Goes to the summary, if the file has an ending that says where it is.
+    pub(super) fn go_to_summary(&mut self) -> std::io::Result<bool> {
+        let Some(ending) = self.length.checked_sub(ENDING) else { return Ok(false) };
+        let bytes = self.peek(ending, ENDING as usize)?;
+        let is_footer = bytes[0] == op::FOOTER && number(&bytes, 1) == 20 && bytes[29..] == *MAGIC;
+        let summary = number(&bytes, 9);
+        if !is_footer || summary == 0 || summary > ending {
+            return Ok(false);
+        }
+        self.at = summary;
+        Ok(true)
+    }
+
+    /// The next piece; `None` at the end of the file.
+    pub(super) fn next(&mut self) -> std::io::Result<Option<Piece<'_>>> {
+        let rest = self.length - self.at;
+        if rest == 0 || (rest == MAGIC.len() as u64 && self.peek(self.at, MAGIC.len())? == MAGIC) {
+            self.at = self.length;
+            return Ok(None);
+        }
+        if let Some((opcode, content)) = self.record_at(self.at)?
+            && (self.is_chunk(self.at)? || self.is_boundary(content.end)?)
+        {
+            self.body.resize((content.end - content.start) as usize, 0);
+            self.go_to(content.start)?;
+            self.file.read_exact(&mut self.body)?;
+            self.at = content.end;
+            return Ok(Some(Piece::Record { opcode, body: &self.body }));
+        }
+        let next = self.find_chunk(self.at + 1)?.unwrap_or(self.length);
+        self.at = next;
+        Ok(Some(Piece::Damage))
+    }
+
+    /// Opcode and content of what could be a record.
+    fn record_at(&mut self, at: u64) -> std::io::Result<Option<(u8, Range<u64>)>> {
+        if self.length.saturating_sub(at) < HEADER {
+            return Ok(None);
+        }
+        let header = self.peek(at, HEADER as usize)?;
+        let (opcode, length) = (header[0], number(&header, 1));
+        let possible = match opcode {
+            op::DATA_END => length == 4,
+            op::FOOTER => length == 20,
+            0 => false,
+            _ => length <= RECORD_LIMIT as u64,
+        };
+        let start = at + HEADER;
+        let known = (op::HEADER..=op::DATA_END).contains(&opcode) || opcode >= 0x80;
+        Ok((known && possible && length <= self.length - start).then_some((opcode, start..start.saturating_add(length))))
+    }
+
+    /// Whether another record, or the end, could be here.
+    fn is_boundary(&mut self, at: u64) -> std::io::Result<bool> {
+        let rest = self.length - at;
+        let magic = MAGIC.len() as u64;
+        Ok(rest == 0 || (rest >= magic && self.peek(at, MAGIC.len())? == MAGIC) || self.record_at(at)?.is_some())
+    }
+
+    /// Whether a chunk is here whose lengths agree with each other.
+    fn is_chunk(&mut self, at: u64) -> std::io::Result<bool> {
+        let bytes = self.peek(at, CHUNK_MARK.min((self.length - at) as usize))?;
+        Ok(marks_chunk(&bytes, self.length - at))
+    }
+
+    /// Where the next chunk begins, from `from` on.
+    fn find_chunk(&mut self, from: u64) -> std::io::Result<Option<u64>> {
+        let mut at = from;
+        while at < self.length {
+            let size = (self.length - at).min((BLOCK + CHUNK_MARK) as u64) as usize;
+            let bytes = self.peek(at, size)?;
+            let starts = 0..size.min(BLOCK);
+            let rest = self.length - at;
+            if let Some(found) = starts.into_iter().find(|&start| marks_chunk(&bytes[start..], rest - start as u64)) {
+                return Ok(Some(at + found as u64));
+            }
+            at += BLOCK as u64;
+        }
+        Ok(None)
+    }
+
+    /// Keeps what is in the buffer, where that is enough.
+    fn go_to(&mut self, at: u64) -> std::io::Result<()> {
+        let here = self.file.stream_position()?;
+        self.file.seek_relative(at as i64 - here as i64)
+    }
+
+    fn peek(&mut self, at: u64, size: usize) -> std::io::Result<Vec<u8>> {
+        self.go_to(at)?;
+        let mut bytes = vec![0; size.min(self.length.saturating_sub(at) as usize)];
+        self.file.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// Whether bytes, of which `rest` are left in the file, begin with the header of a chunk whose lengths agree.
+fn marks_chunk(bytes: &[u8], rest: u64) -> bool {
+    if bytes.first() != Some(&op::CHUNK) || bytes.len() < CHUNK_MARK - 4 {
+        return false;
+    }
+    let (length, begin, end, name) = (number(bytes, 1), number(bytes, 9), number(bytes, 17), short(bytes, 37) as usize);
+    if length > (RECORD_LIMIT as u64).min(rest - HEADER) || begin > end || name > 4 || bytes.len() < 49 + name {
+        return false;
+    }
+    let known = [&b""[..], b"lz4", b"zstd"].contains(&&bytes[41..41 + name]);
+    known && number(bytes, 41 + name).checked_add(40 + name as u64) == Some(length)
+}
+
+fn number(bytes: &[u8], at: usize) -> u64 {
+    bytes.get(at..at + 8).and_then(|bytes| bytes.try_into().ok()).map_or(0, u64::from_le_bytes)
+}
+
+fn short(bytes: &[u8], at: usize) -> u32 {
+    bytes.get(at..at + 4).and_then(|bytes| bytes.try_into().ok()).map_or(0, u32::from_le_bytes)
+}

@@ -1,0 +1,171 @@
+//! Recordings broken in every way: every entry point says so, or reads what is there; none panics, none takes the memory.
+//!
+//! The same test is the fuzz target: `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated`
+//! breaks as many files as one likes; what fails is left in the folder that it names.
+
+use std::path::Path;
+use std::time::Duration;
+
+use flexcrank::recording::{Messages, export_csv, read_columns, recover};
+use flexcrank::runtime::{Pace, PublishRate};
+
+use crate::common::{Outcome, Service, scene};
+
+/// Most memory that reading a small broken file may take at any time: three times the largest chunk that is read.
+const MEMORY_LIMIT: u64 = 3 * 64 * 1024 * 1024;
+
+/// Random numbers by which a file is broken, the same for the same seed: SplitMix64 (Steele, Lea & Flood 2014).
+struct Dice(u64);
+
+impl Dice {
+    fn throw(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+
+    fn below(&mut self, limit: usize) -> usize {
+        (self.throw() % limit.max(1) as u64) as usize
+    }
+
+    fn range(&mut self, length: usize) -> std::ops::Range<usize> {
+        let start = self.below(length);
+        start..(start + 1 + self.below(4096)).min(length)
+    }
+}
+
+/// Where the records of a whole file begin, chunks not looked into.
+fn records(bytes: &[u8]) -> Vec<usize> {
+    let mut starts = Vec::new();
+    let mut at = 8;
+    while let Some(length) = bytes.get(at + 1..at + 9).and_then(|bytes| bytes.try_into().ok()) {
+        starts.push(at);
+        at += 9 + u64::from_le_bytes(length) as usize;
+    }
+    starts
+}
+
+fn mutate(whole: &[u8], records: &[usize], dice: &mut Dice) -> (&'static str, Vec<u8>) {
+    let mut bytes = whole.to_vec();
+    match dice.below(7) {
+        0 => {
+            bytes.truncate(dice.below(whole.len()));
+            ("cut off", bytes)
+        }
+        1 => {
+            for _ in 0..=dice.below(16) {
+                let at = dice.below(whole.len());
+                bytes[at] ^= 1 << dice.below(8);
+            }
+            ("bits flipped", bytes)
+        }
+        2 => {
+            let (from, to) = (dice.range(whole.len()), dice.range(whole.len()));
+            bytes.splice(to, whole[from].iter().copied());
+            ("spliced", bytes)
+        }
+        3 => {
+            bytes.drain(dice.range(whole.len()));
+            ("a piece missing", bytes)
+        }
+        4 => {
+            let at = records[dice.below(records.len())];
+            let length = [0, 1, dice.throw() % 100_000, dice.throw(), u64::MAX, i64::MAX as u64][dice.below(6)];
+            bytes[at + 1..at + 9].copy_from_slice(&length.to_le_bytes());
+            ("a lying length", bytes)
+        }
+        5 => {
+            // Bytes right behind a record's header: times, sizes, checksums, names and their lengths.
+            let at = records[dice.below(records.len())] + dice.below(64);
+            let huge = [0xFF, 0x7F, 0x00, 0x80][dice.below(4)];
+            bytes.iter_mut().skip(at).take(1 + dice.below(8)).for_each(|byte| *byte = huge);
+            ("a lying header", bytes)
+        }
+        _ => ("the wrong schema", wrong_schema(whole, dice).unwrap_or(bytes)),
+    }
+}
+
+/// The same messages with schemas that are not theirs.
+fn wrong_schema(whole: &[u8], dice: &mut Dice) -> Result<Vec<u8>, mcap::McapError> {
+    let mut out = mcap::Writer::new(std::io::Cursor::new(Vec::new()))?;
+    let names = ["flexcrank.v1.Angles", "flexcrank.v1.Checkpoint", "google.protobuf.Timestamp", "no.such.Type", ""];
+    let mut channels = std::collections::BTreeMap::new();
+    for message in mcap::MessageStream::new(whole)? {
+        let message = message?;
+        if !channels.contains_key(&message.channel.topic) {
+            let mut data = message.channel.schema.as_ref().map(|schema| schema.data.to_vec()).unwrap_or_default();
+            match dice.below(3) {
+                0 => data.truncate(dice.below(data.len())),
+                1 => data.iter_mut().step_by(1 + dice.below(997)).for_each(|byte| *byte = byte.wrapping_add(1)),
+                _ => {}
+            }
+            let schema = out.add_schema(names[dice.below(names.len())], ["protobuf", "jsonschema"][dice.below(8) / 7], &data)?;
+            let channel = out.add_channel(schema, &message.channel.topic, "protobuf", &message.channel.metadata)?;
+            channels.insert(message.channel.topic.clone(), channel);
+        }
+        let channel_id = channels[&message.channel.topic];
+        let (sequence, log_time, publish_time) = (message.sequence, message.log_time, message.publish_time);
+        let mut data = message.data.to_vec();
+        if dice.below(50) == 0 && !data.is_empty() {
+            let at = dice.below(data.len());
+            data[at] = data[at].wrapping_add(1);
+        }
+        out.write_to_known_channel(&mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time }, &data)?;
+    }
+    out.finish()?;
+    Ok(out.into_inner().into_inner())
+}
+
+/// Reads a file by every way there is. Errors are fine, as long as they say something.
+fn read_all_ways(broken: &Path, folder: &Path) {
+    let said = |error: String| assert!(error.len() > broken.display().to_string().len(), "an error that says nothing: {error}");
+    if let Ok(messages) = Messages::open(broken) {
+        messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string()));
+    }
+    read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));
+    export_csv(broken, &folder.join("tables")).err().into_iter().for_each(|error| said(error.to_string()));
+    let whole = folder.join("whole.mcap");
+    match recover(broken, &whole, |_, _| {}) {
+        Err(error) => said(error.to_string()),
+        Ok(recovered) => {
+            let read: Result<Vec<_>, _> = Messages::open(&whole).into_iter().flatten().collect();
+            assert_eq!(read.ok().map(|messages| messages.len() as u64), Some(recovered.messages), "what is recovered is whole");
+            let _ = std::fs::remove_file(&whole);
+        }
+    }
+}
+
+fn asked(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+#[test]
+fn prop_broken_files_are_told_of_without_panic_or_waste_of_memory() -> Outcome {
+    // Many small chunks.
+    let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(0.1), |live| {
+        live.stepping.publish = PublishRate::All;
+        live.flush_period = Duration::from_micros(100);
+    })?;
+    let (_, folder) = service.finish()?;
+    let whole = std::fs::read(folder.path().join("run.mcap"))?;
+    let records = records(&whole);
+    let seed = asked("FLEXCRANK_SEED", 1);
+    let mut dice = Dice(seed);
+    for n in 0..asked("FLEXCRANK_MUTATIONS", 200) {
+        let (how, bytes) = mutate(&whole, &records, &mut dice);
+        let broken = folder.path().join("broken.mcap");
+        std::fs::write(&broken, &bytes)?;
+        let mut panicked = false;
+        let memory = allocation_counter::measure(|| {
+            let reading = std::panic::AssertUnwindSafe(|| read_all_ways(&broken, folder.path()));
+            panicked = std::panic::catch_unwind(reading).is_err();
+        });
+        if panicked || memory.bytes_max > MEMORY_LIMIT {
+            let kept = std::env::temp_dir().join(format!("flexcrank-broken-{seed}-{n}.mcap"));
+            std::fs::write(&kept, &bytes)?;
+            return Err(format!("{how}: panicked: {panicked}, {} bytes; see {}", memory.bytes_max, kept.display()).into());
+        }
+    }
+    Ok(())
+}

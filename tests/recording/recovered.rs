@@ -1,0 +1,159 @@
+//! Broken recordings made whole: what is said to be lost is what is missing.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use flexcrank::recording::{Messages, RecordingError, Recovered, recover};
+use flexcrank::runtime::{Pace, PublishRate};
+
+use crate::common::{Outcome, Service, scene};
+
+/// A recording of so many seconds in a folder, and its bytes.
+fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(seconds), PublishRate::All)?.finish()?;
+    let bytes = std::fs::read(folder.path().join("run.mcap"))?;
+    Ok((folder, bytes))
+}
+
+/// Every message: topic, number, times, bytes.
+type Known = (String, u32, u64, u64, Vec<u8>);
+
+fn messages(file: &Path) -> Result<Vec<Known>, RecordingError> {
+    let known = |message: flexcrank::recording::Recorded| {
+        (message.channel.topic.clone(), message.sequence, message.log_time, message.publish_time, message.data.to_vec())
+    };
+    Messages::open(file)?.map(|message| message.map(known)).collect()
+}
+
+fn repaired(folder: &Path, bytes: &[u8]) -> Outcome<(Recovered, PathBuf)> {
+    let (broken, whole) = (folder.join("broken.mcap"), folder.join("whole.mcap"));
+    std::fs::write(&broken, bytes)?;
+    if whole.exists() {
+        std::fs::remove_file(&whole)?;
+    }
+    Ok((recover(&broken, &whole, |_, _| {})?, whole))
+}
+
+/// Where chunks begin and how long they are.
+fn chunks(bytes: &[u8]) -> Outcome<Vec<std::ops::Range<usize>>> {
+    let summary = mcap::Summary::read(bytes)?.ok_or("no summary")?;
+    let range = |chunk: &mcap::records::ChunkIndex| {
+        chunk.chunk_start_offset as usize..(chunk.chunk_start_offset + chunk.chunk_length) as usize
+    };
+    Ok(summary.chunk_indexes.iter().map(range).collect())
+}
+
+#[test]
+fn prop_a_whole_recording_stays_as_it_is() -> Outcome {
+    let (folder, bytes) = recording(3.0)?;
+    let (recovered, whole) = repaired(folder.path(), &bytes)?;
+    assert!(recovered.loss.is_none(), "{recovered:?}");
+    assert_eq!(messages(&whole)?, messages(&folder.path().join("run.mcap"))?);
+    let again = std::fs::read(&whole)?;
+    let summary = mcap::Summary::read(&again)?.ok_or("no summary")?;
+    let attached = mcap::read::attachment(&again, &summary.attachment_indexes[0])?;
+    assert_eq!(attached.data, scene(&[])?.text.as_bytes());
+    assert!(summary.metadata_indexes.iter().any(|index| index.name == "flexcrank"));
+    Ok(())
+}
+
+#[test]
+fn prop_without_its_index_nothing_is_lost() -> Outcome {
+    let (folder, bytes) = recording(1.0)?;
+    let (recovered, whole) = repaired(folder.path(), &bytes[..bytes.len() - 100])?;
+    assert!(recovered.loss.is_none(), "{recovered:?}");
+    assert_eq!(messages(&whole)?, messages(&folder.path().join("run.mcap"))?);
+    Ok(())
+}
+
+#[test]
+fn prop_what_is_cut_off_is_lost_and_nothing_else() -> Outcome {
+    let (folder, bytes) = recording(3.0)?;
+    let all = messages(&folder.path().join("run.mcap"))?;
+    for part in [0.3, 0.5, 0.9] {
+        let (recovered, whole) = repaired(folder.path(), &bytes[..(bytes.len() as f64 * part) as usize])?;
+        assert!(recovered.loss.cut_off && recovered.loss.places == 0, "{recovered:?}");
+        let kept = messages(&whole)?;
+        assert_eq!(recovered.messages, kept.len() as u64);
+        assert!(!kept.is_empty() && kept[..] == all[..kept.len()], "{} of {}", kept.len(), all.len());
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_damaged_chunk_is_left_out_and_counted() -> Outcome {
+    let (folder, mut bytes) = recording(3.0)?;
+    let all = messages(&folder.path().join("run.mcap"))?;
+    let chunks = chunks(&bytes)?;
+    assert!(chunks.len() > 4);
+    for n in [0, 1, chunks.len() / 2, chunks.len() - 1] {
+        let middle = (chunks[n].start + chunks[n].end) / 2;
+        bytes[middle] ^= 0x10;
+        let (recovered, whole) = repaired(folder.path(), &bytes)?;
+        bytes[middle] ^= 0x10;
+        let kept = messages(&whole)?;
+        let lost: u64 = recovered.loss.messages.values().sum();
+        assert_eq!((recovered.loss.places, recovered.loss.cut_off, recovered.loss.counted), (1, false, true));
+        assert_eq!(lost, (all.len() - kept.len()) as u64);
+        assert!(lost > 0 && recovered.loss.seconds > 0.0);
+        assert!(kept.iter().all(|message| all.contains(message)), "chunk {n}");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_after_a_lying_length_the_next_chunks_are_found() -> Outcome {
+    let (folder, bytes) = recording(3.0)?;
+    let all = messages(&folder.path().join("run.mcap"))?.len() as u64;
+    let chunks = chunks(&bytes)?;
+    for length in [0_u64, 7, 1 << 20, u64::MAX] {
+        let mut lying = bytes.clone();
+        lying[chunks[2].start + 1..chunks[2].start + 9].copy_from_slice(&length.to_le_bytes());
+        let (recovered, _) = repaired(folder.path(), &lying)?;
+        let lost: u64 = recovered.loss.messages.values().sum();
+        assert_eq!(recovered.messages + lost, all, "length {length}");
+        assert!(recovered.messages > all / 2 && lost > 0, "length {length}: {recovered:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_what_a_killed_file_lost_inside_is_counted_by_its_numbers() -> Outcome {
+    let (folder, mut bytes) = recording(3.0)?;
+    let chunks = chunks(&bytes)?;
+    bytes[(chunks[1].start + chunks[1].end) / 2] ^= 1;
+    bytes.truncate(chunks[3].end);
+    let (recovered, whole) = repaired(folder.path(), &bytes)?;
+    let lost: u64 = recovered.loss.messages.values().sum();
+    assert!(recovered.loss.cut_off && recovered.loss.places == 1 && lost > 0, "{recovered:?}");
+    let kept = messages(&whole)?;
+    let numbers = kept.iter().filter(|message| message.0.ends_with("/angles")).map(|message| u64::from(message.1));
+    let (count, last) = numbers.fold((0, 0), |(count, _), number| (count + 1, number));
+    assert_eq!(recovered.loss.messages.get("flexcrank/test/angles"), Some(&(last + 1 - count)));
+    Ok(())
+}
+
+fn program(arguments: &[&Path]) -> Result<(Option<i32>, String), std::io::Error> {
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("recover").args(arguments).output()?;
+    Ok((output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned()))
+}
+
+#[test]
+fn prop_exit_codes_say_whole_lossy_or_nothing() -> Outcome {
+    let (folder, bytes) = recording(1.0)?;
+    let path = |name: &str| folder.path().join(name);
+    let (run, cut, junk) = (path("run.mcap"), path("cut.mcap"), path("junk.mcap"));
+    std::fs::write(&cut, &bytes[..bytes.len() / 2])?;
+    std::fs::write(&junk, "not a recording at all")?;
+    let option = Path::new("-o");
+    assert_eq!(program(&[&run, option, &path("a.mcap")])?.0, Some(0));
+    let (code, says) = program(&[&cut, option, &path("b.mcap")])?;
+    assert!(code == Some(3) && says.contains("lost: all after"), "{says}");
+    let (code, says) = program(&[&junk, option, &path("c.mcap")])?;
+    assert!(code == Some(1) && says.contains("no messages") && !path("c.mcap").exists(), "{says}");
+    let (code, says) = program(&[&cut, option, &path("b.mcap")])?;
+    assert!(code == Some(1) && says.contains("exists"), "{says}");
+    assert_eq!(program(&[&path("absent.mcap"), option, &path("d.mcap")])?.0, Some(1));
+    assert!(!path("d.mcap").exists());
+    Ok(())
+}
