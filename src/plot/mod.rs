@@ -16,6 +16,7 @@ mod figure;
 mod frame;
 mod heat_map;
 mod legend;
+mod lettering;
 mod output;
 mod quantity;
 mod recorded;

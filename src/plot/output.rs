@@ -1,11 +1,10 @@
 //! Pictures as files: SVG as drawn, PNG rasterised from it with the embedded font.
 
 use std::path::Path;
-use std::sync::{Arc, LazyLock};
 
 use resvg::{tiny_skia, usvg};
 
-use super::{Figure, HeatMap, PlotError, canvas::FONT};
+use super::{Figure, HeatMap, PlotError, lettering};
 
 /// Pixels of a PNG for every px of its SVG.
 pub const PNG_SCALE: f32 = 2.0;
@@ -97,17 +96,9 @@ impl From<HeatMap> for Picture {
     }
 }
 
-/// The embedded font, under the family that the SVGs name.
-static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
-    let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(FONT.to_vec());
-    fonts.set_sans_serif_family("DejaVu Sans");
-    Arc::new(fonts)
-});
-
 fn png(title: &str, svg: &str) -> Result<Vec<u8>, PlotError> {
-    let options = usvg::Options { fontdb: Arc::clone(&FONTS), ..usvg::Options::default() };
-    let tree = usvg::Tree::from_str(svg, &options).map_err(|cause| PlotError::draw(title, cause))?;
+    let svg = lettering::outlined(title, svg)?;
+    let tree = usvg::Tree::from_str(&svg, &usvg::Options::default()).map_err(|cause| PlotError::draw(title, cause))?;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|px| (px * PNG_SCALE).round() as u32);
     let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or_else(|| PlotError::draw(title, "it has no size"))?;
     resvg::render(&tree, tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());

@@ -22,11 +22,15 @@ fn axis(axis: &stability::Axis) -> (Axis, Vec<f64>) {
         Spacing::Log => drawn.scale = Scale::Log,
         Spacing::Linear => {}
         Spacing::Listed => {
-            drawn.names = places.iter().map(f64::to_string).collect();
+            drawn.names = places.iter().map(|place| shorter(format!("{place}"), format!("{place:e}"))).collect();
             places = (0..places.len()).map(|place| place as f64).collect();
         }
     }
     (drawn, places)
+}
+
+fn shorter(one: String, other: String) -> String {
+    if other.len() < one.len() { other } else { one }
 }
 
 /// The spectral radii of a scheme's table over ωh: maps over its parameter, one of theory and one as run; curves of both where it
