@@ -138,7 +138,8 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
     }
     let (mut rows, left_out) = (sweep.rows, sweep.left_out);
     mark(&mut rows);
-    Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short: expired(), reference })
+    let cut_short = expired() || reference.cut_short;
+    Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short, reference })
 }
 
 impl Study {

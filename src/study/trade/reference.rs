@@ -12,6 +12,10 @@ use crate::simulation::BuildError;
 const ELEMENTS: usize = 8;
 /// Steps in an interval at the coarsest.
 const STEPS: f64 = 25.0;
+/// What a refinement costs over the one before.
+const DEARER: f64 = 8.0;
+/// How much longer than its nominal share a run may be expected to take by the clock.
+const SLOWER: f64 = 2.0;
 /// Refinements at most.
 const REFINEMENTS: u32 = 6;
 /// Runs that are made whatever they take.
@@ -28,12 +32,15 @@ pub struct Reference {
     pub estimate: Errors,
     /// Work of the finest run.
     pub effort: Counts,
+    /// Whether the clock forbade a refinement that the nominal cost allowed: another run may get further.
+    pub cut_short: bool,
     pub(super) samples: Vec<Sample>,
     pub(super) scales: [f64; CHANNELS.len()],
 }
 
 impl Reference {
-    /// Refines until two successive runs agree to `target` in `outputs`, or the next would take more than `share_s` (nominal).
+    /// Refines until two successive runs agree to `target` in `outputs`, or the next would take more than `share_s`: nominally, so
+    /// that the reference is the same from run to run, or, on a slow or busy machine, by what the last took by the clock.
     ///
     /// # Errors
     /// [`Failed`] when the finite-element model cannot run the scene even twice.
@@ -47,15 +54,23 @@ impl Reference {
     ) -> Result<Self, Failed> {
         let (outputs, target) = wanted;
         let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
+        let mut last_s = 0.0;
         let mut failure = Failed::from(BuildError { model: "finite-element", why: "the budget leaves no time for it" });
         for k in 0..=REFINEMENTS {
             let configuration = level(chain, grid, k);
             if k >= LEAST && nominal_s(&configuration, grid) > share_s {
                 break;
             }
+            if k >= LEAST && DEARER * last_s > SLOWER * share_s {
+                best.iter_mut().for_each(|best| best.cut_short = true);
+                break;
+            }
             progress(&configuration);
             let run = match run(&configuration, scene, grid) {
-                Ok((run, _)) => run,
+                Ok((run, seconds)) => {
+                    last_s = seconds;
+                    run
+                }
                 // Where a coarse start fails a finer one may not.
                 Err(failed) => {
                     failure = failed;
@@ -66,7 +81,7 @@ impl Reference {
             let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
             let Some(estimate) = estimate else { continue };
             let agreed = estimate.worst(outputs) <= target;
-            best = Some(Reference { configuration, estimate, effort: run.effort, samples: run.samples, scales });
+            best = Some(Reference { configuration, estimate, effort: run.effort, cut_short: false, samples: run.samples, scales });
             if agreed {
                 break;
             }
