@@ -81,7 +81,8 @@ impl Reference {
             let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
             let Some(estimate) = estimate else { continue };
             let agreed = estimate.worst(outputs) <= target;
-            best = Some(Reference { configuration, estimate, effort: run.effort, cut_short: false, samples: run.samples, scales });
+            best =
+                Some(Reference { configuration, estimate, effort: run.effort, cut_short: false, samples: run.samples, scales });
             if agreed {
                 break;
             }
