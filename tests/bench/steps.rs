@@ -1,13 +1,14 @@
 //! What a step, a look and a message cost, by model and size: `cargo bench`.
 //!
-//! Elements are counted as items: that their rate stays the same from a few elements to a thousand says that cost is linear in
-//! them. A short run: `cargo bench -- --max-time 0.05`; one bench: `cargo bench -- finite_element`.
+//! Times are of several of them, rates of one: steps, looks or messages a second; with finite elements, of one element's part
+//! of a step: that this rate stays the same from a few elements to a thousand says that cost is linear in them. A short run:
+//! `cargo bench -- --max-time 0.05`; one bench: `cargo bench -- finite_element`.
 #![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
 
 use std::time::SystemTime;
 
-use divan::Bencher;
-use divan::counter::{BytesCount, ItemsCount};
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Sample, Simulation, Stamp};
 use flexcrank::wire::{Angles, Displacements, Loads, Telemetry};
@@ -15,6 +16,19 @@ use prost::Message;
 
 fn main() {
     divan::main();
+}
+
+/// Items timed at once: enough for caches and clock alike.
+const ITEMS: usize = 100;
+
+/// Times `work`, each counted as so many items.
+fn repeat<T>(bencher: Bencher<'_, '_>, items: usize, mut work: impl FnMut() -> T) {
+    let repeats = (ITEMS / items).max(1);
+    bencher.counter(ItemsCount::new(repeats * items)).bench_local(|| {
+        for _ in 0..repeats {
+            black_box(work());
+        }
+    });
 }
 
 /// Run into the middle of its pulse.
@@ -38,27 +52,27 @@ fn both(key: &str, value: usize) -> [String; 2] {
 #[divan::bench(args = ["runge-kutta", "two-point", "generalized-alpha"])]
 fn step_rigid(bencher: Bencher<'_, '_>, integrator: &str) {
     let mut simulation = moving(&overrides("rigid", &[format!("solver.integrator={integrator}")]));
-    bencher.bench_local(|| simulation.step().unwrap());
+    repeat(bencher, 1, || simulation.step().unwrap());
 }
 
 /// As the thesis runs it.
 #[divan::bench]
 fn step_incremental(bencher: Bencher<'_, '_>) {
     let mut simulation = Simulation::new(&SceneSource::open("thesis-crank-slider", &[]).unwrap().scene).unwrap();
-    bencher.bench_local(|| simulation.step().unwrap());
+    repeat(bencher, 1, || simulation.step().unwrap());
 }
 
 #[divan::bench(args = [1, 2, 3, 4, 5, 6])]
 fn step_modal(bencher: Bencher<'_, '_>, modes: usize) {
     let mut simulation = moving(&overrides("modal", &both("modes", modes)));
-    bencher.bench_local(|| simulation.step().unwrap());
+    repeat(bencher, 1, || simulation.step().unwrap());
 }
 
-/// By elements a link; both links' are the items.
-#[divan::bench(args = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000])]
+/// By elements a link; those of both are counted.
+#[divan::bench(args = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000], max_time = 2)]
 fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
     let mut simulation = moving(&overrides("finite-element", &both("elements", elements)));
-    bencher.counter(ItemsCount::new(2 * elements)).bench_local(|| simulation.step().unwrap());
+    repeat(bencher, 2 * elements, || simulation.step().unwrap());
 }
 
 type Messages = (Displacements, Angles, Loads);
@@ -83,7 +97,7 @@ fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
 #[divan::bench(args = [4, 8, 64])]
 fn snapshot(bencher: Bencher<'_, '_>, elements: usize) {
     let (mut simulation, telemetry, mut sample) = told(elements);
-    bencher.bench_local(|| {
+    repeat(bencher, 1, || {
         sample.observation.clone_from(simulation.observe().unwrap());
         messages(&telemetry, &sample)
     });
@@ -94,8 +108,5 @@ fn snapshot(bencher: Bencher<'_, '_>, elements: usize) {
 fn encoding(bencher: Bencher<'_, '_>, elements: usize) {
     let (_, telemetry, sample) = told(elements);
     let (displacements, angles, loads) = messages(&telemetry, &sample);
-    let bytes = displacements.encoded_len() + angles.encoded_len() + loads.encoded_len();
-    bencher
-        .counter(BytesCount::new(bytes))
-        .bench_local(|| (displacements.encode_to_vec(), angles.encode_to_vec(), loads.encode_to_vec()));
+    repeat(bencher, 1, || (displacements.encode_to_vec(), angles.encode_to_vec(), loads.encode_to_vec()));
 }
