@@ -37,12 +37,12 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Run a scene: step it, publish it, take commands, record it. What happens when no command is given.
     #[command(
-        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync"
+        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync\n  flexcrank run --resume recordings/crank.mcap"
     )]
     Run(Box<Run>),
     /// Put a recording back on the bus, byte for byte, in order and on time.
     #[command(
-        after_help = "Examples:\n  flexcrank replay recordings/crank.mcap\n  flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --name ghost"
+        after_help = "Examples:\n  flexcrank replay recordings/crank.mcap\n  flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --name ghost\n  flexcrank replay recordings/crank.mcap --what-if --add-pulse 3.0:5:0.1\n  flexcrank replay recordings/crank.mcap --what-if --set rod.area_m2=2e-4 --record thicker.mcap"
     )]
     Replay(Replay),
     /// Show the services on the bus.
@@ -59,6 +59,9 @@ pub(super) enum Command {
     Control(ControlArgs),
     /// Show a service's live values.
     Watch(Watch),
+    /// Verify recordings: structure, physics, and all of it computed again and compared to the bit.
+    #[command(after_help = super::verify::EXAMPLES)]
+    Verify(super::verify::Args),
     /// Write a recording as tables.
     #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
     Export(Export),
@@ -116,18 +119,20 @@ pub(super) struct Run {
     /// A built-in scene or a TOML file.
     #[arg(default_value = builtin::DEFAULT)]
     pub scene: String,
-    /// Name on the bus: keys are flexcrank/NAME/….
-    #[arg(long, default_value = "crank")]
-    pub name: Name,
+    #[command(flatten)]
+    pub resume: super::resume::Args,
+    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the session resumed.
+    #[arg(long)]
+    pub name: Option<Name>,
     /// Pace: real, max, or simulated seconds per second.
     #[arg(long, default_value = "real", value_parser = pace)]
     pub pace: Pace,
     /// Finish at this simulated time, s.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub until: Option<f64>,
-    /// Samples per simulated second on bus and recording, or all.
-    #[arg(long, value_name = "HZ", default_value = "200", value_parser = publish_rate)]
-    pub publish_hz: PublishRate,
+    /// Samples per simulated second on bus and recording, or all. Default: 200, or that of the session resumed.
+    #[arg(long, value_name = "HZ")]
+    pub publish_hz: Option<PublishRate>,
     /// Record to this file instead of recordings/NAME-TIME.mcap.
     #[arg(long, value_name = "PATH", conflicts_with = "no_record")]
     pub record: Option<PathBuf>,
@@ -181,6 +186,8 @@ pub(super) struct Replay {
     /// Speak even if a service of this name is on the bus.
     #[arg(long)]
     pub force: bool,
+    #[command(flatten)]
+    pub what_if: super::what_if::Args,
     #[command(flatten)]
     pub bus: Bus,
 }
@@ -330,13 +337,6 @@ fn pace(text: &str) -> Result<Pace, String> {
         "real" => Ok(Pace::Factor(1.0)),
         "max" => Ok(Pace::Max),
         factor => number(factor, 1e-3, 1e6).map(Pace::Factor).map_err(|problem| format!("real, max, or {problem}")),
-    }
-}
-
-fn publish_rate(text: &str) -> Result<PublishRate, String> {
-    match text {
-        "all" => Ok(PublishRate::All),
-        rate => number(rate, 1e-3, 1e6).map(PublishRate::Hz).map_err(|problem| format!("all, or {problem}")),
     }
 }
 

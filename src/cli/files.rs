@@ -1,6 +1,9 @@
 //! `export` and `scenes`: nothing on the bus.
 
 use std::io::Write as _;
+use std::path::Path;
+
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
 use super::args::Export;
@@ -32,4 +35,14 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
     }
     Ok(Done::Well)
+}
+
+/// Over so many readings of a file; nothing when there is no terminal.
+pub(super) fn progress_bar(file: &Path, readings: u64) -> ProgressBar {
+    let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
+    let bar = ProgressBar::new(readings * bytes);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
 }

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
 use super::args::{Replay, Run};
+use super::resume::{Beginning, begin};
 use crate::bus;
 use crate::recording::{RecordingError, Written, place};
 use crate::runtime::{Ending, Shadow, Stepping};
@@ -19,19 +20,18 @@ use crate::simulation::Simulation;
 use crate::wire::{Angles, Status, status::State};
 
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
-    let scene = SceneSource::open(&args.scene, &args.overrides)?;
-    let simulation = Simulation::new(&scene.scene)?;
+    let Beginning { name, scene, simulation, publish, resumption } = begin(&args)?;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(place::FOLDER);
-    let fresh = || place::fresh(folder, &args.name.to_string(), SystemTime::now());
+    let fresh = || place::fresh(folder, &name.to_string(), SystemTime::now());
     let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
     let line = status_line();
     let (shown, warned) = (line.clone(), AtomicBool::new(false));
-    announce(&args, &scene, record.as_deref());
+    announce(&name, &scene, record.as_deref());
     let live = Live {
-        name: args.name,
+        name,
         scene,
-        stepping: Stepping { pace: args.pace, until_s: args.until, publish: args.publish_hz },
+        stepping: Stepping { pace: args.pace, until_s: args.until, publish },
         record,
         recordings: folder.to_owned(),
         flush_period: args.flush,
@@ -40,6 +40,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         on_status: Box::new(move |status| show(&shown, &warned, status)),
         force: args.force,
+        resumed: resumption,
     };
     let report = runtime()?.block_on(async {
         let session = args.bus.options().open_service()?;
@@ -68,7 +69,7 @@ fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
     Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
-fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
+fn announce(name: &bus::Name, scene: &SceneSource, record: Option<&Path>) {
     let solver = &scene.scene.solver;
     let to = record.map_or("not recorded".to_owned(), |path| format!("recorded to {}", path.display()));
     eprintln!(
@@ -77,7 +78,7 @@ fn announce(args: &Run, scene: &SceneSource, record: Option<&Path>) {
         solver.model.as_str(),
         solver.integrator.as_str(),
         solver.step_s,
-        args.name,
+        name,
     );
 }
 

@@ -8,9 +8,12 @@ mod files;
 mod live;
 mod plot;
 mod recover;
+mod resume;
 mod stability;
 mod trade;
+mod verify;
 mod watch;
+mod what_if;
 
 use std::process::ExitCode;
 
@@ -19,6 +22,7 @@ use tracing_subscriber::EnvFilter;
 
 use crate::bus::{BadName, BusError};
 use crate::plot::PlotError;
+use crate::resimulation::ResimulationError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
@@ -69,6 +73,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<BadName>()
         || error.is::<plot::BadPlot>()
         || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
+        || error.downcast_ref::<ResimulationError>().is_some_and(ResimulationError::is_usage)
         || error.is::<NotSuited>()
         || error.is::<CycleError>()
         || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
@@ -86,11 +91,13 @@ fn log(json: bool) {
 fn dispatch(cli: Cli) -> anyhow::Result<Done> {
     match cli.command.unwrap_or_default() {
         Command::Run(run) => live::run(*run),
+        Command::Replay(replay) if replay.what_if.is_asked() => what_if::what_if(&replay.file, &replay.what_if),
         Command::Replay(replay) => live::replay(replay),
         Command::List(bus) => clients::list(&bus),
         Command::Pulse(pulse) => clients::pulse(pulse),
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
+        Command::Verify(args) => verify::verify(&args),
         Command::Export(export) => files::export(&export),
         Command::Recover(args) => recover::recover(&args),
         Command::Plot(args) => plot::plot(&args),

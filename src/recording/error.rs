@@ -37,6 +37,12 @@ pub enum RecordingError {
         /// What the decoder says.
         cause: String,
     },
+    /// It does not say what was recorded.
+    #[error("{}: not a flexcrank recording, or its beginning is lost: no metadata and scene", path.display())]
+    Anonymous {
+        /// Which file.
+        path: PathBuf,
+    },
     /// A name for a recording that is not a plain file name.
     #[error("`{0}` is not a name for a recording: letters, digits, dots, dashes and underscores, not beginning with a dot")]
     Name(String),

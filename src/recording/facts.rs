@@ -27,12 +27,14 @@ pub struct Session {
     pub started: SystemTime,
     /// The command line.
     pub command_line: String,
+    /// What else there is to know of it, by name.
+    pub facts: Vec<(&'static str, String)>,
 }
 
 impl Session {
     /// `log_time` of an instant of the session, ns.
     pub fn log_time_ns(&self, session_s: f64) -> u64 {
-        nanoseconds(self.started + Duration::from_secs_f64(session_s.max(0.0)))
+        log_time_ns(self.started, session_s)
     }
 
     /// Writes all of it; `part` is the number of the file where a session fills several.
@@ -43,10 +45,12 @@ impl Session {
             ("wall_clock", "system clock (UTC)".to_owned()),
             ("clock_source", clock_source()),
             ("command_line", self.command_line.clone()),
+            ("scene_crc32", sum(&self.scene)),
         ];
         let part = part.map(|part| ("part", part.to_string()));
         let build = build::FACTS.map(|(key, value)| (key, value.to_owned()));
-        let metadata = facts.into_iter().chain(build).chain(part).map(|(key, value)| (key.to_owned(), value)).collect();
+        let all = facts.into_iter().chain(self.facts.iter().cloned()).chain(build).chain(part);
+        let metadata = all.map(|(key, value)| (key.to_owned(), value)).collect();
         mcap.write_metadata(&mcap::records::Metadata { name: METADATA.to_owned(), metadata })?;
         mcap.attach(&Attachment {
             log_time: nanoseconds(self.started),
@@ -56,6 +60,17 @@ impl Session {
             data: self.scene.as_bytes().into(),
         })
     }
+}
+
+/// `log_time` of an instant of a session that began at `started`, ns.
+pub fn log_time_ns(started: SystemTime, session_s: f64) -> u64 {
+    let elapsed = Duration::try_from_secs_f64(session_s.max(0.0)).unwrap_or(Duration::MAX);
+    started.checked_add(elapsed).map_or(u64::MAX, nanoseconds)
+}
+
+/// A sum by which a changed scene shows.
+pub(super) fn sum(scene: &str) -> String {
+    format!("{:08x}", crc32fast::hash(scene.as_bytes()))
 }
 
 /// Nanoseconds since 1970.

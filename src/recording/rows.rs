@@ -134,3 +134,12 @@ fn text(field: &FieldDescriptor, value: &Value) -> String {
         Value::Message(_) | Value::List(_) | Value::Map(_) => String::new(),
     }
 }
+
+/// Name and text of every scalar in one of our own messages; `None` when it does not fit the schema of that name.
+pub fn scalars(schema: &str, payload: &[u8]) -> Option<Vec<(String, String)>> {
+    let pool = DescriptorPool::decode(crate::wire::DESCRIPTOR_SET).ok()?;
+    let message = DynamicMessage::decode(pool.get_message_by_name(schema)?, payload).ok()?;
+    let mut row = Row::new();
+    flatten("", &message, &mut row);
+    Some(row)
+}

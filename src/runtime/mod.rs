@@ -12,6 +12,6 @@ mod stepper;
 pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
 pub use output::{Missed, Output, RecordingRequest};
 pub use pacer::{Pace, Pacer};
-pub use rate::PublishRate;
+pub use rate::{BadRate, PublishRate};
 pub use shadow::Shadow;
 pub use stepper::{Ending, Ports, Stepper, Stepping};

@@ -11,14 +11,52 @@ pub enum PublishRate {
 
 impl PublishRate {
     /// Whether step `step` (the first is 1) of size `step_s` is published: whenever `n·h·rate` passes a whole number.
-    pub(super) fn takes(self, step: u64, step_s: f64) -> bool {
+    pub fn takes(self, step: u64, step_s: f64) -> bool {
         match self {
             PublishRate::All => true,
-            PublishRate::Hz(rate_hz) => {
-                let ticks = |step: u64| (step as f64 * step_s * rate_hz + 1e-9).floor();
-                step == 0 || ticks(step) > ticks(step - 1)
-            }
+            PublishRate::Hz(rate_hz) => step == 0 || ticks(step, step_s, rate_hz) > ticks(step - 1, step_s, rate_hz),
         }
+    }
+
+    /// How many of the steps after `after` and before `before` are published.
+    pub fn due_between(self, after: u64, before: u64, step_s: f64) -> u64 {
+        let steps = before.saturating_sub(after).saturating_sub(1);
+        match self {
+            PublishRate::Hz(rate_hz) if steps > 0 => {
+                let passed = ticks(before - 1, step_s, rate_hz) - ticks(after, step_s, rate_hz);
+                steps.min(passed as u64)
+            }
+            _ => steps,
+        }
+    }
+}
+
+fn ticks(step: u64, step_s: f64, rate_hz: f64) -> f64 {
+    (step as f64 * step_s * rate_hz + 1e-9).floor()
+}
+
+impl std::fmt::Display for PublishRate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            PublishRate::All => f.write_str("all"),
+            PublishRate::Hz(rate_hz) => write!(f, "{rate_hz}"),
+        }
+    }
+}
+
+/// Not a rate.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("all, or a number from 0.001 to 1000000.0")]
+pub struct BadRate;
+
+impl std::str::FromStr for PublishRate {
+    type Err = BadRate;
+
+    fn from_str(text: &str) -> Result<Self, BadRate> {
+        if text == "all" {
+            return Ok(PublishRate::All);
+        }
+        text.parse().ok().filter(|rate| (1e-3..=1e6).contains(rate)).map(PublishRate::Hz).ok_or(BadRate)
     }
 }
 
@@ -33,5 +71,17 @@ mod tests {
         assert_eq!(count(PublishRate::Hz(300.0), 10_000, 1e-3), 3_000);
         assert_eq!(count(PublishRate::Hz(200.0), 100, 0.1), 100);
         assert_eq!(count(PublishRate::All, 77, 1e-3), 77);
+    }
+
+    #[test]
+    fn prop_what_is_due_between_two_steps_is_what_would_be_taken() {
+        let rates = [PublishRate::All, PublishRate::Hz(200.0), PublishRate::Hz(37.0), PublishRate::Hz(3e3), PublishRate::Hz(0.7)];
+        for rate in rates {
+            for (after, before) in [(0, 0), (0, 1), (5, 5), (3, 1), (0, 1000), (17, 18), (17, 19), (123, 4567)] {
+                let taken = (after + 1..before).filter(|n| rate.takes(*n, 1e-3)).count() as u64;
+                assert_eq!(rate.due_between(after, before, 1e-3), taken, "{rate:?} {after}..{before}");
+            }
+            assert_eq!(rate.to_string().parse(), Ok(rate));
+        }
     }
 }

@@ -15,7 +15,7 @@ use super::pacer::{Pace, Pacer};
 use super::rate::PublishRate;
 use super::shadow::Shadow;
 use crate::simulation::{Diverged, Sample, Simulation, Stamp};
-use crate::wire::status::State;
+use crate::wire::{CommandReply, status::State};
 use reporting::STATUS_PERIOD;
 
 /// Simulated time between two checkpoints, s.
@@ -72,7 +72,8 @@ pub struct Stepper {
     paused: bool,
     singles: u64,
     stopping: bool,
-    session_before_epoch_s: f64,
+    resumed: bool,
+    epoch_start_s: f64,
     next_status: Duration,
     next_checkpoint_s: f64,
     overruns: u64,
@@ -86,7 +87,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Takes a simulation at its start, and a second one to run beside it.
+    /// Takes a simulation, and a second one to run beside it.
     ///
     /// # Errors
     /// When the lateness histogram cannot be made.
@@ -108,7 +109,8 @@ impl Stepper {
             paused: false,
             singles: 0,
             stopping: false,
-            session_before_epoch_s: 0.0,
+            resumed: false,
+            epoch_start_s: 0.0,
             next_status: Duration::ZERO,
             next_checkpoint_s: 0.0,
             overruns: 0,
@@ -120,13 +122,23 @@ impl Stepper {
         })
     }
 
+    /// Takes up a session: its epoch began at `epoch_start_s` of it, and `answers` were given to the commands before.
+    pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
+        self.epoch_start_s = epoch_start_s;
+        answers.iter().for_each(|answer| self.memory.keep(answer));
+        self.resumed = true;
+        self
+    }
+
     /// Steps until the end; the last good state is published whatever the rate.
     ///
     /// Returns how it ended, and how many samples were left out.
     pub fn run(mut self) -> (Ending, u64) {
-        self.pacer.anchor(self.clock.elapsed(), 0.0);
-        self.checkpoint_if_due();
-        let ending = self.publish().and_then(|()| self.step_on()).unwrap_or_else(Ending::Diverged);
+        self.pacer.anchor(self.clock.elapsed(), self.session_s());
+        self.checkpoint();
+        // What was true where a session is taken up was published before.
+        let first = if self.resumed { Ok(()) } else { self.publish() };
+        let ending = first.and_then(|()| self.step_on()).unwrap_or_else(Ending::Diverged);
         let (state, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
             Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
@@ -216,7 +228,7 @@ impl Stepper {
 
     /// Simulated time since the session began, through all resets, s.
     fn session_s(&self) -> f64 {
-        self.session_before_epoch_s + self.simulation.time_s()
+        self.epoch_start_s + self.simulation.time_s()
     }
 
     fn stamp(&self) -> Stamp {
@@ -224,7 +236,7 @@ impl Stepper {
             step: self.simulation.step_count(),
             epoch: self.simulation.epoch(),
             sim_time_s: self.simulation.time_s(),
-            session_s: self.session_s(),
+            epoch_start_s: self.epoch_start_s,
             wall: SystemTime::now(),
         }
     }
@@ -247,8 +259,7 @@ impl Stepper {
         sample.observation.clone_from(self.simulation.observe()?);
         self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
-        let mean_nm = self.simulation.take_mean_torque_nm();
-        sample.driving_torque_nm = sample.observation.motion_torque_nm.unwrap_or(mean_nm);
+        sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         self.send(Output::Sample(sample));
         let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
         if let Some(difference) = difference {
@@ -259,10 +270,14 @@ impl Stepper {
 
     fn checkpoint_if_due(&mut self) {
         if self.session_s() >= self.next_checkpoint_s || self.ports.counts.take_checkpoint_wanted() {
-            self.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
-            let stamp = self.stamp();
-            self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
+            self.checkpoint();
         }
+    }
+
+    fn checkpoint(&mut self) {
+        self.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
+        let stamp = self.stamp();
+        self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
     }
 
     /// Waits for a command, at most for `time`.

@@ -141,7 +141,7 @@ impl Desk {
             topic: self.name.key(chunk),
             schema,
             payload,
-            log_time_ns: self.plan.session.log_time_ns(stamp.session_s),
+            log_time_ns: self.plan.session.log_time_ns(stamp.session_s()),
             publish_time_ns: recording::nanoseconds(stamp.wall),
             begins_part: chunk == CHECKPOINT,
         }

@@ -42,6 +42,21 @@ pub struct Live {
     pub on_status: OnStatus,
     /// Speak under the name even if another service does.
     pub force: bool,
+    /// The session that is taken up, if it is none of its own.
+    pub resumed: Option<Resumption>,
+}
+
+/// A session that was recorded up to where the simulation stands now.
+#[derive(Debug, Clone)]
+pub struct Resumption {
+    /// Wall clock at its start.
+    pub started: SystemTime,
+    /// Simulated time of the session at which the epoch began, s.
+    pub epoch_start_s: f64,
+    /// The answers to the commands taken before, so that a retry is harmless.
+    pub answers: Vec<wire::CommandReply>,
+    /// The recording, and where it was taken up.
+    pub of: String,
 }
 
 /// How a run went.
@@ -101,10 +116,13 @@ fn start(session: &Session, live: Live, simulation: Simulation, shadow: Option<S
             break;
         }
     }
-    let stepping = live.stepping;
+    let (stepping, resumed) = (live.stepping, live.resumed.clone());
     let desk = desk(session, live, &simulation, &inbox, to_pool)?;
     let ports = Ports { commands, output: to_desk, pool, counts: inbox.counts() };
-    let stepper = Stepper::new(simulation, shadow, stepping, ports)?;
+    let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
+    if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
+        stepper = stepper.resumed(epoch_start_s, &answers);
+    }
     let (finished, over) = tokio::sync::oneshot::channel();
     let output = Builder::new().name("output".to_owned()).spawn(move || desk.serve(&from_stepper))?;
     let stepping = Builder::new().name("stepping".to_owned()).spawn(move || {
@@ -123,6 +141,8 @@ fn desk(
     inbox: &Inbox,
     pool: SyncSender<Box<Sample>>,
 ) -> Result<Desk, ServiceError> {
+    let mut facts = vec![("publish_hz", live.stepping.publish.to_string())];
+    facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
     let plan = RecordingPlan {
         folder: live.recordings,
         settings: Settings {
@@ -134,8 +154,9 @@ fn desk(
         session: recording::Session {
             name: live.name.to_string(),
             scene: live.scene.text.clone(),
-            started: SystemTime::now(),
+            started: live.resumed.as_ref().map_or_else(SystemTime::now, |resumed| resumed.started),
             command_line: live.command_line,
+            facts,
         },
     };
     let recorder = live.record.map(|path| plan.start(&path)).transpose()?;
@@ -143,7 +164,7 @@ fn desk(
     Ok(Desk {
         name: live.name,
         endpoint,
-        telemetry: Telemetry::new(&live.scene.scene.system, simulation.observation()),
+        telemetry: Telemetry::new(&live.scene.scene.system, simulation.start()),
         plan,
         recorder,
         pool,
@@ -159,7 +180,7 @@ fn desk(
 
 /// A sample to be filled.
 fn blank(simulation: &Simulation) -> Sample {
-    let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, session_s: 0.0, wall: SystemTime::UNIX_EPOCH };
+    let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
     Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone() }
 }
 

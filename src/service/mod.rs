@@ -8,5 +8,5 @@ mod replay;
 
 pub use desk::OnStatus;
 pub use error::ServiceError;
-pub use live::{Live, LiveReport, run};
+pub use live::{Live, LiveReport, Resumption, run};
 pub use replay::{Replay, ReplayReport, replay};

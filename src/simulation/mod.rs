@@ -92,6 +92,10 @@ pub struct Checkpoint {
     pub work_j: [f64; 2],
     /// Sum of the magnitudes of the work put in by every step, by travel or by rates, whichever is larger, J.
     pub work_put_in_j: f64,
+    /// Torque at the pivot at this instant, N·m.
+    pub torque_nm: f64,
+    /// Angular impulse (N·m·s) delivered since the mean torque was last taken, and the time since then (s).
+    pub impulse: [f64; 2],
 }
 
 /// A scene in motion.
@@ -112,7 +116,7 @@ pub struct Simulation {
     work_j: [f64; 2],
     /// Sum of the magnitudes of the work put in by every step, by travel or by rates, whichever is larger, J.
     work_put_in_j: f64,
-    start_energy: Energy,
+    start: Observation,
     impulse_nm_s: f64,
     impulse_over_s: f64,
     observation: Observation,
@@ -149,7 +153,7 @@ impl Simulation {
             deaf: build::deaf(scene),
             work_j: [0.0; 2],
             work_put_in_j: 0.0,
-            start_energy: Energy::default(),
+            start: Observation::default(),
             impulse_nm_s: 0.0,
             impulse_over_s: 0.0,
             observation: build::observation(scene),
@@ -176,7 +180,7 @@ impl Simulation {
         self.law.torque_nm = 0.0;
         self.take_mean_torque_nm();
         self.observe()?;
-        self.start_energy = self.observation.energy;
+        self.start.clone_from(&self.observation);
         Ok(())
     }
 
@@ -327,6 +331,13 @@ impl Simulation {
         mean
     }
 
+    /// What a sample taken now says of the drive, N·m: the mean torque since the sample before, or of a prescribed motion the
+    /// torque that it needed when it was observed last.
+    pub fn take_driving_torque_nm(&mut self) -> f64 {
+        let mean_nm = self.take_mean_torque_nm();
+        self.observation.motion_torque_nm.unwrap_or(mean_nm)
+    }
+
     /// Looks at the present state.
     ///
     /// # Errors
@@ -355,14 +366,19 @@ impl Simulation {
 
     /// What was there at the start, was put in, or fell in gravity, J.
     fn accounted_j(&self, energy: &Energy) -> f64 {
-        let fallen_j = (self.start_energy.potential_j.unwrap_or(0.0) - energy.potential_j.unwrap_or(0.0)).max(0.0);
-        let start_j = self.start_energy.kinetic_j + self.start_energy.strain_j.unwrap_or(0.0);
+        let fallen_j = (self.start.energy.potential_j.unwrap_or(0.0) - energy.potential_j.unwrap_or(0.0)).max(0.0);
+        let start_j = self.start.energy.kinetic_j + self.start.energy.strain_j.unwrap_or(0.0);
         start_j + fallen_j + self.work_put_in_j
     }
 
     /// Kinetic and strain energy that was there at the start, was put in, or fell in gravity by what was observed last, J.
     pub fn energy_accounted_j(&self) -> f64 {
         self.accounted_j(&self.observation.energy)
+    }
+
+    /// What was observed at t = 0.
+    pub fn start(&self) -> &Observation {
+        &self.start
     }
 
     /// What was observed last.
@@ -374,7 +390,7 @@ impl Simulation {
     pub fn ledger(&self) -> EnergyLedger {
         let energy = self.observation.energy;
         let [work_in_j, dissipated_j] = self.work_j;
-        let balance_error_j = total_j(&energy) - total_j(&self.start_energy) - work_in_j + dissipated_j;
+        let balance_error_j = total_j(&energy) - total_j(&self.start.energy) - work_in_j + dissipated_j;
         EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j }
     }
 
@@ -383,7 +399,16 @@ impl Simulation {
         let mut state = Vec::new();
         self.engine.save(&mut state);
         let pulses = self.pulses.iter().copied().collect();
-        Checkpoint { step: self.step, epoch: self.epoch, state, pulses, work_j: self.work_j, work_put_in_j: self.work_put_in_j }
+        Checkpoint {
+            step: self.step,
+            epoch: self.epoch,
+            state,
+            pulses,
+            work_j: self.work_j,
+            work_put_in_j: self.work_put_in_j,
+            torque_nm: self.law.torque_nm,
+            impulse: [self.impulse_nm_s, self.impulse_over_s],
+        }
     }
 
     /// Goes back (or on) to a checkpoint of the same scene; `false`, and nothing changed, when it does not fit.
@@ -395,7 +420,8 @@ impl Simulation {
         self.work_put_in_j = checkpoint.work_put_in_j;
         self.pulses.clear();
         checkpoint.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
-        self.take_mean_torque_nm();
+        self.law.torque_nm = checkpoint.torque_nm;
+        [self.impulse_nm_s, self.impulse_over_s] = checkpoint.impulse;
         true
     }
 }

@@ -9,6 +9,8 @@ use crate::scene::{Pulse, PulseShape};
 fn impulse_nm_s(pulse: &Pulse, elapsed_s: f64) -> f64 {
     let u = elapsed_s.clamp(0.0, pulse.duration_s);
     match pulse.shape {
+        // Most of many waiting pulses have not begun.
+        _ if u == 0.0 => 0.0,
         _ if u == pulse.duration_s => pulse.torque_nm * u,
         PulseShape::Rectangular => pulse.torque_nm * u,
         PulseShape::RaisedCosine => {

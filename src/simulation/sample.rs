@@ -13,10 +13,17 @@ pub struct Stamp {
     pub epoch: u64,
     /// Simulated time since the epoch began, s.
     pub sim_time_s: f64,
-    /// Simulated time since the session began, through all resets, s.
-    pub session_s: f64,
+    /// Simulated time of the session at which the epoch began, s.
+    pub epoch_start_s: f64,
     /// Wall clock.
     pub wall: SystemTime,
+}
+
+impl Stamp {
+    /// Simulated time since the session began, through all resets, s.
+    pub fn session_s(&self) -> f64 {
+        self.epoch_start_s + self.sim_time_s
+    }
 }
 
 /// State of the mechanism at one instant.

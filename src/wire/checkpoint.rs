@@ -1,22 +1,50 @@
-//! Checkpoints as messages.
+//! Checkpoints as messages, and back.
 
-use super::ActivePulse;
+use super::{ActivePulse, BadCommand};
+use crate::scene::Pulse;
 use crate::simulation::{Checkpoint, Stamp};
 
 /// A checkpoint as it is recorded.
 pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
-    let pulse = |pulse: &crate::scene::Pulse| ActivePulse {
+    let pulse = |pulse: &Pulse| ActivePulse {
         start_s: pulse.start_s,
         torque_nm: pulse.torque_nm,
         duration_s: pulse.duration_s,
         shape: super::shape(pulse.shape).into(),
     };
+    let ([work_in_j, dissipated_j], [impulse_nm_s, impulse_over_s]) = (checkpoint.work_j, checkpoint.impulse);
     super::Checkpoint {
         stamp: Some(super::stamp(stamp)),
         state: checkpoint.state.clone(),
         pulses: checkpoint.pulses.iter().map(pulse).collect(),
-        work_in_j: checkpoint.work_j[0],
-        dissipated_j: checkpoint.work_j[1],
+        work_in_j,
+        dissipated_j,
         work_put_in_j: checkpoint.work_put_in_j,
+        torque_nm: checkpoint.torque_nm,
+        impulse_nm_s,
+        impulse_over_s,
+        epoch_start_s: stamp.epoch_start_s,
     }
+}
+
+/// A recorded checkpoint as the simulation takes it.
+///
+/// # Errors
+/// [`BadCommand::Shape`] for a pulse of an unknown shape.
+pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, BadCommand> {
+    let stamp = message.stamp.unwrap_or_default();
+    let pulse = |pulse: &ActivePulse| {
+        let ActivePulse { start_s, torque_nm, duration_s, .. } = *pulse;
+        Ok(Pulse { start_s, torque_nm, duration_s, shape: super::pulse_shape(pulse.shape)? })
+    };
+    Ok(Checkpoint {
+        step: stamp.step,
+        epoch: stamp.epoch,
+        state: message.state.clone(),
+        pulses: message.pulses.iter().map(pulse).collect::<Result<_, _>>()?,
+        work_j: [message.work_in_j, message.dissipated_j],
+        work_put_in_j: message.work_put_in_j,
+        torque_nm: message.torque_nm,
+        impulse: [message.impulse_nm_s, message.impulse_over_s],
+    })
 }

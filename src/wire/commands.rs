@@ -31,11 +31,7 @@ pub enum BadCommand {
 /// # Errors
 /// [`BadCommand::Shape`] for an unknown shape.
 pub fn pulse_request(message: &TorquePulse) -> Result<PulseRequest, BadCommand> {
-    let shape = match Shape::try_from(message.shape) {
-        Ok(Shape::Rectangular) => PulseShape::Rectangular,
-        Ok(Shape::RaisedCosine) => PulseShape::RaisedCosine,
-        Err(_) => return Err(BadCommand::Shape(message.shape)),
-    };
+    let shape = pulse_shape(message.shape)?;
     let TorquePulse { torque_nm, duration_s, delay_s, .. } = *message;
     Ok(PulseRequest { torque_nm, duration_s, delay_s, shape })
 }
@@ -48,6 +44,15 @@ pub fn pulse_message(id: &str, request: &PulseRequest) -> TorquePulse {
         duration_s: request.duration_s,
         delay_s: request.delay_s,
         shape: shape(request.shape).into(),
+    }
+}
+
+/// A pulse shape as a message numbers it.
+pub(super) fn pulse_shape(number: i32) -> Result<PulseShape, BadCommand> {
+    match Shape::try_from(number) {
+        Ok(Shape::Rectangular) => Ok(PulseShape::Rectangular),
+        Ok(Shape::RaisedCosine) => Ok(PulseShape::RaisedCosine),
+        Err(_) => Err(BadCommand::Shape(number)),
     }
 }
 

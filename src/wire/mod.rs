@@ -4,7 +4,8 @@ mod checkpoint;
 mod commands;
 mod telemetry;
 
-pub use checkpoint::checkpoint;
+pub use checkpoint::{checkpoint, recorded_checkpoint};
+use commands::pulse_shape;
 pub use commands::{BadCommand, pulse_message, pulse_request, shape};
 pub use telemetry::{Telemetry, stamp, timestamp};
 

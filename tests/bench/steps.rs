@@ -88,7 +88,7 @@ fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
     let mut simulation = moving(&overrides);
     let observation = simulation.observe().unwrap().clone();
     let wall = SystemTime::UNIX_EPOCH;
-    let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, session_s: 0.05, wall };
+    let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, epoch_start_s: 0.0, wall };
     let telemetry = Telemetry::new(&scene.system, &observation);
     (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation })
 }

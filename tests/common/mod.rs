@@ -13,7 +13,7 @@ use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
 use flexcrank::runtime::{Pace, PublishRate, Shadow, Stepping};
 use flexcrank::scene::SceneSource;
-use flexcrank::service::{self, Live, LiveReport, ServiceError};
+use flexcrank::service::{self, Live, LiveReport, Resumption, ServiceError};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire;
 use tempfile::TempDir;
@@ -70,7 +70,8 @@ impl Service {
         until_s: Option<f64>,
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
-        Self::launch(folder, scene, shadow, Stepping { pace, until_s, publish }, |_| {})
+        let simulation = Simulation::new(&scene.scene)?;
+        Self::launch(folder, scene, (simulation, shadow), Stepping { pace, until_s, publish }, |_| {})
     }
 
     /// With anything changed that a run can be told.
@@ -81,19 +82,31 @@ impl Service {
         until_s: Option<f64>,
         change: impl FnOnce(&mut Live),
     ) -> Result<Self, Box<dyn Error>> {
-        Self::launch(folder, scene, None, Stepping { pace, until_s, publish: PublishRate::Hz(200.0) }, change)
+        let simulation = Simulation::new(&scene.scene)?;
+        Self::launch(folder, scene, (simulation, None), Stepping { pace, until_s, publish: PublishRate::Hz(200.0) }, change)
+    }
+
+    /// As fast as it can, from where a recording has left a simulation.
+    pub fn resume(
+        scene: SceneSource,
+        simulation: Simulation,
+        resumption: Resumption,
+        until_s: f64,
+        publish: PublishRate,
+    ) -> Result<Self, Box<dyn Error>> {
+        let stepping = Stepping { pace: Pace::Max, until_s: Some(until_s), publish };
+        Self::launch(tempfile::tempdir()?, scene, (simulation, None), stepping, |live| live.resumed = Some(resumption))
     }
 
     fn launch(
         folder: TempDir,
         scene: SceneSource,
-        shadow: Option<Shadow>,
+        simulations: (Simulation, Option<Shadow>),
         stepping: Stepping,
         change: impl FnOnce(&mut Live),
     ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;
         let name: Name = "test".parse()?;
-        let simulation = Simulation::new(&scene.scene)?;
         let mut live = Live {
             name: name.clone(),
             scene,
@@ -106,11 +119,12 @@ impl Service {
             command_line: "test".to_owned(),
             on_status: Box::new(|_| {}),
             force: false,
+            resumed: None,
         };
         change(&mut live);
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let thread = std::thread::spawn(move || {
-            let report = runtime.block_on(service::run(&session, live, (simulation, shadow), std::future::pending()));
+            let report = runtime.block_on(service::run(&session, live, simulations, std::future::pending()));
             bus::close(&session)?;
             report
         });

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use flexcrank::recording::{Messages, export_csv, read_columns, recover};
+use flexcrank::resimulation::{Source, resume, verify};
 use flexcrank::runtime::{Pace, PublishRate};
 
 use crate::common::{Outcome, Service, scene};
@@ -125,6 +126,13 @@ fn read_all_ways(broken: &Path, folder: &Path) {
     }
     read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));
     export_csv(broken, &folder.join("tables")).err().into_iter().for_each(|error| said(error.to_string()));
+    match Source::open(broken) {
+        Err(error) => said(error.to_string()),
+        Ok(source) => {
+            verify(&source, &|_, _| {}).err().into_iter().for_each(|error| said(error.to_string()));
+            resume(&source, None, &|_| {}).err().into_iter().for_each(|error| said(error.to_string()));
+        }
+    }
     let whole = folder.join("whole.mcap");
     match recover(broken, &whole, |_, _| {}) {
         Err(error) => said(error.to_string()),

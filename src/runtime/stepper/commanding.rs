@@ -48,14 +48,23 @@ impl Stepper {
                 (CommandReply { id, accepted: false, reason, ..CommandReply::default() }, None)
             }
         };
+        let begins_anew = answer.accepted && matches!(&request, Request::Control(control::Action::Reset(_)));
         match request {
             Request::Control(action @ (control::Action::StartRecording(_) | control::Action::StopRecording(_))) => {
-                if matches!(action, control::Action::StartRecording(_)) {
-                    self.next_checkpoint_s = self.session_s();
-                }
+                let begins = matches!(action, control::Action::StartRecording(_));
                 self.send(Output::Recording(RecordingRequest { action, answer, reply, stamp }));
+                if begins {
+                    // So that the recording can be re-simulated from its first message on.
+                    self.checkpoint();
+                }
             }
             _ => self.send(Output::Answer(answer, reply, recorded, stamp)),
+        }
+        if begins_anew {
+            // After the command that caused it, so that a recording can be computed again in its own order.
+            self.checkpoint();
+            // The start was looked at when the simulation was built: it can be again.
+            let _ = self.publish();
         }
     }
 
@@ -105,13 +114,10 @@ impl Stepper {
         if let Some(shadow) = &mut self.shadow {
             shadow.reset();
         }
-        self.session_before_epoch_s = session_s;
+        self.epoch_start_s = session_s;
         self.singles = 0;
         self.pacer.anchor(self.clock.elapsed(), session_s);
-        self.next_checkpoint_s = session_s;
         self.next_status = Duration::ZERO;
-        self.checkpoint_if_due();
-        self.publish().map_err(|diverged| diverged.to_string())?;
         Ok("")
     }
 }

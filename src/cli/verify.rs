@@ -1,0 +1,101 @@
+//! `verify`: whether recordings are sound, physical, and what their scene and commands give.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::Done;
+use super::files::progress_bar;
+use crate::resimulation::{Finding, Source, Verification, verify as verify_source};
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank verify recordings/crank.mcap
+  flexcrank verify recordings/*.mcap
+
+Exit codes: 0 sound and equal to the bit, 1 damaged or different, 3 sound but lossy (cut off, or a queue was full).";
+
+/// Findings that are printed; more are only counted.
+const SHOWN: usize = 20;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The recordings.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+pub(super) fn verify(args: &Args) -> anyhow::Result<Done> {
+    let mut worst = Done::Well;
+    for file in &args.files {
+        worst = match (worst, one(file)?) {
+            (Done::Refused, _) | (_, Done::Refused) => Done::Refused,
+            (Done::Lossy, _) | (_, Done::Lossy) => Done::Lossy,
+            (_, done) => done,
+        };
+    }
+    Ok(worst)
+}
+
+fn one(file: &Path) -> anyhow::Result<Done> {
+    let source = Source::open(file)?;
+    let begun = Instant::now();
+    let bar = progress_bar(file, 2);
+    let found = verify_source(&source, &|reading, position| {
+        let bytes = bar.length().unwrap_or(0) / 2;
+        bar.set_position(u64::from(reading) * bytes + position);
+    })?;
+    bar.finish_and_clear();
+    report(&source, &found, begun.elapsed())?;
+    Ok(match (found.findings.is_empty(), found.is_wrong()) {
+        (true, _) => Done::Well,
+        (false, true) => Done::Refused,
+        (false, false) => Done::Lossy,
+    })
+}
+
+fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Result<()> {
+    let mut out = std::io::stdout();
+    let Verification { structure, physics, recomputed, span_s, findings } = found;
+    writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;
+    let other = source.about.other_build();
+    if !other.is_empty() {
+        writeln!(out, "  recorded by another build ({}): last bits may differ", other.join("; "))?;
+    }
+    writeln!(out, "  structure: {} messages in {} chunks", structure.messages, structure.chunks)?;
+    if source.publish.is_none() {
+        writeln!(out, "  the recording does not say which steps were published: missing ones cannot be told")?;
+    }
+    writeln!(
+        out,
+        "  physics: joints closed to {:.0e} m, energy balance to {:.0e} of the energy there was",
+        physics.joint_gap_m, recomputed.balance
+    )?;
+    writeln!(
+        out,
+        "  computed again: {} steps from {} checkpoints with {} pulses, {} messages compared, in {:.2} s ({:.0} times real time)",
+        recomputed.steps,
+        recomputed.checkpoints,
+        recomputed.pulses,
+        recomputed.messages,
+        took.as_secs_f64(),
+        span_s / took.as_secs_f64().max(1e-9)
+    )?;
+    if recomputed.skipped > 0 {
+        writeln!(out, "  not computed again, as what leads to them is lost: {} messages", recomputed.skipped)?;
+    }
+    for finding in findings.iter().take(SHOWN) {
+        let kind = if finding.is_loss() { "lost" } else { "wrong" };
+        writeln!(out, "  {kind}: {finding}")?;
+    }
+    if findings.len() > SHOWN {
+        writeln!(out, "  and {} more", findings.len() - SHOWN)?;
+    }
+    let verdict = match (findings.is_empty(), findings.iter().all(Finding::is_loss)) {
+        (true, _) => "sound, and equal to the bit",
+        (false, true) => "what is left is sound, and equal to the bit",
+        (false, false) => "NOT as recorded",
+    };
+    writeln!(out, "  {verdict}")
+}

@@ -1,0 +1,76 @@
+//! `replay --what-if`: a recorded session computed again with a change.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::Done;
+use super::files::progress_bar;
+use crate::recording::{Written, place};
+use crate::resimulation::{AddedPulse, Change, Outcome, Source, what_if as compute};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Compute the session again with a change instead (nothing goes on the bus), record the result, say where the two part.
+    #[arg(long)]
+    what_if: bool,
+    /// What if there had been this pulse too; START in simulated s since the session began, TORQUE in N·m, DURATION in s.
+    #[arg(long, value_name = "START:TORQUE:DURATION", requires = "what_if", value_parser = added_pulse)]
+    add_pulse: Vec<AddedPulse>,
+    /// What if the scene had been another: override one of its keys.
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "what_if")]
+    overrides: Vec<String>,
+    /// Record the result to this file instead of recordings/NAME-what-if-TIME.mcap.
+    #[arg(long, value_name = "PATH", requires = "what_if")]
+    record: Option<PathBuf>,
+}
+
+impl Args {
+    pub(super) fn is_asked(&self) -> bool {
+        self.what_if
+    }
+}
+
+fn added_pulse(text: &str) -> Result<AddedPulse, String> {
+    let wrong = || "three numbers START:TORQUE:DURATION, such as 3.0:5:0.1; START from 0".to_owned();
+    let numbers: Vec<f64> = text.split(':').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong())?;
+    match numbers[..] {
+        [start_s, torque_nm, duration_s] if start_s >= 0.0 => Ok(AddedPulse { start_s, torque_nm, duration_s }),
+        _ => Err(wrong()),
+    }
+}
+
+pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<Done> {
+    let source = Source::open(file)?;
+    let change = Change {
+        pulses: args.add_pulse.clone(),
+        overrides: args.overrides.clone(),
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+    };
+    let fresh = || place::fresh(Path::new(place::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
+    let bar = progress_bar(file, 1);
+    let outcome = compute(&source, &change, &args.record.clone().unwrap_or_else(fresh), &|position| bar.set_position(position));
+    bar.finish_and_clear();
+    report(&outcome?)
+}
+
+fn report(outcome: &Outcome) -> anyhow::Result<Done> {
+    let Outcome { from_s, parting, diverged, written } = outcome;
+    let mut out = std::io::stdout();
+    writeln!(out, "computed again from t = {from_s} s")?;
+    for Written { path, messages } in written {
+        writeln!(out, "recorded {messages} messages to {}", path.display())?;
+    }
+    match &parting.first {
+        None => writeln!(out, "the two never part")?,
+        Some(first) => writeln!(out, "the two part at {first}")?,
+    }
+    for (name, (largest, at_s)) in &parting.largest {
+        writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?;
+    }
+    if let Some(diverged) = diverged {
+        eprintln!("error: {diverged}");
+        return Ok(Done::Diverged);
+    }
+    Ok(Done::Well)
+}

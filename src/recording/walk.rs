@@ -1,0 +1,234 @@
+//! A recording record by record, in file order, going on past damaged chunks; everything that the format lets one check is
+//! checked. Memory is bounded by the largest chunk, and the index.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
+use std::path::Path;
+
+use mcap::records::{ChunkHeader, ChunkIndex, MessageIndex, MessageIndexEntry, Record, Statistics, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError};
+
+use super::RecordingError;
+use super::chunk::{Channels, Chunk};
+use super::parse::parse;
+use super::reader::{RECORD_LIMIT, Recorded};
+
+/// Opcode and length before every record.
+const RECORD_HEAD: u64 = 9;
+/// Most that is read at once, so that a lying length claims no memory.
+const PIECE: usize = 64 * 1024;
+
+/// Something in a recording that cannot be read, or contradicts the rest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Byte at which the record begins.
+    pub offset: u64,
+    /// What is wrong.
+    pub what: String,
+    /// Log times (ns) between which messages are lost with it; `None` when none are.
+    pub lost_ns: Option<[u64; 2]>,
+}
+
+/// What a walk meets, in file order.
+pub enum Found<'a> {
+    /// A message.
+    Message(&'a Recorded),
+    /// A metadata record: its name and entries.
+    Metadata(&'a str, &'a BTreeMap<String, String>),
+    /// An attachment: its name and bytes.
+    Attachment(&'a str, &'a [u8]),
+    /// Something unreadable.
+    Damage(&'a Damage),
+}
+
+/// What a recording is made of, as counted.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Structure {
+    /// Its size, bytes.
+    pub bytes: u64,
+    /// Chunks that could be read.
+    pub chunks: u64,
+    /// Messages in them.
+    pub messages: u64,
+    /// What is wrong.
+    pub damage: Vec<Damage>,
+    /// Where the file ends early, as one does whose program was killed; `None` when it was closed properly.
+    pub cut_off: Option<u64>,
+}
+
+/// Whether to go on.
+pub type Going = std::ops::ControlFlow<()>;
+
+/// Walks through a recording; `visit` is told everything and the byte where it stands, and may end the walk.
+///
+/// # Errors
+/// [`RecordingError::File`] when the file cannot be opened or read. Whatever is wrong inside is in the [`Structure`].
+pub fn walk(path: &Path, visit: impl FnMut(Found<'_>, u64) -> Going) -> Result<Structure, RecordingError> {
+    let mut file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
+    let closed = ends_with_magic(&mut file).map_err(RecordingError::file(path))?;
+    let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
+    let walker = Walker {
+        visit,
+        structure: Structure { bytes, ..Structure::default() },
+        position: MAGIC.len() as u64,
+        channels: Channels::default(),
+        counts: BTreeMap::new(),
+        chunks: BTreeMap::new(),
+        awaited: BTreeMap::new(),
+        indexed: [0; 2],
+    };
+    walker.through(&mut file, closed).map_err(RecordingError::file(path))
+}
+
+fn ends_with_magic(file: &mut BufReader<File>) -> std::io::Result<bool> {
+    let mut end = Vec::new();
+    let length = file.seek(SeekFrom::End(0))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(MAGIC.len() as u64)))?;
+    file.read_to_end(&mut end)?;
+    file.rewind()?;
+    Ok(length > MAGIC.len() as u64 && end == MAGIC)
+}
+
+struct Walker<V> {
+    visit: V,
+    structure: Structure,
+    position: u64,
+    channels: Channels,
+    /// Messages of every channel.
+    counts: BTreeMap<u16, u64>,
+    /// Length and header of every chunk by the byte where it begins.
+    chunks: BTreeMap<u64, (u64, ChunkHeader)>,
+    /// Entries of the last chunk that its indexes must list.
+    awaited: BTreeMap<u16, Vec<MessageIndexEntry>>,
+    /// Chunks in the index, and those of them that are not where it says.
+    indexed: [u64; 2],
+}
+
+impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
+    fn through(mut self, file: &mut BufReader<File>, closed: bool) -> std::io::Result<Structure> {
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_check_finishes_after_end_magic(true)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut reader = LinearReader::new_with_options(options);
+        while let Some(event) = reader.next_event() {
+            match event {
+                Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                    let read = file.read(reader.insert(wanted.min(PIECE)))?;
+                    reader.notify_read(read);
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    if self.record(opcode, data).is_break() {
+                        break;
+                    }
+                    self.position += RECORD_HEAD + data.len() as u64;
+                }
+                Err(McapError::UnexpectedEof) if !closed => {
+                    self.structure.cut_off = Some(self.position);
+                    break;
+                }
+                Err(error) => {
+                    // A wrong sum over everything adds nothing where the wrong part is known already.
+                    let known = matches!(error, McapError::BadDataCrc { .. }) && !self.structure.damage.is_empty();
+                    if !known {
+                        let _ = self.damaged(error.to_string(), None);
+                    }
+                    break;
+                }
+            }
+        }
+        Ok(self.structure)
+    }
+
+    fn damaged(&mut self, what: String, lost_ns: Option<[u64; 2]>) -> Going {
+        let damage = Damage { offset: self.position, what, lost_ns };
+        let going = (self.visit)(Found::Damage(&damage), self.position);
+        self.structure.damage.push(damage);
+        going
+    }
+
+    fn record(&mut self, opcode: u8, data: &[u8]) -> Going {
+        if opcode != op::MESSAGE_INDEX && !self.awaited.is_empty() {
+            self.awaited.clear();
+            self.damaged("the chunk before it has messages that its index does not list".to_owned(), None)?;
+        }
+        match parse(opcode, data) {
+            Ok(Record::Chunk { header, .. }) => self.chunk(header, data),
+            Ok(Record::MessageIndex(index)) => self.message_index(index),
+            Ok(Record::ChunkIndex(index)) => {
+                let there = self.is_there(&index);
+                self.indexed[0] += 1;
+                self.indexed[1] += u64::from(!there);
+                Going::Continue(())
+            }
+            Ok(Record::Statistics(statistics)) => self.statistics(&statistics),
+            Ok(Record::Metadata(metadata)) => (self.visit)(Found::Metadata(&metadata.name, &metadata.metadata), self.position),
+            Ok(Record::Attachment { header, data, .. }) => (self.visit)(Found::Attachment(&header.name, &data), self.position),
+            Ok(Record::Footer(_)) => self.footer(),
+            Ok(Record::Message { .. }) => self.damaged("a message outside of any chunk".to_owned(), None),
+            Ok(_) => Going::Continue(()),
+            Err(error) => self.damaged(error.to_string(), None),
+        }
+    }
+
+    fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> Going {
+        let times = [header.message_start_time, header.message_end_time];
+        let read = Chunk::read(&header, record, &mut self.channels);
+        self.chunks.insert(self.position, (RECORD_HEAD + record.len() as u64, header));
+        let chunk = match read {
+            Ok(chunk) => chunk,
+            Err(error) => return self.damaged(format!("a chunk cannot be read: {error}"), Some(times)),
+        };
+        self.structure.chunks += 1;
+        self.structure.messages += chunk.messages.len() as u64;
+        for (id, message) in &chunk.messages {
+            *self.counts.entry(*id).or_default() += 1;
+            (self.visit)(Found::Message(message), self.position)?;
+        }
+        self.awaited = chunk.index;
+        Going::Continue(())
+    }
+
+    fn message_index(&mut self, index: MessageIndex) -> Going {
+        let expected = self.awaited.remove(&index.channel_id);
+        // After a chunk that cannot be read nothing is awaited.
+        let after_damage = self.structure.damage.last().is_some_and(|damage| damage.lost_ns.is_some());
+        if expected.as_ref() == Some(&index.records) || expected.is_none() && (after_damage || index.records.is_empty()) {
+            return Going::Continue(());
+        }
+        self.damaged("a message index does not fit the chunk before it".to_owned(), None)
+    }
+
+    fn is_there(&self, index: &ChunkIndex) -> bool {
+        self.chunks.get(&index.chunk_start_offset).is_some_and(|(length, header)| {
+            *length == index.chunk_length
+                && header.message_start_time == index.message_start_time
+                && header.message_end_time == index.message_end_time
+                && header.compression == index.compression
+                && header.compressed_size == index.compressed_size
+                && header.uncompressed_size == index.uncompressed_size
+        })
+    }
+
+    fn statistics(&mut self, said: &Statistics) -> Going {
+        let said_counts: BTreeMap<u16, u64> =
+            said.channel_message_counts.iter().filter(|(_, count)| **count > 0).map(|(id, count)| (*id, *count)).collect();
+        if said.message_count == self.structure.messages && said_counts == self.counts {
+            return Going::Continue(());
+        }
+        let (said, found) = (said.message_count, self.structure.messages);
+        self.damaged(format!("the statistics count {said} messages, the file holds {found} that can be read"), None)
+    }
+
+    fn footer(&mut self) -> Going {
+        let (chunks, [indexed, astray]) = (self.chunks.len() as u64, self.indexed);
+        if indexed == chunks && astray == 0 {
+            return Going::Continue(());
+        }
+        self.damaged(format!("the index lists {indexed} of {chunks} chunks, {astray} of them where there is no such chunk"), None)
+    }
+}

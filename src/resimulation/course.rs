@@ -1,0 +1,182 @@
+//! A scene computed along the instants of a recording.
+
+use std::time::SystemTime;
+
+use prost::Message as _;
+
+use super::event::{Event, resets};
+use crate::scene::Scene;
+use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
+use crate::wire::{self, AppliedCommand, BadCommand, Telemetry, applied_command};
+
+/// A simulation that goes where its recording says.
+pub(super) struct Course {
+    simulation: Simulation,
+    telemetry: Telemetry,
+    epoch_start_s: f64,
+    sample: Sample,
+    /// The instant of the sample's observation.
+    observed: Option<Instant>,
+}
+
+/// An epoch, and the steps since it began.
+pub(super) type Instant = (u64, u64);
+
+/// Why the course does not lead to an instant.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum Astray {
+    /// The computation failed where the recording went on.
+    #[error("computed again, it {0}")]
+    Diverged(#[from] Diverged),
+    /// The instant is over.
+    #[error("it is out of order: step {} of epoch {} was there before", .0.1, .0.0)]
+    Over(Instant),
+    /// A recorded pulse would not be accepted.
+    #[error("a recorded pulse would be refused: {0}")]
+    Refused(#[from] PulseRefused),
+    /// A recorded pulse is none.
+    #[error("a recorded pulse cannot be taken: {0}")]
+    NoPulse(#[from] BadCommand),
+    /// Epochs rise by one.
+    #[error("epoch {0} does not follow")]
+    Epoch(u64),
+}
+
+impl Course {
+    /// At the start of a scene.
+    pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
+        let simulation = Simulation::new(scene)?;
+        let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
+        let sample = Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone() };
+        let telemetry = Telemetry::new(&scene.system, simulation.start());
+        Ok(Course { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
+    }
+
+    pub(super) fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    pub(super) fn into_parts(self) -> (Simulation, f64) {
+        (self.simulation, self.epoch_start_s)
+    }
+
+    pub(super) fn instant(&self) -> Instant {
+        (self.simulation.epoch(), self.simulation.step_count())
+    }
+
+    pub(super) fn stamp(&self) -> Stamp {
+        Stamp {
+            step: self.simulation.step_count(),
+            epoch: self.simulation.epoch(),
+            sim_time_s: self.simulation.time_s(),
+            epoch_start_s: self.epoch_start_s,
+            wall: SystemTime::UNIX_EPOCH,
+        }
+    }
+
+    /// Takes up a recorded state; `false`, and nothing changed, when it does not fit the scene.
+    pub(super) fn restore(&mut self, state: &Checkpoint, epoch_start_s: f64) -> bool {
+        self.observed = None;
+        let fits = self.simulation.restore(state);
+        if fits {
+            self.epoch_start_s = epoch_start_s;
+        }
+        fits
+    }
+
+    /// Steps on to an instant; an epoch that follows begins with a reset. `after_step` is called after every step.
+    pub(super) fn go_to(&mut self, (epoch, step): Instant, mut after_step: impl FnMut(&mut Simulation)) -> Result<(), Astray> {
+        if epoch == self.simulation.epoch() + 1 {
+            self.epoch_start_s += self.simulation.time_s();
+            self.simulation.reset()?;
+        }
+        if epoch != self.simulation.epoch() {
+            return Err(Astray::Epoch(epoch));
+        }
+        if step < self.simulation.step_count() {
+            return Err(Astray::Over(self.instant()));
+        }
+        while self.simulation.step_count() < step {
+            self.simulation.step()?;
+            after_step(&mut self.simulation);
+        }
+        Ok(())
+    }
+
+    /// Lets the simulation be seen at the present instant.
+    pub(super) fn visit(&mut self, see: impl FnOnce(&mut Simulation)) {
+        see(&mut self.simulation);
+    }
+
+    /// Does at the present instant what a recorded command did.
+    pub(super) fn command(&mut self, command: &AppliedCommand) -> Result<(), Astray> {
+        if resets(command) {
+            return self.go_to((self.simulation.epoch() + 1, 0), |_| {});
+        }
+        if let Some(applied_command::Command::Torque(pulse)) = &command.command {
+            self.apply(&wire::pulse_request(pulse)?)?;
+        }
+        Ok(())
+    }
+
+    /// Takes in a pulse at the present instant.
+    pub(super) fn apply(&mut self, pulse: &PulseRequest) -> Result<Effective, PulseRefused> {
+        self.simulation.add_pulse(pulse)
+    }
+
+    /// Looks at the present instant.
+    pub(super) fn look(&mut self) -> Result<&Sample, Diverged> {
+        if self.observed != Some(self.instant()) {
+            self.sample.observation.clone_from(self.simulation.observe()?);
+            self.sample.stamp = self.stamp();
+            self.observed = Some(self.instant());
+        }
+        Ok(&self.sample)
+    }
+
+    /// What would be recorded at the present instant in place of `recorded`: computed anew but for what only the wall clock and
+    /// the service know. `None` for what is not computed.
+    pub(super) fn instead_of(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
+        self.look()?;
+        let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
+        let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });
+        Ok(match recorded {
+            Event::Displacements(_) => {
+                if !self.telemetry.turns() {
+                    // Without loads, these are all that there is of a sample.
+                    self.simulation.take_driving_torque_nm();
+                }
+                Some(wire::Displacements { stamp, ..self.telemetry.displacements(&self.sample) }.encode_to_vec())
+            }
+            Event::Angles(_) => Some(wire::Angles { stamp, ..self.telemetry.angles(&self.sample) }.encode_to_vec()),
+            Event::Loads(_) => {
+                self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
+                Some(wire::Loads { stamp, ..self.telemetry.loads(&self.sample) }.encode_to_vec())
+            }
+            Event::Checkpoint(_) => {
+                let computed = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
+                Some(wire::Checkpoint { stamp, ..computed }.encode_to_vec())
+            }
+            Event::Status(status) => Some(self.status(status).encode_to_vec()),
+            Event::Command(_) | Event::Gap(_) | Event::Other => None,
+        })
+    }
+
+    /// A status with its energies and works computed anew.
+    fn status(&self, recorded: &wire::Status) -> wire::Status {
+        let ledger = self.simulation.ledger();
+        wire::Status {
+            stamp: Some(wire::Stamp {
+                wall_time: recorded.stamp.and_then(|stamp| stamp.wall_time),
+                ..wire::stamp(&self.stamp())
+            }),
+            kinetic_j: Some(ledger.energy.kinetic_j),
+            strain_j: ledger.energy.strain_j,
+            potential_j: ledger.energy.potential_j,
+            work_in_j: Some(ledger.work_in_j),
+            dissipated_j: Some(ledger.dissipated_j),
+            balance_error_j: Some(ledger.balance_error_j),
+            ..recorded.clone()
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Steps that were due and are not there, and why.
+
+use super::course::Instant;
+use super::event::{Event, resets};
+use super::finding::{Finding, Why};
+use super::source::Source;
+use crate::runtime::PublishRate;
+use crate::scene::System;
+use crate::wire::{Gap, status::State};
+
+/// Holes that are kept for the report; more are only counted in the ones before.
+const LIMIT: usize = 1000;
+
+/// Follows the topics of a recording through its steps.
+pub(super) struct Holes {
+    step_s: f64,
+    rate: Option<PublishRate>,
+    tracks: Vec<Track>,
+    /// The number that the writer gives to the next command.
+    next_command: u32,
+    /// Numbers of the messages before which commands are missing.
+    commandless: Vec<u64>,
+    holes: Vec<Hole>,
+}
+
+struct Track {
+    topic: &'static str,
+    /// What was there last.
+    last: Option<Instant>,
+    /// The number that the writer gives to the next message: it counts what it wrote, so a jump means that the file has lost some.
+    next: u32,
+    /// A part of the file was lost since the last message.
+    lost: bool,
+    /// A hole that something else has shown: the topic's next message may say why.
+    open: Option<usize>,
+}
+
+struct Hole {
+    topic: &'static str,
+    epoch: u64,
+    after: u64,
+    before: u64,
+    count: u64,
+    damaged: bool,
+    /// Number of the message that showed it.
+    number: u64,
+}
+
+impl Holes {
+    pub(super) fn new(source: &Source) -> Self {
+        let topics: &[&'static str] = match source.scene.scene.system {
+            System::Chain(_) => &["displacements", "angles", "loads"],
+            System::Oscillator(_) => &["displacements"],
+        };
+        let track = |topic: &&'static str| Track { topic, last: None, next: 0, lost: false, open: None };
+        Holes {
+            step_s: source.scene.scene.solver.step_s,
+            rate: source.publish,
+            tracks: topics.iter().map(track).collect(),
+            next_command: 0,
+            commandless: Vec::new(),
+            holes: Vec::new(),
+        }
+    }
+
+    /// A part of the file is lost.
+    pub(super) fn damaged(&mut self) {
+        self.tracks.iter_mut().for_each(|track| track.lost = true);
+    }
+
+    /// Takes the next message, the `number`th of the file and the `sequence`th that was written on its channel.
+    pub(super) fn take(&mut self, event: &Event, sequence: u32, number: u64) {
+        let Some(stamp) = event.stamp() else { return };
+        let at = (stamp.epoch, stamp.step);
+        match event {
+            Event::Displacements(_) => self.here("displacements", at, sequence, number),
+            Event::Angles(_) => self.here("angles", at, sequence, number),
+            Event::Loads(_) => self.here("loads", at, sequence, number),
+            // From here on, whatever was published.
+            Event::Checkpoint(_) => {
+                let fresh = |track: &&mut Track| track.last.is_none_or(|(epoch, _)| epoch != at.0);
+                self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
+            }
+            // What it says was all published before it.
+            Event::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
+            Event::Command(command) => {
+                if sequence != self.next_command {
+                    self.commandless.push(number);
+                }
+                self.next_command = sequence.wrapping_add(1);
+                if resets(command) {
+                    self.all_up_to(at, number);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn here(&mut self, topic: &str, at: Instant, sequence: u32, number: u64) {
+        let Some(i) = self.tracks.iter().position(|track| track.topic == topic) else { return };
+        let track = &mut self.tracks[i];
+        track.lost |= sequence != track.next;
+        track.next = sequence.wrapping_add(1);
+        if let Some(hole) = track.open.take().and_then(|open| self.holes.get_mut(open)) {
+            hole.damaged |= track.lost;
+        }
+        self.check(i, at, number);
+        let track = &mut self.tracks[i];
+        (track.last, track.lost) = (Some(at), false);
+    }
+
+    fn all_up_to(&mut self, (epoch, step): Instant, number: u64) {
+        for i in 0..self.tracks.len() {
+            let open = self.holes.len();
+            if self.check(i, (epoch, step.saturating_add(1)), number) {
+                (self.tracks[i].last, self.tracks[i].open) = (Some((epoch, step)), Some(open));
+            }
+        }
+    }
+
+    /// Keeps what is missing of a topic before an instant; whether anything is.
+    fn check(&mut self, i: usize, (epoch, before): Instant, number: u64) -> bool {
+        let (Some(rate), Track { topic, last: Some((of, after)), lost, .. }) = (self.rate, &self.tracks[i]) else { return false };
+        let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
+        if count > 0 && self.holes.len() < LIMIT {
+            self.holes.push(Hole { topic, epoch, after: *after, before, count, damaged: *lost, number });
+        }
+        count > 0
+    }
+
+    /// Says why each is missing; and the numbers of the messages before which the file has lost something, or nothing says why
+    /// something is missing: commands may be among it. `recovered`: the recording says that it was saved from a broken one.
+    pub(super) fn explain(self, gaps: &[Gap], recovered: bool) -> (Vec<Finding>, Vec<u64>) {
+        let why = |hole: &Hole| {
+            let told = |gap: &Gap| {
+                let last = gap.stamp.unwrap_or_default();
+                gap.topic == hole.topic && last.epoch == hole.epoch && gap.first_step < hole.before && last.step > hole.after
+            };
+            match hole.damaged {
+                true if recovered => Why::Recovered,
+                true => Why::Damage,
+                false if gaps.iter().any(told) => Why::Queue,
+                false => Why::Unexplained,
+            }
+        };
+        let mut breaks = self.commandless;
+        let mut findings = Vec::new();
+        for hole in &self.holes {
+            let why = why(hole);
+            if why != Why::Queue {
+                breaks.push(hole.number);
+            }
+            let Hole { topic, epoch, after, before, count, .. } = *hole;
+            findings.push(Finding::Missing { topic, epoch, after, before, count, why });
+        }
+        (findings, breaks)
+    }
+}

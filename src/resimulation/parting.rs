@@ -1,0 +1,61 @@
+//! How far two courses of a session part.
+
+use std::collections::BTreeMap;
+
+use prost::Message as _;
+
+use super::difference::Difference;
+use super::event::Event;
+use crate::wire::{Angles, Displacements, Loads};
+
+/// Where two courses part, and how far.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Parting {
+    /// The first message that differs; `None` when all are alike.
+    pub first: Option<Difference>,
+    /// The largest difference of each quantity, and the simulated time of the session, by the quantity's name and unit.
+    pub largest: BTreeMap<String, (f64, f64)>,
+}
+
+impl Parting {
+    /// Takes a recorded message and the bytes computed in its place.
+    pub(super) fn compare(&mut self, recorded: &Event, computed: &[u8], session_s: f64) {
+        match recorded {
+            Event::Displacements(was) => self.displacements(was, &Displacements::decode(computed).unwrap_or_default(), session_s),
+            Event::Angles(was) => self.angles(was, &Angles::decode(computed).unwrap_or_default(), session_s),
+            Event::Loads(was) => self.loads(was, &Loads::decode(computed).unwrap_or_default(), session_s),
+            _ => {}
+        }
+    }
+
+    fn put(&mut self, name: &str, difference: f64, session_s: f64) {
+        if !self.largest.contains_key(name) {
+            self.largest.insert(name.to_owned(), (0.0, session_s));
+        }
+        if let Some(largest) = self.largest.get_mut(name).filter(|(largest, _)| difference.abs() > *largest) {
+            *largest = (difference.abs(), session_s);
+        }
+    }
+
+    fn displacements(&mut self, was: &Displacements, is: &Displacements, session_s: f64) {
+        for (was, is) in was.nodes.iter().zip(&is.nodes) {
+            self.put("node position, m", (was.x_m - is.x_m).hypot(was.y_m - is.y_m), session_s);
+            if let (Some(was_m), Some(is_m)) = (was.deflection_m, is.deflection_m) {
+                self.put(&format!("{} deflection, m", was.link), was_m - is_m, session_s);
+            }
+        }
+    }
+
+    fn angles(&mut self, was: &Angles, is: &Angles, session_s: f64) {
+        for (was, is) in was.links.iter().zip(&is.links) {
+            self.put(&format!("{} angle, rad", was.link), was.chord_rad - is.chord_rad, session_s);
+        }
+    }
+
+    fn loads(&mut self, was: &Loads, is: &Loads, session_s: f64) {
+        self.put("driving torque, N·m", was.driving_torque_nm - is.driving_torque_nm, session_s);
+        for (was, is) in was.joints.iter().zip(&is.joints) {
+            self.put(&format!("{} force, N", was.joint), (was.fx_n - is.fx_n).hypot(was.fy_n - is.fy_n), session_s);
+        }
+    }
+}

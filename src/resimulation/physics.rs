@@ -1,0 +1,86 @@
+//! Laws that every recorded message must obey by itself: finite numbers, closed joints.
+
+use super::event::Event;
+use super::finding::Finding;
+use crate::scene::{End, Scene};
+use crate::wire::{Angles, Displacements, Loads, NodeState, Status};
+
+/// Joints are closed to this fraction of the largest coordinate.
+const ROUNDING: f64 = 1e-12;
+
+/// Judges messages, and keeps the worst that it saw.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Physics {
+    slides: bool,
+    /// Largest distance between the ends of two links at a joint, or of the slider from its line, m.
+    pub joint_gap_m: f64,
+}
+
+impl Physics {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let slides = scene.chain().is_some_and(|chain| matches!(chain.end, End::Slider(_)));
+        Physics { slides, ..Physics::default() }
+    }
+
+    /// What is wrong with a message.
+    pub(super) fn judge(&mut self, event: &Event) -> Option<Finding> {
+        let stamp = event.stamp()?;
+        let (topic, what) = match event {
+            Event::Displacements(message) => ("displacements", self.displacements(message)?),
+            Event::Angles(message) => ("angles", not_finite(angles_are_finite(message))?),
+            Event::Loads(message) => ("loads", not_finite(loads_are_finite(message))?),
+            Event::Status(message) => ("status", not_finite(energies_are_finite(message))?),
+            _ => return None,
+        };
+        Some(Finding::Physics { topic, epoch: stamp.epoch, step: stamp.step, what })
+    }
+
+    fn displacements(&mut self, message: &Displacements) -> Option<String> {
+        let finite = message.nodes.iter().all(|node| {
+            let optional = [node.rotation_rad, node.deflection_m, node.exact_x_m].into_iter().flatten();
+            [node.x_m, node.y_m, node.dx_m, node.dy_m, node.vx_m_per_s, node.vy_m_per_s]
+                .into_iter()
+                .chain(optional)
+                .all(f64::is_finite)
+        });
+        if !finite {
+            return not_finite(false);
+        }
+        let size_m = message.nodes.iter().fold(0.0_f64, |most, node| most.max(node.x_m.abs()).max(node.y_m.abs()));
+        let gap_m = self.gap_m(&message.nodes);
+        self.joint_gap_m = self.joint_gap_m.max(gap_m);
+        (gap_m > ROUNDING * size_m).then(|| format!("a joint is open by {gap_m:e} m"))
+    }
+
+    /// Between crank and rod, and between slider and its line.
+    fn gap_m(&self, nodes: &[NodeState]) -> f64 {
+        let joint = nodes.windows(2).find(|pair| pair[0].link == "crank" && pair[1].link == "rod");
+        let pin = joint.map_or(0.0, |pair| (pair[0].x_m - pair[1].x_m).hypot(pair[0].y_m - pair[1].y_m));
+        let slider = nodes.last().filter(|_| self.slides).map_or(0.0, |node| node.y_m.abs());
+        pin.max(slider)
+    }
+}
+
+fn not_finite(finite: bool) -> Option<String> {
+    (!finite).then(|| "a number is not finite".to_owned())
+}
+
+fn angles_are_finite(message: &Angles) -> bool {
+    message.links.iter().all(|link| {
+        let optional = [link.acceleration_rad_per_s2, link.start_rotation_rad, link.end_rotation_rad].into_iter().flatten();
+        [link.chord_rad, link.rate_rad_per_s].into_iter().chain(optional).all(f64::is_finite)
+    })
+}
+
+fn energies_are_finite(message: &Status) -> bool {
+    let Status { kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, .. } = *message;
+    let energies = [kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j];
+    energies.into_iter().flatten().all(f64::is_finite)
+}
+
+fn loads_are_finite(message: &Loads) -> bool {
+    let singles = [Some(message.driving_torque_nm), message.resistance_n, message.guide_force_n].into_iter().flatten();
+    let joints = message.joints.iter().flat_map(|joint| [joint.fx_n, joint.fy_n]);
+    let elements = message.elements.iter().flat_map(|e| [e.axial_n, e.shear_n, e.moment_start_nm, e.moment_end_nm]);
+    singles.chain(joints).chain(elements).all(f64::is_finite)
+}

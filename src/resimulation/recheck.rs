@@ -1,0 +1,275 @@
+//! The second reading of a recording: everything computed again and compared, from one checkpoint to the next.
+
+use super::ResimulationError;
+use super::course::{Astray, Course, Instant};
+use super::difference::{Difference, Field};
+use super::event::{Event, schema, topic};
+use super::finding::Finding;
+use super::source::Source;
+use super::survey::Survey;
+use crate::recording::{Found, Going, Recorded, walk};
+use crate::simulation::PulseRefused;
+use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
+
+/// An energy balance off by more than this many times the energy that was ever there or put in is wrong: a run that goes on
+/// has at most twice that.
+const BALANCE: f64 = 3.0;
+/// Energies below this are rounding, J.
+const ENERGY_FLOOR_J: f64 = 1e-9;
+
+/// What was computed again.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Recomputed {
+    /// Steps.
+    pub steps: u64,
+    /// Telemetry messages and statuses compared.
+    pub messages: u64,
+    /// Checkpoints begun from.
+    pub checkpoints: u64,
+    /// Pulses taken in.
+    pub pulses: u64,
+    /// Messages that could not be computed again, because what leads to them is lost.
+    pub skipped: u64,
+    /// Largest |error of the energy balance| over the energy that was there, was put in, or fell in gravity.
+    pub balance: f64,
+}
+
+/// Reads a recording a second time; `progress` is told the byte reached.
+pub(super) fn recheck(
+    source: &Source,
+    survey: &Survey,
+    progress: &dyn Fn(u64),
+) -> Result<(Recomputed, Vec<Finding>), ResimulationError> {
+    let mut recheck = Recheck {
+        source,
+        course: Course::new(&source.scene.scene)?,
+        anchored: false,
+        breaks: survey.breaks.iter().copied().peekable(),
+        gaps: &survey.gaps,
+        last_loads: None,
+        last_command: None,
+        done: Recomputed::default(),
+        findings: Vec::new(),
+        first: None,
+        differing: 0,
+        number: 0,
+    };
+    walk(&source.path, |found, position| {
+        if let Found::Message(message) = found {
+            recheck.message(message);
+        }
+        progress(position);
+        Going::Continue(())
+    })?;
+    let Recheck { done, mut findings, first, differing, .. } = recheck;
+    findings.extend(first.map(|first| Finding::Differs { first: Box::new(first), messages: differing }));
+    Ok((done, findings))
+}
+
+struct Recheck<'a, B: Iterator<Item = u64>> {
+    source: &'a Source,
+    course: Course,
+    /// Whether the course is that of the recording.
+    anchored: bool,
+    breaks: std::iter::Peekable<B>,
+    gaps: &'a [Gap],
+    last_loads: Option<Instant>,
+    last_command: Option<String>,
+    done: Recomputed,
+    findings: Vec<Finding>,
+    first: Option<Difference>,
+    differing: u64,
+    number: u64,
+}
+
+impl<B: Iterator<Item = u64>> Recheck<'_, B> {
+    fn message(&mut self, message: &Recorded) {
+        while self.breaks.next_if(|number| *number <= self.number).is_some() {
+            self.anchored = false;
+        }
+        self.number += 1;
+        // What does not fit its schema, or its time, was told by the first reading.
+        let Ok(event) = Event::of(message) else { return };
+        let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return };
+        let at = (stamp.epoch, stamp.step);
+        self.anchored &= !self.commands_are_missing_before(at);
+        match &event {
+            Event::Checkpoint(checkpoint) => self.checkpoint(message, &event, checkpoint, at),
+            Event::Other | Event::Gap(_) => {}
+            // The command that begins a recording comes before its first state, and moves nothing.
+            Event::Command(command) if !self.anchored && is_control(command) => {}
+            _ if !self.anchored => self.done.skipped += 1,
+            Event::Command(command) => self.command(command, at),
+            Event::Status(status) if status.state() == State::Diverged => {}
+            _ => self.compare(message, &event, at),
+        }
+    }
+
+    /// Whether a queue kept out commands between where the course is and an instant.
+    fn commands_are_missing_before(&self, at: Instant) -> bool {
+        let from = self.course.instant();
+        self.gaps.iter().filter(|gap| gap.topic == "commands").any(|gap| {
+            let last = gap.stamp.unwrap_or_default();
+            (last.epoch, last.step) >= from && (last.epoch, gap.first_step) <= at
+        })
+    }
+
+    /// Compares the state with that of a checkpoint, and goes on from what was recorded.
+    fn checkpoint(&mut self, message: &Recorded, event: &Event, checkpoint: &Checkpoint, at: Instant) {
+        if self.anchored {
+            self.compare(message, event, at);
+        } else if at == (0, 0) {
+            // The start is known without any recording.
+            self.anchored = true;
+            self.compare(message, event, at);
+        }
+        let restored = wire::recorded_checkpoint(checkpoint).map(|state| self.course.restore(&state, checkpoint.epoch_start_s));
+        self.anchored = restored == Ok(true);
+        if self.anchored {
+            self.done.checkpoints += 1;
+        } else {
+            self.astray(at, "the checkpoint is not one of this scene".to_owned());
+        }
+    }
+
+    fn go_to(&mut self, at: Instant) -> bool {
+        let mut steps = 0;
+        let gone = self.course.go_to(at, |_| steps += 1);
+        self.done.steps += steps;
+        match gone {
+            Ok(()) => true,
+            Err(astray) => {
+                self.lost(at, &astray);
+                false
+            }
+        }
+    }
+
+    fn lost(&mut self, at: Instant, astray: &Astray) {
+        self.anchored = false;
+        self.astray(at, astray.to_string());
+    }
+
+    fn astray(&mut self, (epoch, step): Instant, what: String) {
+        self.findings.push(Finding::Astray { epoch, step, what });
+    }
+
+    fn compare(&mut self, message: &Recorded, event: &Event, at: Instant) {
+        if !self.go_to(at) {
+            return;
+        }
+        let computed = match self.course.instead_of(event) {
+            Ok(Some(computed)) => computed,
+            Ok(None) => return,
+            Err(diverged) => return self.lost(at, &diverged.into()),
+        };
+        self.done.messages += u64::from(!matches!(event, Event::Checkpoint(_)));
+        if let Event::Status(status) = event {
+            self.balance(status, at);
+        }
+        let computed = self.forgiven(event, computed, at);
+        if computed != message.data.as_ref() {
+            self.differs(message, &computed, at);
+        }
+    }
+
+    fn balance(&mut self, status: &wire::Status, (epoch, step): Instant) {
+        let error_j = status.balance_error_j.unwrap_or(0.0).abs();
+        let accounted_j = self.course.simulation().energy_accounted_j();
+        if error_j > ENERGY_FLOOR_J {
+            self.done.balance = self.done.balance.max(error_j / (accounted_j + ENERGY_FLOOR_J));
+        }
+        if error_j > BALANCE * accounted_j + ENERGY_FLOOR_J {
+            let what = format!("the energy balance is off by {error_j} J, where there were {accounted_j} J");
+            self.findings.push(Finding::Physics { topic: "status", epoch, step, what });
+        }
+    }
+
+    /// Loads after some that are missing: whether the mean torque was taken in between is not known.
+    fn forgiven(&mut self, event: &Event, computed: Vec<u8>, at: Instant) -> Vec<u8> {
+        let Event::Loads(recorded) = event else { return computed };
+        let since = self.last_loads.replace(at);
+        let missing = self.gaps.iter().filter(|gap| gap.topic == "loads").any(|gap| {
+            let last = gap.stamp.unwrap_or_default();
+            since.is_none_or(|since| (last.epoch, last.step) > since) && (last.epoch, gap.first_step) < at
+        });
+        if !missing {
+            return computed;
+        }
+        let driving_torque_nm = recorded.driving_torque_nm;
+        let as_recorded = |loads: wire::Loads| prost::Message::encode_to_vec(&wire::Loads { driving_torque_nm, ..loads });
+        prost::Message::decode(computed.as_slice()).map_or(computed, as_recorded)
+    }
+
+    fn differs(&mut self, message: &Recorded, computed: &[u8], instant: Instant) {
+        self.differing += 1;
+        if self.first.is_some() {
+            return;
+        }
+        self.first = Some(Difference {
+            topic: topic(message).to_owned(),
+            instant,
+            sim_time_s: self.course.simulation().time_s(),
+            field: Field::first(schema(message), &message.data, computed),
+            after: self.last_command.clone(),
+        });
+    }
+
+    fn command(&mut self, command: &AppliedCommand, at: Instant) {
+        if !self.go_to(at) {
+            return;
+        }
+        let (id, reply) = (command.reply.as_ref().map_or("", |reply| &reply.id), command.reply.clone().unwrap_or_default());
+        self.last_command = Some(describe(command, id));
+        let Some(applied_command::Command::Torque(pulse)) = &command.command else { return };
+        let (epoch, step) = at;
+        let Ok(request) = wire::pulse_request(pulse) else {
+            return self.astray(at, format!("the command `{id}` is no pulse of a shape that exists"));
+        };
+        self.done.pulses += 1;
+        match self.course.apply(&request) {
+            Ok(effective) => self.same_effect(&reply, effective.step, effective.sim_time_s, (epoch, step)),
+            Err(cause) => self.refused(id, step, cause),
+        }
+    }
+
+    fn refused(&mut self, id: &str, step: u64, cause: PulseRefused) {
+        self.findings.push(Finding::Refused { id: id.to_owned(), step, cause });
+    }
+
+    fn same_effect(&mut self, reply: &CommandReply, step: u64, sim_time_s: f64, at: Instant) {
+        if reply.effective_step == step && reply.effective_sim_time_s.to_bits() == sim_time_s.to_bits() {
+            return;
+        }
+        self.differing += 1;
+        let field = Field {
+            name: "reply.effective_sim_time_s".to_owned(),
+            recorded: reply.effective_sim_time_s.to_string(),
+            computed: sim_time_s.to_string(),
+        };
+        self.first.get_or_insert(Difference {
+            topic: "commands".to_owned(),
+            instant: at,
+            sim_time_s: self.course.simulation().time_s(),
+            field: Some(field),
+            after: self.last_command.clone(),
+        });
+    }
+}
+
+fn is_control(command: &AppliedCommand) -> bool {
+    matches!(command.command, Some(applied_command::Command::Control(_)))
+}
+
+/// A command in words.
+fn describe(command: &AppliedCommand, id: &str) -> String {
+    let step = command.stamp.unwrap_or_default().step;
+    match &command.command {
+        Some(applied_command::Command::Torque(pulse)) => {
+            let (torque_nm, duration_s, delay_s) = (pulse.torque_nm, pulse.duration_s, pulse.delay_s);
+            let delay = if delay_s > 0.0 { format!(" after {delay_s} s") } else { String::new() };
+            format!("the pulse `{id}` of {torque_nm} N·m for {duration_s} s{delay}, taken at step {step}")
+        }
+        _ => format!("the control `{id}` at step {step}"),
+    }
+}

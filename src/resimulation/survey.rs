@@ -1,0 +1,127 @@
+//! The first reading of a recording: order, completeness, and laws that need no computing again.
+
+use super::event::{Event, topic};
+use super::finding::Finding;
+use super::holes::Holes;
+use super::physics::Physics;
+use super::source::Source;
+use crate::recording::{Found, Going, Recorded, RecordingError, Structure, walk};
+use crate::wire::{Gap, Stamp};
+
+/// Name of the metadata record of a recording that was saved from a broken one.
+const RECOVERED: &str = "flexcrank-recovered";
+
+/// What the first reading found.
+pub(super) struct Survey {
+    pub structure: Structure,
+    pub physics: Physics,
+    pub findings: Vec<Finding>,
+    /// Numbers of the messages before which others are missing that may have been commands.
+    pub breaks: Vec<u64>,
+    pub gaps: Vec<Gap>,
+    /// First and last log time, ns.
+    pub span_ns: Option<[u64; 2]>,
+}
+
+/// Reads a recording once; `progress` is told the byte reached.
+pub(super) fn survey(source: &Source, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
+    let mut reading = Reading {
+        source,
+        physics: Physics::new(&source.scene.scene),
+        findings: Vec::new(),
+        breaks: Vec::new(),
+        gaps: Vec::new(),
+        holes: Holes::new(source),
+        span_ns: None,
+        epoch_start: None,
+        messages: 0,
+    };
+    let mut recovered = false;
+    let structure = walk(&source.path, |found, position| {
+        match found {
+            Found::Message(message) => reading.message(message),
+            Found::Damage(damage) if damage.lost_ns.is_some() => {
+                reading.holes.damaged();
+                reading.breaks.push(reading.messages);
+            }
+            Found::Metadata(RECOVERED, _) => recovered = true,
+            _ => {}
+        }
+        progress(position);
+        Going::Continue(())
+    })?;
+    let Reading { physics, mut findings, mut breaks, gaps, holes, span_ns, .. } = reading;
+    let (missing, lost) = holes.explain(&gaps, recovered);
+    breaks.extend(lost);
+    breaks.sort_unstable();
+    findings.extend(missing);
+    findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
+    findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
+    findings.extend(recovered.then_some(Finding::Recovered));
+    if !source.about.scene_is_original() {
+        findings.push(Finding::SceneChanged);
+    }
+    Ok(Survey { structure, physics, findings, breaks, gaps, span_ns })
+}
+
+struct Reading<'a> {
+    source: &'a Source,
+    physics: Physics,
+    findings: Vec<Finding>,
+    breaks: Vec<u64>,
+    gaps: Vec<Gap>,
+    holes: Holes,
+    span_ns: Option<[u64; 2]>,
+    /// The epoch that a checkpoint told the beginning of, and when that was, s of the session.
+    epoch_start: Option<(u64, f64)>,
+    messages: u64,
+}
+
+impl Reading<'_> {
+    fn message(&mut self, message: &Recorded) {
+        let number = self.messages;
+        self.messages += 1;
+        let event = match Event::of(message) {
+            Ok(event) => event,
+            Err(error) => {
+                let cause = error.to_string();
+                return self.findings.push(Finding::Undecodable { topic: topic(message).to_owned(), cause });
+            }
+        };
+        // The command that began the recording may come first.
+        let needs_state = !matches!(event, Event::Command(_) | Event::Checkpoint(_) | Event::Gap(_) | Event::Other);
+        if needs_state && self.epoch_start.is_none() && !self.findings.contains(&Finding::NoCheckpoint) {
+            self.findings.push(Finding::NoCheckpoint);
+        }
+        if let Event::Checkpoint(checkpoint) = &event {
+            self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
+        }
+        // A gap is told later than it was.
+        self.time(message, event.stamp().filter(|_| !matches!(event, Event::Gap(_))));
+        self.holes.take(&event, message.sequence, number);
+        self.findings.extend(self.physics.judge(&event));
+        if let Event::Gap(gap) = event {
+            self.gaps.push(gap);
+        }
+    }
+
+    /// Log times never fall, and are the session's start plus the simulated time since then.
+    fn time(&mut self, message: &Recorded, stamp: Option<Stamp>) {
+        let log_time = message.log_time;
+        let [first, last] = self.span_ns.unwrap_or([log_time; 2]);
+        self.span_ns = Some([first, last.max(log_time)]);
+        let Some(stamp) = stamp else { return };
+        let Stamp { step, epoch, sim_time_s, .. } = stamp;
+        let fits = match self.epoch_start {
+            Some((of, start_s)) if of == epoch => log_time == self.source.log_time_ns(start_s + sim_time_s),
+            _ => true,
+        };
+        let fits = fits && self.source.is_timely(&stamp, log_time);
+        let what = match (log_time < last, fits) {
+            (true, _) => "log time falls",
+            (false, false) => "log time is not that of the stamp",
+            (false, true) => return,
+        };
+        self.findings.push(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
+    }
+}

@@ -1,0 +1,300 @@
+//! What would have been: a recorded session computed again with other commands or another scene, and where the two part.
+
+use std::path::Path;
+use std::time::Duration;
+
+use prost::Message as _;
+
+use super::ResimulationError;
+use super::course::{Astray, Course};
+use super::difference::{Difference, Field};
+use super::event::{Event, resets, schema, topic};
+use super::parting::Parting;
+use super::source::Source;
+use crate::recording::{self, Found, Going, Recorded, Recorder, Session, Settings, WhenFull, Written, walk};
+use crate::scene::{PulseShape, SceneSource};
+use crate::simulation::{Diverged, PulseRequest};
+use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_command};
+
+/// How the result is recorded.
+const SETTINGS: Settings =
+    Settings { flush_period: Duration::from_secs(1), fsync: false, split: None, when_full: WhenFull::Wait };
+
+/// A pulse that was not there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AddedPulse {
+    /// When it begins, simulated s since the session began.
+    pub start_s: f64,
+    /// Mean torque, N·m.
+    pub torque_nm: f64,
+    /// Its duration, s.
+    pub duration_s: f64,
+}
+
+/// What is changed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Change {
+    /// Pulses added.
+    pub pulses: Vec<AddedPulse>,
+    /// `KEY=VALUE` overrides of the scene.
+    pub overrides: Vec<String>,
+    /// The change as it was asked for, for the new recording.
+    pub command_line: String,
+}
+
+/// What came of a change.
+#[derive(Debug)]
+pub struct Outcome {
+    /// From which simulated time of the session it was computed again, s.
+    pub from_s: f64,
+    /// Where the two part.
+    pub parting: Parting,
+    /// Why it went no further than this.
+    pub diverged: Option<Diverged>,
+    /// The new recording.
+    pub written: Vec<Written>,
+}
+
+/// Computes a session again from the last checkpoint before the change, or with another scene from its start; records it to `path`.
+/// `progress` is told the byte of the old recording reached.
+///
+/// # Errors
+/// [`ResimulationError`] when the recording cannot be read, the change is refused or is not within the recording, or the result
+/// cannot be written.
+pub fn what_if(source: &Source, change: &Change, path: &Path, progress: &dyn Fn(u64)) -> Result<Outcome, ResimulationError> {
+    let text = &source.scene.text;
+    let scene = SceneSource::parse(&source.scene.origin, text, &change.overrides).map_err(ResimulationError::Change)?;
+    let mut pulses = change.pulses.clone();
+    pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    let first = beginning(source, change, pulses.first())?;
+    let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
+    let publish = source.publish.filter(|_| same_steps).map(|rate| ("publish_hz", rate.to_string()));
+    let of = format!("{} {}", source.path.display(), change.command_line);
+    let session = Session {
+        name: source.name.clone(),
+        scene: scene.text.clone(),
+        started: source.started,
+        command_line: change.command_line.clone(),
+        facts: publish.into_iter().chain([("what_if", of)]).collect(),
+    };
+    let course = Course::new(&scene.scene)?;
+    let recorder = Recorder::start(path, &session, SETTINGS)?;
+    let mut attempt = Attempt {
+        source,
+        other_scene: !change.overrides.is_empty(),
+        step_s: scene.scene.solver.step_s,
+        course,
+        recorder,
+        pulses,
+        added: 0,
+        from_s: None,
+        parting: Parting::default(),
+    };
+    let (mut number, mut end) = (0, Ok(()));
+    walk(&source.path, |found, position| {
+        progress(position);
+        let Found::Message(message) = found else { return Going::Continue(()) };
+        number += 1;
+        if number > first {
+            end = attempt.message(message);
+        }
+        if end.is_ok() { Going::Continue(()) } else { Going::Break(()) }
+    })?;
+    let end = end.and_then(|()| attempt.all_added());
+    let Attempt { recorder, parting, from_s, .. } = attempt;
+    let written = recorder.finish().into_iter().collect::<Result<_, _>>()?;
+    let diverged = match end {
+        Ok(()) => None,
+        Err(Stopped::Astray(Astray::Diverged(diverged))) => Some(diverged),
+        Err(Stopped::Astray(astray)) => {
+            return Err(ResimulationError::Unlike { path: source.path.clone(), what: astray.to_string() });
+        }
+        Err(Stopped::Other(error)) => return Err(error),
+    };
+    Ok(Outcome { from_s: from_s.unwrap_or(0.0), parting, diverged, written })
+}
+
+/// How many messages come before the checkpoint to begin with.
+fn beginning(source: &Source, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
+    let (mut number, mut begin) = (0, None);
+    let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
+    walk(&source.path, |found, _| {
+        let Found::Message(message) = found else { return Going::Continue(()) };
+        if schema(message) == "flexcrank.v1.Checkpoint" && message.log_time <= until_ns {
+            begin = Some(number);
+        }
+        number += 1;
+        let decided = begin.is_some() && (!change.overrides.is_empty() || message.log_time > until_ns);
+        if decided { Going::Break(()) } else { Going::Continue(()) }
+    })?;
+    begin.ok_or_else(|| match first {
+        Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s },
+        None => ResimulationError::NothingToResume(source.path.clone()),
+    })
+}
+
+/// Why a computation went no further.
+enum Stopped {
+    Astray(Astray),
+    Other(ResimulationError),
+}
+
+impl<E: Into<Astray>> From<E> for Stopped {
+    fn from(cause: E) -> Self {
+        Stopped::Astray(cause.into())
+    }
+}
+
+struct Attempt<'a> {
+    source: &'a Source,
+    other_scene: bool,
+    step_s: f64,
+    course: Course,
+    recorder: Recorder,
+    pulses: Vec<AddedPulse>,
+    /// So many of them.
+    added: usize,
+    /// Where it began, once it has.
+    from_s: Option<f64>,
+    parting: Parting,
+}
+
+impl Attempt<'_> {
+    fn message(&mut self, message: &Recorded) -> Result<(), Stopped> {
+        let Ok(event) = Event::of(message) else { return Ok(()) };
+        let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return Ok(()) };
+        if self.from_s.is_none() {
+            let Event::Checkpoint(checkpoint) = &event else { return Ok(()) };
+            return self.begin(checkpoint, &event, message);
+        }
+        let ours = matches!(event, Event::Displacements(_) | Event::Angles(_) | Event::Loads(_) | Event::Checkpoint(_));
+        if !ours && !matches!(event, Event::Command(_)) {
+            return Ok(());
+        }
+        if stamp.epoch == self.course.instant().0 {
+            self.add_pulses_before(self.course.stamp().epoch_start_s + stamp.sim_time_s, message)?;
+        }
+        // Steps of another size are matched by their time.
+        let steps = stamp.sim_time_s / self.step_s;
+        let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
+        if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
+            return Ok(());
+        }
+        self.course.go_to((stamp.epoch, step as u64), |_| {})?;
+        match &event {
+            Event::Command(command) => self.command(command, message),
+            _ => self.compare(&event, message),
+        }
+    }
+
+    fn begin(&mut self, checkpoint: &Checkpoint, event: &Event, message: &Recorded) -> Result<(), Stopped> {
+        let unlike = |what: &str| {
+            let (path, what) = (self.source.path.clone(), what.to_owned());
+            Stopped::Other(ResimulationError::Unlike { path, what })
+        };
+        let state = wire::recorded_checkpoint(checkpoint)?;
+        if self.other_scene {
+            if (state.epoch, state.step) != (0, 0) {
+                return Err(unlike("another scene needs the session's start, and the recording begins later"));
+            }
+        } else if !self.course.restore(&state, checkpoint.epoch_start_s) {
+            return Err(unlike("its checkpoint is not one of its scene"));
+        }
+        self.from_s = Some(self.course.stamp().session_s());
+        self.write_in_place_of(event, message)?;
+        Ok(())
+    }
+
+    /// Every added pulse that begins before `session_s` is taken before the step that feels it.
+    fn add_pulses_before(&mut self, session_s: f64, message: &Recorded) -> Result<(), Stopped> {
+        while let Some(pulse) = self.pulses.get(self.added).filter(|pulse| pulse.start_s < session_s).copied() {
+            self.added += 1;
+            let stamp = self.course.stamp();
+            let (epoch, now) = self.course.instant();
+            let in_epoch_s = pulse.start_s - stamp.epoch_start_s;
+            let step = ((in_epoch_s / self.step_s).floor().max(0.0) as u64).max(now);
+            self.course.go_to((epoch, step), |_| {})?;
+            let request = PulseRequest {
+                torque_nm: pulse.torque_nm,
+                duration_s: pulse.duration_s,
+                delay_s: (in_epoch_s - self.course.simulation().time_s()).max(0.0),
+                shape: PulseShape::Rectangular,
+            };
+            self.take(&format!("what-if-{}", self.added), &request, message)?;
+        }
+        Ok(())
+    }
+
+    fn all_added(&self) -> Result<(), Stopped> {
+        let path = self.source.path.clone();
+        match self.pulses.get(self.added) {
+            Some(pulse) => Err(Stopped::Other(ResimulationError::Outside { path, at_s: pulse.start_s })),
+            None => Ok(()),
+        }
+    }
+
+    fn command(&mut self, command: &AppliedCommand, message: &Recorded) -> Result<(), Stopped> {
+        if resets(command) {
+            self.record(topic(message), "flexcrank.v1.AppliedCommand", message.data.to_vec(), message);
+            return Ok(self.course.command(command)?);
+        }
+        let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
+        self.take(&pulse.id, &wire::pulse_request(pulse)?, message)
+    }
+
+    /// Takes in a pulse, and records that it did.
+    fn take(&mut self, id: &str, request: &PulseRequest, message: &Recorded) -> Result<(), Stopped> {
+        let effective = self.course.apply(request)?;
+        let reply = CommandReply {
+            id: id.to_owned(),
+            accepted: true,
+            effective_step: effective.step,
+            effective_sim_time_s: effective.sim_time_s,
+            ..CommandReply::default()
+        };
+        let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
+        let applied = AppliedCommand { stamp: Some(wire::stamp(&self.course.stamp())), reply: Some(reply), command };
+        self.record("commands", "flexcrank.v1.AppliedCommand", applied.encode_to_vec(), message);
+        Ok(())
+    }
+
+    fn compare(&mut self, event: &Event, message: &Recorded) -> Result<(), Stopped> {
+        let Some(computed) = self.write_in_place_of(event, message)? else { return Ok(()) };
+        if matches!(event, Event::Checkpoint(_)) || computed == message.data.as_ref() {
+            return Ok(());
+        }
+        let session_s = self.course.stamp().session_s();
+        if self.parting.first.is_none() {
+            self.parting.first = Some(Difference {
+                topic: topic(message).to_owned(),
+                instant: self.course.instant(),
+                sim_time_s: self.course.simulation().time_s(),
+                field: Field::first(schema(message), &message.data, &computed),
+                after: None,
+            });
+        }
+        self.parting.compare(event, &computed, session_s);
+        Ok(())
+    }
+
+    fn write_in_place_of(&mut self, event: &Event, message: &Recorded) -> Result<Option<Vec<u8>>, Stopped> {
+        let computed = self.course.instead_of(event)?;
+        if let (Some(payload), Some(schema)) = (&computed, event.schema()) {
+            self.record(topic(message), schema, payload.clone(), message);
+        }
+        Ok(computed)
+    }
+
+    fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &Recorded) {
+        let prefix = message.channel.topic.rsplit_once('/').map_or("", |(prefix, _)| prefix);
+        // What fails is told when the recording is finished.
+        let _ = self.recorder.record(recording::Message {
+            topic: format!("{prefix}/{topic}"),
+            schema,
+            payload,
+            log_time_ns: self.source.log_time_ns(self.course.stamp().session_s()),
+            publish_time_ns: message.publish_time,
+            begins_part: false,
+        });
+    }
+}

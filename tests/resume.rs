@@ -1,0 +1,131 @@
+//! Sessions taken up from their recordings, and what would have been.
+#![allow(clippy::expect_used, reason = "a test may fail")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use common::{Outcome, Service};
+use flexcrank::bus::{Topic, client};
+use flexcrank::recording::Messages;
+use flexcrank::resimulation::{AddedPulse, Change, ResimulationError, Resumed, Source, resume, verify, what_if};
+use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::scene::SceneSource;
+use flexcrank::service::Resumption;
+use flexcrank::wire::{Angles, Displacements, Loads, TorquePulse};
+
+type Telemetry = BTreeMap<(String, u64, u64), (u64, Vec<u8>)>;
+
+/// Log time and payload, but for the wall clock, by topic, epoch and step.
+fn telemetry(file: &Path) -> Result<Telemetry, Box<dyn std::error::Error>> {
+    fn timeless<M: prost::Message + Default>(
+        data: &[u8],
+        stamp: fn(&mut M) -> &mut Option<flexcrank::wire::Stamp>,
+    ) -> (u64, u64, Vec<u8>) {
+        let mut message = M::decode(data).expect("a message");
+        let (epoch, step) = stamp(&mut message)
+            .as_mut()
+            .map(|stamp| {
+                stamp.wall_time = None;
+                (stamp.epoch, stamp.step)
+            })
+            .expect("a stamp");
+        (epoch, step, message.encode_to_vec())
+    }
+    let mut found = BTreeMap::new();
+    for message in Messages::open(file)? {
+        let message = message?;
+        let topic = message.channel.topic.rsplit('/').next().unwrap_or_default().to_owned();
+        let (epoch, step, payload) = match topic.as_str() {
+            "displacements" => timeless::<Displacements>(&message.data, |m| &mut m.stamp),
+            "angles" => timeless::<Angles>(&message.data, |m| &mut m.stamp),
+            "loads" => timeless::<Loads>(&message.data, |m| &mut m.stamp),
+            _ => continue,
+        };
+        found.insert((topic, epoch, step), (message.log_time, payload));
+    }
+    Ok(found)
+}
+
+/// A run of the default scene to t = 3 s and a little more, with pulses commanded for later; its recording is in `run.mcap`.
+fn commanded() -> Result<tempfile::TempDir, Box<dyn std::error::Error>> {
+    let service = Service::start(SceneSource::open("crank-slider", &[])?, Pace::Factor(8.0), None, PublishRate::Hz(170.0))?;
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    for (torque_nm, delay_s) in [(5.0, 0.0), (-3.0, 1.3333), (2.0, 2.2), (1.0, 100.0)] {
+        let pulse = TorquePulse { id: format!("{delay_s}"), torque_nm, duration_s: 0.3, delay_s, ..TorquePulse::default() };
+        assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+    }
+    listener.wait_for(Topic::Angles, 3 * 170, Duration::from_secs(60))?;
+    Ok(service.stop()?.1)
+}
+
+#[test]
+fn prop_a_resumed_session_is_alike_to_the_bit_with_one_that_never_stopped() -> Outcome {
+    let folder = commanded()?;
+    let straight = telemetry(&folder.path().join("run.mcap"))?;
+    let whole = std::fs::read(folder.path().join("run.mcap"))?;
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &whole[..whole.len() * 2 / 3])?;
+    let source = Source::open(&cut)?;
+    for at_s in [None, Some(0.7771)] {
+        let Resumed { simulation, epoch_start_s, answers } = resume(&source, at_s, &|_| {})?;
+        assert!(simulation.step_count() > 300 && answers.len() == 4);
+        assert!(at_s.is_none_or(|at_s| (simulation.time_s() - at_s).abs() < 0.001));
+        let (from, pending) = (simulation.step_count(), simulation.pulses_pending());
+        let resumption = Resumption { started: source.started, epoch_start_s, answers, of: "cut.mcap".to_owned() };
+        let until_s = straight.keys().map(|(_, _, step)| *step).max().unwrap_or(0) as f64 * 0.001;
+        let service = Service::resume(source.scene.clone(), simulation, resumption, until_s, PublishRate::Hz(170.0))?;
+        let (report, folder) = service.finish()?;
+        assert_eq!(report.dropped, 0);
+        let resumed = telemetry(&folder.path().join("run.mcap"))?;
+        assert!(pending > 0 && resumed.len() > 300);
+        // The last sample of either run may be off the rate, and its mean torque of a shorter time.
+        let last = straight.keys().map(|(_, _, step)| *step).max();
+        for (key, value) in resumed.iter().filter(|((_, _, step), _)| Some(*step) != last) {
+            assert!(key.2 > from, "{key:?}");
+            assert_eq!(straight.get(key), Some(value), "{key:?}");
+        }
+        let found = verify(&Source::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
+        assert_eq!(found.findings, []);
+    }
+    let outside = resume(&source, Some(1e6), &|_| {});
+    assert!(matches!(outside, Err(ResimulationError::Outside { .. })));
+    Ok(())
+}
+
+#[test]
+fn prop_what_if_is_what_would_have_been() -> Outcome {
+    let run = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let scene = SceneSource::open("crank-slider", &overrides)?;
+        Service::start(scene, Pace::Max, Some(13.0), PublishRate::Hz(50.0))?.finish()
+    };
+    let (_, was) = run(&["pulse=[{start_s=0.0, torque_nm=20.0, duration_s=0.1}]"])?;
+    let (_, with) =
+        run(&["pulse=[{start_s=0.0, torque_nm=20.0, duration_s=0.1}, {start_s=12.0, torque_nm=5.0, duration_s=0.1}]"])?;
+    let source = Source::open(&was.path().join("run.mcap"))?;
+    let attempt = |change: Change, name: &str| what_if(&source, &change, &was.path().join(name), &|_| {});
+    let pulse = AddedPulse { start_s: 12.0, torque_nm: 5.0, duration_s: 0.1 };
+    let added = attempt(Change { pulses: vec![pulse], ..Change::default() }, "added.mcap")?;
+    assert!(added.diverged.is_none() && added.from_s >= 10.0 && added.from_s < 12.0, "{added:?}");
+    assert_eq!(added.parting.first.as_ref().map(|first| first.instant), Some((0, 12_020)));
+    assert!(added.parting.largest["crank angle, rad"].0 > 1e-3);
+    let (expected, computed) = (telemetry(&with.path().join("run.mcap"))?, telemetry(&was.path().join("added.mcap"))?);
+    assert!(computed.len() > 400);
+    for (key, (_, payload)) in &computed {
+        assert_eq!(expected.get(key).map(|(_, payload)| payload), Some(payload), "{key:?}");
+    }
+    let thicker =
+        attempt(Change { overrides: vec!["rod.density_kg_per_m3=7701.0".to_owned()], ..Change::default() }, "thicker.mcap")?;
+    assert_eq!(thicker.parting.first.map(|first| first.instant), Some((0, 20)));
+    let same = attempt(Change { overrides: vec!["rod.length_m=1.5".to_owned()], ..Change::default() }, "same.mcap")?;
+    assert_eq!(same.parting.first, None);
+    for name in ["added.mcap", "thicker.mcap", "same.mcap"] {
+        assert_eq!(verify(&Source::open(&was.path().join(name))?, &|_, _| {})?.findings, [], "{name}");
+    }
+    let late = Change { pulses: vec![AddedPulse { start_s: 14.0, ..pulse }], ..Change::default() };
+    assert!(matches!(attempt(late, "late.mcap"), Err(ResimulationError::Outside { .. })));
+    Ok(())
+}

@@ -1,0 +1,265 @@
+//! Recordings of real services, verified: whole, cut, damaged, changed.
+#![allow(clippy::expect_used, reason = "a test may fail")]
+
+mod common;
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use common::{Outcome, Service, scene};
+use flexcrank::bus::client;
+use flexcrank::recording::{Found, Going, walk};
+use flexcrank::resimulation::{Finding, Source, Verification, Why, verify};
+use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::scene::SceneSource;
+use flexcrank::wire::{self, AppliedCommand, Status, TorquePulse, applied_command, control::Action};
+use prost::Message as _;
+
+fn pulse(torque_nm: f64, duration_s: f64, delay_s: f64) -> TorquePulse {
+    TorquePulse { id: format!("{torque_nm}:{delay_s}"), torque_nm, duration_s, delay_s, ..TorquePulse::default() }
+}
+
+fn control(action: Action) -> wire::Control {
+    wire::Control { id: String::new(), action: Some(action) }
+}
+
+fn verified(file: &Path) -> Result<Verification, Box<dyn std::error::Error>> {
+    Ok(verify(&Source::open(file)?, &|_, _| {})?)
+}
+
+/// A recording of 25 s with commands of every kind, at the modal model's default settings.
+fn eventful(folder: tempfile::TempDir, rate: PublishRate) -> Result<(tempfile::TempDir, PathBuf), Box<dyn std::error::Error>> {
+    let scene = SceneSource::open("crank-slider", &["pulse=[]".to_owned()])?;
+    let service = Service::start_in(folder, scene, Pace::Factor(20.0), None, rate)?;
+    let say = |action| client::control(&service.client, &service.name, &control(action));
+    for (torque_nm, delay_s) in [(5.0, 0.0), (-3.0, 0.3333), (2.0, 0.01), (7.0, 30.0)] {
+        assert!(client::pulse(&service.client, &service.name, &pulse(torque_nm, 0.123, delay_s))?.accepted);
+    }
+    say(Action::Pause(wire::Pause {}))?;
+    say(Action::Step(wire::Steps { count: 7 }))?;
+    say(Action::Resume(wire::Resume {}))?;
+    say(Action::Reset(wire::Reset {}))?;
+    assert!(client::pulse(&service.client, &service.name, &pulse(4.0, 0.2, 0.1))?.accepted);
+    let second = wire::StartRecording { name: "second".to_owned() };
+    say(Action::StopRecording(wire::StopRecording {}))?;
+    assert!(client::pulse(&service.client, &service.name, &pulse(3.0, 5.0, 0.05))?.accepted);
+    assert!(say(Action::StartRecording(second))?.accepted);
+    assert!(client::pulse(&service.client, &service.name, &pulse(-1.0, 0.5, 0.02))?.accepted);
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    Ok((folder, file))
+}
+
+#[test]
+fn prop_a_recording_is_computed_again_to_the_bit() -> Outcome {
+    for rate in [PublishRate::All, PublishRate::Hz(200.0), PublishRate::Hz(37.0)] {
+        let (folder, file) = eventful(tempfile::tempdir()?, rate)?;
+        for file in [file, folder.path().join("second.mcap")] {
+            let found = verified(&file)?;
+            assert_eq!(found.findings, [], "{rate:?}, {}", file.display());
+            assert!(found.recomputed.pulses > 0 && found.recomputed.checkpoints > 0 && found.recomputed.skipped == 0);
+            assert!(found.physics.joint_gap_m < 1e-15);
+        }
+    }
+    Ok(())
+}
+
+/// Steps so long that some must be taken in halves.
+const HALVED: &[&str] = &[
+    "solver.model=modal",
+    "solver.integrator=generalized-alpha",
+    "solver.step_s=0.05",
+    "solver.max_iterations=5",
+    "pulse=[{start_s=0.0, torque_nm=20.0, duration_s=0.1}]",
+];
+
+#[test]
+fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
+    let cases: [(&str, &[&str], f64); 8] = [
+        ("crank-slider", &["solver.model=rigid", "solver.integrator=runge-kutta"], 25.0),
+        ("crank-slider", &["solver.integrator=two-point", "solver.weight=0.5"], 12.0),
+        ("ref-r2s", &[], 2.0),
+        ("thesis-crank-slider", &[], 22.8),
+        ("thesis-beam-tip", &[], 2.0),
+        ("thesis-two-masses", &[], 10.0),
+        ("thesis-compressor", &[], 1.0),
+        ("crank-slider", HALVED, 3.0),
+    ];
+    for (name, overrides, until_s) in cases {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let scene = SceneSource::open(name, &overrides)?;
+        let (_, folder) = Service::start(scene, Pace::Max, Some(until_s), PublishRate::Hz(100.0))?.finish()?;
+        let found = verified(&folder.path().join("run.mcap"))?;
+        assert_eq!(found.findings, [], "{name} {overrides:?}");
+        assert!(found.recomputed.messages > 50, "{name}");
+        let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
+        assert_eq!(status.last().is_some_and(|status| status.retried_steps > 0), overrides == HALVED, "{name}");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_what_full_queues_kept_out_is_lost_not_wrong() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1e5), Some(30.0), PublishRate::All)?;
+    let (report, folder) = service.finish()?;
+    assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
+    let found = verified(&folder.path().join("run.mcap"))?;
+    assert!(!found.findings.is_empty() && !found.is_wrong(), "{:?}", found.findings);
+    assert!(found.findings.iter().all(|finding| matches!(finding, Finding::Missing { why: Why::Queue, .. })));
+    Ok(())
+}
+
+/// A short recording of the rigid model with two pulses of its own.
+fn short() -> Result<(tempfile::TempDir, PathBuf), Box<dyn std::error::Error>> {
+    let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(4.0), None, PublishRate::All)?;
+    for delay_s in [0.05, 0.1] {
+        assert!(client::pulse(&service.client, &service.name, &pulse(5.0, 0.1, delay_s))?.accepted);
+    }
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    listener.wait_for(flexcrank::bus::Topic::Angles, 800, std::time::Duration::from_secs(30))?;
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    Ok((folder, file))
+}
+
+#[test]
+fn prop_a_flipped_byte_is_found_wherever_it_is() -> Outcome {
+    let (folder, file) = short()?;
+    assert_eq!(verified(&file)?.findings, []);
+    let whole = std::fs::read(&file)?;
+    let flipped = folder.path().join("flipped.mcap");
+    for n in 0..40 {
+        let at = (whole.len() - 1) * n / 39;
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (n % 8);
+        std::fs::write(&flipped, &bytes)?;
+        // Damage to metadata and scene may leave nothing to verify by.
+        let Ok(source) = Source::open(&flipped) else { continue };
+        let found = verify(&source, &|_, _| {})?;
+        assert!(found.is_wrong(), "byte {at} of {}", whole.len());
+        assert!(found.findings.iter().any(|finding| matches!(finding, Finding::Damaged(_))), "byte {at}: {:?}", found.findings);
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_cut_recording_is_sound_as_far_as_it_goes() -> Outcome {
+    let (folder, file) = short()?;
+    let whole = std::fs::read(&file)?;
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &whole[..whole.len() * 2 / 3])?;
+    let found = verified(&cut)?;
+    assert!(matches!(found.findings[..], [Finding::CutOff { .. }]), "{:?}", found.findings);
+    assert!(!found.is_wrong() && found.recomputed.messages > 100);
+    Ok(())
+}
+
+/// What to write in place of a message: itself, nothing, or something else.
+type Rewrite<'a> = &'a dyn Fn(u64, &flexcrank::recording::Recorded) -> Option<Vec<u8>>;
+
+/// Writes a recording anew with all sums right, each message as `rewrite` says, the scene as `scene` says.
+fn rewritten(
+    file: &Path,
+    name: &str,
+    rewrite: Rewrite,
+    scene: &dyn Fn(&str) -> String,
+) -> Result<PathBuf, Box<dyn std::error::Error>> {
+    let path = file.with_file_name(name);
+    let mut writer = mcap::WriteOptions::new().create(BufWriter::new(File::create(&path)?))?;
+    let mut channels = std::collections::HashMap::new();
+    let mut number = 0;
+    let mut failed = None;
+    let mut take = |found: Found<'_>| -> mcap::McapResult<()> {
+        match found {
+            Found::Metadata(name, entries) => {
+                writer.write_metadata(&mcap::records::Metadata { name: name.to_owned(), metadata: entries.clone() })?;
+            }
+            Found::Attachment(name, data) => {
+                let data = scene(&String::from_utf8_lossy(data)).into_bytes();
+                let (name, media_type) = (name.to_owned(), "application/toml".to_owned());
+                writer.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })?;
+            }
+            Found::Message(message) => {
+                number += 1;
+                let Some(data) = rewrite(number, message) else { return Ok(()) };
+                let topic = &message.channel.topic;
+                if !channels.contains_key(topic) {
+                    let schema = message.channel.schema.as_ref().expect("a schema");
+                    let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+                    channels.insert(topic.clone(), writer.add_channel(schema, topic, "protobuf", &Default::default())?);
+                }
+                let header = mcap::records::MessageHeader {
+                    channel_id: channels[topic],
+                    sequence: message.sequence,
+                    log_time: message.log_time,
+                    publish_time: message.publish_time,
+                };
+                writer.write_to_known_channel(&header, &data)?;
+            }
+            Found::Damage(_) => {}
+        }
+        Ok(())
+    };
+    walk(file, |found, _| {
+        failed = failed.take().or(take(found).err());
+        Going::Continue(())
+    })?;
+    failed.map_or(Ok(()), Err)?;
+    writer.finish()?;
+    Ok(path)
+}
+
+fn as_is(_: u64, message: &flexcrank::recording::Recorded) -> Option<Vec<u8>> {
+    Some(message.data.to_vec())
+}
+
+#[test]
+fn prop_a_removed_stretch_is_named() -> Outcome {
+    let (_folder, file) = short()?;
+    let less =
+        rewritten(&file, "less.mcap", &|n, message| as_is(n, message).filter(|_| !(1000..1100).contains(&n)), &str::to_owned)?;
+    let found = verified(&less)?;
+    let missing = found.findings.iter().find_map(|finding| match finding {
+        Finding::Missing { after, before, why: Why::Damage, .. } => Some((*after, *before)),
+        _ => None,
+    });
+    let (after, before) = missing.ok_or("nothing is said to be missing")?;
+    assert!(before - after > 30 && before - after < 40, "{after}..{before}");
+    Ok(())
+}
+
+#[test]
+fn prop_a_changed_command_is_named() -> Outcome {
+    let (_folder, file) = short()?;
+    let stronger = |n: u64, message: &flexcrank::recording::Recorded| {
+        let mut command = match AppliedCommand::decode(message.data.as_ref()) {
+            Ok(command) if message.channel.topic.ends_with("/commands") => command,
+            _ => return as_is(n, message),
+        };
+        if let Some(applied_command::Command::Torque(pulse)) = &mut command.command
+            && pulse.delay_s == 0.1
+        {
+            pulse.torque_nm = 5.0000001;
+        }
+        Some(command.encode_to_vec())
+    };
+    let found = verified(&rewritten(&file, "stronger.mcap", &stronger, &str::to_owned)?)?;
+    let [Finding::Differs { first, messages }] = &found.findings[..] else { return Err(format!("{:?}", found.findings).into()) };
+    assert!(*messages > 100);
+    assert!(first.after.as_ref().is_some_and(|after| after.contains("5:0.1") && after.contains("5.0000001 N·m")), "{first}");
+    assert!(first.field.as_ref().and_then(|field| field.size()).is_some_and(|size| size != 0.0), "{first}");
+    Ok(())
+}
+
+#[test]
+fn prop_a_changed_scene_is_named() -> Outcome {
+    let (_folder, file) = short()?;
+    let longer = |scene: &str| scene.replace("length_m = 1.5", "length_m = 1.5000001");
+    let found = verified(&rewritten(&file, "longer.mcap", &as_is, &longer)?)?;
+    assert!(found.findings.contains(&Finding::SceneChanged), "{:?}", found.findings);
+    assert!(found.findings.iter().any(|finding| matches!(finding, Finding::Differs { .. })), "{:?}", found.findings);
+    let same = verified(&rewritten(&file, "same.mcap", &as_is, &str::to_owned)?)?;
+    assert_eq!(same.findings, []);
+    Ok(())
+}
