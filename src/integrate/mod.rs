@@ -16,6 +16,18 @@
 //! Undamped, ϑ = ½ breaks down where a load excites what the step cannot resolve: a step torque on chains of 4 to 64 beam
 //! elements a link at h = 1 ms ends in a failed step within 1.3 s; generalised-α with ρ∞ from 0.5 to 0.9 takes every step in 3
 //! to 4 iterations.
+//!
+//! **Nothing of higher order for stiff systems.** Gauss's method of two stages (fourth order, undamped; Hairer, Lubich & Wanner,
+//! *Geometric Numerical Integration*, II.1) was built, its stages coupled by one real matrix, and measured on R2s; error of the
+//! crank's angle over 2 s, in rad, and instructions for them, both solved to 1e-9:
+//!
+//! | | Gauss | generalised-α |
+//! |---|---|---|
+//! | modal, 3 modes | 7.5e-4, h = 2 ms, 2.9e8 | 7.0e-4, h = 0.3 ms, 3.5e8 |
+//! | 24 elements a link | 9.8e-6, h = 0.2 ms, 1.8e10 | 6.7e-6, h = 0.04 ms, 1.2e10 |
+//!
+//! A step took 7 to 11 iterations of two residuals and two solutions, against one of one. Membrane vibration that the step does
+//! not resolve took its order: 1.7e-4, 1.1e-4, 5.3e-5, 1.5e-5 at 2, 1, 0.5 and 0.25 ms. It was not worth a scheme.
 
 mod generalized_alpha;
 mod newton;

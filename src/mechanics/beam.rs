@@ -98,6 +98,26 @@ pub(super) fn stiffness(axial_n: f64, bending_nm2: f64, length_m: f64) -> Matrix
     ])
 }
 
+/// `Tᵀ A T` of an element's matrix `A` in local axes, whose axial and transverse entries are not coupled: of each pair of nodes
+/// `A = [p 0 0; 0 q r; 0 s t]` becomes `[c²p + s²q, cs (p − q), −s r; cs (p − q), s²p + c²q, c r; −s s, c s, t]`.
+pub(super) fn to_global(local: &Matrix6, chord_rad: f64) -> Matrix6 {
+    let (sin, cos) = chord_rad.sin_cos();
+    let (cc, cs, ss) = (cos * cos, cos * sin, sin * sin);
+    let mut global = Matrix6::zeros();
+    for i in [0, 3] {
+        for j in [0, 3] {
+            let (p, q, right, below) = (local[(i, j)], local[(i + 1, j + 1)], local[(i + 1, j + 2)], local[(i + 2, j + 1)]);
+            global[(i, j)] = cc * p + ss * q;
+            global[(i + 1, j + 1)] = ss * p + cc * q;
+            (global[(i, j + 1)], global[(i + 1, j)]) = (cs * (p - q), cs * (p - q));
+            (global[(i, j + 2)], global[(i + 1, j + 2)]) = (-sin * right, cos * right);
+            (global[(i + 2, j)], global[(i + 2, j + 1)]) = (-sin * below, cos * below);
+            global[(i + 2, j + 2)] = local[(i + 2, j + 2)];
+        }
+    }
+    global
+}
+
 /// The rotation `T` from global to local axes for a chord angle: `x_local = T x`.
 pub(super) fn rotation(chord_rad: f64) -> Matrix6 {
     let (s, c) = chord_rad.sin_cos();

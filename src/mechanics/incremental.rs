@@ -116,6 +116,8 @@ struct Element {
 /// The incremental chain.
 pub struct Incremental {
     elements: Vec<Element>,
+    /// Degrees of freedom that are no part of this chain, or held.
+    held: Vec<usize>,
     chain: Chain,
     weight: f64,
     start: IncrementalState,
@@ -126,7 +128,9 @@ impl Incremental {
     pub fn new(chain: &Chain, weight: f64) -> Option<Self> {
         let element = |(link, placement): (&Link, Placement)| Some(element(link, &link.bar?, placement));
         let elements = chain.links.iter().zip([CRANK, ROD]).map(element).collect::<Option<Vec<_>>>()?;
-        Some(Incremental { elements, chain: chain.clone(), weight, start: start(chain) })
+        let mut incremental = Incremental { elements, held: Vec::new(), chain: chain.clone(), weight, start: start(chain) };
+        incremental.held = (0..N).filter(|i| !incremental.moves(*i)).collect();
+        Some(incremental)
     }
 
     /// The state at t = 0.
@@ -149,14 +153,13 @@ impl Incremental {
     fn assemble(&self, state: &IncrementalState) -> (Matrix, Matrix) {
         let (mut mass, mut stiffness) = (Matrix::zeros(), Matrix::zeros());
         for (element, chord) in self.elements.iter().zip(state.chord_rad) {
-            let t = beam::rotation(chord);
-            place(&element.placement, &(t.transpose() * element.mass * t), &mut mass);
-            place(&element.placement, &(t.transpose() * element.stiffness * t), &mut stiffness);
+            place(&element.placement, &beam::to_global(&element.mass, chord), &mut mass);
+            place(&element.placement, &beam::to_global(&element.stiffness, chord), &mut stiffness);
         }
         for i in self.end() {
             mass[(i, i)] += self.end_mass_kg();
         }
-        for i in (0..N).filter(|i| !self.moves(*i)) {
+        for &i in &self.held {
             for matrix in [&mut mass, &mut stiffness] {
                 matrix.row_mut(i).fill(0.0);
                 matrix.column_mut(i).fill(0.0);
@@ -194,7 +197,7 @@ impl Incremental {
             - base.torsion_spring_nm_per_rad * state.configuration[ROOT]
             - base.damper_nm_s_per_rad * state.velocity[ROOT];
         load[self.end()[0]] -= self.end_force_n(state).iter().sum::<f64>();
-        for i in (0..N).filter(|i| !self.moves(*i)) {
+        for &i in &self.held {
             load[i] = 0.0;
         }
         load
@@ -367,17 +370,21 @@ fn start(chain: &Chain) -> IncrementalState {
     let lengths: Vec<f64> = chain.links.iter().map(|link| link.length_m).collect();
     let crank = crank_turn(theta);
     let rod = match (&chain.end, lengths.as_slice()) {
-        (End::Slider(_), [l1, l2]) => rod_turn(theta, l1 / l2),
+        (End::Slider(_), [l1, l2]) => rod_turn(&crank, l1 / l2),
         _ => crank,
     };
-    let pin = along(&[[0.0; 2]; 4], &crank, lengths[0]);
+    let pin = along(&[[0.0; 2]; 2], &crank, lengths[0]);
     let end = along(&pin, &rod, lengths.get(1).copied().unwrap_or(0.0));
-    let values = |k: usize| [crank[k], pin[k][0], pin[k][1], crank[k], rod[k], end[k][0], rod[k], end[k][1]];
+    let chord_rad = match chain.end {
+        End::Slider(_) => [theta, rod.sin.asin()],
+        End::Free { .. } => [theta; 2],
+    };
+    let values = |[crank, rod]: [f64; 2], k: usize| [crank, pin[k][0], pin[k][1], crank, rod, end[k][0], rod, end[k][1]];
     IncrementalState {
-        configuration: values(0),
+        configuration: values(chord_rad, 0),
         carried: [0.0; N],
-        velocity: values(1).map(|slope| slope * rate),
-        chord_rad: [crank[0], rod[0]],
+        velocity: values([crank.slopes[0], rod.slopes[0]], 1).map(|slope| slope * rate),
+        chord_rad,
         collocated: [[0.0; N]; 2],
     }
 }

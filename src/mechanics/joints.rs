@@ -10,7 +10,7 @@ use super::observation::Observation;
 use crate::scene::{Chain, End};
 
 /// One body in motion.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Body {
     pub mass_kg: f64,
     pub inertia_kg_m2: f64,

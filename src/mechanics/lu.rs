@@ -20,8 +20,12 @@ impl Lu {
     pub(crate) fn factor(&mut self) -> Result<(), Singular> {
         let n = self.n;
         for k in 0..n {
-            let pivot =
-                (k..n).max_by(|&i, &j| self.matrix[i * n + k].abs().total_cmp(&self.matrix[j * n + k].abs())).unwrap_or(k);
+            let (mut pivot, mut largest) = (k, -1.0);
+            for (i, row) in self.matrix.chunks_exact(n).enumerate().skip(k) {
+                if row[k].abs() > largest {
+                    (pivot, largest) = (i, row[k].abs());
+                }
+            }
             self.pivots[k] = pivot;
             if pivot != k {
                 let (upper, lower) = self.matrix.split_at_mut(pivot * n);

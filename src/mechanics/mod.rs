@@ -5,6 +5,7 @@ pub(crate) mod crank_slider;
 mod finite_element;
 mod incremental;
 mod joints;
+mod last_state;
 mod lu;
 mod mechanism;
 mod modal;

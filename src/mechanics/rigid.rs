@@ -13,17 +13,15 @@ use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
 use super::resistance::{resistance, resistance_n};
 use super::rigid_bar::RigidBar;
-use crate::scene::{Base, Chain, End};
-
-const ORIGIN: Path = [[0.0; 2]; 4];
+use crate::scene::{Base, Chain, End, Resistance};
 
 /// A body of the chain at one crank angle.
-#[derive(Debug, Clone, Copy, Default)]
-struct Body {
+#[derive(Debug, Clone, Copy)]
+struct Body<const D: usize = 3> {
     mass_kg: f64,
     inertia_kg_m2: f64,
-    centre: Path,
-    angle: Turn,
+    centre: Path<D>,
+    turn: Turn,
 }
 
 /// The rigid chain: a crank-slider, or one link with a free end.
@@ -31,18 +29,49 @@ struct Body {
 pub struct Rigid {
     chain: Chain,
     prescribed: bool,
+    /// What was asked for last: the integrators ask for residual and tangent of the same state.
+    last: Evaluated,
     tangent: f64,
     scale_nm: f64,
 }
 
+/// A crank angle and rate, and what belongs to them.
+#[derive(Debug, Clone, Copy)]
+struct Evaluated {
+    theta_rad: f64,
+    rate_rad_per_s: f64,
+    pose: Pose,
+    equation: Equation,
+}
+
+impl Evaluated {
+    /// Equal to no state.
+    const NONE: Self = Self {
+        theta_rad: f64::NAN,
+        rate_rad_per_s: f64::NAN,
+        pose: Pose::NONE,
+        equation: Equation { mass: 0.0, rest: 0.0, scale: 0.0 },
+    };
+}
+
 /// Everything that depends on the crank angle alone: links, then what hangs on the end.
-struct Pose {
-    bodies: [Body; 3],
+#[derive(Debug, Clone, Copy)]
+struct Pose<const D: usize = 3> {
+    bodies: [Body<D>; 3],
     links: usize,
-    end: Path,
+    end: Path<D>,
+}
+
+impl<const D: usize> Pose<D> {
+    const NONE: Self = Self {
+        bodies: [Body { mass_kg: 0.0, inertia_kg_m2: 0.0, centre: [[0.0; 2]; D], turn: Turn::STILL }; 3],
+        links: 0,
+        end: [[0.0; 2]; D],
+    };
 }
 
 /// Coefficients of the equation of motion at one state.
+#[derive(Debug, Clone, Copy)]
 struct Equation {
     mass: f64,
     /// `½ M′ θ̇²` minus all generalised forces but the torque.
@@ -54,7 +83,7 @@ struct Equation {
 impl Rigid {
     /// One link, or a crank-slider; `prescribed` when the scene prescribes the motion of the pivot.
     pub fn new(chain: &Chain, prescribed: bool) -> Self {
-        Rigid { chain: chain.clone(), prescribed, tangent: 1.0, scale_nm: 0.0 }
+        Rigid { chain: chain.clone(), prescribed, last: Evaluated::NONE, tangent: 1.0, scale_nm: 0.0 }
     }
 
     /// `M(θ)`, the inertia of everything as the crank feels it, kg·m².
@@ -65,9 +94,9 @@ impl Rigid {
     /// Mass of all bodies, kg, and the path of their common centre: digest 4.28–4.29, its derivatives 4.33–4.43 (the thesis
     /// loses brackets in 4.42).
     pub(crate) fn centre_of_mass(&self, theta_rad: f64) -> (f64, Path) {
-        let bodies = self.pose(theta_rad).bodies;
+        let bodies = self.pose::<3>(theta_rad).bodies;
         let mass_kg: f64 = bodies.iter().map(|body| body.mass_kg).sum();
-        let mut centre = ORIGIN;
+        let mut centre = [[0.0; 2]; 3];
         for body in &bodies {
             for (sum, at) in centre.iter_mut().flatten().zip(body.centre.iter().flatten()) {
                 *sum += body.mass_kg / mass_kg * at;
@@ -88,21 +117,41 @@ impl Rigid {
         }
     }
 
-    fn pose(&self, theta_rad: f64) -> Pose {
-        let mut bodies = [Body::default(); 3];
-        let mut at = ORIGIN;
-        let mut angle = crank_turn(theta_rad);
-        for (index, (body, link)) in bodies.iter_mut().zip(&self.chain.links).enumerate() {
-            if index == 1 {
-                angle = rod_turn(theta_rad, self.chain.links[0].length_m / link.length_m);
-            }
-            let centre = along(&at, &angle, link.centre_of_mass_m);
-            *body = Body { mass_kg: link.mass_kg, inertia_kg_m2: link.inertia_kg_m2, centre, angle };
-            at = along(&at, &angle, link.length_m);
+    /// Pose and equation at an angle and rate, evaluated once.
+    fn evaluate(&mut self, theta_rad: f64, rate_rad_per_s: f64) -> &Evaluated {
+        if self.last.theta_rad != theta_rad || self.last.rate_rad_per_s != rate_rad_per_s {
+            self.last.pose = self.pose(theta_rad);
+            self.last.equation = self.equation(&self.last.pose, theta_rad, rate_rad_per_s);
+            (self.last.theta_rad, self.last.rate_rad_per_s) = (theta_rad, rate_rad_per_s);
         }
-        let links = self.chain.links.len();
-        bodies[links] = Body { mass_kg: self.end_mass_kg(), inertia_kg_m2: 0.0, centre: at, angle: [0.0; 4] };
-        Pose { bodies, links, end: at }
+        &self.last
+    }
+
+    #[inline]
+    fn pose<const D: usize>(&self, theta_rad: f64) -> Pose<D> {
+        let mut pose = Pose::NONE;
+        let mut at = pose.end;
+        let mut turn = crank_turn(theta_rad);
+        for (index, (body, link)) in pose.bodies.iter_mut().zip(&self.chain.links).enumerate() {
+            if index == 1 {
+                turn = rod_turn(&turn, self.chain.links[0].length_m / link.length_m);
+            }
+            let centre = along(&at, &turn, link.centre_of_mass_m);
+            *body = Body { mass_kg: link.mass_kg, inertia_kg_m2: link.inertia_kg_m2, centre, turn };
+            at = along(&at, &turn, link.length_m);
+        }
+        (pose.links, pose.end) = (self.chain.links.len(), at);
+        pose.bodies[pose.links] = Body { mass_kg: self.end_mass_kg(), inertia_kg_m2: 0.0, centre: at, turn: Turn::STILL };
+        pose
+    }
+
+    /// Whether anything but torque and weight does work.
+    fn is_loaded(&self) -> bool {
+        let free = match &self.chain.end {
+            End::Free { .. } => true,
+            End::Slider(slider) => slider.resistance == Resistance::Constant(0.0) && slider.friction_n_s_per_m == 0.0,
+        };
+        self.chain.base.damper_nm_s_per_rad != 0.0 || !free
     }
 
     fn end_mass_kg(&self) -> f64 {
@@ -116,8 +165,8 @@ impl Rigid {
         let [mut mass, mut half_slope, mut weight] = [0.0; 3];
         let gravity = self.chain.gravity_m_per_s2;
         for body in &pose.bodies {
-            let [_, c1, c2, _] = &body.centre;
-            let [_, b1, b2, _] = body.angle;
+            let [_, c1, c2] = &body.centre;
+            let [b1, b2, _] = body.turn.slopes;
             mass += body.mass_kg * dot(c1, c1) + body.inertia_kg_m2 * b1 * b1;
             half_slope += body.mass_kg * dot(c1, c2) + body.inertia_kg_m2 * b1 * b2;
             weight += body.mass_kg * dot(&gravity, c1);
@@ -143,14 +192,15 @@ impl Rigid {
     }
 
     /// `∂(M θ̈ + rest)/∂θ`, term by term.
-    fn stiffness(&self, pose: &Pose, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
+    fn stiffness(&self, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
+        let pose = self.pose::<4>(theta_rad);
         let gravity = self.chain.gravity_m_per_s2;
         let bodies: f64 = pose
             .bodies
             .iter()
             .map(|body| {
                 let [_, c1, c2, c3] = &body.centre;
-                let [_, b1, b2, b3] = body.angle;
+                let [b1, b2, b3] = body.turn.slopes;
                 let slope = 2.0 * (body.mass_kg * dot(c1, c2) + body.inertia_kg_m2 * b1 * b2);
                 let half_curve = body.mass_kg * (dot(c2, c2) + dot(c1, c3)) + body.inertia_kg_m2 * (b2 * b2 + b1 * b3);
                 slope * acceleration + half_curve * rate * rate - body.mass_kg * dot(&gravity, c2)
@@ -171,7 +221,10 @@ impl Rigid {
         let half_slope: f64 = pose
             .bodies
             .iter()
-            .map(|body| body.mass_kg * dot(&body.centre[1], &body.centre[2]) + body.inertia_kg_m2 * body.angle[1] * body.angle[2])
+            .map(|body| {
+                let [b1, b2, _] = body.turn.slopes;
+                body.mass_kg * dot(&body.centre[1], &body.centre[2]) + body.inertia_kg_m2 * b1 * b2
+            })
             .sum();
         let friction = match &self.chain.end {
             End::Free { .. } => 0.0,
@@ -186,21 +239,22 @@ impl Rigid {
         let root_nm = torque_nm - torsion_spring_nm_per_rad * theta - damper_nm_s_per_rad * rate;
         let firsts = [(out.pivot_n, root_nm), (out.crank_pin_n, 0.0)];
         let gravity = self.chain.gravity_m_per_s2;
-        let mut at = ORIGIN;
+        let mut at: Path = [[0.0; 2]; 3];
         for (i, (seen, (force, moment_nm))) in out.links.iter_mut().zip(firsts).enumerate() {
-            let (link, angle) = (&self.chain.links[i], &pose.bodies[i].angle);
+            let (link, turn) = (&self.chain.links[i], &pose.bodies[i].turn);
+            let [angle_rad, rate_rad_per_s, acceleration_rad_per_s2] = turning(i, turn, [theta, rate, acceleration]);
             let bar = RigidBar {
                 length_m: link.length_m,
                 mass_kg: link.mass_kg,
-                angle_rad: angle[0],
-                rate_rad_per_s: angle[1] * rate,
-                acceleration_rad_per_s2: angle[2] * rate * rate + angle[1] * acceleration,
+                angle_rad,
+                rate_rad_per_s,
+                acceleration_rad_per_s2,
                 first_m_per_s2: [0, 1].map(|k| at[2][k] * rate * rate + at[1][k] * acceleration - gravity[k]),
                 force_n: force.unwrap_or_default(),
                 moment_nm,
             };
             bar.fill(&mut seen.elements);
-            at = along(&at, angle, link.length_m);
+            at = along(&at, turn, link.length_m);
         }
     }
 
@@ -229,7 +283,7 @@ impl Mechanism for Rigid {
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
         let [theta, rate, acceleration] = self.state(input, q, v, a);
-        let equation = self.equation(&self.pose(theta), theta, rate);
+        let equation = self.evaluate(theta, rate).equation;
         self.scale_nm = equation.scale + (equation.mass * acceleration).abs() + input.torque_nm.abs();
         r.fill(equation.mass * acceleration + equation.rest - input.torque_nm);
     }
@@ -240,13 +294,13 @@ impl Mechanism for Rigid {
 
     fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
         let [theta, rate, acceleration] = self.state(input, q, v, a);
-        let pose = self.pose(theta);
-        self.tangent = w.acceleration * self.equation(&pose, theta, rate).mass;
+        self.tangent = w.acceleration * self.evaluate(theta, rate).equation.mass;
+        let pose = &self.last.pose;
         if w.velocity != 0.0 {
-            self.tangent += w.velocity * self.viscosity(&pose, rate);
+            self.tangent += w.velocity * self.viscosity(pose, rate);
         }
         if w.position != 0.0 {
-            self.tangent += w.position * self.stiffness(&pose, theta, rate, acceleration);
+            self.tangent += w.position * self.stiffness(theta, rate, acceleration);
         }
         if self.tangent == 0.0 || !self.tangent.is_finite() { Err(Singular) } else { Ok(()) }
     }
@@ -259,33 +313,33 @@ impl Mechanism for Rigid {
 
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
         let [theta, rate, acceleration] = self.state(input, q, v, a);
-        let pose = self.pose(theta);
-        let equation = self.equation(&pose, theta, rate);
-        let mut at = ORIGIN;
-        for (link, (body, seen)) in self.chain.links.iter().zip(pose.bodies.iter().zip(&mut out.links)) {
-            let angle = &body.angle;
-            seen.chord_rad = angle[0];
-            seen.rate_rad_per_s = angle[1] * rate;
-            seen.acceleration_rad_per_s2 = Some(angle[2] * rate * rate + angle[1] * acceleration);
+        let Evaluated { pose, equation, .. } = *self.evaluate(theta, rate);
+        let mut at: Path = [[0.0; 2]; 3];
+        let mut dynamics = pose.bodies.map(|body| joints::Body {
+            mass_kg: body.mass_kg,
+            inertia_kg_m2: body.inertia_kg_m2,
+            acceleration_m_per_s2: moving(&body.centre, rate, acceleration)[2],
+            ..joints::Body::default()
+        });
+        for (i, (link, seen)) in self.chain.links.iter().zip(&mut out.links).enumerate() {
+            let turn = &pose.bodies[i].turn;
+            let [angle, own_rate, own_acceleration] = turning(i, turn, [theta, rate, acceleration]);
+            (dynamics[i].angle_rad, dynamics[i].angular_acceleration_rad_per_s2) = (angle, own_acceleration);
+            seen.chord_rad = angle;
+            seen.rate_rad_per_s = own_rate;
+            seen.acceleration_rad_per_s2 = Some(own_acceleration);
             let steps = seen.nodes.len().saturating_sub(1).max(1) as f64;
             for (index, node) in seen.nodes.iter_mut().enumerate() {
-                let point = along(&at, angle, link.length_m * index as f64 / steps);
+                let point = along(&at, turn, link.length_m * index as f64 / steps);
                 *node = NodeObservation {
                     position_m: point[0],
                     velocity_m_per_s: [point[1][0] * rate, point[1][1] * rate],
-                    rotation_rad: Some(angle[0]),
+                    rotation_rad: Some(angle),
                     deflection_m: None,
                 };
             }
-            at = along(&at, angle, link.length_m);
+            at = along(&at, turn, link.length_m);
         }
-        let dynamics = pose.bodies.map(|body| joints::Body {
-            mass_kg: body.mass_kg,
-            inertia_kg_m2: body.inertia_kg_m2,
-            angle_rad: body.angle[0],
-            acceleration_m_per_s2: moving(&body.centre, rate, acceleration)[2],
-            angular_acceleration_rad_per_s2: body.angle[2] * rate * rate + body.angle[1] * acceleration,
-        });
         let end_force_n = self.resistance_and_friction_n(theta, pose.end[1][0] * rate);
         joints::fill(&self.chain, &dynamics[..=pose.links], end_force_n, out);
         let torque_nm = if self.prescribed { equation.mass * acceleration + equation.rest } else { input.torque_nm };
@@ -299,14 +353,12 @@ impl Mechanism for Rigid {
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
         let [theta, rate, acceleration] = self.state(input, q, v, a);
-        let pose = self.pose(theta);
-        let torque_nm = if self.prescribed {
-            let equation = self.equation(&pose, theta, rate);
-            equation.mass * acceleration + equation.rest
-        } else {
-            input.torque_nm
-        };
-        let speed = pose.end[1][0] * rate;
+        if !self.prescribed && !self.is_loaded() {
+            return [input.torque_nm * rate, 0.0];
+        }
+        let Evaluated { pose, equation, .. } = self.evaluate(theta, rate);
+        let (motion_nm, speed) = (equation.mass * acceleration + equation.rest, pose.end[1][0] * rate);
+        let torque_nm = if self.prescribed { motion_nm } else { input.torque_nm };
         let (resistance, friction) = match &self.chain.end {
             End::Free { .. } => (0.0, 0.0),
             End::Slider(slider) => (resistance_n(&slider.resistance, theta), slider.friction_n_s_per_m),
@@ -314,6 +366,13 @@ impl Mechanism for Rigid {
         let damper = self.chain.base.damper_nm_s_per_rad;
         [torque_nm * rate - resistance * speed, damper * rate * rate + friction * speed * speed]
     }
+}
+
+/// Angle, rate and acceleration of link `i`: the first is the crank, the second a rod, within a quarter turn of x.
+fn turning(i: usize, turn: &Turn, [theta, rate, acceleration]: [f64; 3]) -> [f64; 3] {
+    let [b1, b2, _] = turn.slopes;
+    let angle = if i == 0 { theta } else { turn.sin.asin() };
+    [angle, b1 * rate, b2 * rate * rate + b1 * acceleration]
 }
 
 fn dot(a: &[f64; 2], b: &[f64; 2]) -> f64 {

@@ -2,7 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use crate::bench::{FINITE, MIDPOINT, MODAL, RIGID, chord, energy_j, look, simulation};
+use flexcrank::integrate::Effort;
+use flexcrank::scene::ModelKind;
+
+use crate::bench::{FINITE, MIDPOINT, MODAL, RIGID, chord, energy_j, look, scene, simulation, start};
 
 #[test]
 fn regress_newton_needs_three_iterations_a_step_at_most() {
@@ -15,6 +18,56 @@ fn regress_newton_needs_three_iterations_a_step_at_most() {
                 iterations += run.newton_iterations().unwrap();
             }
             assert!(iterations <= 3 * 20_000, "{model}, {scheme:?}: {iterations} iterations in 20,000 steps");
+        }
+    }
+}
+
+/// Effort frozen: a slowdown that no timing would show. Half a second of R2s, its pulse included.
+#[test]
+fn regress_effort() {
+    let effort = |(model, step_s): (&str, &str)| {
+        let mut run = simulation("ref-r2s", &[model, "solver.integrator=generalized-alpha", &format!("solver.step_s={step_s}")]);
+        let mut effort = [0; 2];
+        while run.time_s() < 0.5 - 1e-9 {
+            run.step().unwrap();
+            let Effort { newton_iterations, factorizations } = run.effort();
+            effort = [effort[0] + newton_iterations, effort[1] + factorizations];
+        }
+        effort
+    };
+    let found = [(MODAL, "1e-3"), (MODAL, "1e-4"), (FINITE, "1e-3"), (FINITE, "1e-4")].map(effort);
+    assert_eq!(found, [[998, 500], [5000, 5000], [1123, 500], [5000, 5000]]);
+}
+
+/// What a model remembers of the last state saves it work and changes nothing: neither looks between steps nor a fresh start from
+/// a checkpoint.
+#[test]
+fn prop_looks_and_checkpoints_change_no_bit() {
+    const FINE: &str = "solver.step_s=1e-4";
+    let loaded = ["slider.friction_n_s_per_m=3.0", "slider.resistance_n=2.0", "base.damper_nm_s_per_rad=0.1"];
+    let scenes = [("ref-r2s", vec![FINE]), ("crank-slider", [&[FINE], loaded.as_slice()].concat()), ("ref-r3", vec![FINE])];
+    for (name, overrides) in &scenes {
+        for model in [ModelKind::Rigid, ModelKind::Modal, ModelKind::FiniteElement] {
+            for integrator in model.integrators() {
+                let kinds = [("model", model.as_str()), ("integrator", integrator.as_str())];
+                let kinds = kinds.map(|(key, word)| format!("solver.{key}={word}"));
+                let scene = scene(name, &[overrides.as_slice(), &kinds.each_ref().map(String::as_str)].concat());
+                let (mut plain, mut looked) = (start(&scene), start(&scene));
+                for _ in 0..40 {
+                    plain.step().unwrap();
+                    looked.step().unwrap();
+                    look(&mut looked);
+                }
+                let mut resumed = start(&scene);
+                assert!(resumed.restore(&plain.checkpoint()));
+                for run in [&mut plain, &mut looked, &mut resumed] {
+                    (0..40).for_each(|_| run.step().unwrap());
+                }
+                let expected = format!("{:?}", plain.checkpoint());
+                for run in [&looked, &resumed] {
+                    assert_eq!(format!("{:?}", run.checkpoint()), expected, "{name}, {kinds:?}");
+                }
+            }
         }
     }
 }

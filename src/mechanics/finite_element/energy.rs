@@ -59,6 +59,12 @@ impl FiniteElement {
         Some([self.motion.p[*first] + a, self.motion.v[*first] + da])
     }
 
+    /// Whether power is torque times rate: no prescribed motion, no damping, no load on the slider.
+    pub(super) fn only_torque_works(&self) -> bool {
+        let damped = |member: &Member| matches!(member, Member::Flexible { beam, .. } if beam.damped());
+        self.chain.base.damper_nm_s_per_rad == 0.0 && !self.end.is_loaded() && !self.members.iter().any(damped)
+    }
+
     /// `[power put in, power dissipated]`.
     pub(super) fn powers(&self, input: &Input) -> [f64; 2] {
         let rate = self.motion.root().du.y;

@@ -30,6 +30,8 @@ pub(super) enum Kind {
 pub(super) struct Layout {
     /// Kinds of all slots.
     pub(super) kinds: Vec<Kind>,
+    /// The unknown that is the root's angle, unless it is prescribed.
+    pub(super) root: Option<usize>,
     /// End of the first link when it is the first of two.
     pub(super) pin: Option<usize>,
     /// The second link's polar vector.
@@ -81,8 +83,9 @@ impl Layout {
         if prescribed {
             held.push(2 * ROOT + 1);
         }
-        let active = (0..2 * kinds.len()).filter(|place| !held.contains(place)).collect();
-        Self { kinds, pin, second, end, active, held }
+        let active: Vec<usize> = (0..2 * kinds.len()).filter(|place| !held.contains(place)).collect();
+        let root = active.iter().position(|place| *place == 2 * ROOT + 1);
+        Self { kinds, root, pin, second, end, active, held }
     }
 
     /// Number of slots.

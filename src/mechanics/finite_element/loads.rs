@@ -30,6 +30,12 @@ impl EndLoad {
         }
     }
 
+    /// Whether resistance or friction acts.
+    pub(super) fn is_loaded(&self) -> bool {
+        let free = matches!(self.resistance, None | Some(Resistance::Constant(0.0)));
+        self.friction_n_s_per_m != 0.0 || !free
+    }
+
     /// Whether resistance depends on the crank's angle.
     pub(super) fn tabulated(&self) -> bool {
         matches!(self.resistance, Some(Resistance::Table(_)))

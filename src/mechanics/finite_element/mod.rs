@@ -55,6 +55,7 @@ use self::member::Member;
 use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
+use super::last_state::LastState;
 use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::Observation;
 use crate::scene::Chain;
@@ -67,10 +68,14 @@ pub struct FiniteElement {
     members: Vec<Member>,
     end: EndLoad,
     gravity: Vector2<f64>,
+    last: LastState,
     motion: Motion,
-    /// What must act on each slot for it to move so, from outside the links and their end.
+    /// What must act on each slot's coordinates for it to move so, from outside the links and their end.
     forces: Vec<Vector2<f64>>,
+    /// Of the members.
     work: Work,
+    /// With what acts at the base.
+    at_work: Work,
     rounding: Work,
     band: Band,
     unknown: Vec<Vector2<f64>>,
@@ -86,9 +91,11 @@ impl FiniteElement {
         let end = EndLoad::new(&chain.end);
         let reach_m: f64 = chain.links.iter().map(|link| link.length_m).sum();
         Self {
+            last: LastState::new(layout.active.len()),
             motion: Motion::new(chain, &layout),
             forces: vec![Vector2::zeros(); layout.slots()],
             work: Work::default(),
+            at_work: Work::default(),
             rounding: Work::rounding(&members, reach_m),
             unknown: vec![Vector2::zeros(); band.padded()],
             coupling: Coupling::new(&end, &layout),
@@ -100,6 +107,14 @@ impl FiniteElement {
             band,
         }
     }
+
+    /// Brings motion and forces to a state, unless they are there.
+    fn evaluate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+        if self.last.changes(input, q, v, a) {
+            self.motion.load(&self.layout, input, q, v, a);
+            self.add_forces();
+        }
+    }
 }
 
 impl Mechanism for FiniteElement {
@@ -108,21 +123,21 @@ impl Mechanism for FiniteElement {
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
+        self.last.forget();
         self.set_start(input, q, v)
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
-        self.motion.load(&self.layout, input, q, v, a);
-        self.add_forces();
+        self.evaluate(input, q, v, a);
         self.project(input, r);
     }
 
     fn residual_size(&self, r: &[f64]) -> f64 {
-        self.work.relative(&self.rounding, &self.layout, r)
+        self.at_work.relative(&self.rounding, &self.layout, r)
     }
 
     fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
-        self.motion.load(&self.layout, input, q, v, a);
+        self.evaluate(input, q, v, a);
         self.assemble(w);
         self.band.factor()?;
         self.couple(w)
@@ -133,14 +148,15 @@ impl Mechanism for FiniteElement {
     }
 
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
-        self.motion.load(&self.layout, input, q, v, a);
-        self.add_forces();
+        self.evaluate(input, q, v, a);
         self.fill(input, out);
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
-        self.motion.load(&self.layout, input, q, v, a);
-        self.add_forces();
+        if let (true, Some(root)) = (self.only_torque_works(), self.layout.root) {
+            return [input.torque_nm * v[root], 0.0];
+        }
+        self.evaluate(input, q, v, a);
         self.powers(input)
     }
 }

@@ -204,7 +204,7 @@ impl FiniteElement {
 
     /// Torque that the prescribed motion needs.
     pub(super) fn motion_torque_nm(&self) -> f64 {
-        self.motion.root().force(&self.forces[ROOT]).y + self.base_torque_nm()
+        self.forces[ROOT].y + self.base_torque_nm()
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::FiniteElement;
 use super::beam::{Beam, Four};
-use super::layout::{Kind, Layout, ROOT};
+use super::layout::{Kind, Layout};
 use super::member::{Member, windows};
 use super::motion::Window;
 use super::rigid::{GuidedForces, Masses, PinMotion, SliderLoad};
@@ -59,7 +59,7 @@ impl Work {
 }
 
 impl FiniteElement {
-    /// Fills `forces` and `work` for the motion as loaded.
+    /// Fills `forces` and `work` for the motion as loaded, without what acts at the base.
     pub(super) fn add_forces(&mut self) {
         self.forces.fill(Vector2::zeros());
         self.work = Work::default();
@@ -67,6 +67,9 @@ impl FiniteElement {
             self.add_member(i);
         }
         self.add_end();
+        for polar in &self.motion.polars {
+            self.forces[polar.slot] = polar.polar.force(&self.forces[polar.slot]);
+        }
     }
 
     fn add_member(&mut self, i: usize) {
@@ -148,16 +151,16 @@ impl FiniteElement {
         base.torsion_spring_nm_per_rad * root.u.y + base.damper_nm_s_per_rad * root.du.y
     }
 
-    /// `forces` as the unknowns feel them.
+    /// `forces` as the unknowns feel them, with torque, spring and damper at the base.
     pub(super) fn project(&mut self, input: &Input, r: &mut [f64]) {
         let base_nm = self.base_torque_nm();
-        self.work.take(0.0, base_nm.abs().max(input.torque_nm.abs()));
-        for polar in &self.motion.polars {
-            self.forces[polar.slot] = polar.polar.force(&self.forces[polar.slot]);
-        }
-        self.forces[ROOT].y += base_nm - input.torque_nm;
+        self.at_work = self.work;
+        self.at_work.take(0.0, base_nm.abs().max(input.torque_nm.abs()));
         for (value, &place) in r.iter_mut().zip(&self.layout.active) {
             *value = self.forces[place / 2][place % 2];
+        }
+        if let Some(root) = self.layout.root {
+            r[root] += base_nm - input.torque_nm;
         }
     }
 }

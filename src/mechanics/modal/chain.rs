@@ -20,18 +20,20 @@ pub(super) enum ChordAngle {
 
 /// The forces on one link's pin and functions, in the frame of its chord.
 #[derive(Debug, Clone)]
-pub(super) struct LinkForces {
+pub(super) struct LinkForces<const W: usize> {
     /// On the first pin.
     pub(super) first: Vector,
     /// On the functions; the chord's is the one on the second pin.
-    pub(super) functions: Vec<Vector>,
+    pub(super) functions: [Vector; W],
 }
 
 /// The chain and its present motion.
 #[derive(Debug, Clone)]
-pub(super) struct Chain {
-    pub(super) links: Vec<Link>,
+pub(super) struct Chain<const W: usize> {
+    pub(super) links: Vec<Link<W>>,
     pub(super) angles: Vec<ChordAngle>,
+    /// Which coordinates are angles.
+    pub(super) is_angle: Vec<bool>,
     pub(super) tip: Tip,
     pub(super) base: Base,
     pub(super) gravity: Vector,
@@ -44,16 +46,18 @@ pub(super) struct Chain {
     /// The last pin.
     pub(super) end: Point,
     /// Accelerations of the functions, in the frame of the chord.
-    pub(super) accelerations: Vec<Vec<Vector>>,
+    pub(super) accelerations: Vec<[Vector; W]>,
     /// Inertia forces less loads, transmitted ones included: what must act from outside the link.
-    pub(super) forces: Vec<LinkForces>,
+    pub(super) forces: Vec<LinkForces<W>>,
     /// Force of the guide on the chain's end, N.
     pub(super) guide_n: f64,
-    /// Forces and moments at work in the last residual.
-    pub(super) at_work: [f64; 2],
+    /// Sum of the forces in the last residual, N.
+    force_at_work: f64,
+    /// Forces and moments at work in the last residual, those at the pivot included.
+    at_work: [f64; 2],
 }
 
-impl Chain {
+impl<const W: usize> Chain<W> {
     pub(super) fn new(chain: &scene::Chain, prescribed: bool) -> Self {
         let tip = Tip::new(&chain.end);
         let (mut links, mut angles, mut at) = (Vec::new(), Vec::new(), 0);
@@ -91,12 +95,13 @@ impl Chain {
                 tangent_row[links[0].at + i] = slope / links[0].length_m;
             }
         }
-        let forces = |link: &Link| LinkForces { first: [0.0; 2], functions: vec![[0.0; 2]; link.shapes.functions()] };
+        let zero = [[0.0; 2]; W];
         Self {
             frames: vec![Frame::new(Point::default(), Angle::default()); links.len()],
-            accelerations: links.iter().map(|link| vec![[0.0; 2]; link.shapes.functions()]).collect(),
-            forces: links.iter().map(forces).collect(),
+            accelerations: vec![zero; links.len()],
+            forces: vec![LinkForces { first: [0.0; 2], functions: zero }; links.len()],
             links,
+            is_angle: (0..at).map(|k| angles.contains(&ChordAngle::Coordinate(k))).collect(),
             angles,
             tip,
             base: chain.base,
@@ -106,6 +111,7 @@ impl Chain {
             tangent_row,
             end: Point::default(),
             guide_n: 0.0,
+            force_at_work: 0.0,
             at_work: [0.0; 2],
         }
     }
@@ -144,7 +150,7 @@ impl Chain {
         [chord.angle + slope(&link.u), chord.rate + slope(&link.du)]
     }
 
-    /// `r` for the motion that [`Chain::advance`] has set; leaves the forces behind.
+    /// `r` without the moments at the pivot ([`Chain::add_pivot`]); leaves the forces behind.
     pub(super) fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
         self.advance(input, q, v, a);
         for (i, link) in self.links.iter().enumerate() {
@@ -162,12 +168,19 @@ impl Chain {
             let own = link.own();
             link.elastic.force(&q[own.clone()], &v[own.clone()], &mut r[own]);
         }
+        self.force_at_work = self.size_of_forces_n(q);
+    }
+
+    /// Adds torque, spring and damper at the pivot to the residual of the motion present.
+    pub(super) fn add_pivot(&mut self, input: &Input, r: &mut [f64]) {
         let [tangent, rate] = self.tangent();
         let torque = base_torque_nm(self.base, tangent, rate) - input.torque_nm;
         for (r, row) in r.iter_mut().zip(&self.tangent_row) {
             *r += torque * row;
         }
-        self.at_work = self.size_of_forces(q, torque);
+        let length: f64 = self.links.iter().map(|link| link.length_m).sum();
+        let (force, torque) = (self.force_at_work, torque.abs());
+        self.at_work = [force + torque / length, force * length + torque];
     }
 
     /// The end's inertia less its loads, the guide's force included: what the last link must exert on it (global axes).
@@ -181,7 +194,7 @@ impl Chain {
     /// handing each first pin's force on to the link before. Returns the guide's force, which takes the moment on a closed link,
     /// so that this link's angle does no work.
     #[inline]
-    pub(super) fn pull_back(&self, end: Vector, forces: &mut [LinkForces], r: &mut [f64]) -> f64 {
+    pub(super) fn pull_back(&self, end: Vector, forces: &mut [LinkForces<W>], r: &mut [f64]) -> f64 {
         let (mut handed, mut guide_n) = (end, 0.0);
         for (i, link) in self.links.iter().enumerate().rev() {
             let (direction, forces) = (self.frames[i].direction, &mut forces[i]);
@@ -206,28 +219,25 @@ impl Chain {
         guide_n
     }
 
-    /// Sizes of the forces (N) and moments (N·m) that the residual sums.
-    fn size_of_forces(&self, q: &[f64], torque_nm: f64) -> [f64; 2] {
-        let (mut force, mut length) = (0.0, 0.0);
-        for (link, forces) in self.links.iter().zip(&self.forces) {
-            force += forces.functions.iter().map(|f| f[0].abs() + f[1].abs()).sum::<f64>();
-            force += link.elastic.size_n(&q[link.own()]);
-            length += link.length_m;
-        }
-        let torque = torque_nm.abs();
-        [force + torque / length, force * length + torque]
+    /// Sum of the magnitudes of the forces on the links and in them, N.
+    fn size_of_forces_n(&self, q: &[f64]) -> f64 {
+        let size = |(link, forces): (&Link<W>, &LinkForces<W>)| {
+            let on = forces.functions.iter().map(|f| f[0].abs() + f[1].abs()).sum::<f64>();
+            on + link.elastic.size_n(&q[link.own()])
+        };
+        self.links.iter().zip(&self.forces).map(size).sum()
     }
 
     /// Largest of `r` relative to the forces and moments in the last residual.
     pub(super) fn residual_size(&self, r: &[f64]) -> f64 {
         let [force, moment] = self.at_work;
-        let size = |(k, r): (usize, &f64)| r.abs() / if self.is_angle(k) { moment } else { force };
-        r.iter().enumerate().filter(|(_, r)| **r != 0.0).map(size).fold(0.0, f64::max)
-    }
-
-    /// Whether coordinate `k` is an angle.
-    pub(super) fn is_angle(&self, k: usize) -> bool {
-        self.angles.contains(&ChordAngle::Coordinate(k))
+        let [mut on_angles, mut on_shapes] = [0.0_f64; 2];
+        for (r, is_angle) in r.iter().zip(&self.is_angle) {
+            let most = if *is_angle { &mut on_angles } else { &mut on_shapes };
+            *most = most.max(r.abs());
+        }
+        let ratio = |most: f64, at_work: f64| if most == 0.0 { 0.0 } else { most / at_work };
+        ratio(on_angles, moment).max(ratio(on_shapes, force))
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Elastic {
 
 impl Elastic {
     /// For a link of length `length_m` with `axial` axial coordinates; nothing without a bar.
-    pub(super) fn new(shapes: &Shapes, bar: Option<Bar>, length_m: f64, axial: usize, damping_s: f64) -> Self {
+    pub(super) fn new<const W: usize>(shapes: &Shapes<W>, bar: Option<Bar>, length_m: f64, axial: usize, damping_s: f64) -> Self {
         let (ej, ea) = bar.map_or((0.0, 0.0), |bar| (bar.bending_stiffness_nm2(), bar.axial_stiffness_n()));
         let mut stiffness: Vec<f64> = shapes.curvature.iter().map(|c| c * ej / length_m.powi(3)).collect();
         let stretch = |f: usize| if f == 0 { 1.0 } else { 0.5 * (f as f64 * PI).powi(2) };

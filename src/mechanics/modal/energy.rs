@@ -6,7 +6,7 @@ use super::plane::{Vector, add, add_scaled, dot, quarter};
 use crate::mechanics::mechanism::Input;
 use crate::mechanics::observation::Energy;
 
-impl Chain {
+impl<const W: usize> Chain<W> {
     /// Energies of the motion present, after a residual.
     pub(super) fn energy(&self, q: &[f64]) -> Energy {
         let [tangent, _] = self.tangent();
@@ -37,15 +37,30 @@ impl Chain {
         self.links[0].moment(&self.forces[0].functions) + base_torque_nm(self.base, tangent, rate) - input.torque_nm
     }
 
+    /// Whether power takes a residual: where motion is prescribed or the end is loaded.
+    pub(super) fn needs_forces_for_power(&self) -> bool {
+        self.is_prescribed() || self.tip.is_loaded()
+    }
+
+    /// The same as [`Chain::power_w`] where rates alone say it.
+    pub(super) fn power_of_rates_w(&self, input: &Input, v: &[f64]) -> [f64; 2] {
+        let rate: f64 = self.tangent_row.iter().zip(v).map(|(row, v)| row * v).sum();
+        [input.torque_nm * rate, self.damping_w(rate, v)]
+    }
+
+    /// Power that the links' damping and the base's take, W.
+    fn damping_w(&self, rate: f64, v: &[f64]) -> f64 {
+        let links: f64 = self.links.iter().map(|link| link.elastic.dissipation_w(&v[link.own()])).sum();
+        links + self.base.damper_nm_s_per_rad * rate * rate
+    }
+
     /// Power put in by torque, prescribed motion and resistance, and power dissipated, W; after a residual.
     pub(super) fn power_w(&self, input: &Input, v: &[f64]) -> [f64; 2] {
         let [_, rate] = self.tangent();
         let motion = if self.is_prescribed() { self.motion_torque_nm(input) } else { 0.0 };
         let along = self.end.velocity[0];
         let [resistance, _] = self.tip.resistance(self.frames[0].chord.angle);
-        let links: f64 = self.links.iter().map(|link| link.elastic.dissipation_w(&v[link.own()])).sum();
-        let damper = self.base.damper_nm_s_per_rad * rate * rate;
         let friction = self.tip.friction_n_s_per_m * along * along;
-        [(input.torque_nm + motion) * rate - resistance * along, links + damper + friction]
+        [(input.torque_nm + motion) * rate - resistance * along, self.damping_w(rate, v) + friction]
     }
 }

@@ -34,7 +34,7 @@ impl Frame {
     }
 
     /// The frame of the last link, whose end slides on `y = 0`: `y_A + c sin β = 0`, differentiated twice.
-    pub(super) fn closed(first: Point, link: &Link) -> Self {
+    pub(super) fn closed<const W: usize>(first: Point, link: &Link<W>) -> Self {
         let (c, dc, ddc) = (link.u[0][0], link.du[0][0], link.ddu[0][0]);
         let sin = -first.position[1] / c;
         let cos = (1.0 - sin * sin).sqrt();
@@ -64,7 +64,7 @@ pub(super) struct Closure {
 }
 
 impl Closure {
-    pub(super) fn new(link: &Link, frame: &Frame) -> Self {
+    pub(super) fn new<const W: usize>(link: &Link<W>, frame: &Frame) -> Self {
         let (Direction { cos, sin }, chord) = (frame.direction, frame.chord);
         let (rate, square) = (chord.rate, chord.rate * chord.rate);
         let cosines = [cos, -sin * rate, -sin * chord.acceleration - cos * square];

@@ -1,5 +1,7 @@
 //! One link in its own frame: its field `u_f(q)`, its inertia, its elasticity.
 
+use std::array::from_fn;
+
 use super::elastic::Elastic;
 use super::plane::{Vector, add_scaled, cross, dot, quarter};
 use super::quartic::Quartic;
@@ -17,8 +19,8 @@ const AXIAL_COORDINATES: usize = 2;
 /// `u_0 = (c, 0)` is the chord, `u_f = (a_f, η_f)` goes with function `g_f`. The first component depends on the bending
 /// coordinates by foreshortening, `u_f,x = L δ_f0 + e_f − ½ ηᵀQ_fη`, with `e_f` only where axial flexibility is asked for.
 #[derive(Debug, Clone)]
-pub(super) struct Link {
-    pub(super) shapes: Shapes,
+pub(super) struct Link<const W: usize> {
+    pub(super) shapes: Shapes<W>,
     pub(super) length_m: f64,
     pub(super) mass_kg: f64,
     /// Place of this link's coordinates in `q`: bending, then axial.
@@ -37,16 +39,21 @@ pub(super) struct Link {
     eta: Vec<f64>,
     deta: Vec<f64>,
     /// Field, velocities and accelerations in the frame of the chord, as if it stood still.
-    pub(super) u: Vec<Vector>,
-    pub(super) du: Vec<Vector>,
-    pub(super) ddu: Vec<Vector>,
-    /// `∂u_f,x/∂η_i = −(Q_fη)_i` at `i (sines + 1) + f`, with its first and second time derivatives.
-    pub(super) grad: Vec<f64>,
-    pub(super) dgrad: Vec<f64>,
-    pub(super) ddgrad: Vec<f64>,
+    pub(super) u: [Vector; W],
+    pub(super) du: [Vector; W],
+    pub(super) ddu: [Vector; W],
+    /// `∂u_f,x/∂η_i = −(Q_fη)_i` for each η, with its first and second time derivatives.
+    pub(super) grad: Vec<[f64; W]>,
+    pub(super) dgrad: Vec<[f64; W]>,
+    pub(super) ddgrad: Vec<[f64; W]>,
 }
 
-impl Link {
+/// Functions that a link of the scene may need, at most.
+pub(super) fn functions(link: &scene::Link) -> usize {
+    if link.rigid || link.bar.is_none() { 1 } else { 2 + link.modes.max(LEAST_AXIAL_SINES) }
+}
+
+impl<const W: usize> Link<W> {
     /// A link whose coordinates begin at `at`; `root` if a moment can act on its first end.
     pub(super) fn new(link: &scene::Link, at: usize, root: bool) -> Self {
         let (bar, modes, axial) = match link.bar {
@@ -64,10 +71,10 @@ impl Link {
             shapes.square[0] = shapes.first[0];
         }
         let elastic = Elastic::new(&shapes, bar, length, axial, link.damping_s);
-        let (functions, bending) = (shapes.functions(), shapes.bending());
-        let gradient = vec![0.0; (shapes.sines + 1) * bending];
-        let mut u = vec![[0.0; 2]; functions];
-        let zero = u.clone();
+        let bending = shapes.bending();
+        let gradient = vec![[0.0; W]; bending];
+        let zero = [[0.0; 2]; W];
+        let mut u = zero;
         u[0][0] = length;
         let strong = Quartic::slope(shapes.modes, 0.125 / length.powi(3));
         Self {
@@ -84,7 +91,7 @@ impl Link {
             axial,
             elastic,
             u,
-            du: zero.clone(),
+            du: zero,
             ddu: zero,
             grad: gradient.clone(),
             dgrad: gradient.clone(),
@@ -108,28 +115,22 @@ impl Link {
         let n = self.bending;
         let own = self.at..self.at + n;
         let (eta, deta, ddeta) = (&q[own.clone()], &v[own.clone()], &a[own]);
-        let per = self.shapes.sines + 1;
-        for x in [&mut self.u, &mut self.du, &mut self.ddu] {
-            x[..per].iter_mut().for_each(|x| x[0] = 0.0);
-        }
-        self.grad.fill(0.0);
-        self.dgrad.fill(0.0);
+        self.grad.fill([0.0; W]);
+        self.dgrad.fill([0.0; W]);
         let taken = self.bow(eta, deta);
-        let rows = self.shapes.shortening.chunks_exact((n * per).max(1));
-        let gradients = self.grad.chunks_exact_mut(per).zip(self.dgrad.chunks_exact_mut(per));
-        for (i, (row, (grad, dgrad))) in rows.zip(gradients).enumerate() {
-            for (j, row) in row.chunks_exact(per).enumerate() {
-                for ((q, g), dg) in row.iter().zip(grad.iter_mut()).zip(dgrad.iter_mut()) {
-                    *g -= q * eta[j];
-                    *dg -= q * deta[j];
-                }
+        let [mut u, mut du, mut ddu] = [[0.0; W]; 3];
+        let gradients = self.grad.iter_mut().zip(&mut self.dgrad);
+        for (i, (grad, dgrad)) in gradients.enumerate() {
+            for (j, row) in self.shapes.shortening[i * n..(i + 1) * n].iter().enumerate() {
+                *grad = from_fn(|f| grad[f] - row[f] * eta[j]);
+                *dgrad = from_fn(|f| dgrad[f] - row[f] * deta[j]);
             }
-            let fields = self.u.iter_mut().zip(&mut self.du).zip(&mut self.ddu);
-            for (((u, du), ddu), (g, dg)) in fields.zip(grad.iter().zip(dgrad.iter())) {
-                u[0] += 0.5 * g * eta[i];
-                du[0] += g * deta[i];
-                ddu[0] += g * ddeta[i] + dg * deta[i];
-            }
+            u = from_fn(|f| u[f] + 0.5 * grad[f] * eta[i]);
+            du = from_fn(|f| du[f] + grad[f] * deta[i]);
+            ddu = from_fn(|f| ddu[f] + grad[f] * ddeta[i] + dgrad[f] * deta[i]);
+        }
+        for (vectors, along) in [(&mut self.u, u), (&mut self.du, du), (&mut self.ddu, ddu)] {
+            vectors.iter_mut().zip(along).for_each(|(vector, along)| vector[0] = along);
         }
         self.u[0][0] += self.length_m + taken;
         for i in 0..n {
@@ -150,39 +151,37 @@ impl Link {
     /// Returns what makes `½ ∂c₄/∂η · η` into `c₄`.
     #[inline]
     fn bow(&mut self, eta: &[f64], deta: &[f64]) -> f64 {
-        let (strong, per, modes) = (&self.strong, self.shapes.sines + 1, self.shapes.modes);
+        let (strong, modes) = (&self.strong, self.shapes.modes);
         self.eta.copy_from_slice(&eta[..modes]);
         self.deta.copy_from_slice(&deta[..modes]);
         strong.contract(eta, eta, &mut self.bow);
-        strong.apply(&self.bow, eta, |i, x| self.grad[i * per] -= x);
-        strong.apply(&self.bow, deta, |i, x| self.dgrad[i * per] -= 3.0 * x);
-        -0.25 * self.eta.iter().zip(self.grad.chunks_exact(per)).map(|(eta, grad)| eta * grad[0]).sum::<f64>()
+        strong.apply(&self.bow, eta, |i, x| self.grad[i][0] -= x);
+        strong.apply(&self.bow, deta, |i, x| self.dgrad[i][0] -= 3.0 * x);
+        -0.25 * self.eta.iter().zip(&self.grad).map(|(eta, grad)| eta * grad[0]).sum::<f64>()
     }
 
     /// The second time derivative of the gradient, `−Q_fη̈`, and for the chord `−3 (Bη̈ + Ḃη̇)`.
     pub(super) fn deform_gradient(&mut self, a: &[f64]) {
-        let (n, per) = (self.bending, self.shapes.sines + 1);
+        let n = self.bending;
         let ddeta = &a[self.at..self.at + n];
-        self.ddgrad.fill(0.0);
-        for (row, ddgrad) in self.shapes.shortening.chunks_exact((n * per).max(1)).zip(self.ddgrad.chunks_exact_mut(per)) {
-            for (row, ddeta) in row.chunks_exact(per).zip(ddeta) {
-                for (q, ddg) in row.iter().zip(ddgrad.iter_mut()) {
-                    *ddg -= q * ddeta;
-                }
+        self.ddgrad.fill([0.0; W]);
+        for (i, ddgrad) in self.ddgrad.iter_mut().enumerate() {
+            for (row, ddeta) in self.shapes.shortening[i * n..(i + 1) * n].iter().zip(ddeta) {
+                *ddgrad = from_fn(|f| ddgrad[f] - row[f] * ddeta);
             }
         }
-        self.strong.apply(&self.bow, ddeta, |i, x| self.ddgrad[i * per] -= 3.0 * x);
+        self.strong.apply(&self.bow, ddeta, |i, x| self.ddgrad[i][0] -= 3.0 * x);
         self.strong.contract(&self.eta, &self.deta, &mut self.dbow);
-        self.strong.apply(&self.dbow, &self.deta, |i, x| self.ddgrad[i * per] -= 6.0 * x);
+        self.strong.apply(&self.dbow, &self.deta, |i, x| self.ddgrad[i][0] -= 6.0 * x);
     }
 
     /// Accelerations `R⁻¹ d²(R u)/dt² = ü + 2ωJu̇ + εJu − ω²u` of all functions, in the frame of the chord.
     #[inline]
-    pub(super) fn accelerate(&self, omega: f64, epsilon: f64, out: &mut [Vector]) {
-        for (f, out) in out.iter_mut().enumerate() {
+    pub(super) fn accelerate(&self, omega: f64, epsilon: f64, out: &mut [Vector; W]) {
+        *out = from_fn(|f| {
             let a = add_scaled(self.ddu[f], 2.0 * omega, quarter(self.du[f]));
-            *out = add_scaled(add_scaled(a, epsilon, quarter(self.u[f])), -omega * omega, self.u[f]);
-        }
+            add_scaled(add_scaled(a, epsilon, quarter(self.u[f])), -omega * omega, self.u[f])
+        });
     }
 
     /// Inertia forces of accelerations `a_first` of the first pin and `a_f` of the functions; returns the one on the pin:
@@ -191,22 +190,24 @@ impl Link {
     /// F_A = m (a_A + Σ ⟨g_f⟩ a_f)     F_f = m (⟨g_f⟩ a_A + Σ ⟨g_f g_h⟩ a_h)
     /// ```
     #[inline]
-    pub(super) fn inertia(&self, first: Vector, a: &[Vector], force: &mut [Vector]) -> Vector {
+    pub(super) fn inertia(&self, first: Vector, a: &[Vector; W], force: &mut [Vector; W]) -> Vector {
         let (s, m) = (&self.shapes, self.mass_kg);
         let (mut total, mut chord) = (first, [s.mean[0] * first[0], s.mean[0] * first[1]]);
-        let last = a.len() - 1;
-        for f in 0..=last {
-            total = add_scaled(total, s.mean[f], a[f]);
-            chord = add_scaled(chord, s.first[f], a[f]);
+        for (f, a) in a.iter().enumerate() {
+            total = add_scaled(total, s.mean[f], *a);
+            chord = add_scaled(chord, s.first[f], *a);
+        }
+        *force = from_fn(|f| {
             let own = add_scaled([s.square[f] * a[f][0], s.square[f] * a[f][1]], s.mean[f], first);
             let own = add_scaled(own, s.first[f], a[0]);
-            force[f] = [m * own[0], m * own[1]];
-        }
+            [m * own[0], m * own[1]]
+        });
         force[0] = [m * chord[0], m * chord[1]];
         if s.root {
-            for f in s.modes + 1..=s.sines {
-                force[f] = add_scaled(force[f], m * s.with_root[f], a[last]);
-                force[last] = add_scaled(force[last], m * s.with_root[f], a[f]);
+            let root = s.sines + 1;
+            for f in s.modes + 1..root {
+                force[f] = add_scaled(force[f], m * s.with_root[f], a[root]);
+                force[root] = add_scaled(force[root], m * s.with_root[f], a[f]);
             }
         }
         [m * total[0], m * total[1]]
@@ -214,16 +215,16 @@ impl Link {
 
     /// Moment of the functions' forces about the first pin, `Σ u_f × F_f`.
     #[inline]
-    pub(super) fn moment(&self, force: &[Vector]) -> f64 {
+    pub(super) fn moment(&self, force: &[Vector; W]) -> f64 {
         self.u.iter().zip(force).map(|(u, f)| cross(*u, *f)).sum()
     }
 
     /// Adds what the functions' forces do in this link's own coordinates, `Σ F_f · ∂u_f/∂q_i`.
     #[inline]
-    pub(super) fn pull_back(&self, force: &[Vector], r: &mut [f64]) {
+    pub(super) fn pull_back(&self, force: &[Vector; W], r: &mut [f64]) {
         let n = self.bending;
         let r = &mut r[self.at..self.at + self.coordinates()];
-        for (i, (r, grad)) in r.iter_mut().zip(self.grad.chunks_exact(self.shapes.sines + 1)).enumerate() {
+        for (i, (r, grad)) in r.iter_mut().zip(&self.grad).enumerate() {
             let along: f64 = grad.iter().zip(force).map(|(g, force)| g * force[0]).sum();
             *r += along + force[self.shapes.function_of(i)][1];
         }
@@ -234,10 +235,10 @@ impl Link {
 
     /// Kinetic energy for the velocity of the first pin and those of the functions, in the frame of the chord, J.
     pub(super) fn kinetic_j(&self, first: Vector, velocity: impl Fn(usize) -> Vector) -> f64 {
-        let (s, last) = (&self.shapes, self.u.len() - 1);
-        let (chord, root) = (velocity(0), velocity(last));
+        let s = &self.shapes;
+        let (chord, root) = (velocity(0), velocity(s.functions() - 1));
         let mut twice = dot(first, first) - s.first[0] * dot(chord, chord);
-        for f in 0..=last {
+        for f in 0..s.functions() {
             let v = velocity(f);
             twice += 2.0 * s.mean[f] * dot(first, v) + 2.0 * s.first[f] * dot(chord, v);
             if f > 0 {

@@ -28,6 +28,11 @@ impl Tip {
         }
     }
 
+    /// Whether resistance or friction acts.
+    pub(super) fn is_loaded(&self) -> bool {
+        self.friction_n_s_per_m != 0.0 || self.resistance != Resistance::Constant(0.0)
+    }
+
     /// Resistance along −x and its derivative with respect to the crank's chord angle, N and N/rad.
     pub(super) fn resistance(&self, angle_rad: f64) -> [f64; 2] {
         resistance(&self.resistance, angle_rad)

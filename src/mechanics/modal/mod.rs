@@ -32,6 +32,7 @@
 mod chain;
 mod elastic;
 mod energy;
+mod fitted;
 mod frame;
 mod link;
 mod loads;
@@ -47,84 +48,60 @@ mod variation;
 use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::Observation;
 use crate::scene;
-use chain::Chain;
-use observe::Observer;
-use tangent::Tangent;
+use fitted::Fitted;
 
-/// The `modal` model of a chain.
-#[derive(Debug, Clone)]
+/// The `modal` model of a chain, with as much room for shape functions as its links need, so that the compiler knows the length of
+/// loops over them.
 pub struct Modal {
-    scene: scene::Chain,
-    chain: Chain,
-    tangent: Tangent,
-    observer: Observer,
-    /// The residual of the state below, and that state: Newton asks for residual and tangent of the same one.
-    residual: Vec<f64>,
-    input: Input,
-    state: [Vec<f64>; 3],
+    fitted: Box<dyn Mechanism>,
 }
 
 impl Modal {
     /// The model of a chain; `prescribed` when the scene prescribes the motion of the first link's tangent at the pivot.
     pub fn new(chain: &scene::Chain, prescribed: bool) -> Self {
-        let (scene, elements) = (chain.clone(), chain.links.iter().map(|link| link.elements));
-        let chain = Chain::new(chain, prescribed);
-        let tangent = Tangent::new(&chain);
-        let observer = Observer::new(&chain, elements);
-        let unknown = vec![f64::NAN; chain.degrees_of_freedom];
-        let state = [unknown.clone(), unknown.clone(), unknown.clone()];
-        Self { scene, chain, tangent, observer, residual: unknown, input: Input::default(), state }
-    }
-
-    /// Brings chain and residual to a state, unless they are there.
-    fn evaluate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
-        let [last_q, last_v, last_a] = &mut self.state;
-        if self.input == *input && last_q == q && last_v == v && last_a == a && !q.is_empty() {
-            return;
-        }
-        last_q.copy_from_slice(q);
-        last_v.copy_from_slice(v);
-        last_a.copy_from_slice(a);
-        self.input = *input;
-        self.chain.residual(input, q, v, a, &mut self.residual);
+        let fitted: Box<dyn Mechanism> = match chain.links.iter().map(link::functions).max() {
+            None | Some(..=4) => Box::new(Fitted::<4>::new(chain, prescribed)),
+            Some(5..=6) => Box::new(Fitted::<6>::new(chain, prescribed)),
+            Some(7..=8) => Box::new(Fitted::<8>::new(chain, prescribed)),
+            Some(_) => Box::new(Fitted::<MOST_FUNCTIONS>::new(chain, prescribed)),
+        };
+        Self { fitted }
     }
 }
 
+/// Of a link with the most modes that a scene may ask for.
+const MOST_FUNCTIONS: usize = 22;
+
 impl Mechanism for Modal {
     fn degrees_of_freedom(&self) -> usize {
-        self.chain.degrees_of_freedom
+        self.fitted.degrees_of_freedom()
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
-        start::start(&self.scene, &self.chain, input, q, v)
+        self.fitted.start(input, q, v)
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
-        self.evaluate(input, q, v, a);
-        r.copy_from_slice(&self.residual);
+        self.fitted.residual(input, q, v, a, r);
     }
 
     fn residual_size(&self, r: &[f64]) -> f64 {
-        self.chain.residual_size(r)
+        self.fitted.residual_size(r)
     }
 
     fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
-        self.evaluate(input, q, v, a);
-        self.tangent.assemble(&mut self.chain, a, w);
-        self.tangent.factor()
+        self.fitted.factor(input, q, v, a, w)
     }
 
     fn solve(&mut self, x: &mut [f64]) {
-        self.tangent.solve(x);
+        self.fitted.solve(x);
     }
 
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
-        self.evaluate(input, q, v, a);
-        self.observer.observe(&self.chain, input, q, out);
+        self.fitted.observe(input, q, v, a, out);
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
-        self.evaluate(input, q, v, a);
-        self.chain.power_w(input, v)
+        self.fitted.power(input, q, v, a)
     }
 }

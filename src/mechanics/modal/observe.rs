@@ -18,24 +18,24 @@ const RANGE_INTERVALS: usize = 12;
 
 /// Tables of one link for its outputs.
 #[derive(Debug, Clone)]
-struct Places {
-    nodes: Vec<Station>,
-    range: Vec<Station>,
+struct Places<const W: usize> {
+    nodes: Vec<Station<W>>,
+    range: Vec<Station<W>>,
 }
 
 /// Tables for outputs of the whole chain.
 #[derive(Debug, Clone)]
-pub(super) struct Observer {
-    links: Vec<Places>,
+pub(super) struct Observer<const W: usize> {
+    links: Vec<Places<W>>,
 }
 
-impl Observer {
+impl<const W: usize> Observer<W> {
     /// `elements` holds the number of intervals between nodes of each link.
-    pub(super) fn new(chain: &Chain, elements: impl Iterator<Item = usize>) -> Self {
-        let stations = |link: &Link, n: usize| -> Vec<Station> {
+    pub(super) fn new(chain: &Chain<W>, elements: impl Iterator<Item = usize>) -> Self {
+        let stations = |link: &Link<W>, n: usize| -> Vec<Station<W>> {
             (0..=n).map(|i| Station::new(&link.shapes, i as f64 / n as f64)).collect()
         };
-        let places = |(link, n): (&Link, usize)| Places {
+        let places = |(link, n): (&Link<W>, usize)| Places {
             nodes: stations(link, n.max(1)),
             range: if link.bending > 0 { stations(link, RANGE_INTERVALS) } else { Vec::new() },
         };
@@ -43,7 +43,7 @@ impl Observer {
     }
 
     /// Fills `out` from the chain after its residual.
-    pub(super) fn observe(&self, chain: &Chain, input: &Input, q: &[f64], out: &mut Observation) {
+    pub(super) fn observe(&self, chain: &Chain<W>, input: &Input, q: &[f64], out: &mut Observation) {
         let count = chain.links.len();
         out.links.resize_with(count, LinkObservation::default);
         for i in (0..count).rev() {
@@ -63,7 +63,7 @@ impl Observer {
     }
 
     /// Internal forces only where `out` has room for them: a link given by its mass alone has no known distribution of it.
-    fn observe_link(&self, chain: &Chain, i: usize, out: &mut LinkObservation) {
+    fn observe_link(&self, chain: &Chain<W>, i: usize, out: &mut LinkObservation) {
         let (link, frame, stations) = (&chain.links[i], &chain.frames[i], &self.links[i].nodes);
         out.chord_rad = frame.chord.angle;
         out.rate_rad_per_s = frame.chord.rate;
@@ -78,7 +78,7 @@ impl Observer {
                 deflection_m: (link.bending > 0).then(|| sum(&station.value, &link.u)[1]),
             };
         }
-        let section = |station: &Station| self.section(chain, i, station);
+        let section = |station: &Station<W>| self.section(chain, i, station);
         let mut start = section(&stations[0]);
         for (pair, element) in stations.windows(2).zip(&mut out.elements) {
             let end = section(&pair[1]);
@@ -97,23 +97,22 @@ impl Observer {
     /// ```text
     /// F = −m ∫ a dξ − H      M = −m ∫ (r − r_s) × a dξ − (r_B − r_s) × H
     /// ```
-    fn section(&self, chain: &Chain, i: usize, station: &Station) -> (Vector, f64) {
+    fn section(&self, chain: &Chain<W>, i: usize, station: &Station<W>) -> (Vector, f64) {
         let (link, frame, a) = (&chain.links[i], &chain.frames[i], &chain.accelerations[i]);
         let first = frame.direction.to_local(subtract(frame.first.acceleration, chain.gravity));
         let handed = frame.direction.to_local(chain.handed(i));
         let tail = add_scaled(sum(&station.tail, a), 1.0 - station.xi, first);
         let here = sum(&station.value, &link.u);
-        let n = link.u.len();
         let mut moment = cross(sum(&station.tail, &link.u), first) - cross(here, tail);
         for (f, u) in link.u.iter().enumerate() {
-            moment += cross(*u, sum(&station.products[f * n..(f + 1) * n], a));
+            moment += cross(*u, sum(&station.products[f], a));
         }
         let force = add_scaled(handed, link.mass_kg, tail);
         let moment = link.mass_kg * moment + cross(subtract(link.u[0], here), handed);
         (scale(-1.0, force), -moment)
     }
 
-    fn largest_deflection(&self, chain: &Chain) -> f64 {
+    fn largest_deflection(&self, chain: &Chain<W>) -> f64 {
         let mut largest = 0.0_f64;
         for (places, link) in self.links.iter().zip(&chain.links) {
             for station in &places.range {
@@ -124,7 +123,7 @@ impl Observer {
     }
 }
 
-impl Chain {
+impl<const W: usize> Chain<W> {
     /// Whether the tangent at the pivot is prescribed.
     pub(super) fn is_prescribed(&self) -> bool {
         self.angles[0] == ChordAngle::Prescribed
@@ -140,6 +139,6 @@ impl Chain {
 }
 
 /// `Σ k_f x_f`.
-fn sum(k: &[f64], x: &[Vector]) -> Vector {
+fn sum<const W: usize>(k: &[f64; W], x: &[Vector; W]) -> Vector {
     k.iter().zip(x).fold([0.0; 2], |sum, (k, x)| add_scaled(sum, *k, *x))
 }

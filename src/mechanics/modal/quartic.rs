@@ -44,10 +44,10 @@ impl Quartic {
     #[inline]
     pub(super) fn contract(&self, a: &[f64], b: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        for (q, &[k, l]) in self.pairs.iter().enumerate() {
+        let rows = self.entries.chunks_exact(self.pairs.len().max(1)); // T is symmetric in its pairs: row q is column q
+        for (&[k, l], row) in self.pairs.iter().zip(rows) {
             let product = if k == l { a[k] * b[k] } else { a[k] * b[l] + a[l] * b[k] };
-            // T is symmetric in its pairs: row q is column q
-            for (out, entry) in out.iter_mut().zip(&self.entries[q * self.pairs.len()..]) {
+            for (out, entry) in out.iter_mut().zip(row) {
                 *out += entry * product;
             }
         }

@@ -23,8 +23,10 @@ use std::f64::consts::PI;
 /// ```text
 /// Q_0 = (1/L) ∫ φ_i' φ_j' dξ          Q_f = (2/(fπL)) ∫ φ_i' φ_j' cos fπξ dξ
 /// ```
+///
+/// Tables have room for `W` functions, so that the compiler knows the length of loops over them; the rest is zero.
 #[derive(Debug, Clone)]
-pub(super) struct Shapes {
+pub(super) struct Shapes<const W: usize> {
     /// Sine modes of bending.
     pub(super) modes: usize,
     /// Whether χ is there.
@@ -32,22 +34,22 @@ pub(super) struct Shapes {
     /// Sines that carry displacement, axial or transverse: functions 1 to `sines`; χ is function `sines + 1`.
     pub(super) sines: usize,
     /// `∫ g_f` for each function.
-    pub(super) mean: Vec<f64>,
+    pub(super) mean: [f64; W],
     /// `∫ ξ g_f` for each function.
-    pub(super) first: Vec<f64>,
+    pub(super) first: [f64; W],
     /// `∫ g_f²` for each function.
-    pub(super) square: Vec<f64>,
+    pub(super) square: [f64; W],
     /// `∫ χ sin fπξ` for each sine; zero without χ.
-    pub(super) with_root: Vec<f64>,
-    /// `Q_f[i][j]` at `(i n + j)(sines + 1) + f`, for `f = 0..=sines`, 1/m.
-    pub(super) shortening: Vec<f64>,
+    pub(super) with_root: [f64; W],
+    /// `Q_f[i][j]` at `i n + j` for each of the chord and the sines, 1/m.
+    pub(super) shortening: Vec<[f64; W]>,
     /// `∫ φ_i''² dξ` for each bending shape.
     pub(super) curvature: Vec<f64>,
     /// `φ_i'(0)` (d/dξ) for each bending shape.
     pub(super) root_slope: Vec<f64>,
 }
 
-impl Shapes {
+impl<const W: usize> Shapes<W> {
     /// `modes` sines, χ if `root`, and axial displacement in `axial` sines, for a link of length `length_m`.
     pub(super) fn new(length_m: f64, modes: usize, root: bool, axial: usize) -> Self {
         let sines = if modes == 0 && !root { 0 } else { modes.max(axial) };
@@ -55,22 +57,23 @@ impl Shapes {
             modes,
             root,
             sines,
-            mean: vec![0.5],
-            first: vec![1.0 / 3.0],
-            square: vec![1.0 / 3.0],
-            with_root: vec![0.0],
+            mean: [0.0; W],
+            first: [0.0; W],
+            square: [0.0; W],
+            with_root: [0.0; W],
             shortening: Vec::new(),
             curvature: (1..=modes).map(|k| 0.5 * wave(k).powi(4)).collect(),
             root_slope: (1..=modes).map(wave).collect(),
         };
+        (shapes.mean[0], shapes.first[0], shapes.square[0]) = (0.5, 1.0 / 3.0, 1.0 / 3.0);
         for k in 1..=sines {
-            shapes.mean.push((1.0 - sign(k)) / wave(k));
-            shapes.first.push(-sign(k) / wave(k));
-            shapes.square.push(0.5);
-            shapes.with_root.push(if root && k > modes { 0.5 * root_sine(k) } else { 0.0 });
+            shapes.mean[k] = (1.0 - sign(k)) / wave(k);
+            shapes.first[k] = -sign(k) / wave(k);
+            shapes.square[k] = 0.5;
+            shapes.with_root[k] = if root && k > modes { 0.5 * root_sine(k) } else { 0.0 };
         }
         if root {
-            shapes.push_root();
+            shapes.add_root();
         }
         shapes.shortening = shapes.shortening(length_m);
         shapes
@@ -83,7 +86,7 @@ impl Shapes {
 
     /// Number of functions, the chord's included.
     pub(super) fn functions(&self) -> usize {
-        self.mean.len()
+        1 + self.sines + usize::from(self.root)
     }
 
     /// The function that bending shape `i` is.
@@ -106,33 +109,26 @@ impl Shapes {
         })
     }
 
-    fn push_root(&mut self) {
+    fn add_root(&mut self) {
         let removed = |term: &dyn Fn(usize) -> f64| (1..=self.modes).map(term).sum::<f64>();
         let mean = 0.125 - removed(&|m| root_sine(m) * (1.0 - sign(m)) / wave(m));
         let first = 7.0 / 120.0 + removed(&|m| root_sine(m) * sign(m) / wave(m));
         let square = 2.0 / 105.0 - removed(&|m| 0.5 * root_sine(m).powi(2));
         let curvature = 3.0 - removed(&|m| 0.5 * root_sine(m).powi(2) * wave(m).powi(4));
         let slope = 1.0 - removed(&|m| root_sine(m) * wave(m));
-        self.with_root.push(0.0);
-        self.mean.push(mean);
-        self.first.push(first);
-        self.square.push(square);
+        let root = self.sines + 1;
+        (self.mean[root], self.first[root], self.square[root]) = (mean, first, square);
         self.curvature.push(curvature);
         self.root_slope.push(slope);
     }
 
-    fn shortening(&self, length_m: f64) -> Vec<f64> {
+    fn shortening(&self, length_m: f64) -> Vec<[f64; W]> {
         let n = self.bending();
-        let mut q = Vec::with_capacity((self.sines + 1) * n * n);
-        for i in 0..n {
-            for j in 0..n {
-                for f in 0..=self.sines {
-                    let factor = if f == 0 { 1.0 } else { 2.0 / wave(f) } / length_m;
-                    q.push(factor * self.slopes_with_cosine(f, i, j));
-                }
-            }
-        }
-        q
+        let entry = |f: usize, i: usize, j: usize| {
+            let factor = if f == 0 { 1.0 } else { 2.0 / wave(f) } / length_m;
+            if f <= self.sines { factor * self.slopes_with_cosine(f, i, j) } else { 0.0 }
+        };
+        (0..n * n).map(|ij| std::array::from_fn(|f| entry(f, ij / n, ij % n))).collect()
     }
 
     /// `∫ φ_i' φ_j' cos fπξ dξ`, from the cosine series of the slopes.
@@ -212,7 +208,7 @@ mod tests {
     fn val_integrals_equal_quadrature() {
         let near = |a: f64, b: f64, what: &str| assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "{what}: {a} {b}");
         for (modes, root, axial) in [(2, true, 4), (3, false, 6), (1, true, 0), (0, true, 3)] {
-            let (length, s) = (1.7, Shapes::new(1.7, modes, root, axial));
+            let (length, s) = (1.7, Shapes::<8>::new(1.7, modes, root, axial));
             for f in 0..s.functions() {
                 near(s.mean[f], integral(|x| s.at(f, x)[0]), "mean");
                 near(s.first[f], integral(|x| x * s.at(f, x)[0]), "first");
@@ -231,7 +227,7 @@ mod tests {
                     for f in 0..=s.sines {
                         let cosine = |x: f64| if f == 0 { 1.0 } else { 2.0 / wave(f) * (wave(f) * x).cos() };
                         let expected = integral(|x| s.at(fi, x)[1] * s.at(s.function_of(j), x)[1] * cosine(x)) / length;
-                        near(s.shortening[(i * s.bending() + j) * (s.sines + 1) + f], expected, "shortening");
+                        near(s.shortening[i * s.bending() + j][f], expected, "shortening");
                     }
                 }
             }

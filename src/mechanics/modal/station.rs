@@ -15,24 +15,26 @@ const INTERVALS: usize = 4;
 
 /// The functions at one `ξ`, and their integrals from there to the link's end; tabulated once.
 #[derive(Debug, Clone)]
-pub(super) struct Station {
+pub(super) struct Station<const W: usize> {
     pub(super) xi: f64,
     /// `g_f(ξ)`.
-    pub(super) value: Vec<f64>,
+    pub(super) value: [f64; W],
     /// `dg_f/dξ`.
-    pub(super) slope: Vec<f64>,
+    pub(super) slope: [f64; W],
     /// `∫_ξ^1 g_f`.
-    pub(super) tail: Vec<f64>,
-    /// `∫_ξ^1 g_f g_h`, row-major.
-    pub(super) products: Vec<f64>,
+    pub(super) tail: [f64; W],
+    /// `∫_ξ^1 g_f g_h`.
+    pub(super) products: [[f64; W]; W],
 }
 
-impl Station {
+impl<const W: usize> Station<W> {
     /// The station at `xi`.
-    pub(super) fn new(shapes: &Shapes, xi: f64) -> Self {
+    pub(super) fn new(shapes: &Shapes<W>, xi: f64) -> Self {
         let n = shapes.functions();
-        let at = |x: f64, derivative: usize| -> Vec<f64> { (0..n).map(|f| shapes.at(f, x)[derivative]).collect() };
-        let (mut tail, mut products) = (vec![0.0; n], vec![0.0; n * n]);
+        let at = |x: f64, derivative: usize| -> [f64; W] {
+            std::array::from_fn(|f| if f < n { shapes.at(f, x)[derivative] } else { 0.0 })
+        };
+        let (mut tail, mut products) = ([0.0; W], [[0.0; W]; W]);
         let intervals = INTERVALS * n;
         let half = 0.5 * (1.0 - xi) / intervals as f64;
         for interval in 0..intervals {
@@ -41,7 +43,7 @@ impl Station {
                 for (f, gf) in g.iter().enumerate() {
                     tail[f] += weight * half * gf;
                     for (h, gh) in g.iter().enumerate() {
-                        products[f * n + h] += weight * half * gf * gh;
+                        products[f][h] += weight * half * gf * gh;
                     }
                 }
             }

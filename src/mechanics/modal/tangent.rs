@@ -16,11 +16,11 @@ use crate::mechanics::mechanism::{Singular, Weights};
 
 /// Preallocated room for the tangent and its factors.
 #[derive(Debug, Clone)]
-pub(super) struct Tangent {
+pub(super) struct Tangent<const W: usize> {
     lu: Lu,
     column: Vec<f64>,
-    variations: Vec<Vec<Vector>>,
-    forces: Vec<LinkForces>,
+    variations: Vec<[Vector; W]>,
+    forces: Vec<LinkForces<W>>,
     angle_rows: Vec<Vec<f64>>,
     scratch: Vec<f64>,
 }
@@ -28,8 +28,8 @@ pub(super) struct Tangent {
 /// `z_j`, `ż_j`, `z̈_j` of a point in global axes.
 type Column = [Vector; 3];
 
-impl Tangent {
-    pub(super) fn new(chain: &Chain) -> Self {
+impl<const W: usize> Tangent<W> {
+    pub(super) fn new(chain: &Chain<W>) -> Self {
         let n = chain.degrees_of_freedom;
         Self {
             lu: Lu::new(n),
@@ -42,7 +42,7 @@ impl Tangent {
     }
 
     /// The matrix, row-major, for the motion and forces that the chain holds.
-    pub(super) fn assemble(&mut self, chain: &mut Chain, a: &[f64], w: Weights) -> &[f64] {
+    pub(super) fn assemble(&mut self, chain: &mut Chain<W>, a: &[f64], w: Weights) -> &[f64] {
         let n = chain.degrees_of_freedom;
         let still = w.velocity == 0.0 && w.position == 0.0;
         if !still {
@@ -77,7 +77,7 @@ impl Tangent {
     }
 
     /// Column `j` of the inertia and end forces.
-    fn column(&mut self, chain: &Chain, closure: Option<&Closure>, j: usize, w: Weights) {
+    fn column(&mut self, chain: &Chain<W>, closure: Option<&Closure>, j: usize, w: Weights) {
         let weights = [w.acceleration, 2.0 * w.velocity, w.position];
         let mut pin: Column = [[0.0; 2]; 3];
         for (b, link) in chain.links.iter().enumerate() {
@@ -90,7 +90,7 @@ impl Tangent {
             self.angle_rows[b][j] = angle[0];
             if b == 0 && own.is_none() && angle[0] == 0.0 {
                 forces.first = [0.0; 2];
-                forces.functions.fill([0.0; 2]);
+                forces.functions = [[0.0; 2]; W];
                 continue;
             }
             link.vary_angle(frame.chord, &chain.accelerations[b], convolve(weights, angle), variation);
@@ -113,7 +113,7 @@ impl Tangent {
     }
 
     /// Adds the stiffness of elasticity, of the base, and of the forces present.
-    fn stiffness(&mut self, chain: &Chain, w: Weights) {
+    fn stiffness(&mut self, chain: &Chain<W>, w: Weights) {
         let n = chain.degrees_of_freedom;
         let k = &mut self.lu.matrix;
         for (b, link) in chain.links.iter().enumerate() {

@@ -1,0 +1,84 @@
+//! The modal model with room for `W` shape functions a link.
+
+use super::chain::Chain;
+use super::observe::Observer;
+use super::start;
+use super::tangent::Tangent;
+use crate::mechanics::last_state::LastState;
+use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::observation::Observation;
+use crate::scene;
+
+/// The model.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted<const W: usize> {
+    scene: scene::Chain,
+    chain: Chain<W>,
+    tangent: Tangent<W>,
+    observer: Observer<W>,
+    last: LastState,
+    /// The residual there without any moment at the pivot.
+    residual: Vec<f64>,
+}
+
+impl<const W: usize> Fitted<W> {
+    /// The model of a chain; `prescribed` when the scene prescribes the motion of the first link's tangent at the pivot.
+    pub(super) fn new(chain: &scene::Chain, prescribed: bool) -> Self {
+        let (scene, elements) = (chain.clone(), chain.links.iter().map(|link| link.elements));
+        let chain = Chain::new(chain, prescribed);
+        let tangent = Tangent::new(&chain);
+        let observer = Observer::new(&chain, elements);
+        let n = chain.degrees_of_freedom;
+        Self { scene, chain, tangent, observer, last: LastState::new(n), residual: vec![0.0; n] }
+    }
+
+    /// Brings chain and residual to a state, unless they are there.
+    fn evaluate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+        if self.last.changes(input, q, v, a) {
+            self.chain.residual(input, q, v, a, &mut self.residual);
+        }
+    }
+}
+
+impl<const W: usize> Mechanism for Fitted<W> {
+    fn degrees_of_freedom(&self) -> usize {
+        self.chain.degrees_of_freedom
+    }
+
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
+        start::start(&self.scene, &self.chain, input, q, v)
+    }
+
+    fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
+        self.evaluate(input, q, v, a);
+        r.copy_from_slice(&self.residual);
+        self.chain.add_pivot(input, r);
+    }
+
+    fn residual_size(&self, r: &[f64]) -> f64 {
+        self.chain.residual_size(r)
+    }
+
+    fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
+        self.evaluate(input, q, v, a);
+        self.tangent.assemble(&mut self.chain, a, w);
+        self.tangent.factor()
+    }
+
+    fn solve(&mut self, x: &mut [f64]) {
+        self.tangent.solve(x);
+    }
+
+    fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
+        self.evaluate(input, q, v, a);
+        self.observer.observe(&self.chain, input, q, out);
+    }
+
+    fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
+        if self.chain.needs_forces_for_power() {
+            self.evaluate(input, q, v, a);
+            return self.chain.power_w(input, v);
+        }
+        self.chain.power_of_rates_w(input, v)
+    }
+}
