@@ -120,28 +120,16 @@ impl Rigid {
     /// Pose and equation at an angle and rate, evaluated once.
     fn evaluate(&mut self, theta_rad: f64, rate_rad_per_s: f64) -> &Evaluated {
         if self.last.theta_rad != theta_rad || self.last.rate_rad_per_s != rate_rad_per_s {
-            self.last.pose = self.pose(theta_rad);
+            set_pose(&self.chain, theta_rad, &mut self.last.pose);
             self.last.equation = self.equation(&self.last.pose, theta_rad, rate_rad_per_s);
             (self.last.theta_rad, self.last.rate_rad_per_s) = (theta_rad, rate_rad_per_s);
         }
         &self.last
     }
 
-    #[inline]
     fn pose<const D: usize>(&self, theta_rad: f64) -> Pose<D> {
         let mut pose = Pose::NONE;
-        let mut at = pose.end;
-        let mut turn = crank_turn(theta_rad);
-        for (index, (body, link)) in pose.bodies.iter_mut().zip(&self.chain.links).enumerate() {
-            if index == 1 {
-                turn = rod_turn(&turn, self.chain.links[0].length_m / link.length_m);
-            }
-            let centre = along(&at, &turn, link.centre_of_mass_m);
-            *body = Body { mass_kg: link.mass_kg, inertia_kg_m2: link.inertia_kg_m2, centre, turn };
-            at = along(&at, &turn, link.length_m);
-        }
-        (pose.links, pose.end) = (self.chain.links.len(), at);
-        pose.bodies[pose.links] = Body { mass_kg: self.end_mass_kg(), inertia_kg_m2: 0.0, centre: at, turn: Turn::STILL };
+        set_pose(&self.chain, theta_rad, &mut pose);
         pose
     }
 
@@ -152,13 +140,6 @@ impl Rigid {
             End::Slider(slider) => slider.resistance == Resistance::Constant(0.0) && slider.friction_n_s_per_m == 0.0,
         };
         self.chain.base.damper_nm_s_per_rad != 0.0 || !free
-    }
-
-    fn end_mass_kg(&self) -> f64 {
-        match &self.chain.end {
-            End::Free { tip_mass_kg } => *tip_mass_kg,
-            End::Slider(slider) => slider.mass_kg,
-        }
     }
 
     fn equation(&self, pose: &Pose, theta_rad: f64, rate: f64) -> Equation {
@@ -365,6 +346,28 @@ impl Mechanism for Rigid {
         };
         let damper = self.chain.base.damper_nm_s_per_rad;
         [torque_nm * rate - resistance * speed, damper * rate * rate + friction * speed * speed]
+    }
+}
+
+/// Moves the bodies to a crank angle.
+fn set_pose<const D: usize>(chain: &Chain, theta_rad: f64, pose: &mut Pose<D>) {
+    let mut at = [[0.0; 2]; D];
+    let mut turn = crank_turn(theta_rad);
+    for (index, (body, link)) in pose.bodies.iter_mut().zip(&chain.links).enumerate() {
+        if index == 1 {
+            turn = rod_turn(&turn, chain.links[0].length_m / link.length_m);
+        }
+        (body.mass_kg, body.inertia_kg_m2, body.turn) = (link.mass_kg, link.inertia_kg_m2, turn);
+        body.centre = along(&at, &turn, link.centre_of_mass_m);
+        at = along(&at, &turn, link.length_m);
+    }
+    (pose.links, pose.end) = (chain.links.len(), at);
+    if let Some(end) = pose.bodies.get_mut(pose.links) {
+        end.centre = at;
+        end.mass_kg = match &chain.end {
+            End::Free { tip_mass_kg } => *tip_mass_kg,
+            End::Slider(slider) => slider.mass_kg,
+        };
     }
 }
 

@@ -33,20 +33,17 @@ pub(super) struct Band {
     slots: usize,
     /// `REACH` more than `slots`, so that elimination needs no bounds of its own at the end.
     pivots: Vec<Pivot>,
-    /// As many, zero: a copy of them is quicker than filling one by one.
-    empty: Vec<Pivot>,
 }
 
 impl Band {
     /// The zero matrix for so many slots.
     pub(super) fn new(slots: usize) -> Self {
-        let empty = vec![EMPTY; slots + REACH];
-        Self { slots, pivots: empty.clone(), empty }
+        Self { slots, pivots: vec![EMPTY; slots + REACH] }
     }
 
     /// Back to zero.
     pub(super) fn clear(&mut self) {
-        self.pivots.copy_from_slice(&self.empty);
+        self.pivots.fill(EMPTY);
     }
 
     /// Adds to block (row, column); both in the band.
