@@ -35,7 +35,7 @@ pub fn work_precision(title: &str, table: &Table) -> Option<Figure> {
     }
     let best = best(&points.iter().collect::<Vec<_>>());
     let [costs, errors] = columns(&best);
-    figure = figure.line("front", &costs, &errors);
+    figure = figure.series("front", &costs, &errors, Mark::LineAndPoints);
     Some(best.iter().fold(figure, |figure, point| figure.series(&point.name, &[point.cost], &[point.error], Mark::Points)))
 }
 
@@ -46,7 +46,7 @@ fn points(table: &Table) -> Option<Vec<Point>> {
     let point = |row: usize| {
         let family = format!("{}, {}", models.get(row)?, integrators.get(row)?);
         let size = links.get(row).filter(|size| *size != "–").map(|size| format!(", {size}")).unwrap_or_default();
-        let name = format!("{family}{size}, {:e} s", steps.get(row)?);
+        let name = format!("{family}{size}, {:.2e} s", steps.get(row)?);
         let point = Point { family, name, cost: *costs.get(row)?, error: *errors.get(row)? };
         (point.cost > 0.0 && point.error > 0.0 && point.error.is_finite()).then_some(point)
     };

@@ -114,8 +114,9 @@ def flexcrank_ways(program, scene, quick):
         for count in counts[: 3 if quick else None]:
             keys = [f"solver.{word}" for word in (f"model={model}", f"integrator={integrator}", *solver)]
             keys += [f"{link}.{key}={count}" for link in ("crank", "rod") if key]
+            size = f"{count} {key if count > 1 else key[:-1]}"
             run = lambda step_s, keys=keys: lambda: program.solve(scene, [*keys, f"solver.step_s={step_s}"])
-            yield (model, integrator, ", ".join(([f"{count} {key}"] if key else []) + [*solver]) or "–"), run
+            yield (model, integrator, ", ".join(([size] if key else []) + [*solver]) or "–"), run
 
 
 def sweep(families, levels):

@@ -64,11 +64,12 @@ fn prop_a_trade_gives_a_work_precision_diagram() {
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let texts = texts(&std::fs::read_to_string(folder.path().join("out/trade-work-precision.svg")).unwrap());
     let shown = |text: &str| texts.iter().any(|other| other == text);
-    for text in ["rigid, runge-kutta", "modal, generalized-alpha", "front", "modal, generalized-alpha, 2 modes, 1e-3 s", "10⁻³"]
+    for text in
+        ["rigid, runge-kutta", "modal, generalized-alpha", "front", "modal, generalized-alpha, 2 modes, 1.00e-3 s", "10⁻³"]
     {
         assert!(shown(text), "{text} in {texts:?}");
     }
-    assert!(!shown("modal, generalized-alpha, 2 modes, 1e-2 s") && !shown("modal, two-point"), "{texts:?}");
+    assert!(!shown("modal, generalized-alpha, 2 modes, 1.00e-2 s") && !shown("modal, two-point"), "{texts:?}");
 }
 
 #[test]
