@@ -71,7 +71,7 @@ impl fmt::Display for Difference {
         }
         match after {
             Some(after) => write!(f, "; the last command before it is {after}"),
-            None => write!(f, "; no command came before it"),
+            None => Ok(()),
         }
     }
 }

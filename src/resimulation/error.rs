@@ -25,7 +25,7 @@ pub enum ResimulationError {
     #[error("{}: the recording has no checkpoint to go on from", .0.display())]
     NothingToResume(PathBuf),
     /// An instant that is not in it.
-    #[error("{}: t = {at_s} s is not in the recording, or lost to damage (--at)", path.display())]
+    #[error("{}: t = {at_s} s is not in the recording, or lost to damage", path.display())]
     Outside {
         /// Which file.
         path: PathBuf,
