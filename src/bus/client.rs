@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 use super::BusError;
 use super::endpoint::protobuf;
 use super::keys::{Name, Topic, every_presence};
-use crate::wire::{CommandReply, Control, TorquePulse};
+use crate::wire::{CommandReply, Control, ReplayControl, TorquePulse};
 
 /// How long a service may take to show up after a session was opened.
 pub const SHOW_UP: Duration = Duration::from_millis(2000);
@@ -64,6 +64,14 @@ pub fn pulse(session: &Session, name: &Name, pulse: &TorquePulse) -> Result<Comm
 /// [`BusError::NoReply`] when none comes in three seconds.
 pub fn control(session: &Session, name: &Name, control: &Control) -> Result<CommandReply, BusError> {
     command(session, &name.control(), control.encode_to_vec(), "flexcrank.v1.Control")
+}
+
+/// Sends a command to a replayer and returns the reply.
+///
+/// # Errors
+/// [`BusError::NoReply`] when none comes in three seconds.
+pub fn replay_control(session: &Session, name: &Name, control: &ReplayControl) -> Result<CommandReply, BusError> {
+    command(session, &name.replay(), control.encode_to_vec(), "flexcrank.v1.ReplayControl")
 }
 
 fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Result<CommandReply, BusError> {

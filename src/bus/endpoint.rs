@@ -67,19 +67,6 @@ impl Endpoint {
         Ok(Endpoint { publishers, latest, queryables, subscribers, presence })
     }
 
-    /// Whether somebody subscribes to any of the topics that carry the mechanism's state.
-    ///
-    /// # Errors
-    /// [`BusError`] when zenoh fails.
-    pub fn has_subscriber(&self) -> Result<bool, BusError> {
-        for publisher in self.publishers.values() {
-            if publisher.matching_status().wait().map_err(BusError::failed)?.matching() {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
     /// Publishes a message and keeps it for the snapshot.
     pub fn publish(&self, topic: Topic, payload: Vec<u8>) {
         if let Some(publisher) = self.publishers.get(&topic)
@@ -87,6 +74,11 @@ impl Endpoint {
         {
             tracing::warn!(topic = topic.chunk(), %error, "could not publish");
         }
+        self.keep(topic, payload);
+    }
+
+    /// Keeps a message for the snapshot.
+    pub fn keep(&self, topic: Topic, payload: Vec<u8>) {
         lock(&self.latest).payloads.insert(topic, payload);
     }
 
@@ -148,7 +140,7 @@ impl Latest {
     }
 }
 
-fn answer(query: &Query, key: &str, payload: ZBytes, encoding: Encoding) {
+pub(super) fn answer(query: &Query, key: &str, payload: ZBytes, encoding: Encoding) {
     if let Err(error) = query.reply(key, payload).encoding(encoding).wait() {
         tracing::warn!(key, %error, "could not reply");
     }
@@ -171,7 +163,7 @@ fn control(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
     }
 }
 
-fn decode<M: prost::Message + Default>(payload: &[u8], expected: &'static str) -> Result<M, (String, BadCommand)> {
+pub(super) fn decode<M: prost::Message + Default>(payload: &[u8], expected: &'static str) -> Result<M, (String, BadCommand)> {
     let bad = |bad| (String::new(), bad);
     if payload.is_empty() {
         return Err(bad(BadCommand::Empty(expected)));

@@ -98,6 +98,10 @@ impl Name {
     pub fn control(&self) -> String {
         self.key("control")
     }
+    /// Key of commands to a replayer.
+    pub fn replay(&self) -> String {
+        self.key("replay")
+    }
     /// Key of the scene in force.
     pub fn scene(&self) -> String {
         self.key("scene")
@@ -127,6 +131,23 @@ impl Name {
     }
 }
 
+/// The key that stands for a topic of a recording made by anything: without its leading slash.
+///
+/// # Errors
+/// What is wrong with it as a key.
+pub fn of_topic(topic: &str) -> Result<String, String> {
+    let key = topic.strip_prefix('/').unwrap_or(topic);
+    if key.starts_with('@') {
+        return Err("keys that begin with @ are zenoh's own".to_owned());
+    }
+    match zenoh::key_expr::keyexpr::new(key) {
+        Ok(valid) if valid.is_wild() => Err("a key without wildcards is needed".to_owned()),
+        Ok(_) if key.contains('?') => Err("? is not allowed in a key".to_owned()),
+        Ok(_) => Ok(key.to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// Matches the presence of every service.
 pub fn every_presence() -> String {
     format!("{ROOT}/*")
@@ -142,6 +163,17 @@ mod tests {
         assert_eq!(Name::split(&name.topic(Topic::Loads)), Some((name.clone(), "loads")));
         assert_eq!(Name::of_presence(&name.presence()), Some(name));
         Ok(())
+    }
+
+    #[test]
+    fn prop_topics_of_others_become_keys_or_are_refused() {
+        for (topic, key) in [("/camera/image", "camera/image"), ("flexcrank/crank/loads", "flexcrank/crank/loads"), ("/tf", "tf")]
+        {
+            assert_eq!(of_topic(topic).as_deref(), Ok(key));
+        }
+        for topic in ["", "/", "a//b", "a/", "//a", "a/*", "a/**", "a/$*", "a/b#c", "a/b?c", "@/x"] {
+            assert!(of_topic(topic).is_err(), "{topic:?}");
+        }
     }
 
     #[test]

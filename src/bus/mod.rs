@@ -1,14 +1,20 @@
 //! The bus: key expressions, sessions, services and clients. The only layer that names zenoh.
 
+mod audience;
 pub mod client;
 mod endpoint;
 mod error;
 mod keys;
+mod outlet;
+mod remote;
 mod session;
 
+pub use audience::{Listening, audience};
 pub use endpoint::Endpoint;
 pub use error::BusError;
-pub use keys::{BadName, Name, ROOT, Topic};
+pub use keys::{BadName, Name, ROOT, Topic, of_topic};
+pub use outlet::Outlet;
+pub use remote::Remote;
 pub use session::BusOptions;
 /// An open session on the bus.
 pub use zenoh::Session;

@@ -24,6 +24,8 @@ pub struct BusOptions {
     pub connect: Vec<String>,
     /// A zenoh configuration file to start from.
     pub config: Option<PathBuf>,
+    /// Let this session see who subscribes, as [`audience`](super::audience) needs.
+    pub sees_audience: bool,
 }
 
 impl BusOptions {
@@ -42,6 +44,9 @@ impl BusOptions {
     /// [`BusError`] when the configuration is bad or no endpoint can be taken.
     pub fn open_service(&self) -> Result<Session, BusError> {
         let mut config = self.base()?;
+        if self.sees_audience {
+            set(&mut config, "adminspace/enabled", "true")?;
+        }
         if !self.listen.is_empty() {
             set(&mut config, "listen/endpoints", &list(&self.listen))?;
         } else if self.config.is_none() {

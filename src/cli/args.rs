@@ -41,10 +41,8 @@ pub(super) enum Command {
     )]
     Run(Box<Run>),
     /// Put a recording back on the bus, byte for byte, in order and on time.
-    #[command(
-        after_help = "Examples:\n  flexcrank replay recordings/crank.mcap\n  flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --name ghost\n  flexcrank replay recordings/crank.mcap --what-if --add-pulse 3.0:5:0.1\n  flexcrank replay recordings/crank.mcap --what-if --set rod.area_m2=2e-4 --record thicker.mcap"
-    )]
-    Replay(Replay),
+    #[command(after_help = super::replay::EXAMPLES)]
+    Replay(Box<super::replay::Args>),
     /// Show the services on the bus.
     List(Bus),
     /// Send a torque pulse to a service and print its reply.
@@ -52,9 +50,9 @@ pub(super) enum Command {
         after_help = "Examples:\n  flexcrank pulse crank --torque 5 --duration 0.1\n  flexcrank pulse crank --torque -2 --duration 0.5 --delay 1 --shape raised-cosine"
     )]
     Pulse(PulseArgs),
-    /// Pause, resume, step, reset or stop a service; start or stop its recording.
+    /// Pause, resume, step, reset or stop a service; start or stop its recording; seek in a replay, change its rate.
     #[command(
-        after_help = "Examples:\n  flexcrank control crank pause\n  flexcrank control crank step 100\n  flexcrank control crank start-recording take-2"
+        after_help = "Examples:\n  flexcrank control crank pause\n  flexcrank control crank step 100\n  flexcrank control crank start-recording take-2\n  flexcrank control ghost seek 3.5\n  flexcrank control ghost rate 2"
     )]
     Control(ControlArgs),
     /// Show a service's live values.
@@ -63,7 +61,9 @@ pub(super) enum Command {
     #[command(after_help = super::verify::EXAMPLES)]
     Verify(super::verify::Args),
     /// Write a recording as tables.
-    #[command(after_help = "Example:\n  flexcrank export recordings/crank.mcap --csv tables")]
+    #[command(
+        after_help = "Examples:\n  flexcrank export recordings/crank.mcap --csv tables\n  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links"
+    )]
     Export(Export),
     /// Make a whole recording of a broken one: cut off, damaged, without an index. Exit code 3 when something is lost.
     #[command(after_help = super::recover::EXAMPLES)]
@@ -110,7 +110,12 @@ pub(super) struct Bus {
 
 impl Bus {
     pub(super) fn options(&self) -> BusOptions {
-        BusOptions { listen: self.listen.clone(), connect: self.connect.clone(), config: self.zenoh_config.clone() }
+        BusOptions {
+            listen: self.listen.clone(),
+            connect: self.connect.clone(),
+            config: self.zenoh_config.clone(),
+            ..BusOptions::default()
+        }
     }
 }
 
@@ -157,37 +162,6 @@ pub(super) struct Run {
     /// Run even if a service of this name is on the bus.
     #[arg(long)]
     pub force: bool,
-    #[command(flatten)]
-    pub bus: Bus,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct Replay {
-    /// The recording.
-    pub file: PathBuf,
-    /// Recorded seconds per second.
-    #[arg(long, short, default_value = "1", value_parser = positive)]
-    pub rate: f64,
-    /// Begin again at the end, until interrupted.
-    #[arg(long = "loop", short)]
-    pub looped: bool,
-    /// Skip so much recorded time, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
-    pub start_offset: f64,
-    /// Speak under this name instead of the recorded one.
-    #[arg(long)]
-    pub name: Option<Name>,
-    /// Put recorded commands back on their keys, too.
-    #[arg(long)]
-    pub commands: bool,
-    /// Wait for a subscriber before the first message.
-    #[arg(long)]
-    pub wait: bool,
-    /// Speak even if a service of this name is on the bus.
-    #[arg(long)]
-    pub force: bool,
-    #[command(flatten)]
-    pub what_if: super::what_if::Args,
     #[command(flatten)]
     pub bus: Bus,
 }
@@ -247,13 +221,13 @@ pub(super) enum Action {
     Pause,
     /// Let it go on.
     Resume,
-    /// When paused, advance by so many steps.
+    /// When paused, advance by so many steps; of a replayer, messages.
     Step {
         /// How many.
         #[arg(default_value_t = 1)]
         count: u64,
     },
-    /// Back to the start of the scene.
+    /// Back to the start of the scene, or of the recording.
     Reset,
     /// End the run.
     Stop,
@@ -264,6 +238,22 @@ pub(super) enum Action {
     },
     /// End the recording.
     StopRecording,
+    /// Of a replayer: go on from there.
+    Seek {
+        /// Recorded time since the first message, s.
+        time: f64,
+    },
+    /// Of a replayer: play at so many recorded seconds per second.
+    Rate {
+        /// How many.
+        factor: f64,
+    },
+    /// Of a replayer: when paused, play so many messages.
+    Next {
+        /// How many.
+        #[arg(default_value_t = 1)]
+        count: u64,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -282,6 +272,18 @@ pub(super) struct Export {
     /// Folder for one CSV table a topic.
     #[arg(long, value_name = "DIR")]
     pub csv: PathBuf,
+    /// From this recorded time on, s.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    pub from: f64,
+    /// Up to this recorded time, s.
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub to: Option<f64>,
+    /// One row a topic in so much recorded time, s: the first that comes.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub every: Option<f64>,
+    /// Only these columns, by their names or how they begin: stamp.sim_time_s, links.crank. Times are always there.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    pub columns: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -362,7 +364,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, 1e-9, 1e9)
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     number(text, 0.0, 1e9)
 }
 

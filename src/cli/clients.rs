@@ -7,7 +7,7 @@ use super::Done;
 use super::args::{Action, Bus, ControlArgs, PulseArgs};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::simulation::PulseRequest;
-use crate::wire::{self, CommandReply, Control, control};
+use crate::wire::{self, CommandReply, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
 pub(super) fn list(args: &Bus) -> anyhow::Result<Done> {
     let session = args.options().open_client()?;
@@ -37,9 +37,24 @@ pub(super) fn control(args: ControlArgs) -> anyhow::Result<Done> {
             control::Action::StartRecording(wire::StartRecording { name: file.unwrap_or_default() })
         }
         Action::StopRecording => control::Action::StopRecording(wire::StopRecording {}),
+        Action::Seek { time } => {
+            return control_replay(&args.bus, &args.name, replay_control::Action::Seek(Seek { time_s: time }));
+        }
+        Action::Rate { factor } => return control_replay(&args.bus, &args.name, replay_control::Action::Rate(Rate { factor })),
+        Action::Next { count } => return control_replay(&args.bus, &args.name, replay_control::Action::Next(Next { count })),
     };
     let message = Control { id: fresh_id(), action: Some(action) };
     converse(&args.bus, &args.name, |session| client::control(session, &args.name, &message))
+}
+
+/// Says to a replayer what only a replayer understands.
+fn control_replay(bus: &Bus, name: &Name, action: replay_control::Action) -> anyhow::Result<Done> {
+    let message = ReplayControl { id: fresh_id(), action: Some(action) };
+    let done = converse(bus, name, |session| client::replay_control(session, name, &message));
+    done.map_err(|error| match error.downcast_ref() {
+        Some(BusError::NoReply(_)) => error.context(format!("seek, rate and next are for a replayer, and `{name}` may be none")),
+        _ => error,
+    })
 }
 
 /// Finds the service, says one thing, prints the reply.
@@ -53,6 +68,11 @@ fn converse(bus: &Bus, name: &Name, say: impl FnOnce(&Session) -> Result<Command
         return Ok(Done::Refused);
     }
     let reason = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
+    // A replayer has no steps.
+    if effective_step == 0 {
+        writeln!(std::io::stdout(), "accepted{reason}: at {effective_sim_time_s:.3} s of the recording (id {id})")?;
+        return Ok(Done::Well);
+    }
     writeln!(
         std::io::stdout(),
         "accepted{reason}: takes effect in step {effective_step}, at t = {effective_sim_time_s} s (id {id})"

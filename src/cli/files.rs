@@ -7,11 +7,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
 use super::args::Export;
-use crate::recording::{Exported, export_csv};
+use crate::recording::{self, Exported};
 use crate::scene::builtin;
 
-pub(super) fn export(args: &Export) -> anyhow::Result<Done> {
-    let Exported { tables, cut_off, skipped } = export_csv(&args.file, &args.csv)?;
+pub(super) fn export(args: Export) -> anyhow::Result<Done> {
+    let what =
+        recording::Export { csv: Some(args.csv), from_s: args.from, to_s: args.to, every_s: args.every, columns: args.columns };
+    let Exported { tables, cut_off, skipped } = recording::export(&args.file, &what)?;
     for table in tables {
         writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
     }

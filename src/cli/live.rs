@@ -1,15 +1,14 @@
-//! `run` and `replay`: services that go on until they are done or told to stop.
+//! `run`: a service that goes on until it is done or told to stop.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::channel;
 use std::time::SystemTime;
 
 use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
-use super::args::{Replay, Run};
+use super::args::Run;
 use super::resume::{Beginning, begin};
 use crate::bus;
 use crate::recording::{RecordingError, Written, place};
@@ -116,47 +115,12 @@ fn tell(recording: &Result<Written, RecordingError>) {
     }
 }
 
-pub(super) fn replay(args: Replay) -> anyhow::Result<Done> {
-    let (stop, stopped) = channel();
-    let replay = service::Replay {
-        file: args.file,
-        rate: args.rate,
-        looped: args.looped,
-        start_offset_s: args.start_offset,
-        name: args.name,
-        commands: args.commands,
-        wait_for_subscriber: args.wait,
-        force: args.force,
-    };
-    let report = runtime()?.block_on(async {
-        let session = args.bus.options().open_service()?;
-        let player = session.clone();
-        let mut playing = tokio::task::spawn_blocking(move || service::replay(&player, &replay, &stopped));
-        let report = tokio::select! {
-            report = &mut playing => report,
-            () = interrupted() => {
-                drop(stop);
-                playing.await
-            }
-        };
-        bus::close(&session)?;
-        anyhow::Ok(report.context("the replaying thread died: this is a fault in flexcrank")??)
-    })?;
-    let rate = report.achieved_rate.map_or(String::new(), |rate| format!(" at {rate:.3} times the recorded speed"));
-    eprintln!("replayed {} messages as flexcrank/{}{rate}", report.messages, report.name);
-    if report.cut_off {
-        eprintln!("warning: the recording ends early; everything before was replayed");
-        return Ok(Done::Lossy);
-    }
-    Ok(Done::Well)
-}
-
-fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
+pub(super) fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().context("cannot start the async runtime")
 }
 
 /// Resolves at Ctrl-C or SIGTERM.
-async fn interrupted() {
+pub(super) async fn interrupted() {
     let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()).ok();
     let terminated = async {
         match &mut terminate {

@@ -5,9 +5,11 @@ mod args;
 mod clients;
 mod cycle;
 mod files;
+mod keyboard;
 mod live;
 mod plot;
 mod recover;
+mod replay;
 mod resume;
 mod stability;
 mod trade;
@@ -22,8 +24,10 @@ use tracing_subscriber::EnvFilter;
 
 use crate::bus::{BadName, BusError};
 use crate::plot::PlotError;
+use crate::recording::RecordingError;
 use crate::resimulation::ResimulationError;
 use crate::scene::SceneError;
+use crate::service::ServiceError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
 use crate::study::stability::NotSuited;
@@ -77,6 +81,10 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<NotSuited>()
         || error.is::<CycleError>()
         || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
+        || error.downcast_ref::<RecordingError>().is_some_and(|error| matches!(error, RecordingError::Column { .. }))
+        || error
+            .downcast_ref::<ServiceError>()
+            .is_some_and(|error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }))
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
 }
 
@@ -91,15 +99,15 @@ fn log(json: bool) {
 fn dispatch(cli: Cli) -> anyhow::Result<Done> {
     match cli.command.unwrap_or_default() {
         Command::Run(run) => live::run(*run),
-        Command::Replay(replay) if replay.what_if.is_asked() => what_if::what_if(&replay.file, &replay.what_if),
-        Command::Replay(replay) => live::replay(replay),
+        Command::Replay(args) if args.what_if.is_asked() => what_if::what_if(&args.file, &args.what_if),
+        Command::Replay(args) => replay::replay(*args),
         Command::List(bus) => clients::list(&bus),
         Command::Pulse(pulse) => clients::pulse(pulse),
         Command::Control(control) => clients::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Verify(args) => verify::verify(&args),
-        Command::Export(export) => files::export(&export),
         Command::Recover(args) => recover::recover(&args),
+        Command::Export(export) => files::export(export),
         Command::Plot(args) => plot::plot(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),

@@ -63,10 +63,8 @@ pub fn recorded(topics: &[Named]) -> Vec<Titled> {
 fn time(table: &Table) -> Vec<f64> {
     let simulated = table.column("stamp.sim_time_s").unwrap_or_default();
     let one_epoch = table.column("stamp.epoch").is_none_or(|epochs| epochs.windows(2).all(|pair| pair[0] == pair[1]));
-    match table.column("log_time_ns") {
-        Some([first, ..]) if !one_epoch => {
-            table.column("log_time_ns").unwrap_or_default().iter().map(|now| (now - first) * 1e-9).collect()
-        }
+    match table.column("log_time") {
+        Some(times @ [first, ..]) if !one_epoch => times.iter().map(|now| now - first).collect(),
         _ => simulated.to_vec(),
     }
 }

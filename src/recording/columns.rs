@@ -17,12 +17,12 @@ pub struct Contents {
     pub skipped: Vec<String>,
 }
 
-/// The numbers of one topic; the columns are those of [`export_csv`](super::export_csv), all of equal length.
+/// The numbers of one topic; the columns are those of [`export`](super::export()), all of equal length.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Topic {
     /// Its key expression.
     pub name: String,
-    /// Names and values; NaN where a message has no such field, or no number in it.
+    /// Names and values, times in seconds since 1970; NaN where a message has no such field, or no number in it.
     pub columns: Vec<(String, Vec<f64>)>,
 }
 
@@ -54,7 +54,7 @@ struct Filling {
 
 impl Filling {
     fn take(&mut self, row: &Row) {
-        for (name, text) in row {
+        for (name, cell) in row {
             let place = self.index.get(name).copied().unwrap_or_else(|| {
                 self.index.insert(name.clone(), self.columns.len());
                 self.columns.push((name.clone(), Vec::new()));
@@ -62,7 +62,7 @@ impl Filling {
             });
             let column = &mut self.columns[place].1;
             column.resize(self.rows, f64::NAN);
-            column.push(text.parse().unwrap_or(f64::NAN));
+            column.push(cell.number());
         }
         self.rows += 1;
     }

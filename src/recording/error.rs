@@ -21,6 +21,16 @@ pub enum RecordingError {
         /// What the reader says.
         cause: mcap::McapError,
     },
+    /// A chunk that the index points at is damaged.
+    #[error("{}: the chunk at byte {at} is damaged: {cause}", path.display())]
+    Chunk {
+        /// Which file.
+        path: PathBuf,
+        /// Where in the file it begins.
+        at: u64,
+        /// What the reader says.
+        cause: mcap::McapError,
+    },
     /// There is nothing to read in it.
     #[error("{}: no messages", path.display())]
     Empty {
@@ -42,6 +52,16 @@ pub enum RecordingError {
     Anonymous {
         /// Which file.
         path: PathBuf,
+    },
+    /// A column was asked for that no message has.
+    #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or(String::new(), |name| format!("; did you mean `{name}`?")))]
+    Column {
+        /// Which recording.
+        path: PathBuf,
+        /// What was asked for.
+        wanted: String,
+        /// What is most like it.
+        nearest: Option<String>,
     },
     /// A name for a recording that is not a plain file name.
     #[error("`{0}` is not a name for a recording: letters, digits, dots, dashes and underscores, not beginning with a dot")]

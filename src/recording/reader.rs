@@ -15,6 +15,9 @@ use super::parse::parse;
 /// Largest record and largest chunk that are read, bytes; a file that claims a larger one is refused.
 pub(super) const RECORD_LIMIT: usize = 64 * 1024 * 1024;
 
+/// A topic of a recording, with its encoding and schema.
+pub type Channel = mcap::Channel<'static>;
+
 /// One message of a recording.
 pub type Recorded = mcap::Message<'static>;
 

@@ -6,14 +6,84 @@ use std::path::{Path, PathBuf};
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
 
 use super::RecordingError;
-use super::reader::{Messages, Recorded, is_cut_off};
+use super::reader::Recorded;
+use super::source::Source;
 
-/// Column name and text of every scalar in a message, in the order of its fields.
-pub(super) type Row = Vec<(String, String)>;
+/// A scalar of a message.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Cell {
+    Integer(i64),
+    Number(f64),
+    Flag(bool),
+    Text(String),
+    /// Nanoseconds since 1970.
+    Time(i64),
+}
+
+impl Cell {
+    /// As a number; a time in seconds since 1970; NaN where there is none.
+    pub fn number(&self) -> f64 {
+        match self {
+            Cell::Integer(value) => *value as f64,
+            Cell::Number(value) => *value,
+            Cell::Time(nanoseconds) => *nanoseconds as f64 * 1e-9,
+            Cell::Flag(_) | Cell::Text(_) => f64::NAN,
+        }
+    }
+}
+
+impl std::fmt::Display for Cell {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Cell::Integer(value) => write!(f, "{value}"),
+            Cell::Number(value) => write!(f, "{value}"),
+            Cell::Flag(value) => write!(f, "{value}"),
+            Cell::Text(text) => f.write_str(text),
+            // ISO 8601, always to the nanosecond, so that readers see one format throughout.
+            Cell::Time(nanoseconds) => {
+                let seconds = prost_types::Timestamp { seconds: nanoseconds.div_euclid(1_000_000_000), nanos: 0 }.to_string();
+                write!(f, "{}.{:09}Z", seconds.trim_end_matches('Z'), nanoseconds.rem_euclid(1_000_000_000))
+            }
+        }
+    }
+}
+
+/// Column name and value of every scalar in a message, in the order of its fields, after the times.
+pub(super) type Row = Vec<(String, Cell)>;
+
+/// Names of the first columns.
+pub(super) const TIMES: [&str; 2] = ["log_time", "publish_time"];
+
+/// A part of a recording, by time since its first message.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Part {
+    from_ns: u64,
+    to_ns: u64,
+    every_ns: Option<u64>,
+}
+
+impl Part {
+    /// All of it.
+    pub const WHOLE: Part = Part { from_ns: 0, to_ns: u64::MAX, every_ns: None };
+
+    /// From one time to another, one row in so much time; s.
+    pub fn new(from_s: f64, to_s: Option<f64>, every_s: Option<f64>) -> Self {
+        let nanoseconds = |seconds: f64| (seconds * 1e9).round() as u64;
+        let every_ns = every_s.map(|every_s| nanoseconds(every_s).max(1));
+        Part { from_ns: nanoseconds(from_s), to_ns: to_s.map_or(u64::MAX, nanoseconds), every_ns }
+    }
+
+    /// Which row of its topic a time belongs to; `None` when every time is a row of its own. A hair before the next is in it:
+    /// log times are rounded.
+    fn slot(&self, since_ns: u64) -> Option<u64> {
+        self.every_ns.map(|every_ns| (since_ns - self.from_ns + every_ns / 1000) / every_ns)
+    }
+}
 
 /// Turns the messages of a recording into rows.
 pub(super) struct Decoder {
     path: PathBuf,
+    part: Part,
     types: HashMap<String, Option<MessageDescriptor>>,
     /// Topics whose messages are not protobuf.
     pub skipped: Vec<String>,
@@ -22,21 +92,34 @@ pub(super) struct Decoder {
 impl Decoder {
     /// For the recording at `path`.
     pub fn new(path: &Path) -> Self {
-        Decoder { path: path.to_owned(), types: HashMap::new(), skipped: Vec::new() }
+        Decoder { path: path.to_owned(), part: Part::WHOLE, types: HashMap::new(), skipped: Vec::new() }
     }
 
-    /// Calls `visit` for every message that can be decoded; returns whether the file ends early.
+    /// For a part of it.
+    pub fn part(self, part: Part) -> Self {
+        Decoder { part, ..self }
+    }
+
+    /// Calls `visit` for every message that can be decoded, in order of log time; returns whether the file ends early.
     pub fn each_row(&mut self, mut visit: impl FnMut(&str, &Row) -> Result<(), RecordingError>) -> Result<bool, RecordingError> {
-        for message in Messages::open(&self.path)? {
-            let message = match message {
-                Err(error) if is_cut_off(&error) => return Ok(true),
-                message => message?,
-            };
+        let source = Source::open(&self.path)?;
+        let mut slots: HashMap<String, u64> = HashMap::new();
+        for message in source.messages_from(source.begin_ns().saturating_add(self.part.from_ns))? {
+            let message = message?;
+            let since_ns = message.log_time.saturating_sub(source.begin_ns());
+            if since_ns > self.part.to_ns {
+                continue;
+            }
+            if let Some(slot) = self.part.slot(since_ns)
+                && slots.insert(message.channel.topic.clone(), slot) == Some(slot)
+            {
+                continue;
+            }
             if let Some(row) = self.row(&message)? {
                 visit(&message.channel.topic, &row)?;
             }
         }
-        Ok(false)
+        Ok(source.is_cut_off())
     }
 
     fn row(&mut self, message: &Recorded) -> Result<Option<Row>, RecordingError> {
@@ -52,10 +135,9 @@ impl Decoder {
         let decoded = DynamicMessage::decode(descriptor.clone(), message.data.as_ref()).map_err(|error| {
             RecordingError::Undecodable { path: self.path.clone(), topic: topic.clone(), cause: error.to_string() }
         })?;
-        let mut row = vec![
-            ("log_time_ns".to_owned(), message.log_time.to_string()),
-            ("publish_time_ns".to_owned(), message.publish_time.to_string()),
-        ];
+        let time = |nanoseconds: u64| Cell::Time(i64::try_from(nanoseconds).unwrap_or(i64::MAX));
+        let [log_time, publish_time] = TIMES.map(str::to_owned);
+        let mut row = vec![(log_time, time(message.log_time)), (publish_time, time(message.publish_time))];
         flatten("", &decoded, &mut row);
         Ok(Some(row))
     }
@@ -69,7 +151,7 @@ fn descriptor(message: &Recorded) -> Option<MessageDescriptor> {
 }
 
 /// Scalars of a message under dotted names. Entries of a list are named by what identifies them (`link`, `joint`, `index`),
-/// or else by their place; a timestamp becomes seconds since 1970.
+/// or else by their place.
 fn flatten(prefix: &str, message: &DynamicMessage, row: &mut Row) {
     for field in message.descriptor().fields() {
         if (field.supports_presence() && !message.has_field(&field)) || is_label(&field) && !prefix.is_empty() {
@@ -98,7 +180,7 @@ fn label(message: &DynamicMessage) -> Option<String> {
     let parts: Vec<String> = LABELS
         .iter()
         .filter_map(|name| message.descriptor().get_field_by_name(name))
-        .map(|field| text(&field, &message.get_field(&field)))
+        .map(|field| cell(&field, &message.get_field(&field)).to_string())
         .collect();
     (!parts.is_empty()).then(|| parts.join("."))
 }
@@ -108,30 +190,32 @@ fn put(name: &str, field: &FieldDescriptor, value: &Value, row: &mut Row) {
         Value::Message(message) if message.descriptor().full_name() == "google.protobuf.Timestamp" => {
             let part =
                 |part: &str| message.get_field_by_name(part).and_then(|value| value.as_i64().or(value.as_i32().map(i64::from)));
-            row.push((name.to_owned(), format!("{}.{:09}", part("seconds").unwrap_or(0), part("nanos").unwrap_or(0))));
+            let (seconds, nanos) = (part("seconds").unwrap_or(0), part("nanos").unwrap_or(0));
+            row.push((name.to_owned(), Cell::Time(seconds.saturating_mul(1_000_000_000).saturating_add(nanos))));
         }
         Value::Message(message) => flatten(name, message, row),
-        value => row.push((name.to_owned(), text(field, value))),
+        value => row.push((name.to_owned(), cell(field, value))),
     }
 }
 
-fn text(field: &FieldDescriptor, value: &Value) -> String {
+fn cell(field: &FieldDescriptor, value: &Value) -> Cell {
     match value {
-        Value::String(text) => text.clone(),
-        Value::Bool(value) => value.to_string(),
-        Value::I32(value) => value.to_string(),
-        Value::I64(value) => value.to_string(),
-        Value::U32(value) => value.to_string(),
-        Value::U64(value) => value.to_string(),
-        Value::F32(value) => value.to_string(),
-        Value::F64(value) => value.to_string(),
+        Value::String(text) => Cell::Text(text.clone()),
+        Value::Bool(value) => Cell::Flag(*value),
+        Value::I32(value) => Cell::Integer((*value).into()),
+        Value::I64(value) => Cell::Integer(*value),
+        Value::U32(value) => Cell::Integer((*value).into()),
+        // Beyond what a signed integer holds, a number has to do.
+        Value::U64(value) => i64::try_from(*value).map_or(Cell::Number(*value as f64), Cell::Integer),
+        Value::F32(value) => Cell::Number((*value).into()),
+        Value::F64(value) => Cell::Number(*value),
         Value::EnumNumber(number) => {
             let kind = field.kind();
             let name = kind.as_enum().and_then(|kind| kind.get_value(*number)).map(|value| value.name().to_owned());
-            name.unwrap_or_else(|| number.to_string())
+            Cell::Text(name.unwrap_or_else(|| number.to_string()))
         }
-        Value::Bytes(bytes) => format!("{} bytes", bytes.len()),
-        Value::Message(_) | Value::List(_) | Value::Map(_) => String::new(),
+        Value::Bytes(bytes) => Cell::Text(format!("{} bytes", bytes.len())),
+        Value::Message(_) | Value::List(_) | Value::Map(_) => Cell::Text(String::new()),
     }
 }
 
@@ -141,5 +225,5 @@ pub fn scalars(schema: &str, payload: &[u8]) -> Option<Vec<(String, String)>> {
     let message = DynamicMessage::decode(pool.get_message_by_name(schema)?, payload).ok()?;
     let mut row = Row::new();
     flatten("", &message, &mut row);
-    Some(row)
+    Some(row.into_iter().map(|(name, cell)| (name, cell.to_string())).collect())
 }

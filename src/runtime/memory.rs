@@ -9,19 +9,19 @@ const REMEMBERED: usize = 65_536;
 
 /// Answers to the last commands that were accepted under an id.
 #[derive(Debug, Default)]
-pub(super) struct Memory {
+pub(crate) struct Memory {
     answers: HashMap<String, CommandReply>,
     order: VecDeque<String>,
 }
 
 impl Memory {
     /// The answer that this id was given before.
-    pub(super) fn recall(&self, id: &str) -> Option<CommandReply> {
+    pub(crate) fn recall(&self, id: &str) -> Option<CommandReply> {
         self.answers.get(id).cloned()
     }
 
     /// Remembers an answer; an empty id is never remembered.
-    pub(super) fn keep(&mut self, reply: &CommandReply) {
+    pub(crate) fn keep(&mut self, reply: &CommandReply) {
         if reply.id.is_empty() {
             return;
         }

@@ -10,6 +10,8 @@ mod shadow;
 mod stepper;
 
 pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
+pub use lateness::Lateness;
+pub(crate) use memory::Memory;
 pub use output::{Missed, Output, RecordingRequest};
 pub use pacer::{Pace, Pacer};
 pub use rate::{BadRate, PublishRate};

@@ -9,4 +9,4 @@ mod replay;
 pub use desk::OnStatus;
 pub use error::ServiceError;
 pub use live::{Live, LiveReport, Resumption, run};
-pub use replay::{Replay, ReplayReport, replay};
+pub use replay::{Action, BadRemap, Order, Orders, RATES, Remap, Replay, ReplayReport, replay};

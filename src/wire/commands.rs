@@ -1,6 +1,6 @@
 //! Commands from outside, decoded and checked for shape; ranges are the simulation's to judge.
 
-use super::{TorquePulse, torque_pulse::Shape};
+use super::{Next, Seek, TorquePulse, control, replay_control, torque_pulse::Shape};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 
@@ -21,6 +21,12 @@ pub enum BadCommand {
     /// A control message that asks for nothing.
     #[error("no action given: pause, resume, step, reset, stop, start_recording or stop_recording")]
     NoAction,
+    /// A message to a replayer that asks for nothing.
+    #[error("no action given: pause, resume, seek, rate, next or stop")]
+    NoReplayAction,
+    /// What a replayer cannot do.
+    #[error("this is a replayer: it does not record")]
+    ReplayerRecords,
     /// No payload at all.
     #[error("the command has no payload: a flexcrank.v1.{0} message is expected")]
     Empty(&'static str),
@@ -34,6 +40,21 @@ pub fn pulse_request(message: &TorquePulse) -> Result<PulseRequest, BadCommand> 
     let shape = pulse_shape(message.shape)?;
     let TorquePulse { torque_nm, duration_s, delay_s, .. } = *message;
     Ok(PulseRequest { torque_nm, duration_s, delay_s, shape })
+}
+
+/// What a command to a service means to a replayer: a step is a message, a reset goes back to the start.
+///
+/// # Errors
+/// [`BadCommand::ReplayerRecords`] when it is about recording.
+pub fn replay_action(action: control::Action) -> Result<replay_control::Action, BadCommand> {
+    match action {
+        control::Action::Pause(pause) => Ok(replay_control::Action::Pause(pause)),
+        control::Action::Resume(resume) => Ok(replay_control::Action::Resume(resume)),
+        control::Action::Step(steps) => Ok(replay_control::Action::Next(Next { count: steps.count })),
+        control::Action::Reset(_) => Ok(replay_control::Action::Seek(Seek { time_s: 0.0 })),
+        control::Action::Stop(stop) => Ok(replay_control::Action::Stop(stop)),
+        control::Action::StartRecording(_) | control::Action::StopRecording(_) => Err(BadCommand::ReplayerRecords),
+    }
 }
 
 /// A request as a message.

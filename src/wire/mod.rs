@@ -6,7 +6,7 @@ mod telemetry;
 
 pub use checkpoint::{checkpoint, recorded_checkpoint};
 use commands::pulse_shape;
-pub use commands::{BadCommand, pulse_message, pulse_request, shape};
+pub use commands::{BadCommand, pulse_message, pulse_request, replay_action, shape};
 pub use telemetry::{Telemetry, stamp, timestamp};
 
 pub use messages::*;

@@ -34,7 +34,7 @@ pub fn scene(overrides: &[&str]) -> Result<SceneSource, Box<dyn Error>> {
 pub fn linked_sessions() -> Result<(Session, Session), Box<dyn Error>> {
     let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let endpoint = vec![format!("tcp/{address}")];
-    let service = BusOptions { listen: endpoint.clone(), ..BusOptions::default() }.open_service()?;
+    let service = BusOptions { listen: endpoint.clone(), sees_audience: true, ..BusOptions::default() }.open_service()?;
     let client = BusOptions { connect: endpoint, ..BusOptions::default() }.open_client()?;
     Ok((service, client))
 }

@@ -217,7 +217,7 @@ def refusals(client, pulse):
 def replayed(path):
     """The recorded bytes come back, in order, under another name."""
     wanted = digests({topic: [message.data for message, _ in rows] for topic, rows in recorded(path).items()})
-    with service(["replay", str(path), "--wait", "--rate", "2"], "ghost") as (process, client):
+    with service(["replay", str(path), "--wait-for", "1", "--rate", "2"], "ghost") as (process, client):
         expect("replay exits with 0", process.wait(PATIENCE_S) == 0)
         expect("replayed payloads are identical", digests(client.payloads) == wanted, wanted["loads"][:12])
         status = client.payloads["status"]

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use flexcrank::recording::{Messages, export_csv, read_columns, recover};
+use flexcrank::recording::{self, Export, Messages, export, read_columns, recover};
 use flexcrank::resimulation::{Source, resume, verify};
 use flexcrank::runtime::{Pace, PublishRate};
 
@@ -124,8 +124,13 @@ fn read_all_ways(broken: &Path, folder: &Path) {
     if let Ok(messages) = Messages::open(broken) {
         messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string()));
     }
+    match recording::Source::open(broken).and_then(|source| source.messages_from(0)) {
+        Err(error) => said(error.to_string()),
+        Ok(messages) => messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string())),
+    }
     read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));
-    export_csv(broken, &folder.join("tables")).err().into_iter().for_each(|error| said(error.to_string()));
+    let tables = Export { csv: Some(folder.join("tables")), ..Export::default() };
+    export(broken, &tables).err().into_iter().for_each(|error| said(error.to_string()));
     match Source::open(broken) {
         Err(error) => said(error.to_string()),
         Ok(source) => {

@@ -57,6 +57,7 @@ impl Stepper {
             pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
             recording: None,
             retried_steps: self.simulation.retried(),
+            replay: None,
         };
         self.send(Output::Status(Box::new(status), stamp));
     }

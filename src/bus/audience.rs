@@ -1,0 +1,65 @@
+//! Who listens: subscriptions of other sessions, as this session's own routing knows them.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use zenoh::key_expr::KeyExpr;
+use zenoh::{Session, Wait};
+
+use super::BusError;
+
+/// Asking oneself takes no time; this is for the case that something is wrong.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// The subscriptions that match some keys.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Listening {
+    /// Session and key expression of each.
+    subscriptions: BTreeSet<(String, String)>,
+}
+
+impl Listening {
+    /// Sessions that have at least one of the subscriptions.
+    pub fn sessions(&self) -> usize {
+        self.subscriptions.iter().map(|(session, _)| session).collect::<BTreeSet<_>>().len()
+    }
+}
+
+/// Subscriptions of other sessions to any of `keys`. All that are behind one router count as one session, the router's.
+///
+/// The session must have been opened with [`BusOptions::sees_audience`](super::BusOptions::sees_audience).
+///
+/// # Errors
+/// [`BusError`] when zenoh fails.
+pub fn audience(session: &Session, keys: &[String]) -> Result<Listening, BusError> {
+    let prefix = format!("@/{}/*/subscriber/", session.zid());
+    let replies = session.get(format!("{prefix}**")).timeout(PATIENCE).wait().map_err(BusError::failed)?;
+    let mut subscriptions = BTreeSet::new();
+    while let Ok(reply) = replies.recv() {
+        let Ok(sample) = reply.into_result() else { continue };
+        let Some(key) = sample.key_expr().as_str().splitn(5, '/').nth(4).and_then(|key| KeyExpr::new(key.to_owned()).ok()) else {
+            continue;
+        };
+        let wanted = keys.iter().any(|wanted| KeyExpr::new(wanted.as_str()).is_ok_and(|wanted| key.intersects(&wanted)));
+        if wanted {
+            let sources: Sources = serde_json::from_slice(&sample.payload().to_bytes()).unwrap_or_default();
+            subscriptions.extend(sources.sessions().map(|session| (session, key.to_string())));
+        }
+    }
+    Ok(Listening { subscriptions })
+}
+
+/// Sessions that a subscription came from, as zenoh's administration space tells them.
+#[derive(Debug, Default, serde::Deserialize)]
+#[serde(default)]
+struct Sources {
+    routers: Vec<String>,
+    peers: Vec<String>,
+    clients: Vec<String>,
+}
+
+impl Sources {
+    fn sessions(self) -> impl Iterator<Item = String> {
+        self.routers.into_iter().chain(self.peers).chain(self.clients)
+    }
+}

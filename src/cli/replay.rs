@@ -1,0 +1,166 @@
+//! `replay`: a recording back on the bus, steered from the bus and the keyboard.
+
+use std::path::PathBuf;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use anyhow::Context as _;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Done;
+use super::args::{Bus, not_negative, number, positive};
+use super::keyboard::Keyboard;
+use super::live::{interrupted, runtime};
+use crate::bus::{self, BusOptions, Name};
+use crate::service::{self, Action, Order, RATES, Remap, ReplayReport};
+use crate::wire::Status;
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank replay recordings/crank.mcap
+  flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --duration 2 --loop --name ghost
+  flexcrank replay recordings/crank.mcap --wait-for 1 --topics angles,loads
+  flexcrank replay robot.mcap --remap /joint_states:=robot/joints
+  flexcrank replay recordings/crank.mcap --what-if --add-pulse 3.0:5:0.1
+  flexcrank replay recordings/crank.mcap --what-if --set rod.area_m2=2e-4 --record thicker.mcap
+  flexcrank control ghost seek 3.5    (and pause, resume, rate 2, next, stop)
+
+On the keyboard: space pauses and resumes, left and right seek 5 s, up and down change the rate by 10 %, n plays
+the next message when paused, Home goes back to the start, q ends.
+
+Any MCAP file is replayed: its topics become keys, without a leading slash; payloads are not touched. `status`, checkpoints
+and, without --commands, commands of a flexcrank recording are left out: the replayer has a status of its own.";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The recording.
+    pub file: PathBuf,
+    /// Recorded seconds per second.
+    #[arg(long, short, default_value = "1", value_parser = rate)]
+    pub rate: f64,
+    /// Begin again at the end, until interrupted.
+    #[arg(long = "loop", short)]
+    pub looped: bool,
+    /// Skip so much recorded time, s.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    pub start_offset: f64,
+    /// Play so much recorded time, s.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub duration: Option<f64>,
+    /// Begin paused.
+    #[arg(long)]
+    pub start_paused: bool,
+    /// Wait so long before the first message, s.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    pub delay: f64,
+    /// Play only these recorded topics, by their names or how they end: angles, /tf.
+    #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
+    pub topics: Vec<String>,
+    /// Put a topic, or all that begin with OLD/, under another key.
+    #[arg(long, value_name = "OLD:=NEW")]
+    pub remap: Vec<Remap>,
+    /// Speak under this name instead of the recorded one.
+    #[arg(long)]
+    pub name: Option<Name>,
+    /// Put recorded commands back on their keys, too.
+    #[arg(long)]
+    pub commands: bool,
+    /// Wait until N programs subscribe to what is played, and for 0.2 s no more subscriptions come; those behind one router
+    /// count as one.
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub wait_for: usize,
+    /// Wait for them no longer than this, s.
+    #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative)]
+    pub wait_timeout: f64,
+    /// Speak even if a service of this name is on the bus.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub what_if: super::what_if::Args,
+    #[command(flatten)]
+    pub bus: Bus,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    number(text, *RATES.start(), *RATES.end())
+}
+
+pub(super) fn replay(args: Args) -> anyhow::Result<Done> {
+    let bus = BusOptions { sees_audience: args.wait_for > 0, ..args.bus.options() };
+    let replay = service::Replay {
+        file: args.file,
+        rate: args.rate,
+        looped: args.looped,
+        start_offset_s: args.start_offset,
+        duration_s: args.duration,
+        start_paused: args.start_paused,
+        delay: Duration::from_secs_f64(args.delay),
+        topics: args.topics,
+        remaps: args.remap,
+        name: args.name,
+        commands: args.commands,
+        wait_for: args.wait_for,
+        wait_timeout: Duration::from_secs_f64(args.wait_timeout),
+        force: args.force,
+    };
+    let (sender, orders) = channel();
+    let keyboard = Keyboard::listen(&sender);
+    let bar = bar();
+    let shown = bar.clone();
+    let report = runtime()?.block_on(async {
+        let session = bus.open_service()?;
+        let (player, own) = (session.clone(), sender.clone());
+        let on_status = Box::new(move |status: &Status| show(&shown, status));
+        let mut playing = tokio::task::spawn_blocking(move || service::replay(&player, &replay, (own, orders), on_status));
+        let report = tokio::select! {
+            report = &mut playing => report,
+            () = interrupted() => {
+                // The replay may be over already: then it needs no order.
+                let _ = sender.send(Order::quiet(Action::Stop));
+                playing.await
+            }
+        };
+        bus::close(&session)?;
+        anyhow::Ok(report.context("the replaying thread died: this is a fault in flexcrank")??)
+    });
+    bar.finish_and_clear();
+    drop(keyboard);
+    Ok(conclude(&report?))
+}
+
+/// Says what was achieved.
+fn conclude(report: &ReplayReport) -> Done {
+    let rate = report.achieved_rate.map_or(String::new(), |rate| format!(" at {rate:.4} times the recorded speed"));
+    let late = report.lateness_s.map_or(String::new(), |[p50, p99, _, max]| {
+        format!("; late by {:.3} ms (p50), {:.3} ms (p99), {:.3} ms (max)", p50 * 1e3, p99 * 1e3, max * 1e3)
+    });
+    eprintln!("replayed {} messages as flexcrank/{}{rate}{late}", report.messages, report.name);
+    if report.slips > 0 {
+        eprintln!("warning: fell behind by more than a second {} times, and went on from there", report.slips);
+    }
+    for topic in &report.left_out {
+        eprintln!("warning: left out {topic}; give it a key with --remap OLD:=NEW");
+    }
+    if report.cut_off {
+        eprintln!("warning: the recording ends early; everything before was replayed");
+    }
+    if report.cut_off || !report.left_out.is_empty() { Done::Lossy } else { Done::Well }
+}
+
+/// How far it is; nothing when there is no terminal.
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, status: &Status) {
+    let (Some(replay), Some(stamp)) = (&status.replay, &status.stamp) else { return };
+    bar.set_length((replay.duration_s * 1e3) as u64);
+    bar.set_position((stamp.sim_time_s * 1e3) as u64);
+    let late = status.lateness_p99_s.map_or(String::new(), |late| format!("  late p99 {:.3} ms", late * 1e3));
+    let paused = if replay.paused { "  paused" } else { "" };
+    bar.set_message(format!("{:.1} of {:.1} s  rate {:.3}{late}{paused}", stamp.sim_time_s, replay.duration_s, replay.rate));
+}

@@ -1,0 +1,38 @@
+//! A table as CSV.
+
+use std::path::PathBuf;
+
+use super::Sheet;
+use super::learn::Column;
+use crate::recording::RecordingError;
+use crate::recording::rows::Cell;
+
+/// A CSV file with a line of names; cells that a message left out are empty.
+pub(super) struct CsvSheet {
+    path: PathBuf,
+    writer: csv::Writer<std::fs::File>,
+}
+
+impl CsvSheet {
+    pub fn create(path: PathBuf, columns: &[Column]) -> Result<Self, RecordingError> {
+        let writer = csv::Writer::from_path(&path).map_err(|error| RecordingError::file(&path)(error.into()))?;
+        let mut sheet = CsvSheet { path, writer };
+        sheet.line(columns.iter().map(|column| column.name.as_str()))?;
+        Ok(sheet)
+    }
+
+    fn line(&mut self, cells: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Result<(), RecordingError> {
+        self.writer.write_record(cells).map_err(|error| RecordingError::file(&self.path)(error.into()))
+    }
+}
+
+impl Sheet for CsvSheet {
+    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError> {
+        self.line(cells.iter().map(|cell| cell.map_or(String::new(), Cell::to_string)))
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<PathBuf, RecordingError> {
+        self.writer.flush().map_err(RecordingError::file(&self.path))?;
+        Ok(self.path)
+    }
+}

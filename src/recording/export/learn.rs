@@ -1,0 +1,153 @@
+//! Which columns there are, of which type, and which of them are wanted.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use crate::recording::RecordingError;
+use crate::recording::rows::{Cell, TIMES};
+
+/// The type of a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Integer,
+    Number,
+    Flag,
+    Text,
+    Time,
+}
+
+impl Kind {
+    fn of(cell: &Cell) -> Self {
+        match cell {
+            Cell::Integer(_) => Kind::Integer,
+            Cell::Number(_) => Kind::Number,
+            Cell::Flag(_) => Kind::Flag,
+            Cell::Text(_) => Kind::Text,
+            Cell::Time(_) => Kind::Time,
+        }
+    }
+
+    /// What holds both.
+    fn with(self, other: Kind) -> Kind {
+        match (self, other) {
+            (a, b) if a == b => a,
+            (Kind::Integer, Kind::Number) | (Kind::Number, Kind::Integer) => Kind::Number,
+            _ => Kind::Text,
+        }
+    }
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Column {
+    pub name: String,
+    pub kind: Kind,
+}
+
+/// Columns in the order in which they were first seen.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    columns: Vec<Column>,
+    index: HashMap<String, usize>,
+}
+
+impl Columns {
+    pub fn learn(&mut self, row: &[(String, Cell)]) {
+        for (name, cell) in row {
+            let kind = Kind::of(cell);
+            match self.index.get(name) {
+                Some(place) => self.columns[*place].kind = self.columns[*place].kind.with(kind),
+                None => {
+                    self.index.insert(name.clone(), self.columns.len());
+                    self.columns.push(Column { name: name.clone(), kind });
+                }
+            }
+        }
+    }
+
+    pub fn finish(self) -> Vec<Column> {
+        self.columns
+    }
+}
+
+/// A column that no topic has, and the one that is most like it.
+#[derive(Debug, PartialEq)]
+pub(super) struct Unknown {
+    wanted: String,
+    nearest: Option<String>,
+}
+
+impl Unknown {
+    pub fn of(self, recording: &Path) -> RecordingError {
+        RecordingError::Column { path: recording.to_owned(), wanted: self.wanted, nearest: self.nearest }
+    }
+}
+
+/// Keeps what is wanted, times beside it, and drops topics that have nothing of it.
+pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String]) -> Result<(), Unknown> {
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    for wanted in wanted {
+        let names = || topics.values().flat_map(|topic| &topic.columns).map(|column| column.name.as_str());
+        if !names().any(|name| is_part(name, wanted)) {
+            let likeness = |name: &str| strsim::jaro_winkler(name, wanted);
+            let nearest = names().filter(|name| likeness(name) > 0.8).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+            return Err(Unknown { wanted: wanted.clone(), nearest: nearest.map(str::to_owned) });
+        }
+    }
+    for topic in topics.values_mut() {
+        topic.columns.retain(|column| is_time(&column.name) || wanted.iter().any(|wanted| is_part(&column.name, wanted)));
+    }
+    topics.retain(|_, topic| topic.columns.iter().any(|column| !is_time(&column.name)));
+    Ok(())
+}
+
+fn is_time(name: &str) -> bool {
+    TIMES.contains(&name)
+}
+
+/// Whether a column is the one asked for, or below it.
+fn is_part(name: &str, wanted: &str) -> bool {
+    name.strip_prefix(wanted).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn topic(names: &[&str]) -> Columns {
+        let mut columns = Columns::default();
+        let row: Vec<(String, Cell)> = TIMES.iter().chain(names).map(|name| ((*name).to_owned(), Cell::Number(0.0))).collect();
+        columns.learn(&row);
+        columns
+    }
+
+    #[test]
+    fn prop_a_column_is_chosen_by_its_name_or_what_it_is_part_of() {
+        let all = || {
+            BTreeMap::from([
+                ("angles".to_owned(), topic(&["links.crank.chord_rad", "links.rod.chord_rad"])),
+                ("loads".to_owned(), topic(&["torque_nm"])),
+            ])
+        };
+        let names = |topics: &BTreeMap<String, Columns>| -> Vec<String> {
+            topics.values().flat_map(|topic| topic.columns.iter().map(|column| column.name.clone())).collect()
+        };
+        let mut topics = all();
+        assert_eq!(select(&mut topics, &["links.rod".to_owned()]), Ok(()));
+        assert_eq!(names(&topics), ["log_time", "publish_time", "links.rod.chord_rad"]);
+        let unknown = select(&mut all(), &["links.rod.chord_rd".to_owned()]).err();
+        assert_eq!(unknown.and_then(|unknown| unknown.nearest).as_deref(), Some("links.rod.chord_rad"));
+        assert!(select(&mut all(), &["link".to_owned()]).is_err(), "half a word is no name");
+    }
+
+    #[test]
+    fn prop_a_column_has_one_type() {
+        let mut columns = Columns::default();
+        for cell in [Cell::Integer(1), Cell::Number(0.5), Cell::Integer(2)] {
+            columns.learn(&[("x".to_owned(), cell)]);
+        }
+        assert_eq!(columns.finish(), [Column { name: "x".to_owned(), kind: Kind::Number }]);
+    }
+}

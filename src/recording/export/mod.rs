@@ -1,0 +1,119 @@
+//! Recordings as tables: one wide table a topic, as CSV, decoded by the schemas that the file itself carries.
+
+mod csv;
+mod learn;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use super::rows::{Cell, Decoder, Part};
+use super::{RecordingError, writer::Written};
+use learn::{Column, Columns};
+
+/// What to export, and where to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Export {
+    /// Folder for CSV tables.
+    pub csv: Option<PathBuf>,
+    /// From this time on, s since the first message.
+    pub from_s: f64,
+    /// Up to this time, s since the first message.
+    pub to_s: Option<f64>,
+    /// One row a topic in so much time, s: the first that comes.
+    pub every_s: Option<f64>,
+    /// Columns, by their names or how they begin (`links` for `links.crank.chord_rad`); all when empty. Times are always there.
+    pub columns: Vec<String>,
+}
+
+/// What an export found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exported {
+    /// One table a topic and format.
+    pub tables: Vec<Written>,
+    /// Whether the recording ended early.
+    pub cut_off: bool,
+    /// Topics left out because their messages are not protobuf.
+    pub skipped: Vec<String>,
+}
+
+/// Writes `FOLDER/<topic, with dots for slashes>.csv` for every protobuf topic of a recording.
+///
+/// The columns `log_time` and `publish_time` come first; every scalar of the message follows under its dotted name, of one type
+/// throughout: integer, number, truth, text or time. The file is read twice: first for the columns, since a message may leave
+/// fields out, then for the rows.
+///
+/// # Errors
+/// [`RecordingError`] when the recording cannot be read, a message does not fit its schema, a column is asked for that is not
+/// there, or a table cannot be written.
+pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
+    let part = Part::new(export.from_s, export.to_s, export.every_s);
+    let mut decoder = Decoder::new(recording).part(part);
+    let mut topics: BTreeMap<String, Columns> = BTreeMap::new();
+    let cut_off = decoder.each_row(|topic, row| {
+        topics.entry(topic.to_owned()).or_default().learn(row);
+        Ok(())
+    })?;
+    if topics.is_empty() {
+        return Err(RecordingError::Empty { path: recording.to_owned() });
+    }
+    learn::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
+    let mut tables = BTreeMap::new();
+    for (topic, columns) in topics {
+        tables.insert(topic.clone(), Table::create(export, &topic, columns)?);
+    }
+    decoder.each_row(|topic, row| tables.get_mut(topic).map_or(Ok(()), |table| table.write(row)))?;
+    let mut written = Vec::new();
+    for table in tables.into_values() {
+        table.finish(&mut written)?;
+    }
+    Ok(Exported { tables: written, cut_off, skipped: decoder.skipped })
+}
+
+/// A file that rows are written to.
+trait Sheet {
+    /// One row, with a cell for each column or none.
+    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError>;
+    /// Closes the file.
+    fn finish(self: Box<Self>) -> Result<PathBuf, RecordingError>;
+}
+
+/// A topic's table, in every format asked for.
+struct Table {
+    index: HashMap<String, usize>,
+    sheets: Vec<Box<dyn Sheet>>,
+    rows: u64,
+}
+
+impl Table {
+    fn create(export: &Export, topic: &str, columns: Columns) -> Result<Self, RecordingError> {
+        let columns: Vec<Column> = columns.finish();
+        let place = |folder: &Path, ending: &str| {
+            std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
+            Ok(folder.join(format!("{}.{ending}", topic.trim_start_matches('/').replace('/', "."))))
+        };
+        let mut sheets: Vec<Box<dyn Sheet>> = Vec::new();
+        if let Some(folder) = &export.csv {
+            sheets.push(Box::new(csv::CsvSheet::create(place(folder, "csv")?, &columns)?));
+        }
+        let index = columns.into_iter().enumerate().map(|(place, column)| (column.name, place)).collect();
+        Ok(Table { index, sheets, rows: 0 })
+    }
+
+    fn write(&mut self, row: &[(String, Cell)]) -> Result<(), RecordingError> {
+        let mut cells = vec![None; self.index.len()];
+        for (name, cell) in row {
+            if let Some(column) = self.index.get(name) {
+                cells[*column] = Some(cell);
+            }
+        }
+        self.rows += 1;
+        self.sheets.iter_mut().try_for_each(|sheet| sheet.write(&cells))
+    }
+
+    fn finish(self, written: &mut Vec<Written>) -> Result<(), RecordingError> {
+        for sheet in self.sheets {
+            written.push(Written { path: sheet.finish()?, messages: self.rows });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,66 @@
+//! The reading thread: messages read and unpacked ahead of their time, so that the playing thread never waits for the disk.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::Builder;
+
+use crate::recording::{Recorded, RecordingError, Source};
+
+/// Batches that may wait, and how much is in one: what is read ahead is bounded by this, or by the largest messages.
+const BATCHES: usize = 8;
+const BATCH_BYTES: usize = 128 * 1024;
+const BATCH_MESSAGES: usize = 1024;
+
+type Batch = VecDeque<Result<Recorded, RecordingError>>;
+
+/// Messages from a place on. Dropping it ends its thread.
+pub(super) struct Feed {
+    batches: Receiver<Batch>,
+    batch: Batch,
+}
+
+impl Feed {
+    /// Begins to read from a log time on.
+    pub fn start(source: &Arc<Source>, from_ns: u64) -> std::io::Result<Self> {
+        let (queue, batches) = sync_channel(BATCHES);
+        let source = Arc::clone(source);
+        Builder::new().name("reading".to_owned()).spawn(move || read(&source, from_ns, &queue))?;
+        Ok(Feed { batches, batch: Batch::new() })
+    }
+}
+
+impl Iterator for Feed {
+    type Item = Result<Recorded, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.batch.is_empty() {
+            self.batch = self.batches.recv().ok()?;
+        }
+        self.batch.pop_front()
+    }
+}
+
+/// Reads to the end, or until nobody wants more.
+fn read(source: &Source, from_ns: u64, queue: &SyncSender<Batch>) {
+    let messages = match source.messages_from(from_ns) {
+        Ok(messages) => messages,
+        Err(error) => {
+            let _ = queue.send(Batch::from([Err(error)]));
+            return;
+        }
+    };
+    let (mut batch, mut bytes) = (Batch::new(), 0);
+    for message in messages {
+        bytes += message.as_ref().map_or(0, |message| message.data.len());
+        batch.push_back(message);
+        if bytes >= BATCH_BYTES || batch.len() >= BATCH_MESSAGES {
+            if queue.send(std::mem::take(&mut batch)).is_err() {
+                return;
+            }
+            bytes = 0;
+        }
+    }
+    // Nobody waits for it only when the replay is over.
+    let _ = queue.send(batch);
+}

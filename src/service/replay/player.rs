@@ -1,0 +1,375 @@
+//! The playing thread: waits for deadlines, puts messages on the bus, and does as it is told in between.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant, SystemTime};
+
+use prost::Message as _;
+
+use super::feed::Feed;
+use super::order::{Action, Order, RATES, refuse};
+use super::route::Routes;
+use super::timeline::Timeline;
+use super::{Replay, ReplayReport};
+use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
+use crate::recording::{Recorded, Source};
+use crate::runtime::{Lateness, Memory};
+use crate::service::{OnStatus, ServiceError};
+use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
+
+const STATUS_PERIOD: Duration = Duration::from_millis(500);
+/// Between two looks at who subscribes.
+const LOOK_AGAIN: Duration = Duration::from_millis(20);
+/// Subscriptions have settled when none has come or gone for so long: a program that subscribes to several topics does it
+/// one by one.
+const SETTLED: Duration = Duration::from_millis(200);
+
+pub(super) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// What became of a message.
+enum Turn {
+    /// It is due.
+    Due,
+    /// It is not wanted any more: play goes on elsewhere.
+    Moved,
+    /// The replay is over.
+    Stop,
+}
+
+pub(super) struct Player<'a> {
+    session: &'a Session,
+    replay: &'a Replay,
+    source: Arc<Source>,
+    endpoint: Endpoint,
+    routes: Routes,
+    orders: Receiver<Order>,
+    on_status: OnStatus,
+    feed: Feed,
+    clock: Instant,
+    timeline: Timeline,
+    /// Messages to be played one by one while paused.
+    singles: u64,
+    /// Recorded time of the message that is to come, s.
+    next_s: f64,
+    moved: bool,
+    stopping: bool,
+    next_status: Duration,
+    memory: Memory,
+    lateness: Lateness,
+    messages: u64,
+}
+
+impl<'a> Player<'a> {
+    pub fn new(
+        session: &'a Session,
+        replay: &'a Replay,
+        source: Arc<Source>,
+        (endpoint, routes): (Endpoint, Routes),
+        orders: Receiver<Order>,
+        on_status: OnStatus,
+    ) -> Result<Self, ServiceError> {
+        let begin_s = replay.start_offset_s;
+        let feed = Feed::start(&source, log_time(&source, begin_s))?;
+        Ok(Player {
+            session,
+            replay,
+            source,
+            endpoint,
+            routes,
+            orders,
+            on_status,
+            feed,
+            clock: Instant::now(),
+            timeline: Timeline::new(replay.rate, begin_s),
+            singles: 0,
+            next_s: begin_s,
+            moved: false,
+            stopping: false,
+            next_status: Duration::ZERO,
+            memory: Memory::default(),
+            lateness: Lateness::new()?,
+            messages: 0,
+        })
+    }
+
+    /// Plays until the end or an order to stop.
+    pub fn play(&mut self) -> Result<(), ServiceError> {
+        self.await_subscribers()?;
+        let begin = self.clock.elapsed() + self.replay.delay;
+        while !self.stopping && self.clock.elapsed() < begin {
+            self.attend(Some(begin))?;
+        }
+        if !self.replay.start_paused {
+            self.timeline.go(self.clock.elapsed());
+        }
+        while !self.stopping {
+            let Some(message) = self.feed.next() else {
+                if !self.again()? {
+                    break;
+                }
+                continue;
+            };
+            let message = message?;
+            let at_s = self.source.seconds(message.log_time);
+            if at_s > self.end_s() {
+                if !self.again()? {
+                    break;
+                }
+                continue;
+            }
+            if self.routes.of(message.channel.id).is_none() {
+                continue;
+            }
+            self.next_s = at_s;
+            match self.wait_until_due(at_s)? {
+                Turn::Due => self.put(&message, at_s)?,
+                Turn::Moved => {}
+                Turn::Stop => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// Recorded time at which it ends, s.
+    fn end_s(&self) -> f64 {
+        self.replay.duration_s.map_or(f64::INFINITY, |duration_s| self.replay.start_offset_s + duration_s)
+    }
+
+    /// At the end: whether there is anything more to play.
+    fn again(&mut self) -> Result<bool, ServiceError> {
+        if self.replay.looped && self.messages > 0 {
+            self.move_to(self.replay.start_offset_s)?;
+        }
+        Ok(self.replay.looped && self.messages > 0)
+    }
+
+    fn await_subscribers(&mut self) -> Result<(), ServiceError> {
+        if self.replay.wait_for == 0 {
+            return Ok(());
+        }
+        let begun = Instant::now();
+        let (mut listening, mut since) = (Listening::default(), begun);
+        while !self.stopping {
+            let now = audience(self.session, &self.routes.keys)?;
+            if now != listening {
+                (listening, since) = (now, Instant::now());
+            }
+            let enough = listening.sessions() >= self.replay.wait_for;
+            if enough && since.elapsed() >= SETTLED {
+                return Ok(());
+            }
+            if !enough && begun.elapsed() > self.replay.wait_timeout {
+                let (found, wanted) = (listening.sessions(), self.replay.wait_for);
+                return Err(ServiceError::NobodyListens { found, wanted, waited_s: begun.elapsed().as_secs_f64() });
+            }
+            self.attend(Some(self.clock.elapsed() + LOOK_AGAIN))?;
+        }
+        Ok(())
+    }
+
+    fn wait_until_due(&mut self, at_s: f64) -> Result<Turn, ServiceError> {
+        self.moved = false;
+        while let Ok(order) = self.orders.try_recv() {
+            self.obey(order)?;
+        }
+        loop {
+            if self.stopping {
+                return Ok(Turn::Stop);
+            }
+            if self.moved {
+                return Ok(Turn::Moved);
+            }
+            if !self.timeline.is_running() && self.singles > 0 {
+                self.singles -= 1;
+                return Ok(Turn::Due);
+            }
+            let deadline = self.timeline.deadline(at_s);
+            if deadline.is_some_and(|deadline| self.clock.elapsed() >= deadline) {
+                return Ok(Turn::Due);
+            }
+            self.attend(deadline)?;
+        }
+    }
+
+    /// Does as it is told, and says how it stands, until a deadline or the next thing that happens.
+    fn attend(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
+        let now = self.clock.elapsed();
+        if now >= self.next_status {
+            self.status(State::Replaying);
+        }
+        let until = deadline.map_or(self.next_status, |deadline| deadline.min(self.next_status));
+        match self.orders.recv_timeout(until.saturating_sub(self.clock.elapsed())) {
+            Ok(order) => self.obey(order),
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => {
+                self.stopping = true;
+                Ok(())
+            }
+        }
+    }
+
+    fn obey(&mut self, order: Order) -> Result<(), ServiceError> {
+        let Order { id, action, reply } = order;
+        if let Some(mut answer) = self.memory.recall(&id) {
+            "a repetition: applied once".clone_into(&mut answer.reason);
+            reply(answer);
+            return Ok(());
+        }
+        match self.act(action)? {
+            Ok(reason) => {
+                let at_s = self.position_s();
+                let answer = CommandReply { id, accepted: true, reason, effective_step: 0, effective_sim_time_s: at_s };
+                self.memory.keep(&answer);
+                reply(answer);
+            }
+            Err(reason) => refuse(id, reason, reply),
+        }
+        // A change is told at once.
+        self.next_status = Duration::ZERO;
+        Ok(())
+    }
+
+    /// Does it, and says what was done, or why not.
+    fn act(&mut self, action: Action) -> Result<Result<String, String>, ServiceError> {
+        let now = self.clock.elapsed();
+        let duration_s = self.source.duration_s();
+        Ok(Ok(match action {
+            Action::Toggle if self.timeline.is_running() => return self.act(Action::Pause),
+            Action::Toggle => return self.act(Action::Resume),
+            Action::Pause if !self.timeline.is_running() => "was paused already".to_owned(),
+            Action::Pause => {
+                self.timeline.hold(now, self.next_s);
+                "paused".to_owned()
+            }
+            Action::Resume if self.timeline.is_running() => "was playing already".to_owned(),
+            Action::Resume => {
+                self.singles = 0;
+                self.timeline.go(now);
+                "playing".to_owned()
+            }
+            Action::Seek(to_s) if !(0.0..=duration_s).contains(&to_s) => {
+                return Ok(Err(format!("the recording goes from 0 to {duration_s} s")));
+            }
+            Action::Seek(to_s) => {
+                self.move_to(to_s)?;
+                "moved".to_owned()
+            }
+            Action::Skip(by_s) => return self.act(Action::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
+            Action::Rate(rate) => {
+                self.timeline.set_rate(now, rate, self.next_s);
+                format!("{rate} times the recorded speed")
+            }
+            Action::Faster(factor) => {
+                let rate = (self.timeline.rate() * factor).clamp(*RATES.start(), *RATES.end());
+                return self.act(Action::Rate(rate));
+            }
+            Action::Next(_) if self.timeline.is_running() => {
+                return Ok(Err("messages are played one by one only when paused: pause first".to_owned()));
+            }
+            Action::Next(count) => {
+                self.singles = self.singles.saturating_add(count);
+                "playing so many messages".to_owned()
+            }
+            Action::Stop => {
+                self.stopping = true;
+                "ending".to_owned()
+            }
+        }))
+    }
+
+    fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
+        self.feed = Feed::start(&self.source, log_time(&self.source, to_s))?;
+        self.timeline.jump(self.clock.elapsed(), to_s);
+        (self.next_s, self.moved, self.singles) = (to_s, true, 0);
+        Ok(())
+    }
+
+    /// Recorded time, never past the message that is to come, s.
+    fn position_s(&self) -> f64 {
+        self.timeline.position_s(self.clock.elapsed()).min(self.next_s)
+    }
+
+    fn put(&mut self, message: &Recorded, at_s: f64) -> Result<(), ServiceError> {
+        let Some(route) = self.routes.of(message.channel.id) else { return Ok(()) };
+        if let Some(late) = self.timeline.put(self.clock.elapsed(), at_s) {
+            self.lateness.record(late);
+        }
+        route.outlet.put(&message.data)?;
+        self.messages += 1;
+        if let Some(topic) = route.topic {
+            self.endpoint.keep(topic, message.data.to_vec());
+            if topic == Topic::Commands {
+                self.put_command(message)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts a recorded command where it was sent to.
+    fn put_command(&self, message: &Recorded) -> Result<(), ServiceError> {
+        let Ok(applied) = AppliedCommand::decode(message.data.as_ref()) else { return Ok(()) };
+        let keys = &self.routes.commands;
+        match applied.command {
+            Some(Command::Torque(pulse)) => {
+                client::put(self.session, &keys.torque, &pulse.encode_to_vec(), "flexcrank.v1.TorquePulse")?;
+            }
+            Some(Command::Control(control)) => {
+                client::put(self.session, &keys.control, &control.encode_to_vec(), "flexcrank.v1.Control")?;
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn status(&mut self, state: State) {
+        self.next_status = self.clock.elapsed() + STATUS_PERIOD;
+        let [p50, p99, p999, max] = self.lateness.quantiles_s().map_or([None; 4], |quantiles| quantiles.map(Some));
+        let file = file_name(&self.replay.file);
+        let status = Status {
+            stamp: Some(wire::Stamp {
+                sim_time_s: self.position_s(),
+                wall_time: Some(wire::timestamp(SystemTime::now())),
+                ..wire::Stamp::default()
+            }),
+            state: state.into(),
+            real_time_factor: self.timeline.achieved_rate(),
+            lateness_p50_s: p50,
+            lateness_p99_s: p99,
+            lateness_p999_s: p999,
+            lateness_max_s: max,
+            message: format!("replaying {file}"),
+            replay: Some(wire::Replay {
+                file,
+                duration_s: self.source.duration_s(),
+                rate: self.timeline.rate(),
+                paused: !self.timeline.is_running(),
+            }),
+            ..Status::default()
+        };
+        (self.on_status)(&status);
+        self.endpoint.publish(Topic::Status, status.encode_to_vec());
+    }
+
+    /// Says that it is over, leaves the bus, and reports.
+    pub fn close(mut self, name: Name) -> Result<ReplayReport, ServiceError> {
+        self.status(State::Finished);
+        let report = ReplayReport {
+            name,
+            messages: self.messages,
+            achieved_rate: self.timeline.achieved_rate(),
+            lateness_s: self.lateness.quantiles_s(),
+            slips: self.timeline.slips,
+            cut_off: self.source.is_cut_off(),
+            left_out: Vec::new(),
+        };
+        self.endpoint.close()?;
+        Ok(report)
+    }
+}
+
+fn log_time(source: &Source, at_s: f64) -> u64 {
+    source.begin_ns().saturating_add((at_s.max(0.0) * 1e9).round() as u64)
+}

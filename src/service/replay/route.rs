@@ -1,0 +1,192 @@
+//! From recorded topics to keys: which are played, and under which names.
+
+use std::collections::{BTreeSet, HashMap};
+use std::str::FromStr;
+
+use super::Replay;
+use crate::bus::{self, Name, Outlet, Session, Topic};
+use crate::recording::{Channel, Source};
+use crate::service::ServiceError;
+
+/// The name of a replayer whose recording names no service.
+const NAMELESS: &str = "replay";
+/// What a replayer says itself, or nobody says on the bus.
+const NEVER: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
+
+/// `OLD:=NEW`: a topic, or all that begin with `OLD/`, under another name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remap {
+    old: String,
+    new: String,
+}
+
+/// Not of the form `OLD:=NEW`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not of the form OLD:=NEW, as in flexcrank/crank:=flexcrank/ghost")]
+pub struct BadRemap(String);
+
+impl FromStr for Remap {
+    type Err = BadRemap;
+
+    fn from_str(text: &str) -> Result<Self, BadRemap> {
+        let bad = || BadRemap(text.to_owned());
+        let (old, new) = text.split_once(":=").ok_or_else(bad)?;
+        let (old, new) = (old.trim_start_matches('/'), new.trim_start_matches('/'));
+        if old.is_empty() || new.is_empty() {
+            return Err(bad());
+        }
+        Ok(Remap { old: old.to_owned(), new: new.to_owned() })
+    }
+}
+
+impl Remap {
+    fn apply(&self, topic: &str) -> Option<String> {
+        let rest = topic.trim_start_matches('/').strip_prefix(&self.old)?;
+        (rest.is_empty() || rest.starts_with('/')).then(|| format!("{}{rest}", self.new))
+    }
+}
+
+/// Where everything goes.
+pub(super) struct Plan {
+    /// What the replayer is called.
+    pub name: Name,
+    /// All services that something is said in the name of.
+    pub names: BTreeSet<Name>,
+    /// Topics that cannot be keys, and why.
+    pub left_out: Vec<String>,
+    channels: Vec<(Channel, String)>,
+    commands: Commands,
+}
+
+/// Decides what is played under which key.
+pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceError> {
+    let recorded = source.channels().find_map(|channel| Name::split(&channel.topic)).map(|(name, _)| name);
+    let own = recorded.clone().zip(replay.name.clone());
+    let own = own.map(|(old, new)| Remap { old: old.presence(), new: new.presence() });
+    let rename = |topic: &str| {
+        let renamed = replay.remaps.iter().chain(&own).find_map(|remap| remap.apply(topic));
+        renamed.unwrap_or_else(|| topic.to_owned())
+    };
+    let (mut channels, mut left_out) = (Vec::new(), Vec::new());
+    for channel in source.channels().filter(|channel| selected(&channel.topic, &replay.topics)) {
+        match bus::of_topic(&rename(&channel.topic)) {
+            Ok(key) if is_played(&key, replay.commands) => channels.push((channel.clone(), key)),
+            Ok(_) => {}
+            Err(reason) => left_out.push(format!("{}: {reason}", channel.topic)),
+        }
+    }
+    for wanted in &replay.topics {
+        if !source.channels().any(|channel| selected(&channel.topic, std::slice::from_ref(wanted))) {
+            let there = source.channels().map(|channel| channel.topic.clone()).collect::<BTreeSet<_>>();
+            return Err(ServiceError::NoTopic { wanted: wanted.clone(), there: there.into_iter().collect() });
+        }
+    }
+    if channels.is_empty() {
+        return Err(ServiceError::NothingToReplay { path: source.path().to_owned(), left_out });
+    }
+    let mut names: BTreeSet<Name> = channels.iter().filter_map(|(_, key)| Name::split(key)).map(|(name, _)| name).collect();
+    let name = match (&replay.name, channels.iter().find_map(|(_, key)| Name::split(key))) {
+        (Some(name), _) => name.clone(),
+        (None, Some((name, _))) => name,
+        (None, None) => NAMELESS.parse()?,
+    };
+    names.insert(name.clone());
+    let service = recorded.unwrap_or_else(|| name.clone());
+    let commands = Commands { torque: rename(&service.torque()), control: rename(&service.control()) };
+    Ok(Plan { name, names, left_out, channels, commands })
+}
+
+/// Whether a topic, or how it ends, is among those asked for.
+fn selected(topic: &str, wanted: &[String]) -> bool {
+    let topic = topic.trim_start_matches('/');
+    let is_end = |end: &str| topic.strip_suffix(end).is_some_and(|rest| rest.is_empty() || rest.ends_with('/'));
+    wanted.is_empty() || wanted.iter().any(|wanted| is_end(wanted.trim_start_matches('/')))
+}
+
+fn is_played(key: &str, commands: bool) -> bool {
+    let chunk = Name::split(key).map(|(_, chunk)| chunk);
+    chunk.is_none_or(|chunk| !NEVER.contains(&chunk) && (commands || chunk != Topic::Commands.chunk()))
+}
+
+/// Where recorded commands go.
+pub(super) struct Commands {
+    pub torque: String,
+    pub control: String,
+}
+
+/// Where the messages of a channel go.
+pub(super) struct Route {
+    pub outlet: Outlet,
+    /// What this is to the replayer's own name, if it is anything.
+    pub topic: Option<Topic>,
+}
+
+/// Publishers for all that is played.
+pub(super) struct Routes {
+    routes: HashMap<u16, Route>,
+    /// The keys.
+    pub keys: Vec<String>,
+    pub commands: Commands,
+}
+
+impl Routes {
+    pub fn declare(session: &Session, plan: Plan) -> Result<Self, ServiceError> {
+        let mut routes = HashMap::new();
+        let mut keys = Vec::new();
+        for (channel, key) in plan.channels {
+            let schema = channel.schema.as_ref().map(|schema| schema.name.as_str());
+            let outlet = Outlet::declare(session, &key, &channel.message_encoding, schema)?;
+            let chunk = Name::split(&key).filter(|(name, _)| *name == plan.name).map(|(_, chunk)| chunk);
+            let topic = chunk.and_then(|chunk| Topic::ALL.into_iter().find(|topic| topic.chunk() == chunk));
+            routes.insert(channel.id, Route { outlet, topic });
+            keys.push(key);
+        }
+        Ok(Routes { routes, keys, commands: plan.commands })
+    }
+
+    /// Where a channel goes, if it is played.
+    pub fn of(&self, channel: u16) -> Option<&Route> {
+        self.routes.get(&channel)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_remap_renames_a_topic_or_all_below_it() -> Result<(), BadRemap> {
+        let remap: Remap = "/old/a:=new".parse()?;
+        for (topic, key) in [("/old/a", Some("new")), ("old/a/b", Some("new/b")), ("old/ab", None), ("old", None)] {
+            assert_eq!(remap.apply(topic).as_deref(), key, "{topic}");
+        }
+        for text in ["a", "a:b", ":=b", "a:=", "/:=b"] {
+            assert!(text.parse::<Remap>().is_err(), "{text}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn prop_topics_are_selected_whole_or_by_their_end() {
+        let wanted = |text: &str| [text.to_owned()];
+        for (topic, text, expected) in [
+            ("flexcrank/crank/loads", "loads", true),
+            ("flexcrank/crank/loads", "crank/loads", true),
+            ("flexcrank/crank/loads", "oads", false),
+            ("/camera/image", "/camera/image", true),
+            ("/camera/image", "camera", false),
+        ] {
+            assert_eq!(selected(topic, &wanted(text)), expected, "{topic} {text}");
+        }
+        assert!(selected("anything", &[]));
+    }
+
+    #[test]
+    fn prop_what_a_replayer_says_itself_is_never_played() {
+        for chunk in NEVER {
+            assert!(!is_played(&format!("flexcrank/crank/{chunk}"), true));
+        }
+        assert!(is_played("flexcrank/crank/commands", true) && !is_played("flexcrank/crank/commands", false));
+        assert!(is_played("robot/status", false));
+    }
+}

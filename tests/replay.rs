@@ -1,0 +1,324 @@
+//! Recordings put back on a real bus: whole, in order, steered from outside.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use common::{Outcome, Service, scene};
+use flexcrank::bus::{self, Name, Session, Topic, client};
+use flexcrank::recording::Source;
+use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::service::{Action, Order, Replay, ReplayReport, ServiceError, replay};
+use flexcrank::wire::{self, CommandReply, ReplayControl, Status, replay_control, status::State};
+use mcap::records::MessageHeader;
+use prost::Message as _;
+use tempfile::TempDir;
+use zenoh::Wait as _;
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// One second of the default scene, every step.
+fn recording() -> Result<(PathBuf, TempDir), Box<dyn std::error::Error>> {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::All)?.finish()?;
+    Ok((folder.path().join("run.mcap"), folder))
+}
+
+/// A replay in a thread of its own, and a session beside it.
+struct Playing {
+    client: Session,
+    player: Session,
+    orders: Sender<Order>,
+    thread: JoinHandle<Result<ReplayReport, ServiceError>>,
+    statuses: Arc<Mutex<Vec<Status>>>,
+}
+
+impl Playing {
+    fn start(plan: Replay) -> Result<Self, Box<dyn std::error::Error>> {
+        let (player, client) = common::linked_sessions()?;
+        let (orders, queue) = channel();
+        let (session, own) = (player.clone(), orders.clone());
+        let statuses: Arc<Mutex<Vec<Status>>> = Arc::default();
+        let keep = Arc::clone(&statuses);
+        let on_status = Box::new(move |status: &Status| keep.lock().map(|mut all| all.push(status.clone())).unwrap_or(()));
+        let thread = std::thread::spawn(move || replay(&session, &plan, (own, queue), on_status));
+        Ok(Playing { client, player, orders, thread, statuses })
+    }
+
+    fn wait_until(&self, what: impl Fn(&Status) -> bool) -> Outcome {
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE {
+            if self.statuses.lock().map_err(|_| "poisoned")?.last().is_some_and(&what) {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        Err(format!("never so: {:?}", self.statuses.lock().map_err(|_| "poisoned")?.last()).into())
+    }
+
+    fn finish(self) -> Result<ReplayReport, Box<dyn std::error::Error>> {
+        let report = self.thread.join().map_err(|_| "the replayer panicked")?;
+        bus::close(&self.client)?;
+        bus::close(&self.player)?;
+        Ok(report?)
+    }
+}
+
+/// Key, encoding, payload.
+type Sample = (String, String, Vec<u8>);
+
+/// Everything heard on some keys, in order.
+type Heard = Arc<Mutex<Vec<Sample>>>;
+
+fn listen(session: &Session, key: &str) -> Result<Heard, Box<dyn std::error::Error>> {
+    let heard: Heard = Arc::default();
+    let keep = Arc::clone(&heard);
+    let hear = move |sample: zenoh::sample::Sample| {
+        let payload = sample.payload().to_bytes().into_owned();
+        let heard = (sample.key_expr().to_string(), sample.encoding().to_string(), payload);
+        keep.lock().map(|mut all| all.push(heard)).unwrap_or(());
+    };
+    session.declare_subscriber(key.to_owned()).callback(hear).background().wait().map_err(|error| error.to_string())?;
+    Ok(heard)
+}
+
+fn wait_for(heard: &Heard, count: usize) -> Result<Vec<Sample>, Box<dyn std::error::Error>> {
+    let begun = Instant::now();
+    loop {
+        let all = heard.lock().map_err(|_| "poisoned")?.clone();
+        if all.len() >= count {
+            return Ok(all);
+        }
+        if begun.elapsed() > PATIENCE {
+            return Err(format!("{} of {count} messages", all.len()).into());
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn ghost() -> Name {
+    "ghost".parse().unwrap_or_else(|_| unreachable!())
+}
+
+fn replay_control(playing: &Playing, action: replay_control::Action) -> Result<CommandReply, Box<dyn std::error::Error>> {
+    let message = ReplayControl { id: String::new(), action: Some(action) };
+    Ok(client::replay_control(&playing.client, &ghost(), &message)?)
+}
+
+#[test]
+fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
+    let (file, _folder) = recording()?;
+    let plan = Replay { file: file.clone(), rate: 4.0, name: Some(ghost()), wait_for: 1, ..Replay::default() };
+    let playing = Playing::start(plan)?;
+    let heard = common::Listener::new(&playing.client, &ghost())?;
+    for topic in [Topic::Displacements, Topic::Angles, Topic::Loads] {
+        let wanted = common::payloads(&file, topic.chunk())?;
+        heard.wait_for(topic, wanted.len(), PATIENCE)?;
+        assert_eq!(heard.payloads(topic), wanted, "{topic:?}");
+    }
+    let states: Vec<State> = heard
+        .payloads(Topic::Status)
+        .iter()
+        .filter_map(|bytes| Status::decode(bytes.as_slice()).ok())
+        .map(|s| s.state())
+        .collect();
+    assert!(states.contains(&State::Replaying));
+    let report = playing.finish()?;
+    assert_eq!((report.messages, report.cut_off, report.slips), (3 * 1001, false, 0));
+    assert!(report.lateness_s.is_some_and(|[p50, p99, _, max]| p50 <= p99 && p99 <= max));
+    assert!(report.achieved_rate.is_some_and(|rate| rate < 4.01), "{:?}", report.achieved_rate);
+    Ok(())
+}
+
+#[test]
+fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
+    let (file, _folder) = recording()?;
+    let first = common::payloads(&file, "angles")?.swap_remove(0);
+    for n in 0..5 {
+        let plan =
+            Replay { file: file.clone(), rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], ..Replay::default() };
+        let playing = Playing::start(Replay { wait_for: 1, ..plan })?;
+        std::thread::sleep(Duration::from_millis(7 * n));
+        let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
+        let all = wait_for(&heard, 1001)?;
+        assert_eq!(all[0].2, first, "start {n}");
+        playing.finish()?;
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_too_few_subscribers_are_told() -> Outcome {
+    let (file, _folder) = recording()?;
+    let patience = Duration::from_millis(300);
+    let playing = Playing::start(Replay { file, name: Some(ghost()), wait_for: 2, wait_timeout: patience, ..Replay::default() })?;
+    let _heard = listen(&playing.client, "flexcrank/ghost/*")?;
+    let refused = playing.finish().err().ok_or("it did not wait")?;
+    assert!(refused.to_string().contains("1 of 2 subscribers"), "{refused}");
+    Ok(())
+}
+
+#[test]
+fn prop_a_replay_is_steered_over_the_bus() -> Outcome {
+    let (file, _folder) = recording()?;
+    let wanted = common::payloads(&file, "angles")?;
+    let plan = Replay { file, start_paused: true, name: Some(ghost()), topics: vec!["angles".into()], ..Replay::default() };
+    let playing = Playing::start(plan)?;
+    client::find(&playing.client, &ghost())?;
+    let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
+    playing.wait_until(|status| status.replay.as_ref().is_some_and(|replay| replay.paused))?;
+    let say = |action| replay_control(&playing, action);
+    assert!(say(replay_control::Action::Next(wire::Next { count: 2 }))?.accepted);
+    assert_eq!(wait_for(&heard, 2)?.iter().map(|heard| &heard.2).collect::<Vec<_>>(), [&wanted[0], &wanted[1]]);
+    let sought = say(replay_control::Action::Seek(wire::Seek { time_s: 0.5 }))?;
+    assert_eq!((sought.accepted, sought.effective_sim_time_s), (true, 0.5));
+    assert!(!say(replay_control::Action::Seek(wire::Seek { time_s: 1.5 }))?.accepted, "past the end");
+    assert!(!say(replay_control::Action::Rate(wire::Rate { factor: 0.0 }))?.accepted);
+    assert!(say(replay_control::Action::Rate(wire::Rate { factor: 50.0 }))?.accepted);
+    // `control` does what makes sense: a step is a message.
+    let step = wire::Control { id: "once".into(), action: Some(wire::control::Action::Step(wire::Steps { count: 1 })) };
+    assert!(client::control(&playing.client, &ghost(), &step)?.accepted);
+    assert!(client::control(&playing.client, &ghost(), &step)?.reason.contains("repetition"));
+    assert_eq!(wait_for(&heard, 3)?[2].2, wanted[500]);
+    let record = wire::Control { id: String::new(), action: Some(wire::control::Action::StopRecording(wire::StopRecording {})) };
+    assert!(!client::control(&playing.client, &ghost(), &record)?.accepted);
+    assert!(say(replay_control::Action::Resume(wire::Resume {}))?.accepted);
+    assert!(!say(replay_control::Action::Next(wire::Next { count: 1 }))?.accepted, "only when paused");
+    let all: Vec<Vec<u8>> = wait_for(&heard, 503)?.into_iter().map(|heard| heard.2).collect();
+    let report = playing.finish()?;
+    assert_eq!(report.messages, 2 + 501);
+    assert!(all[2..] == wanted[500..], "from the middle to the end");
+    Ok(())
+}
+
+#[test]
+fn prop_a_looped_part_comes_again_and_again() -> Outcome {
+    let (file, _folder) = recording()?;
+    let wanted = common::payloads(&file, "loads")?;
+    let plan = Replay { rate: 50.0, looped: true, start_offset_s: 0.25, duration_s: Some(0.5), ..Replay::default() };
+    let plan = Replay { file, name: Some(ghost()), ..plan };
+    let playing = Playing::start(Replay { topics: vec!["ghost/loads".into()], ..plan.clone() });
+    assert!(
+        playing?.finish().is_err_and(|error| error.to_string().contains("flexcrank/test/loads")),
+        "topics are recorded names"
+    );
+    let playing = Playing::start(Replay { topics: vec!["test/loads".into()], wait_for: 1, ..plan })?;
+    let heard = listen(&playing.client, "flexcrank/ghost/loads")?;
+    let all: Vec<Vec<u8>> = wait_for(&heard, 1200)?.into_iter().map(|heard| heard.2).collect();
+    playing.orders.send(Order::quiet(Action::Stop))?;
+    playing.finish()?;
+    let part = &wanted[250..=750];
+    assert!(all[..501] == *part && all[501..1002] == *part, "the part from 0.25 s to 0.75 s, twice");
+    Ok(())
+}
+
+#[test]
+fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
+    let (file, _folder) = recording()?;
+    let (live, player) = common::linked_sessions()?;
+    let service = bus::Endpoint::declare(&live, &"test".parse()?, "", None)?;
+    client::find(&player, &"test".parse()?)?;
+    let plan = Replay { file, rate: 1e3, ..Replay::default() };
+    let refused = replay(&player, &plan, channel(), Box::new(|_| {}));
+    assert!(refused.is_err_and(|error| error.to_string().contains("--force")));
+    let remapped = Replay { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
+    assert_eq!(replay(&player, &remapped, channel(), Box::new(|_| {}))?.name, ghost());
+    let forced = Replay { force: true, ..plan };
+    assert_eq!(replay(&player, &forced, channel(), Box::new(|_| {}))?.messages, 3 * 1001);
+    service.close()?;
+    Ok(())
+}
+
+/// A file as another program writes it: chunks that overlap, equal stamps, encodings of its own.
+fn foreign(path: &Path, indexed: bool) -> Outcome {
+    let options = mcap::WriteOptions::new().compression(None).use_chunks(indexed).chunk_size(None);
+    let mut writer = options.create(std::fs::File::create(path)?)?;
+    let image = writer.add_schema("sensor_msgs/msg/Image", "ros2msg", b"uint8[] data")?;
+    let channels = [
+        writer.add_channel(image, "/camera/image", "cdr", &BTreeMap::new())?,
+        writer.add_channel(0, "/log", "json", &BTreeMap::new())?,
+        writer.add_channel(0, "/bad//topic", "json", &BTreeMap::new())?,
+    ];
+    let mut sequence = 0;
+    let mut put = |writer: &mut mcap::Writer<std::fs::File>, channel: usize, log_time: u64| {
+        sequence += 1;
+        let header = MessageHeader { channel_id: channels[channel], sequence, log_time, publish_time: 0 };
+        writer.write_to_known_channel(&header, format!("{channel} {log_time} {sequence}").as_bytes())
+    };
+    for (channel, log_time) in [(0, 1_000), (1, 3_000), (0, 5_000)] {
+        put(&mut writer, channel, log_time)?;
+    }
+    writer.flush()?;
+    for (channel, log_time) in [(1, 2_000), (0, 3_000), (1, 3_000), (2, 4_000), (0, 6_000)] {
+        put(&mut writer, channel, log_time)?;
+    }
+    writer.finish()?;
+    Ok(())
+}
+
+#[test]
+fn prop_recordings_of_others_are_replayed_as_they_are() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("robot.mcap");
+    foreign(&file, true)?;
+    let playing = Playing::start(Replay { file, wait_for: 1, remaps: vec!["/log:=robot/log".parse()?], ..Replay::default() })?;
+    let heard = listen(&playing.client, "**")?;
+    let all = wait_for(&heard, 7)?;
+    let report = playing.finish()?;
+    assert_eq!((report.messages, report.name.to_string().as_str()), (7, "replay"));
+    assert!(report.left_out.len() == 1 && report.left_out[0].starts_with("/bad//topic"), "{:?}", report.left_out);
+    let (image, log) = (("camera/image", "application/cdr;sensor_msgs/msg/Image"), ("robot/log", "application/json"));
+    let expected = [
+        (image, "0 1000 1"),
+        (log, "1 2000 4"),
+        (log, "1 3000 2"),
+        (image, "0 3000 5"),
+        (log, "1 3000 6"),
+        (image, "0 5000 3"),
+        (image, "0 6000 8"),
+    ];
+    let all: Vec<_> = all.iter().filter(|(key, ..)| !key.starts_with("flexcrank/")).collect();
+    for ((key, encoding, payload), ((wanted_key, wanted_encoding), text)) in all.into_iter().zip(expected) {
+        assert_eq!((key.as_str(), encoding.as_str(), payload.as_slice()), (wanted_key, wanted_encoding, text.as_bytes()));
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome {
+    let (file, folder) = recording()?;
+    let source = Source::open(&file)?;
+    let all: Vec<u64> = source.messages_from(0)?.map(|message| Ok(message?.log_time)).collect::<Result<_, ServiceError>>()?;
+    assert_eq!(all.first(), Some(&source.begin_ns()));
+    assert!(all.is_sorted() && (source.duration_s() - 1.0).abs() < 1e-6, "{}", source.duration_s());
+    let from_ns = source.begin_ns() + 700_000_000;
+    let late = source.messages_from(from_ns)?.filter_map(Result::ok).count();
+    assert_eq!(late, all.iter().filter(|time| **time >= from_ns).count());
+    let whole = std::fs::read(&file)?;
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &whole[..whole.len() / 2])?;
+    let source = Source::open(&cut)?;
+    assert!(source.is_cut_off() && source.duration_s() > 0.1);
+    assert!(source.messages_from(source.begin_ns())?.all(|message| message.is_ok()));
+    let loose = folder.path().join("loose.mcap");
+    foreign(&loose, false)?;
+    assert_eq!(Source::open(&loose)?.messages_from(0)?.filter_map(Result::ok).count(), 8, "messages outside chunks");
+    Ok(())
+}
+
+#[test]
+fn prop_a_damaged_chunk_is_told_with_its_place() -> Outcome {
+    let (file, _folder) = recording()?;
+    let mut bytes = std::fs::read(&file)?;
+    let middle = bytes.len() / 3;
+    bytes[middle] ^= 0x10;
+    std::fs::write(&file, bytes)?;
+    let source = Source::open(&file)?;
+    let error = source.messages_from(0)?.find_map(Result::err).ok_or("nothing was noticed")?;
+    assert!(error.to_string().contains("the chunk at byte"), "{error}");
+    Ok(())
+}
