@@ -42,7 +42,7 @@ pub(super) enum Command {
     Run(Box<Run>),
     /// Put a recording back on the bus, byte for byte, in order and on time.
     #[command(after_help = super::replay::EXAMPLES)]
-    Replay(Box<super::replay::Args>),
+    Replay(Box<super::replay::ReplayArgs>),
     /// Show the services on the bus.
     List(Bus),
     /// Send a torque pulse to a service and print its reply.
@@ -371,4 +371,16 @@ pub(super) fn not_negative(text: &str) -> Result<f64, String> {
 pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("a number from {low:?} to {high:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::Cli;
+
+    #[test]
+    fn prop_the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
 }

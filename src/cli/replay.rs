@@ -32,7 +32,7 @@ Any MCAP file is replayed: its topics become keys, without a leading slash; payl
 and, without --commands, commands of a flexcrank recording are left out: the replayer has a status of its own.";
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(super) struct ReplayArgs {
     /// The recording.
     pub file: PathBuf,
     /// Recorded seconds per second.
@@ -85,7 +85,7 @@ fn rate(text: &str) -> Result<f64, String> {
     number(text, *RATES.start(), *RATES.end())
 }
 
-pub(super) fn replay(args: Args) -> anyhow::Result<Done> {
+pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
     let bus = BusOptions { sees_audience: args.wait_for > 0, ..args.bus.options() };
     let replay = service::Replay {
         file: args.file,
