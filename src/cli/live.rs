@@ -26,7 +26,8 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
     let line = status_line();
     let (shown, warned) = (line.clone(), AtomicBool::new(false));
-    announce(&name, &scene, record.as_deref());
+    let first = record.as_ref().map(|path| if args.split.is_some() { place::part(path, 1) } else { path.clone() });
+    announce(&name, &scene, first.as_deref());
     let live = Live {
         name,
         scene,

@@ -16,6 +16,7 @@ mod recover;
 mod rows;
 mod settings;
 mod source;
+mod summary;
 mod walk;
 mod writer;
 
@@ -32,4 +33,4 @@ pub use rows::scalars;
 pub use settings::{Settings, Split, WhenFull};
 pub use source::Source;
 pub use walk::{Damage, Found, Going, Structure, walk};
-pub use writer::Written;
+pub use writer::{SessionWriter, Written};

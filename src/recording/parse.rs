@@ -23,11 +23,11 @@ pub(super) fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
         op::HEADER => &[Part::Text, Part::Text],
         op::SCHEMA => &[Part::Fixed(2), Part::Text, Part::Text, Part::Fixed(4)],
         op::CHANNEL => &[Part::Fixed(4), Part::Text, Part::Text, Part::Texts],
+        op::METADATA => &[Part::Text, Part::Texts],
         op::CHUNK => &[Part::Fixed(28), Part::Text, Part::Fixed(8)],
         op::CHUNK_INDEX => &[Part::Fixed(32), Part::Text, Part::Fixed(8), Part::Text, Part::Fixed(16)],
         op::ATTACHMENT_INDEX => &[Part::Fixed(40), Part::Text, Part::Text],
         op::METADATA_INDEX => &[Part::Fixed(16), Part::Text],
-        op::METADATA => &[Part::Text, Part::Texts],
         // Two times before; the data's length and a checksum behind.
         op::ATTACHMENT => &[Part::Fixed(16), Part::Text, Part::Text, Part::Fixed(12)],
         _ => &[],
@@ -76,6 +76,7 @@ mod tests {
         assert!(parse(op::CHANNEL, &channel(8, u32::MAX)).is_err());
         assert!(parse(op::CHANNEL, &channel(u32::MAX, 0)).is_err());
         assert!(parse(op::ATTACHMENT, &[0; 34]).is_err());
+        assert!(parse(op::CHUNK_INDEX, &[0xFF; 100]).is_err());
         assert!(parse(op::HEADER, &u32::MAX.to_le_bytes()).is_err());
     }
 }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use super::facts::Session;
 use super::settings::{Settings, WhenFull};
@@ -13,6 +14,8 @@ use super::{Message, RecordingError, place};
 
 /// Messages that may wait for the disk.
 const QUEUE: usize = 8192;
+/// Between two looks at a full queue.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// A recording in progress.
 pub struct Recorder {
@@ -68,8 +71,16 @@ impl Recorder {
     }
 
     /// Hands over a message, waiting for the disk if need be; `false` when recording has failed.
-    pub fn insist(&self, message: Message) -> bool {
-        self.queue.send(message).is_ok()
+    pub fn insist(&self, mut message: Message) -> bool {
+        loop {
+            match self.queue.try_send(message) {
+                Ok(()) => return true,
+                Err(TrySendError::Disconnected(_)) => return false,
+                // To be woken for every message that leaves a full queue would cost more than writing it.
+                Err(TrySendError::Full(back)) => message = back,
+            }
+            std::thread::sleep(LOOK_AGAIN);
+        }
     }
 
     /// Writes out what is queued, closes the file and says what it and those before it hold.

@@ -46,8 +46,8 @@ pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
     File::create_new(path).map_err(RecordingError::file(path))
 }
 
-/// An open recording.
-pub(super) struct SessionWriter {
+/// An open recording, written to by whoever holds it. [`Recorder`](super::Recorder) does so on a thread of its own.
+pub struct SessionWriter {
     path: PathBuf,
     mcap: Writer<NoSeek<BufWriter<File>>>,
     /// The same file, for what the writer above does not do.
@@ -69,7 +69,10 @@ struct Channel {
 
 impl SessionWriter {
     /// Makes a new file; never overwrites one. `part` is its number where the session fills several.
-    pub(super) fn create(path: &Path, session: &Session, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
+    ///
+    /// # Errors
+    /// [`RecordingError`] when the file exists already or cannot be written.
+    pub fn create(path: &Path, session: &Session, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
         let file = create_new(path)?;
         let output = file.try_clone().map_err(RecordingError::file(path))?;
         let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::mcap(path))?;
@@ -92,7 +95,11 @@ impl SessionWriter {
         Ok(writer)
     }
 
-    pub(super) fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
+    /// Writes a message; hands what was written so far to the system when it is time.
+    ///
+    /// # Errors
+    /// [`RecordingError`] when it cannot be written.
+    pub fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
         self.append(message).map_err(RecordingError::mcap(&self.path))?;
         self.messages += 1;
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
@@ -154,7 +161,11 @@ impl SessionWriter {
         }
     }
 
-    pub(super) fn finish(mut self) -> Result<Written, RecordingError> {
+    /// Closes the file, with statistics and index, and says what it holds.
+    ///
+    /// # Errors
+    /// [`RecordingError`] when it cannot be written.
+    pub fn finish(mut self) -> Result<Written, RecordingError> {
         self.mcap.finish().map_err(RecordingError::mcap(&self.path))?;
         let flushed = self.mcap.into_inner().into_inner().flush();
         flushed

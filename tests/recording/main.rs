@@ -7,3 +7,4 @@ mod killed;
 mod mutated;
 mod parts;
 mod recovered;
+mod samples;

@@ -4,11 +4,13 @@ mod salvage;
 mod scan;
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 
 use mcap::records::op;
 
 use super::RecordingError;
+use super::summary::summary;
 use salvage::{Salvage, Tally};
 use scan::{Piece, Scanner};
 
@@ -74,15 +76,11 @@ fn run(
     mut progress: impl FnMut(u64, u64),
 ) -> Result<Recovered, RecordingError> {
     let unread = || RecordingError::file(broken);
-    let begin = scanner.done();
-    if scanner.go_to_summary().map_err(unread())? {
-        while let Some(piece) = scanner.next().map_err(unread())? {
-            if let Piece::Record { opcode, body } = piece {
-                salvage.learn(opcode, body);
-            }
-        }
+    // A damaged summary is none: it only helps.
+    let mut file = File::open(broken).map_err(unread())?;
+    if let Ok(Some(summary)) = summary(&mut file, scanner.length()) {
+        salvage.learn(summary);
     }
-    scanner.go_back(begin);
     let mut loss = Loss::default();
     let mut closed = false;
     while let Some(piece) = scanner.next().map_err(unread())? {

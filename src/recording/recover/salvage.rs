@@ -8,7 +8,7 @@ use std::path::Path;
 use mcap::records::{self, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::write::NoSeek;
-use mcap::{Attachment, McapResult, Writer};
+use mcap::{Attachment, McapResult, Summary, Writer};
 
 use crate::recording::parse::parse;
 use crate::recording::reader::RECORD_LIMIT;
@@ -68,13 +68,18 @@ impl Salvage {
         })
     }
 
-    /// Learns from a record of the summary.
-    pub(super) fn learn(&mut self, opcode: u8, body: &[u8]) {
-        if [op::SCHEMA, op::CHANNEL, op::STATISTICS].contains(&opcode)
-            && let Ok(record) = parse(opcode, body)
-        {
-            self.define(record);
+    /// Learns what the file's summary says.
+    pub(super) fn learn(&mut self, summary: Summary) {
+        for (id, schema) in summary.schemas {
+            let header = records::SchemaHeader { id, name: schema.name.clone(), encoding: schema.encoding.clone() };
+            self.schemas.insert(id, (header, schema.data.to_vec()));
         }
+        for (id, channel) in summary.channels {
+            let mcap::Channel { topic, message_encoding, metadata, schema, .. } = channel.as_ref().clone();
+            let schema_id = schema.map_or(0, |schema| schema.id);
+            self.channels.insert(id, records::Channel { id, schema_id, topic, message_encoding, metadata });
+        }
+        self.statistics = summary.stats;
     }
 
     fn define(&mut self, record: Record<'_>) {

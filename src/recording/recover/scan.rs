@@ -12,8 +12,6 @@ use crate::recording::reader::RECORD_LIMIT;
 
 /// Bytes of a record's opcode and length.
 const HEADER: u64 = 9;
-/// Bytes of a footer record and the magic after it.
-const ENDING: u64 = HEADER + 20 + 8;
 /// Bytes that are searched at once.
 const BLOCK: usize = 64 * 1024;
 /// Bytes by which a chunk is known: its header up to its content, with the longest name of a compression.
@@ -54,24 +52,6 @@ impl Scanner {
     /// How long the file is, bytes.
     pub(super) fn length(&self) -> u64 {
         self.length
-    }
-
-    /// Goes back to where it was before.
-    pub(super) fn go_back(&mut self, done: u64) {
-        self.at = done;
-    }
-
-    /// Goes to the summary, if the file has an ending that says where it is.
-    pub(super) fn go_to_summary(&mut self) -> std::io::Result<bool> {
-        let Some(ending) = self.length.checked_sub(ENDING) else { return Ok(false) };
-        let bytes = self.peek(ending, ENDING as usize)?;
-        let is_footer = bytes[0] == op::FOOTER && number(&bytes, 1) == 20 && bytes[29..] == *MAGIC;
-        let summary = number(&bytes, 9);
-        if !is_footer || summary == 0 || summary > ending {
-            return Ok(false);
-        }
-        self.at = summary;
-        Ok(true)
     }
 
     /// The next piece; `None` at the end of the file.
