@@ -67,6 +67,14 @@ impl State {
         let zero = vec![0.0; q.len()];
         Self { q, v, a: zero.clone(), alpha: zero.clone(), residual: zero }
     }
+
+    /// Takes over another state of the same size without allocating.
+    pub(super) fn copy_from(&mut self, other: &State) {
+        let State { q, v, a, alpha, residual } = self;
+        for (own, other) in [(q, &other.q), (v, &other.v), (a, &other.a), (alpha, &other.alpha), (residual, &other.residual)] {
+            own.copy_from_slice(other);
+        }
+    }
 }
 
 /// What a step cost.

@@ -39,18 +39,31 @@ impl TwoPoint {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Effort, StepError> {
+        self.step_after(h_s, system, t_s, h_s, state)
+    }
+
+    /// The same where the step before, by which the prediction is made, was of `before_s`.
+    pub(super) fn step_after<S: System>(
+        &mut self,
+        before_s: f64,
+        system: &mut S,
+        t_s: f64,
+        h_s: f64,
+        state: &mut State,
+    ) -> Result<Effort, StepError> {
         let part_s = self.weight * h_s;
-        self.predict(h_s, state);
+        let rest_s = (1.0 - self.weight) * before_s;
+        self.predict(rest_s, part_s, state);
         let weights = Weights { acceleration: 1.0, velocity: part_s, position: part_s * part_s };
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
         let effort = self.newton.solve(system, t_s + part_s, weights, &mut trial)?;
         self.extend(h_s, state);
         all_finite(&self.q)?;
         all_finite(&self.v)?;
-        let rest = 1.0 - self.weight;
+        let own = part_s / (part_s + rest_s);
         for i in 0..self.a.len() {
             // The change of v_ϑ: a part of this step's acceleration, the rest of the one before's.
-            state.alpha[i] = self.weight * self.a[i] + rest * state.a[i];
+            state.alpha[i] = own * self.a[i] + (1.0 - own) * state.a[i];
         }
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
@@ -58,15 +71,15 @@ impl TwoPoint {
         Ok(effort)
     }
 
-    /// `v_ϑ` goes on changing as it did over the step before, `v_ϑ = v_ϑ⁻ + h α` with `v_ϑ⁻ = v₀ − (1 − ϑ) h a⁻`: where the step is
-    /// too long for a vibration `v` and `a` alternate from step to step, and `v_ϑ` does not.
-    fn predict(&mut self, h_s: f64, state: &State) {
-        let (part_s, rest_s) = (self.weight * h_s, (1.0 - self.weight) * h_s);
+    /// `v_ϑ` goes on changing as it did over the step before, of h⁻: `v_ϑ = v_ϑ⁻ + (ϑh + (1 − ϑ) h⁻) α` with
+    /// `v_ϑ⁻ = v₀ − (1 − ϑ) h⁻ a⁻`: where the step is too long for a vibration `v` and `a` alternate from step to step, and `v_ϑ`
+    /// does not.
+    fn predict(&mut self, rest_s: f64, part_s: f64, state: &State) {
         for i in 0..self.a.len() {
             self.a[i] = state.a[i];
             self.v[i] = state.v[i];
-            if part_s > 0.0 {
-                self.v[i] += h_s * state.alpha[i] - rest_s * state.a[i];
+            if part_s != 0.0 {
+                self.v[i] += (part_s + rest_s) * state.alpha[i] - rest_s * state.a[i];
                 self.a[i] = (self.v[i] - state.v[i]) / part_s;
             }
             self.q[i] = state.q[i] + part_s * self.v[i];

@@ -302,6 +302,8 @@ pub enum IntegratorKind {
     GeneralizedAlpha,
     /// Classical explicit Runge–Kutta, fourth order.
     RungeKutta,
+    /// The implicit midpoint rule composed to fourth order (Suzuki 1990).
+    ComposedMidpoint,
 }
 
 impl ModelKind {
@@ -318,13 +320,13 @@ impl ModelKind {
 
     /// The integrators that suit the model, the usual one first.
     pub fn integrators(self) -> &'static [IntegratorKind] {
-        use IntegratorKind::{GeneralizedAlpha, RungeKutta, TwoPoint};
+        use IntegratorKind::{ComposedMidpoint, GeneralizedAlpha, RungeKutta, TwoPoint};
         match self {
-            ModelKind::Rigid => &[RungeKutta, TwoPoint, GeneralizedAlpha],
+            ModelKind::Rigid => &[RungeKutta, TwoPoint, GeneralizedAlpha, ComposedMidpoint],
             ModelKind::Incremental => &[TwoPoint],
-            ModelKind::Modal => &[GeneralizedAlpha, TwoPoint, RungeKutta],
-            ModelKind::FiniteElement => &[GeneralizedAlpha, TwoPoint],
-            ModelKind::MassSpring => &[TwoPoint, GeneralizedAlpha, RungeKutta],
+            ModelKind::Modal => &[GeneralizedAlpha, TwoPoint, RungeKutta, ComposedMidpoint],
+            ModelKind::FiniteElement => &[GeneralizedAlpha, TwoPoint, ComposedMidpoint],
+            ModelKind::MassSpring => &[TwoPoint, GeneralizedAlpha, RungeKutta, ComposedMidpoint],
         }
     }
 
@@ -341,6 +343,15 @@ impl IntegratorKind {
             IntegratorKind::TwoPoint => "two-point",
             IntegratorKind::GeneralizedAlpha => "generalized-alpha",
             IntegratorKind::RungeKutta => "runge-kutta",
+            IntegratorKind::ComposedMidpoint => "composed-midpoint",
+        }
+    }
+
+    /// Its order on smooth problems; of the two-point method, with ϑ = ½.
+    pub fn order(self) -> u32 {
+        match self {
+            IntegratorKind::TwoPoint | IntegratorKind::GeneralizedAlpha => 2,
+            IntegratorKind::RungeKutta | IntegratorKind::ComposedMidpoint => 4,
         }
     }
 }

@@ -12,10 +12,11 @@ pub const MODELS: [(&str, ModelKind); 5] = [
 ];
 
 /// The words for integrators in scene files.
-pub const INTEGRATORS: [(&str, IntegratorKind); 3] = [
+pub const INTEGRATORS: [(&str, IntegratorKind); 4] = [
     ("two-point", IntegratorKind::TwoPoint),
     ("generalized-alpha", IntegratorKind::GeneralizedAlpha),
     ("runge-kutta", IntegratorKind::RungeKutta),
+    ("composed-midpoint", IntegratorKind::ComposedMidpoint),
 ];
 
 /// The words for pulse shapes in scene files.

@@ -1,4 +1,4 @@
-//! What drives the pivot: torque, held at its mean over each step, or a prescribed motion.
+//! What drives the pivot: torque, as its mean over each step and how it rises over it, or a prescribed motion.
 
 use std::f64::consts::PI;
 
@@ -8,9 +8,32 @@ use crate::scene::{Drive, Motion, Start};
 /// The drive as the models see it at any instant of the present step.
 #[derive(Debug, Clone)]
 pub(super) struct DriveLaw {
-    /// Mean torque over the present step, N·m.
-    pub torque_nm: f64,
+    /// The torque during the present step.
+    pub torque: Torque,
     motion: Option<MotionLaw>,
+}
+
+/// A torque `mean + rise (t − middle)` over a step: with the exact mean and rise of the true one it gives the same angular impulse
+/// and the same first moment of it, so what is left out acts in fourth order of the step.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Torque {
+    /// N·m.
+    pub mean_nm: f64,
+    /// N·m/s; 0 for an integrator that needs its loads constant during the step.
+    pub rise_nm_per_s: f64,
+    /// The step's middle, s.
+    pub middle_s: f64,
+}
+
+impl Torque {
+    /// One that does not change.
+    pub(super) fn constant(mean_nm: f64) -> Self {
+        Torque { mean_nm, ..Torque::default() }
+    }
+
+    fn at(&self, t_s: f64) -> f64 {
+        self.mean_nm + self.rise_nm_per_s * (t_s - self.middle_s)
+    }
 }
 
 /// A prescribed angle as a function of time.
@@ -36,7 +59,7 @@ impl DriveLaw {
             Drive::Torque { .. } => None,
             Drive::Motion(motion) => Some(MotionLaw::new(motion, start)),
         };
-        DriveLaw { torque_nm: 0.0, motion }
+        DriveLaw { torque: Torque::default(), motion }
     }
 
     pub(super) fn is_motion(&self) -> bool {
@@ -44,7 +67,7 @@ impl DriveLaw {
     }
 
     pub(super) fn input(&self, t_s: f64) -> Input {
-        Input { time_s: t_s, torque_nm: self.torque_nm, motion: self.motion.as_ref().map(|law| law.at(t_s)) }
+        Input { time_s: t_s, torque_nm: self.torque.at(t_s), motion: self.motion.as_ref().map(|law| law.at(t_s)) }
     }
 }
 

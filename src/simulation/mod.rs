@@ -29,7 +29,7 @@ pub use sample::{Sample, Stamp};
 use crate::integrate::{Effort, StepError};
 use crate::mechanics::{Energy, Observation};
 use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
-use drive::DriveLaw;
+use drive::{DriveLaw, Torque};
 use engine::{Engine, Ledger};
 
 /// How often a step that fails is halved before the simulation gives up.
@@ -111,6 +111,8 @@ pub struct Simulation {
     pulses: Pulses,
     effort: Effort,
     iterates: bool,
+    /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
+    rises: bool,
     /// Why torque has no effect on this scene, if so.
     deaf: Option<PulseRefused>,
     work_j: [f64; 2],
@@ -150,6 +152,7 @@ impl Simulation {
             epoch: 0,
             effort: Effort::default(),
             iterates: scene.solver.iterates(),
+            rises: scene.solver.integrator.order() == 4,
             deaf: build::deaf(scene),
             work_j: [0.0; 2],
             work_put_in_j: 0.0,
@@ -177,7 +180,7 @@ impl Simulation {
         for pulse in &self.own_pulses {
             self.pulses.push(*pulse);
         }
-        self.law.torque_nm = 0.0;
+        self.law.torque = Torque::default();
         self.take_mean_torque_nm();
         self.observe()?;
         self.start.clone_from(&self.observation);
@@ -291,7 +294,7 @@ impl Simulation {
         self.work_j[1] += work_j[1];
         self.work_put_in_j += work_j[2];
         self.impulse_nm_s += self.mean_torque_nm(from_s, to_s) * self.step_s;
-        self.law.torque_nm = self.constant_nm + self.pulses.value_nm(to_s);
+        self.law.torque = Torque::constant(self.constant_nm + self.pulses.value_nm(to_s));
         self.impulse_over_s += self.step_s;
         self.pulses.retire(to_s);
         Ok(())
@@ -304,7 +307,9 @@ impl Simulation {
 
     /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep.
     fn advance(&mut self, from_s: f64, h_s: f64, depth: u32) -> Result<(Effort, Ledger), StepError> {
-        self.law.torque_nm = self.mean_torque_nm(from_s, from_s + h_s);
+        let to_s = from_s + h_s;
+        let rise_nm_per_s = if self.rises { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
+        self.law.torque = Torque { mean_nm: self.mean_torque_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s };
         let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < HALVINGS => failed,
             taken => return taken,

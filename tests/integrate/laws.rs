@@ -1,11 +1,11 @@
 //! Laws: conserved quantities, exact impulses, resuming bit for bit.
 
-use crate::problems::{Crank, Linear, SpringPendulum, generalized_alpha, run, runge_kutta, two_point};
+use crate::problems::{Crank, Linear, SpringPendulum, composed_midpoint, generalized_alpha, run, runge_kutta, two_point};
 use flexcrank::integrate::{GeneralizedAlpha, Integrator, NewtonSettings, State, System, TwoPoint};
 use nalgebra::{DMatrix, DVector};
 
 fn exact_impulse_schemes(n: usize) -> Vec<Integrator> {
-    let mut all = vec![runge_kutta(n)];
+    let mut all = vec![runge_kutta(n), composed_midpoint(n)];
     all.extend([0.0, 0.3, 0.5, 0.9, 1.0].map(|weight| two_point(n, weight)));
     all
 }

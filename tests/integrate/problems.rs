@@ -1,7 +1,8 @@
 //! Test problems and the schemes to run them with.
 
 use flexcrank::integrate::{
-    Effort, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System, TwoPoint, Weights,
+    ComposedMidpoint, Effort, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System,
+    TwoPoint, Weights,
 };
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
@@ -17,6 +18,10 @@ pub(crate) fn generalized_alpha(n: usize, rho_infinity: f64) -> Integrator {
 
 pub(crate) fn runge_kutta(n: usize) -> Integrator {
     Integrator::RungeKutta(RungeKutta::new(n))
+}
+
+pub(crate) fn composed_midpoint(n: usize) -> Integrator {
+    Integrator::ComposedMidpoint(ComposedMidpoint::new(n, SETTINGS))
 }
 
 /// Steps `steps` times with `before` telling the system what the coming step brings.

@@ -55,13 +55,14 @@ impl Family {
     pub(super) fn nominal_step_us(&self) -> f64 {
         let flexible = self.rigid.iter().filter(|rigid| !**rigid).count() as f64;
         let size = self.resolution as f64;
-        match (self.model, self.integrator) {
+        let once = match (self.model, self.integrator) {
             (ModelKind::Rigid, _) => 0.5,
             (ModelKind::Modal, IntegratorKind::RungeKutta) => 2.0 + 1.5 * flexible * size * size.sqrt(),
             (ModelKind::Modal, _) => 1.5 + flexible * size * size.sqrt(),
             (ModelKind::FiniteElement, _) => 1.0 + 0.65 * flexible * size,
             (ModelKind::Incremental | ModelKind::MassSpring, _) => 2.0,
-        }
+        };
+        if self.integrator == IntegratorKind::ComposedMidpoint { 5.0 * once } else { once }
     }
 
     /// What a table says of the discretization.

@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::output::Output;
 use super::reference::{Reference, nominal_s};
 use super::run::{Counts, Failed, Timing, run, time};
-use crate::scene::{IntegratorKind, ModelKind, Scene};
+use crate::scene::{ModelKind, Scene};
 
 /// A configuration and what became of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,7 +151,7 @@ impl Sweep<'_> {
 
     /// Whether some point is surely cheaper than every finer step and at least as good as that step could be.
     fn is_hopeless(&self, family: &Family, error: f64, step_s: f64, finer_s: &[f64]) -> bool {
-        let order = if family.integrator == IntegratorKind::RungeKutta { 4.5 } else { 2.5 };
+        let order = f64::from(family.integrator.order()) + 0.5;
         finer_s.iter().all(|&finer_s| {
             let hoped = (error * (finer_s / step_s).powf(order)).max(self.reference.estimate.worst(self.outputs));
             let cost_s = nominal_s(&Configuration { family: family.clone(), step_s: finer_s }, self.grid);
