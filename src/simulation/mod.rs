@@ -411,7 +411,7 @@ impl Simulation {
             pulses,
             work_j: self.work_j,
             work_put_in_j: self.work_put_in_j,
-            torque_nm: self.law.torque_nm,
+            torque_nm: self.law.torque.mean_nm,
             impulse: [self.impulse_nm_s, self.impulse_over_s],
         }
     }
@@ -425,7 +425,7 @@ impl Simulation {
         self.work_put_in_j = checkpoint.work_put_in_j;
         self.pulses.clear();
         checkpoint.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
-        self.law.torque_nm = checkpoint.torque_nm;
+        self.law.torque = Torque::constant(checkpoint.torque_nm);
         [self.impulse_nm_s, self.impulse_over_s] = checkpoint.impulse;
         true
     }
