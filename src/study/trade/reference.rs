@@ -15,7 +15,7 @@ const STEPS: f64 = 25.0;
 /// What a refinement costs over the one before.
 const DEARER: f64 = 8.0;
 /// How much longer than its nominal share a run may be expected to take by the clock.
-const SLOWER: f64 = 2.0;
+const SLOWER: f64 = 5.0;
 /// Refinements at most.
 const REFINEMENTS: u32 = 6;
 /// Runs that are made whatever they take.
