@@ -98,9 +98,16 @@ def first_messages(path):
         process = replay(path, endpoint, "--rate", "100", "--duration", "0.2", "--topics", "angles")
         time.sleep(random.uniform(0.0, 0.3))
         listener = Listener(endpoint, "flexcrank/ghost/angles")
-        process.communicate()
+        complaint = process.communicate()[1]
+        # What was put may still be on its way into this process when the replayer has gone.
+        deadline = time.monotonic() + 5.0
+        while not listener.heard["angles"] and time.monotonic() < deadline:
+            time.sleep(0.005)
         listener.session.close()
-        got += process.returncode == 0 and bool(listener.heard["angles"]) and listener.heard["angles"][0][1] == first
+        arrived = process.returncode == 0 and bool(listener.heard["angles"]) and listener.heard["angles"][0][1] == first
+        if not arrived:
+            print(f"     exit code {process.returncode}, {len(listener.heard['angles'])} messages came: {complaint.strip()}")
+        got += arrived
     expect("the first message arrives", got == STARTS, f"in {got} of {STARTS} starts")
 
 
