@@ -13,7 +13,7 @@ pub(super) struct DriveLaw {
     motion: Option<MotionLaw>,
 }
 
-/// A torque `mean + rise (t − middle)` over a step: with the exact mean and rise of the true one it gives the same angular impulse
+/// A torque `mean + rise (t − middle)` over a step: with the exact mean and rise of a smooth one it gives the same angular impulse
 /// and the same first moment of it, so what is left out acts in fourth order of the step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Torque {
