@@ -88,8 +88,9 @@ fn val_errors_are_those_against_an_outside_reference() {
 #[test]
 fn prop_studies_are_the_same_but_for_the_timings() {
     let selection = Selection { models: vec![ModelKind::Rigid, ModelKind::Modal], modes: vec![1, 2], ..Selection::default() };
-    let question = Question { until_s: Some(0.3), ..ask(selection, &[Output::Angle, Output::Forces], 2.0) };
-    let source = open("crank-slider", &[]);
+    // Enough is known soon, so that a busy machine's clock does not decide.
+    let question = Question { until_s: Some(0.3), enough: Some(1e-3), ..ask(selection, &[Output::Angle], 60.0) };
+    let source = open("ref-r2s", &[]);
     let (first, second) = (answer(&source, &question), answer(&source, &question));
     assert!(first.rows.len() > 10 && !first.cut_short);
     assert_eq!(timeless(&first), timeless(&second));
