@@ -134,7 +134,8 @@ def live(folder):
         expect("a retry is acknowledged", again.accepted and again.effective_step == reply.effective_step, again.reason)
         long = client.command("torque", pulse(id="long", torque_nm=5.0, duration_s=0.1))
         expect("a pulse of 0.1 s is accepted", long.accepted, f"step {long.effective_step}")
-        wait_for(lambda: client.newest("status").pulses_pending == 0, "pulses end")
+        over = long.effective_step + math.ceil(0.1 / step_s) + 2
+        wait_for(lambda: client.newest("angles").stamp.step > over, "the long pulse ends")
         before = client.newest("status").commands_accepted
         put = pulse(id="put", torque_nm=-3.0, duration_s=0.1, shape=1)
         client.session.put(f"{client.root}/torque", put.SerializeToString())
