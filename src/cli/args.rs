@@ -62,7 +62,7 @@ pub(super) enum Command {
     Verify(super::verify::Args),
     /// Write a recording as tables.
     #[command(
-        after_help = "Examples:\n  flexcrank export recordings/crank.mcap --csv tables\n  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links"
+        after_help = "Examples:\n  flexcrank export recordings/crank.mcap --csv tables\n  flexcrank export recordings/crank.mcap --parquet tables\n  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links"
     )]
     Export(Export),
     /// Make a whole recording of a broken one: cut off, damaged, without an index. Exit code 3 when something is lost.
@@ -266,20 +266,24 @@ pub(super) struct Watch {
 }
 
 #[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("format").args(["csv", "parquet"]).required(true).multiple(true))]
 pub(super) struct Export {
     /// The recording.
     pub file: PathBuf,
     /// Folder for one CSV table a topic.
     #[arg(long, value_name = "DIR")]
-    pub csv: PathBuf,
+    pub csv: Option<PathBuf>,
+    /// Folder for one Parquet table a topic.
+    #[arg(long, value_name = "DIR")]
+    pub parquet: Option<PathBuf>,
     /// From this recorded time on, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
     pub from: f64,
     /// Up to this recorded time, s.
-    #[arg(long, value_name = "S", value_parser = not_negative)]
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
     pub to: Option<f64>,
     /// One row a topic in so much recorded time, s: the first that comes.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
     pub every: Option<f64>,
     /// Only these columns, by their names or how they begin: stamp.sim_time_s, links.crank. Times are always there.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]

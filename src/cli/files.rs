@@ -11,9 +11,9 @@ use crate::recording::{self, Exported};
 use crate::scene::builtin;
 
 pub(super) fn export(args: Export) -> anyhow::Result<Done> {
-    let what =
-        recording::Export { csv: Some(args.csv), from_s: args.from, to_s: args.to, every_s: args.every, columns: args.columns };
-    let Exported { tables, cut_off, skipped } = recording::export(&args.file, &what)?;
+    let Export { file, csv, parquet, from, to, every, columns } = args;
+    let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
+    let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
     for table in tables {
         writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
     }

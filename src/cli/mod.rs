@@ -81,7 +81,9 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<NotSuited>()
         || error.is::<CycleError>()
         || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
-        || error.downcast_ref::<RecordingError>().is_some_and(|error| matches!(error, RecordingError::Column { .. }))
+        || error
+            .downcast_ref::<RecordingError>()
+            .is_some_and(|error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }))
         || error
             .downcast_ref::<ServiceError>()
             .is_some_and(|error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }))

@@ -13,7 +13,13 @@ pub enum RecordingError {
         /// What the system says.
         cause: std::io::Error,
     },
-    /// The file is not MCAP, or is damaged.
+    /// A file of this name is there already.
+    #[error("{}: exists already, and recordings are never overwritten", .0.display())]
+    Exists(PathBuf),
+    /// The file is something else.
+    #[error("{}: not an MCAP file", .0.display())]
+    NotMcap(PathBuf),
+    /// The file is damaged.
     #[error("{}: {cause}", path.display())]
     Mcap {
         /// Which file.
@@ -53,6 +59,18 @@ pub enum RecordingError {
         /// Which file.
         path: PathBuf,
     },
+    /// Times were asked for at which nothing was recorded.
+    #[error("{}: no messages from {from_s} s{}: the recording lasts {duration_s} s", path.display(), to_s.map_or(String::new(), |to_s| format!(" to {to_s} s")))]
+    Outside {
+        /// Which file.
+        path: PathBuf,
+        /// Beginning of what was asked for, s since the first message.
+        from_s: f64,
+        /// Its end, s; that of the recording when none is given.
+        to_s: Option<f64>,
+        /// How long the recording is, s.
+        duration_s: f64,
+    },
     /// A column was asked for that no message has.
     #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or(String::new(), |name| format!("; did you mean `{name}`?")))]
     Column {
@@ -76,6 +94,9 @@ impl RecordingError {
 
     pub(super) fn mcap(path: impl Into<PathBuf>) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.into();
-        |cause| RecordingError::Mcap { path, cause }
+        |cause| match cause {
+            mcap::McapError::BadMagic => RecordingError::NotMcap(path),
+            cause => RecordingError::Mcap { path, cause },
+        }
     }
 }

@@ -1,13 +1,14 @@
-//! Recordings as tables: one wide table a topic, as CSV, decoded by the schemas that the file itself carries.
+//! Recordings as tables: one wide table a topic, as CSV or Parquet, decoded by the schemas that the file itself carries.
 
 mod csv;
 mod learn;
+mod parquet;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::rows::{Cell, Decoder, Part};
-use super::{RecordingError, writer::Written};
+use super::{RecordingError, Source, writer::Written};
 use learn::{Column, Columns};
 
 /// What to export, and where to.
@@ -15,6 +16,8 @@ use learn::{Column, Columns};
 pub struct Export {
     /// Folder for CSV tables.
     pub csv: Option<PathBuf>,
+    /// Folder for Parquet tables.
+    pub parquet: Option<PathBuf>,
     /// From this time on, s since the first message.
     pub from_s: f64,
     /// Up to this time, s since the first message.
@@ -36,15 +39,15 @@ pub struct Exported {
     pub skipped: Vec<String>,
 }
 
-/// Writes `FOLDER/<topic, with dots for slashes>.csv` for every protobuf topic of a recording.
+/// Writes `FOLDER/<topic, with dots for slashes>.csv`, and `.parquet`, for every protobuf topic of a recording.
 ///
 /// The columns `log_time` and `publish_time` come first; every scalar of the message follows under its dotted name, of one type
 /// throughout: integer, number, truth, text or time. The file is read twice: first for the columns, since a message may leave
 /// fields out, then for the rows.
 ///
 /// # Errors
-/// [`RecordingError`] when the recording cannot be read, a message does not fit its schema, a column is asked for that is not
-/// there, or a table cannot be written.
+/// [`RecordingError`] when the recording cannot be read, a message does not fit its schema, a time or a column is asked for that
+/// is not there, or a table cannot be written.
 pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
     let part = Part::new(export.from_s, export.to_s, export.every_s);
     let mut decoder = Decoder::new(recording).part(part);
@@ -54,7 +57,7 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
         Ok(())
     })?;
     if topics.is_empty() {
-        return Err(RecordingError::Empty { path: recording.to_owned() });
+        return Err(empty(recording, export)?);
     }
     learn::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
     let mut tables = BTreeMap::new();
@@ -67,6 +70,14 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
         table.finish(&mut written)?;
     }
     Ok(Exported { tables: written, cut_off, skipped: decoder.skipped })
+}
+
+/// Why there is no row: nothing at the times asked for, or nothing at all.
+fn empty(recording: &Path, export: &Export) -> Result<RecordingError, RecordingError> {
+    let (path, from_s, to_s) = (recording.to_owned(), export.from_s, export.to_s);
+    let duration_s = Source::open(recording)?.duration_s();
+    let outside = from_s > duration_s || to_s.is_some_and(|to_s| to_s < from_s);
+    Ok(if outside { RecordingError::Outside { path, from_s, to_s, duration_s } } else { RecordingError::Empty { path } })
 }
 
 /// A file that rows are written to.
@@ -94,6 +105,9 @@ impl Table {
         let mut sheets: Vec<Box<dyn Sheet>> = Vec::new();
         if let Some(folder) = &export.csv {
             sheets.push(Box::new(csv::CsvSheet::create(place(folder, "csv")?, &columns)?));
+        }
+        if let Some(folder) = &export.parquet {
+            sheets.push(Box::new(parquet::ParquetSheet::create(place(folder, "parquet")?, &columns)?));
         }
         let index = columns.into_iter().enumerate().map(|(place, column)| (column.name, place)).collect();
         Ok(Table { index, sheets, rows: 0 })
