@@ -14,7 +14,9 @@ use flexcrank::bus::{self, Name, Session, Topic, client};
 use flexcrank::recording::Source;
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::service::{Action, Order, Replay, ReplayReport, ServiceError, replay};
-use flexcrank::wire::{self, CommandReply, ReplayControl, Status, replay_control, status::State};
+use flexcrank::wire::{
+    self, AppliedCommand, CommandReply, ReplayControl, Status, applied_command, replay_control, status::State,
+};
 use mcap::records::MessageHeader;
 use prost::Message as _;
 use tempfile::TempDir;
@@ -148,6 +150,57 @@ fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
         assert_eq!(all[0].2, first, "start {n}");
         playing.finish()?;
     }
+    Ok(())
+}
+
+#[test]
+fn prop_a_delay_is_waited_out_and_can_be_cut_short() -> Outcome {
+    let (file, _folder) = recording()?;
+    let delay = Duration::from_millis(300);
+    let plan = Replay { file, rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], delay, ..Replay::default() };
+    let begun = Instant::now();
+    let playing = Playing::start(Replay { wait_for: 1, ..plan.clone() })?;
+    let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
+    wait_for(&heard, 1)?;
+    assert!(begun.elapsed() >= delay);
+    assert_eq!(playing.finish()?.messages, 1001);
+    let playing = Playing::start(Replay { delay: Duration::from_secs(3600), ..plan })?;
+    playing.wait_until(|status| status.state() == State::Replaying)?;
+    playing.orders.send(Order::quiet(Action::Stop))?;
+    assert_eq!(playing.finish()?.messages, 0);
+    Ok(())
+}
+
+/// What a recorded service was told, in order: the id and, of a pulse, its torque.
+fn commands(file: &Path) -> Result<Vec<(String, Option<f64>)>, Box<dyn std::error::Error>> {
+    let told = |applied: AppliedCommand| match applied.command {
+        Some(applied_command::Command::Torque(pulse)) => (pulse.id, Some(pulse.torque_nm)),
+        Some(applied_command::Command::Control(control)) => (control.id, None),
+        None => (String::new(), None),
+    };
+    Ok(common::decoded(file, "commands")?.into_iter().map(told).collect())
+}
+
+#[test]
+fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
+    let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    for (id, torque_nm) in [("push", 5.0), ("pull", -3.0)] {
+        let pulse = wire::TorquePulse { id: id.into(), torque_nm, duration_s: 0.01, ..wire::TorquePulse::default() };
+        assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+    }
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    let wanted = commands(&file)?;
+    assert_eq!(wanted[..2], [("push".to_owned(), Some(5.0)), ("pull".to_owned(), Some(-3.0))]);
+    let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let plan = Replay { file, topics: vec!["commands".into()], force: true, ..Replay::default() };
+    let silent = replay(&driven.client, &plan, channel(), Box::new(|_| {}));
+    assert!(silent.is_err_and(|error| error.to_string().contains("--commands")), "commands are not telemetry");
+    let report = replay(&driven.client, &Replay { commands: true, ..plan }, channel(), Box::new(|_| {}))?;
+    assert_eq!(report.messages, 3);
+    // The last of them was to stop, and was meant for the service, not for the replayer.
+    let (_, folder) = driven.finish()?;
+    assert_eq!(commands(&folder.path().join("run.mcap"))?, wanted);
     Ok(())
 }
 

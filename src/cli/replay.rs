@@ -4,15 +4,15 @@ use std::path::PathBuf;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use anyhow::Context as _;
 use indicatif::{ProgressBar, ProgressStyle};
+use tokio::sync::oneshot;
 
 use super::Done;
 use super::args::{Bus, not_negative, number, positive};
 use super::keyboard::Keyboard;
 use super::live::{interrupted, runtime};
 use crate::bus::{self, BusOptions, Name};
-use crate::service::{self, Action, Order, RATES, Remap, ReplayReport};
+use crate::service::{self, Action, Order, RATES, Remap, ReplayReport, ServiceError};
 use crate::wire::Status;
 
 pub(super) const EXAMPLES: &str = "\
@@ -36,22 +36,22 @@ pub(super) struct ReplayArgs {
     /// The recording.
     pub file: PathBuf,
     /// Recorded seconds per second.
-    #[arg(long, short, default_value = "1", value_parser = rate)]
+    #[arg(long, short, default_value = "1", value_parser = rate, allow_negative_numbers = true)]
     pub rate: f64,
     /// Begin again at the end, until interrupted.
     #[arg(long = "loop", short)]
     pub looped: bool,
     /// Skip so much recorded time, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
     pub start_offset: f64,
     /// Play so much recorded time, s.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Begin paused.
     #[arg(long)]
     pub start_paused: bool,
     /// Wait so long before the first message, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
     pub delay: f64,
     /// Play only these recorded topics, by their names or how they end: angles, /tf.
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
@@ -70,7 +70,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "N", default_value = "0")]
     pub wait_for: usize,
     /// Wait for them no longer than this, s.
-    #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative)]
+    #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative, allow_negative_numbers = true)]
     pub wait_timeout: f64,
     /// Speak even if a service of this name is on the bus.
     #[arg(long)]
@@ -104,27 +104,33 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
         force: args.force,
     };
     let (sender, orders) = channel();
-    let keyboard = Keyboard::listen(&sender);
     let bar = bar();
     let shown = bar.clone();
     let report = runtime()?.block_on(async {
+        let interrupted = interrupted();
+        // Whatever ends it from here on, the terminal is put back.
+        let _keyboard = Keyboard::listen(&sender);
         let session = bus.open_service()?;
         let (player, own) = (session.clone(), sender.clone());
         let on_status = Box::new(move |status: &Status| show(&shown, status));
-        let mut playing = tokio::task::spawn_blocking(move || service::replay(&player, &replay, (own, orders), on_status));
-        let report = tokio::select! {
-            report = &mut playing => report,
-            () = interrupted() => {
-                // The replay may be over already: then it needs no order.
-                let _ = sender.send(Order::quiet(Action::Stop));
-                playing.await
-            }
-        };
+        let (over, ended) = oneshot::channel();
+        // A thread of its own, that nothing else is run on.
+        let playing = std::thread::Builder::new().name("playing".to_owned()).spawn(move || {
+            let report = service::replay(&player, &replay, (own, orders), on_status);
+            // Nobody waits for it any more after an interruption.
+            let _ = over.send(());
+            report
+        })?;
+        tokio::select! {
+            _ = ended => {}
+            // The replay may be over already: then it needs no order.
+            () = interrupted => drop(sender.send(Order::quiet(Action::Stop))),
+        }
+        let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
         bus::close(&session)?;
-        anyhow::Ok(report.context("the replaying thread died: this is a fault in flexcrank")??)
+        anyhow::Ok(report?)
     });
     bar.finish_and_clear();
-    drop(keyboard);
     Ok(conclude(&report?))
 }
 

@@ -1,5 +1,6 @@
 //! The stepping thread and its queues: pacing by absolute deadlines, commands in, samples out.
 
+mod approach;
 mod command;
 mod lateness;
 mod memory;
@@ -9,6 +10,7 @@ mod rate;
 mod shadow;
 mod stepper;
 
+pub use approach::{Approach, approach};
 pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
 pub use lateness::Lateness;
 pub(crate) use memory::Memory;

@@ -49,7 +49,7 @@ pub enum ServiceError {
     #[error(transparent)]
     Name(#[from] crate::bus::BadName),
     /// Too few subscribed in time.
-    #[error("{found} of {wanted} subscribers within {waited_s:.0} s: start them, or give a longer --wait-timeout")]
+    #[error("{found} of {wanted} subscribers within {waited_s:.1} s: start them, or give a longer --wait-timeout")]
     NobodyListens {
         /// How many came.
         found: usize,

@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::Builder;
+use std::thread::{Builder, JoinHandle};
 
 use crate::recording::{Recorded, RecordingError, Source};
+use crate::service::ServiceError;
 
 /// Batches that may wait, and how much is in one: what is read ahead is bounded by this, or by the largest messages.
 const BATCHES: usize = 8;
@@ -18,6 +19,7 @@ type Batch = VecDeque<Result<Recorded, RecordingError>>;
 pub(super) struct Feed {
     batches: Receiver<Batch>,
     batch: Batch,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Feed {
@@ -25,19 +27,23 @@ impl Feed {
     pub fn start(source: &Arc<Source>, from_ns: u64) -> std::io::Result<Self> {
         let (queue, batches) = sync_channel(BATCHES);
         let source = Arc::clone(source);
-        Builder::new().name("reading".to_owned()).spawn(move || read(&source, from_ns, &queue))?;
-        Ok(Feed { batches, batch: Batch::new() })
+        let thread = Builder::new().name("reading".to_owned()).spawn(move || read(&source, from_ns, &queue))?;
+        Ok(Feed { batches, batch: Batch::new(), thread: Some(thread) })
     }
 }
 
 impl Iterator for Feed {
-    type Item = Result<Recorded, RecordingError>;
+    type Item = Result<Recorded, ServiceError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         while self.batch.is_empty() {
-            self.batch = self.batches.recv().ok()?;
+            match self.batches.recv() {
+                Ok(batch) => self.batch = batch,
+                // The end, unless the thread did not get there.
+                Err(_) => return self.thread.take()?.join().is_err().then_some(Err(ServiceError::Died("reading"))),
+            }
         }
-        self.batch.pop_front()
+        Some(self.batch.pop_front()?.map_err(ServiceError::from))
     }
 }
 

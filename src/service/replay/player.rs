@@ -14,11 +14,13 @@ use super::timeline::Timeline;
 use super::{Replay, ReplayReport};
 use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
 use crate::recording::{Recorded, Source};
-use crate::runtime::{Lateness, Memory};
+use crate::runtime::{Approach, Lateness, Memory, approach};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
 
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
+/// A sleep ends late by about so much on a quiet machine: so long before a deadline the clock is watched instead.
+const WATCH: Duration = Duration::from_micros(100);
 /// Between two looks at who subscribes.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 /// Subscriptions have settled when none has come or gone for so long: a program that subscribes to several topics does it
@@ -201,7 +203,19 @@ impl<'a> Player<'a> {
             self.status(State::Replaying);
         }
         let until = deadline.map_or(self.next_status, |deadline| deadline.min(self.next_status));
-        match self.orders.recv_timeout(until.saturating_sub(self.clock.elapsed())) {
+        match approach(self.clock.elapsed(), until, WATCH) {
+            Approach::Due => Ok(()),
+            Approach::Watch => {
+                std::hint::spin_loop();
+                Ok(())
+            }
+            Approach::Sleep(time) => self.sleep(time),
+        }
+    }
+
+    /// Sleeps; an order ends it early.
+    fn sleep(&mut self, time: Duration) -> Result<(), ServiceError> {
+        match self.orders.recv_timeout(time) {
             Ok(order) => self.obey(order),
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => {

@@ -82,6 +82,9 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
         }
     }
     if channels.is_empty() {
+        if !replay.commands && replay.topics.iter().any(|topic| topic.ends_with(Topic::Commands.chunk())) {
+            left_out.push("recorded commands are sent only with --commands".to_owned());
+        }
         return Err(ServiceError::NothingToReplay { path: source.path().to_owned(), left_out });
     }
     let mut names: BTreeSet<Name> = channels.iter().filter_map(|(_, key)| Name::split(key)).map(|(name, _)| name).collect();

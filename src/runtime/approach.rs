@@ -1,0 +1,77 @@
+//! How a deadline is approached: asleep until shortly before it, then with an eye on the clock, since a sleeper wakes late. Pure
+//! functions; time is passed in, so tests drive them by hand.
+
+use std::time::Duration;
+
+/// What to do until a deadline, and then to ask again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Approach {
+    /// Sleep for so long.
+    Sleep(Duration),
+    /// Watch the clock.
+    Watch,
+    /// The deadline is here.
+    Due,
+}
+
+/// What to do at `now` for a deadline whose last `watch` is not to be slept through.
+///
+/// Asked again after every sleep, so that what a sleep takes too long is never added up.
+pub fn approach(now: Duration, deadline: Duration, watch: Duration) -> Approach {
+    match deadline.saturating_sub(now) {
+        Duration::ZERO => Approach::Due,
+        left if left <= watch => Approach::Watch,
+        left => Approach::Sleep(left - watch),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WATCH: Duration = Duration::from_micros(100);
+    const GLANCE: Duration = Duration::from_nanos(50);
+
+    /// Waits for a deadline by a clock that sleeping turns by `over` too far; returns when it is done, and how much of that it
+    /// watched.
+    fn wait(mut now: Duration, deadline: Duration, over: Duration) -> (Duration, Duration) {
+        let mut watched = Duration::ZERO;
+        loop {
+            match approach(now, deadline, WATCH) {
+                Approach::Sleep(time) => now += time + over,
+                Approach::Watch => (now, watched) = (now + GLANCE, watched + GLANCE),
+                Approach::Due => return (now, watched),
+            }
+        }
+    }
+
+    #[test]
+    fn val_a_sleep_that_ends_late_by_less_than_the_watch_costs_nothing() {
+        let (from, deadline) = (Duration::from_secs(7), Duration::from_secs(8));
+        for over_us in [0, 30, 99] {
+            let over = Duration::from_micros(over_us);
+            let (done, watched) = wait(from, deadline, over);
+            assert!(done >= deadline && done - deadline < GLANCE, "{over_us} us: {done:?}");
+            assert!(watched <= WATCH - over + GLANCE, "{over_us} us: watched for {watched:?}");
+        }
+        let (done, watched) = wait(from, deadline, Duration::from_micros(250));
+        assert_eq!((done, watched), (deadline + Duration::from_micros(150), Duration::ZERO));
+    }
+
+    #[test]
+    fn prop_late_sleeps_do_not_add_up() {
+        let mut now = Duration::ZERO;
+        for n in 1..=10_000 {
+            let deadline = Duration::from_millis(n);
+            now = wait(now, deadline, Duration::from_micros(60 + n % 60)).0;
+            assert!(now >= deadline && now - deadline <= Duration::from_micros(20), "deadline {n}: {now:?}");
+        }
+    }
+
+    #[test]
+    fn prop_what_is_past_is_due() {
+        assert_eq!(approach(Duration::from_secs(2), Duration::from_secs(1), WATCH), Approach::Due);
+        assert_eq!(approach(Duration::ZERO, Duration::ZERO, WATCH), Approach::Due);
+        assert_eq!(approach(Duration::ZERO, WATCH, WATCH), Approach::Watch);
+    }
+}
