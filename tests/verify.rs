@@ -230,6 +230,53 @@ fn prop_a_removed_stretch_is_named() -> Outcome {
 }
 
 #[test]
+fn prop_a_removed_chunk_is_named_with_its_steps() -> Outcome {
+    let service = Service::start_as(tempfile::tempdir()?, scene(&["pulse=[]"])?, Pace::Factor(4.0), Some(0.8), |live| {
+        live.stepping.publish = PublishRate::All;
+        live.flush_period = std::time::Duration::from_millis(10);
+    })?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run.mcap");
+    assert_eq!(verified(&file)?.findings, []);
+    let mut bytes = std::fs::read(&file)?;
+    let chunks = mcap::Summary::read(&bytes)?.ok_or("no summary")?.chunk_indexes;
+    let chunk = &chunks[chunks.len() / 2];
+    let of_chunk = |stamp: &wire::Stamp| -> bool {
+        let log_time = |step: u64| chunks[0].message_start_time + step * 1_000_000;
+        (chunk.message_start_time..=chunk.message_end_time).contains(&log_time(stamp.step))
+    };
+    let angles = common::decoded::<wire::Angles>(&file, "angles")?;
+    let steps: Vec<u64> = angles
+        .iter()
+        .filter_map(|angles| angles.stamp.as_ref())
+        .filter(|stamp| of_chunk(stamp))
+        .map(|stamp| stamp.step)
+        .collect();
+    let start = chunk.chunk_start_offset as usize;
+    bytes.drain(start..start + (chunk.chunk_length + chunk.message_index_length) as usize);
+    std::fs::write(&file, &bytes)?;
+    let found = verified(&file)?;
+    assert!(
+        found.is_wrong() && found.findings.iter().any(|finding| matches!(finding, Finding::Damaged(_))),
+        "{:?}",
+        found.findings
+    );
+    let named = found.findings.iter().find_map(|finding| match finding {
+        Finding::Missing { topic: "angles", after, before, count, why: Why::Damage, .. } => Some((*after, *before, *count)),
+        _ => None,
+    });
+    // A chunk may end between the topics of a step.
+    let (after, before, count) = named.ok_or_else(|| format!("no missing steps in {:?}", found.findings))?;
+    let (first, last) = (*steps.first().ok_or("an empty chunk")?, *steps.last().ok_or("an empty chunk")?);
+    assert!(
+        after + 1 >= first && after <= first && before > last - 1 && before <= last + 1,
+        "{after}, {before}: {first} to {last}"
+    );
+    assert_eq!(count, before - after - 1);
+    Ok(())
+}
+
+#[test]
 fn prop_a_changed_command_is_named() -> Outcome {
     let (_folder, file) = short()?;
     let stronger = |n: u64, message: &flexcrank::recording::Recorded| {

@@ -56,14 +56,47 @@ fn others(found: &[Name]) -> String {
     }
 }
 
+/// What zenoh says, without where in its sources it says so: ` at …/tcp.rs:61.` tells a user nothing.
+pub(super) fn said(error: &zenoh::Error) -> String {
+    let mut said = String::new();
+    let text = error.to_string();
+    for part in text.split(" at ") {
+        let (place, rest) = part.split_at(part.find([' ', ']', ',', ';']).unwrap_or(part.len()));
+        if !said.is_empty() && place.contains(".rs:") {
+            said.push_str(rest);
+        } else {
+            said.push_str(if said.is_empty() { "" } else { " at " });
+            said.push_str(part);
+        }
+    }
+    said
+}
+
 impl BusError {
     pub(super) fn config(error: zenoh::Error) -> Self {
-        BusError::Config(error.to_string())
+        BusError::Config(said(&error))
     }
     pub(super) fn open(error: zenoh::Error) -> Self {
-        BusError::Open(error.to_string())
+        BusError::Open(said(&error))
     }
     pub(super) fn failed(error: zenoh::Error) -> Self {
-        BusError::Failed(error.to_string())
+        BusError::Failed(said(&error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_place_in_the_sources_is_left_out_and_nothing_else() {
+        for (told, wanted) in [
+            ("no key `a//b` at /x/zenoh-1.0/src/key.rs:777.", "no key `a//b`"),
+            ("tcp: [refused (error 99) at /x/tcp.rs:61.] at /x/unicast.rs:338.", "tcp: [refused (error 99)]"),
+            ("a lock held at noon at /x/a.rs:1., and at night", "a lock held at noon, and at night"),
+            ("nothing", "nothing"),
+        ] {
+            assert_eq!(said(&told.into()), wanted);
+        }
     }
 }

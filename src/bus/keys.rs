@@ -144,7 +144,7 @@ pub fn of_topic(topic: &str) -> Result<String, String> {
         Ok(valid) if valid.is_wild() => Err("a key without wildcards is needed".to_owned()),
         Ok(_) if key.contains('?') => Err("? is not allowed in a key".to_owned()),
         Ok(_) => Ok(key.to_owned()),
-        Err(error) => Err(error.to_string()),
+        Err(error) => Err(super::error::said(&error)),
     }
 }
 

@@ -145,12 +145,11 @@ impl Recording {
 
     /// Goes on in the next file whose name is free.
     fn next_part(&mut self) -> Result<(), RecordingError> {
-        let taken = |error: &RecordingError| matches!(error, RecordingError::File { cause, .. } if cause.kind() == std::io::ErrorKind::AlreadyExists);
         let mut part = self.shared.part.load(Ordering::Relaxed);
         let writer = loop {
             part += 1;
             match SessionWriter::create(&part_path(&self.base, part), &self.session, Some(part), self.settings) {
-                Err(error) if taken(&error) => {}
+                Err(RecordingError::Exists(_)) => {}
                 writer => break writer?,
             }
         };

@@ -43,7 +43,10 @@ pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
     if let Some(folder) = folder {
         std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
     }
-    File::create_new(path).map_err(RecordingError::file(path))
+    File::create_new(path).map_err(|cause| match cause.kind() {
+        std::io::ErrorKind::AlreadyExists => RecordingError::Exists(path.to_owned()),
+        _ => RecordingError::file(path)(cause),
+    })
 }
 
 /// An open recording, written to by whoever holds it. [`Recorder`](super::Recorder) does so on a thread of its own.
@@ -56,7 +59,6 @@ pub struct SessionWriter {
     channels: BTreeMap<String, Channel>,
     /// When the oldest message came that the system has not got yet.
     waiting_since: Option<Instant>,
-    bytes: u64,
     span_ns: Option<(u64, u64)>,
     messages: u64,
 }
@@ -84,7 +86,6 @@ impl SessionWriter {
             settings,
             channels: BTreeMap::new(),
             waiting_since: None,
-            bytes: 0,
             span_ns: None,
             messages: 0,
         };
@@ -146,9 +147,6 @@ impl SessionWriter {
         if self.settings.fsync {
             self.file.sync_data().map_err(RecordingError::file(&self.path))?;
         }
-        if self.settings.split.is_some() {
-            self.bytes = self.file.metadata().map_err(RecordingError::file(&self.path))?.len();
-        }
         Ok(())
     }
 
@@ -156,7 +154,7 @@ impl SessionWriter {
     pub(super) fn is_full(&self) -> bool {
         match self.settings.split {
             None => false,
-            Some(Split::Bytes(limit)) => self.bytes >= limit,
+            Some(Split::Bytes(limit)) => self.file.metadata().is_ok_and(|file| file.len() >= limit),
             Some(Split::Time(limit)) => self.span_ns.is_some_and(|(first, last)| Duration::from_nanos(last - first) >= limit),
         }
     }

@@ -51,6 +51,32 @@ fn prop_every_part_begins_with_a_checkpoint_and_nothing_is_lost_between() -> Out
 }
 
 #[test]
+fn prop_parts_of_a_size_are_full_and_nothing_is_lost_between() -> Outcome {
+    const SIZE: u64 = 1_000_000;
+    let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(90.0), |live| {
+        live.stepping.publish = PublishRate::All;
+        live.split = Some(Split::Bytes(SIZE));
+        // Size counts, not when it reaches the disk.
+        live.flush_period = Duration::from_secs(3600);
+    })?;
+    let (_, folder) = service.finish()?;
+    let parts = parts(folder.path())?;
+    let (last, full) = parts.split_last().ok_or("no parts")?;
+    assert!(full.len() >= 2, "{parts:?}");
+    let mut steps = Vec::new();
+    for part in full.iter().chain([last]) {
+        // A part is left when the next checkpoint comes: what is on its way until then is still in it.
+        let size = std::fs::metadata(part)?.len();
+        assert!(part == last || (SIZE..8 * SIZE).contains(&size), "{}: {size} bytes", part.display());
+        let first = Messages::open(part)?.next().ok_or("an empty part")??;
+        assert!(first.channel.topic.ends_with("/checkpoint"), "{} begins with {}", part.display(), first.channel.topic);
+        steps.extend(common::decoded::<Loads>(part, "loads")?.into_iter().filter_map(|row| row.stamp).map(|stamp| stamp.step));
+    }
+    assert_eq!(steps, (0..=90_000).collect::<Vec<u64>>());
+    Ok(())
+}
+
+#[test]
 fn prop_a_part_that_is_there_is_never_overwritten() -> Outcome {
     let folder = tempfile::tempdir()?;
     let old = folder.path().join("run-002.mcap");
