@@ -1,4 +1,4 @@
-//! Compiles the messages with a pure-Rust protobuf compiler, leaves the descriptor set beside the generated code, and
+//! Compiles the messages with a pure-Rust protobuf compiler, leaves the descriptor sets beside the generated code, and
 //! tells the program what it was built from and with.
 use std::process::Command;
 use std::{env, error::Error, fs, path::PathBuf};
@@ -8,9 +8,14 @@ use prost::Message;
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=proto");
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?);
-    let descriptors = protox::compile(["proto/flexcrank.proto"], ["proto"])?;
-    fs::write(out.join("flexcrank.bin"), descriptors.encode_to_vec())?;
-    prost_build::Config::new().out_dir(out).compile_fds(descriptors)?;
+    let (own, viewers) = ("proto/flexcrank.proto", "proto/foxglove/SceneUpdate.proto");
+    for (name, files) in [("flexcrank", vec![own]), ("foxglove", vec![viewers]), ("every", vec![own, viewers])] {
+        let descriptors = protox::compile(&files, ["proto"])?;
+        fs::write(out.join(name).with_extension("bin"), descriptors.encode_to_vec())?;
+        if name == "every" {
+            prost_build::Config::new().out_dir(&out).compile_fds(descriptors)?;
+        }
+    }
     tell_build();
     Ok(())
 }

@@ -53,7 +53,7 @@ impl Endpoint {
         let latest: Arc<Mutex<Latest>> = Arc::default();
         let mut queryables = vec![
             fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
-            fixed(session, name.schema(), wire::DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
+            fixed(session, name.schema(), wire::EVERY_DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
             snapshot(session, name.snapshot(), Arc::clone(&latest))?,
         ];
         let mut subscribers = Vec::new();

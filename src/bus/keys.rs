@@ -17,12 +17,22 @@ pub enum Topic {
     Shadow,
     /// What full queues kept out.
     Gaps,
+    /// The mechanism as shapes, for 3D viewers.
+    SceneUpdates,
 }
 
 impl Topic {
     /// All of them.
-    pub const ALL: [Topic; 7] =
-        [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Status, Topic::Commands, Topic::Shadow, Topic::Gaps];
+    pub const ALL: [Topic; 8] = [
+        Topic::Displacements,
+        Topic::Angles,
+        Topic::Loads,
+        Topic::Status,
+        Topic::Commands,
+        Topic::Shadow,
+        Topic::Gaps,
+        Topic::SceneUpdates,
+    ];
 
     /// The last chunk of its key.
     pub fn chunk(self) -> &'static str {
@@ -34,6 +44,7 @@ impl Topic {
             Topic::Commands => "commands",
             Topic::Shadow => "shadow",
             Topic::Gaps => "gaps",
+            Topic::SceneUpdates => "scene_updates",
         }
     }
 
@@ -47,6 +58,7 @@ impl Topic {
             Topic::Commands => "flexcrank.v1.AppliedCommand",
             Topic::Shadow => "flexcrank.v1.Shadow",
             Topic::Gaps => "flexcrank.v1.Gap",
+            Topic::SceneUpdates => "foxglove.SceneUpdate",
         }
     }
 }

@@ -153,6 +153,9 @@ pub(super) struct Run {
     /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each can be used without the others.
     #[arg(long, value_name = "SIZE|TIME", value_parser = split)]
     pub split: Option<Split>,
+    /// Tell the mechanism as shapes, too, for Foxglove and Lichtblick: foxglove.SceneUpdate, 25 times a second or HZ.
+    #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "25", value_parser = frames)]
+    pub scene_updates: Option<f64>,
     /// Override a key of the scene; VALUE is TOML, a bare word a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -344,6 +347,10 @@ fn pace(text: &str) -> Result<Pace, String> {
         "max" => Ok(Pace::Max),
         factor => number(factor, 1e-3, 1e6).map(Pace::Factor).map_err(|problem| format!("real, max, or {problem}")),
     }
+}
+
+fn frames(text: &str) -> Result<f64, String> {
+    number(text, 1e-3, 1e3)
 }
 
 fn flush_period(text: &str) -> Result<Duration, String> {

@@ -38,6 +38,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
         flush_period: args.flush,
         fsync: args.fsync,
         split: args.split,
+        scene_updates_hz: args.scene_updates,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         on_status: Box::new(move |status| show(&shown, &warned, status)),
         force: args.force,

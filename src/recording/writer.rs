@@ -123,7 +123,7 @@ impl SessionWriter {
     }
 
     fn open_channel(&mut self, message: &Message) -> mcap::McapResult<Channel> {
-        let schema = self.mcap.add_schema(message.schema, "protobuf", wire::DESCRIPTOR_SET)?;
+        let schema = self.mcap.add_schema(message.schema, "protobuf", wire::descriptor_set(message.schema))?;
         let id = self.mcap.add_channel(schema, &message.topic, "protobuf", &BTreeMap::new())?;
         let channel = Channel { id, sequence: 0 };
         self.channels.insert(message.topic.clone(), channel);

@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, SyncSender};
 
 use prost::Message as _;
 
+use super::drawing::Drawing;
 use super::gaps::Gaps;
 use crate::bus::{Endpoint, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
@@ -47,6 +48,8 @@ pub(super) struct Desk {
     /// The last angles published.
     pub angles: Option<Angles>,
     pub gaps: Gaps,
+    /// When to tell shapes, if that is wanted.
+    pub drawing: Option<Drawing>,
     /// Of what was handled last.
     pub now: Option<Stamp>,
     /// Whether the recording was full when last looked at.
@@ -104,7 +107,14 @@ impl Desk {
 
     fn sample(&mut self, sample: &Sample) {
         let stamp = &sample.stamp;
-        self.send(Topic::Displacements, self.telemetry.displacements(sample).encode_to_vec(), stamp);
+        let displacements = self.telemetry.displacements(sample);
+        self.send(Topic::Displacements, displacements.encode_to_vec(), stamp);
+        if self.drawing.as_mut().is_some_and(|drawing| drawing.takes(stamp.session_s())) {
+            let has_slider = sample.observation.resistance_n.is_some();
+            let time_ns = self.plan.session.log_time_ns(stamp.session_s());
+            let shapes = wire::scene_update(&displacements, has_slider, time_ns);
+            self.send(Topic::SceneUpdates, shapes.encode_to_vec(), stamp);
+        }
         if !self.telemetry.turns() {
             return;
         }

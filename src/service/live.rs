@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use super::ServiceError;
 use super::desk::{Closed, Desk, OnStatus, RecordingPlan};
+use super::drawing::Drawing;
 use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Name, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
@@ -36,6 +37,8 @@ pub struct Live {
     pub fsync: bool,
     /// When the recording goes on in a new file.
     pub split: Option<Split>,
+    /// How often to tell the mechanism as shapes for 3D viewers, times a second; if at all.
+    pub scene_updates_hz: Option<f64>,
     /// The command line, for the recording.
     pub command_line: String,
     /// Called with every status.
@@ -173,6 +176,7 @@ fn desk(
         finished: Vec::new(),
         angles: None,
         gaps: Gaps::default(),
+        drawing: live.scene_updates_hz.map(Drawing::new),
         now: None,
         full: false,
     })

@@ -1,6 +1,7 @@
 //! Where bus, recording and runtime meet: a live service, and a replayed one.
 
 mod desk;
+mod drawing;
 mod error;
 mod gaps;
 mod live;

@@ -116,6 +116,7 @@ impl Service {
             flush_period: Duration::from_millis(200),
             fsync: false,
             split: None,
+            scene_updates_hz: None,
             command_line: "test".to_owned(),
             on_status: Box::new(|_| {}),
             force: false,
