@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 use super::BusError;
 use super::endpoint::protobuf;
 use super::keys::{Name, Topic, every_presence};
-use crate::wire::{CommandReply, Control, ReplayControl, TorquePulse};
+use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, TorquePulse};
 
 /// How long a service may take to show up after a session was opened.
 pub const SHOW_UP: Duration = Duration::from_millis(2000);
@@ -19,6 +19,8 @@ pub const SHOW_UP: Duration = Duration::from_millis(2000);
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 /// How long a service may take to answer a command.
 const ANSWER: Duration = Duration::from_secs(3);
+/// Messages of a topic that are kept for a subscriber that does not look.
+const KEPT: usize = 1024;
 
 /// Services present on the bus, sorted. Returns as soon as `enough` says so, or when `patience` is over.
 ///
@@ -86,7 +88,7 @@ fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Resu
     })
 }
 
-/// The newest sample of one topic of one service; older ones that were not taken are gone.
+/// Samples of one topic of one service, the newest of them; older ones that were not taken are gone.
 pub type Telemetry = Subscriber<RingChannelHandler<Sample>>;
 
 /// Subscribes to a topic.
@@ -94,13 +96,19 @@ pub type Telemetry = Subscriber<RingChannelHandler<Sample>>;
 /// # Errors
 /// [`BusError`] when zenoh refuses.
 pub fn subscribe(session: &Session, name: &Name, topic: Topic) -> Result<Telemetry, BusError> {
-    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(1)).wait().map_err(BusError::failed)
+    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(KEPT)).wait().map_err(BusError::failed)
 }
 
-/// The newest message that has arrived since this was last asked, if any.
-pub fn newest<M: prost::Message + Default>(telemetry: &Telemetry) -> Option<M> {
-    let sample = telemetry.try_recv().ok().flatten()?;
-    M::decode(&*sample.payload().to_bytes()).ok()
+/// The messages that have arrived since this was last asked, oldest first; what cannot be decoded is left out.
+pub fn arrived<M: prost::Message + Default>(telemetry: &Telemetry) -> impl Iterator<Item = M> {
+    std::iter::from_fn(|| telemetry.try_recv().ok().flatten()).filter_map(|sample| M::decode(&*sample.payload().to_bytes()).ok())
+}
+
+/// The latest of everything, from a service that answers.
+pub fn snapshot(session: &Session, name: &Name) -> Option<Snapshot> {
+    let replies = session.get(name.snapshot()).timeout(ANSWER).wait().ok()?;
+    let sample = replies.recv().ok()?.into_result().ok()?;
+    Snapshot::decode(&*sample.payload().to_bytes()).ok()
 }
 
 /// Publishes raw bytes under any key, with an encoding that names their protobuf type.

@@ -28,9 +28,9 @@ Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 dive
 pub(super) struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// Log in JSON.
-    #[arg(long, global = true)]
-    pub log_json: bool,
+    /// How to log, on standard error; what, is said by RUST_LOG.
+    #[arg(long, global = true, value_enum, default_value = "text", value_name = "FORMAT")]
+    pub log_format: super::log::Format,
 }
 
 #[derive(Debug, Subcommand)]
@@ -55,8 +55,9 @@ pub(super) enum Command {
         after_help = "Examples:\n  flexcrank control crank pause\n  flexcrank control crank step 100\n  flexcrank control crank start-recording take-2\n  flexcrank control ghost seek 3.5\n  flexcrank control ghost rate 2"
     )]
     Control(ControlArgs),
-    /// Show a service's live values.
-    Watch(Watch),
+    /// Show a service in the terminal: the mechanism as it moves and bends, charts, state; or its values as lines.
+    #[command(after_help = super::watch::EXAMPLES)]
+    Watch(super::watch::Args),
     /// Verify recordings: structure, physics, and all of it computed again and compared to the bit.
     #[command(after_help = super::verify::EXAMPLES)]
     Verify(super::verify::Args),
@@ -257,15 +258,6 @@ pub(super) enum Action {
         #[arg(default_value_t = 1)]
         count: u64,
     },
-}
-
-#[derive(Debug, Args)]
-pub(super) struct Watch {
-    /// The service.
-    #[arg(default_value = "crank")]
-    pub name: Name,
-    #[command(flatten)]
-    pub bus: Bus,
 }
 
 #[derive(Debug, Args)]

@@ -62,26 +62,28 @@ fn converse(bus: &Bus, name: &Name, say: impl FnOnce(&Session) -> Result<Command
     let session = bus.options().open_client()?;
     let reply = client::find(&session, name).and_then(|()| say(&session));
     bus::close(&session)?;
-    let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply?;
+    let reply = reply?;
+    writeln!(std::io::stdout(), "{}", sentence(&reply))?;
+    Ok(if reply.accepted { Done::Well } else { Done::Refused })
+}
+
+/// A reply in words, with its command's id if it has one.
+pub(super) fn sentence(reply: &CommandReply) -> String {
+    let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply;
     if !accepted {
-        writeln!(std::io::stdout(), "refused: {reason}")?;
-        return Ok(Done::Refused);
+        return format!("refused: {reason}");
     }
     let reason = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
+    let id = if id.is_empty() { String::new() } else { format!(" (id {id})") };
     // A replayer has no steps.
-    if effective_step == 0 {
-        writeln!(std::io::stdout(), "accepted{reason}: at {effective_sim_time_s:.3} s of the recording (id {id})")?;
-        return Ok(Done::Well);
+    if *effective_step == 0 {
+        return format!("accepted{reason}: at {effective_sim_time_s:.3} s of the recording{id}");
     }
-    writeln!(
-        std::io::stdout(),
-        "accepted{reason}: takes effect in step {effective_step}, at t = {effective_sim_time_s} s (id {id})"
-    )?;
-    Ok(Done::Well)
+    format!("accepted{reason}: takes effect in step {effective_step}, at t = {effective_sim_time_s} s{id}")
 }
 
 /// An identity that no other command has: process and time.
-fn fresh_id() -> String {
+pub(super) fn fresh_id() -> String {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     format!("{:x}-{:x}", std::process::id(), since.as_nanos())
 }

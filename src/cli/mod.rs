@@ -7,6 +7,7 @@ mod cycle;
 mod files;
 mod keyboard;
 mod live;
+mod log;
 mod plot;
 mod recover;
 mod replay;
@@ -20,7 +21,6 @@ mod what_if;
 use std::process::ExitCode;
 
 use clap::Parser as _;
-use tracing_subscriber::EnvFilter;
 
 use crate::bus::{BadName, BusError};
 use crate::plot::PlotError;
@@ -52,7 +52,7 @@ enum Done {
 /// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    log(cli.log_json);
+    log::begin(cli.log_format);
     match dispatch(cli) {
         Ok(Done::Well) => ExitCode::SUCCESS,
         Ok(Done::Refused) => ExitCode::from(1),
@@ -88,14 +88,6 @@ fn is_usage(error: &anyhow::Error) -> bool {
             .downcast_ref::<ServiceError>()
             .is_some_and(|error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }))
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
-}
-
-/// Warnings and errors on standard error; more with `RUST_LOG`.
-fn log(json: bool) {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,zenoh=error,flexcrank=info"));
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
-    // Logging can already have been set up only by a program that uses this as a library: then its own stands.
-    let _ = if json { builder.json().try_init() } else { builder.compact().try_init() };
 }
 
 fn dispatch(cli: Cli) -> anyhow::Result<Done> {

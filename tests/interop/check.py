@@ -55,6 +55,7 @@ class Client:
         config.insert_json5("connect/endpoints", f'["{endpoint}"]')
         config.insert_json5("connect/retry", '{"period_init_ms": 20, "period_max_ms": 100}')
         self.session = zenoh.open(config)
+        self.endpoint = endpoint
         self.root = f"flexcrank/{name}"
         self.payloads = defaultdict(list)
         self.encodings = {}

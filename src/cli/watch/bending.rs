@@ -1,0 +1,115 @@
+//! How much larger than life bending is drawn: by itself so that it can just be seen, or as the user says.
+
+/// Bending that is drawn, over a link's length: up to this when the factor is chosen.
+const COMFORTABLE: f64 = 0.08;
+/// Bending drawn beyond this asks for a smaller factor at once.
+const TOO_MUCH: f64 = 0.16;
+/// Bending drawn below this asks for a larger one.
+const TOO_LITTLE: f64 = 0.02;
+/// How fast a peak is forgotten, a look.
+const FORGET: f64 = 0.9995;
+/// Least bending that is worth being magnified: what is less is round-off.
+const ROUND_OFF: f64 = 1e-9;
+/// Largest factor, as a power of ten.
+const LARGEST: f64 = 1e6;
+
+/// The factor that deflections are drawn by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Magnification {
+    pub factor: f64,
+    pub automatic: bool,
+    peak: f64,
+}
+
+impl Default for Magnification {
+    fn default() -> Self {
+        Magnification { factor: 1.0, automatic: true, peak: 0.0 }
+    }
+}
+
+impl Magnification {
+    /// Takes the largest bending of the moment, over the link's length.
+    pub(super) fn look(&mut self, bending: f64) {
+        if !bending.is_finite() {
+            return;
+        }
+        self.peak = (FORGET * self.peak).max(bending);
+        let drawn = self.peak * self.factor;
+        if self.automatic && !(TOO_LITTLE..=TOO_MUCH).contains(&drawn) {
+            self.choose();
+        }
+    }
+
+    fn choose(&mut self) {
+        self.factor = if self.peak < ROUND_OFF { 1.0 } else { round(COMFORTABLE / self.peak) };
+    }
+
+    /// One size up or down: 1, 2, 5, 10, …
+    pub(super) fn change(&mut self, up: bool) {
+        self.automatic = false;
+        self.factor = round(if up { self.factor * 2.6 } else { self.factor / 1.9 });
+    }
+
+    /// By itself again.
+    pub(super) fn automatic(&mut self) {
+        self.automatic = true;
+        self.choose();
+    }
+}
+
+/// The largest of 1, 2, 5, 10, … that is not above; 1 at least.
+fn round(wanted: f64) -> f64 {
+    let wanted = wanted.clamp(1.0, LARGEST);
+    let power = 10_f64.powf(wanted.log10().floor());
+    let digit = [5.0, 2.0].into_iter().find(|digit| digit * power <= wanted * (1.0 + 1e-9)).unwrap_or(1.0);
+    digit * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_factors_go_by_one_two_five() {
+        let mut by_hand = Magnification::default();
+        let up: Vec<f64> = (0..6).map(|_| (by_hand.change(true), by_hand.factor).1).collect();
+        assert_eq!(up, [2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
+        let down: Vec<f64> = (0..7).map(|_| (by_hand.change(false), by_hand.factor).1).collect();
+        assert_eq!(down, [50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn prop_bending_is_drawn_large_enough_to_be_seen_and_not_larger() {
+        for bending in [1e-7, 3e-5, 2e-3, 0.01, 0.2, 0.5] {
+            let mut automatic = Magnification::default();
+            automatic.look(bending);
+            let drawn = bending * automatic.factor;
+            assert!(drawn <= TOO_MUCH.max(bending) && drawn >= TOO_LITTLE, "{bending} drawn as {drawn}");
+        }
+    }
+
+    #[test]
+    fn prop_the_factor_holds_while_a_link_swings_and_round_off_is_not_magnified() {
+        let mut automatic = Magnification::default();
+        automatic.look(2e-3);
+        let chosen = automatic.factor;
+        for look in 0..100 {
+            automatic.look(2e-3 * f64::from(look).sin().abs());
+            assert!((automatic.factor - chosen).abs() < 1e-9);
+        }
+        let mut rigid = Magnification::default();
+        rigid.look(1e-16);
+        rigid.look(f64::NAN);
+        assert!((rigid.factor - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn prop_automatic_chooses_again() {
+        let mut factor = Magnification::default();
+        factor.look(2e-3);
+        let chosen = factor.factor;
+        factor.change(true);
+        factor.automatic();
+        assert!((factor.factor - chosen).abs() < 1e-9 && factor.automatic);
+    }
+}

@@ -1,0 +1,101 @@
+//! The view on a terminal: state above, the mechanism and charts in the middle, keys below.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Style, Stylize as _};
+use ratatui::text::{Line, Span};
+
+use super::state::View;
+use super::{chart, mechanism};
+use crate::wire::{Status, status::State};
+
+/// From this width on, charts are beside the mechanism instead of below it.
+const WIDE: u16 = 110;
+/// Silence that is told, s.
+const SILENCE_S: f64 = 2.0;
+
+const KEYS: &str = "space pause  r reset  p pulse  Tab ↑↓ signal  ←→ window  + - a bending  q quit";
+
+/// Draws all of it.
+pub(super) fn draw(frame: &mut Frame, view: &mut View) {
+    let areas: [Rect; 4] =
+        Layout::vertical([Constraint::Length(1), Constraint::Length(1), Constraint::Min(0), Constraint::Length(2)])
+            .areas(frame.area());
+    let [first, second, middle, last] = areas;
+    frame.render_widget(headline(view), first);
+    frame.render_widget(figures(view.status.as_ref()), second);
+    let (drawing, charts) = split(middle);
+    mechanism::draw(frame, drawing, view);
+    chart::draw(frame, charts, view);
+    let [said, keys] = Layout::vertical([Constraint::Length(1), Constraint::Length(1)]).areas(last);
+    frame.render_widget(Line::from(view.said.as_str()).bold(), said);
+    frame.render_widget(Line::from(KEYS).dim(), keys);
+}
+
+fn split(area: Rect) -> (Rect, Rect) {
+    let halves = [Constraint::Fill(1), Constraint::Fill(1)];
+    let layout = if area.width >= WIDE { Layout::horizontal(halves) } else { Layout::vertical(halves) };
+    let [one, other] = layout.areas(area);
+    (one, other)
+}
+
+/// Who, in which state, at what time.
+fn headline(view: &View) -> Line<'_> {
+    let mut line = Line::from(vec![Span::from(format!("flexcrank/{}  ", view.name)).bold()]);
+    let Some(status) = &view.status else {
+        line.push_span("waiting for its status");
+        return line;
+    };
+    line.push_span(Span::styled(state(status), Style::new().fg(colour(status.state())).bold()));
+    if let Some(stamp) = &status.stamp {
+        line.push_span(format!("  t {:.2} s", stamp.sim_time_s));
+    }
+    if view.silence.as_secs_f64() > SILENCE_S {
+        line.push_span(format!("  silent for {:.0} s", view.silence.as_secs_f64()).red().bold());
+    }
+    if let Some(replay) = &status.replay {
+        line.push_span(format!(" of {:.2} s at {} times  {}", replay.duration_s, replay.rate, replay.file));
+    }
+    if let Some(recording) = &status.recording {
+        line.push_span(format!("  rec {}", recording.rsplit('/').next().unwrap_or(recording)).dim());
+    }
+    if !status.message.is_empty() {
+        line.push_span(format!("  {}", status.message).yellow());
+    }
+    line
+}
+
+fn state(status: &Status) -> &'static str {
+    match &status.replay {
+        Some(replay) if replay.paused => "REPLAYING, PAUSED",
+        _ => status.state().as_str_name(),
+    }
+}
+
+fn colour(state: State) -> Color {
+    match state {
+        State::Running | State::Replaying => Color::Green,
+        State::Paused => Color::Yellow,
+        State::Diverged => Color::Red,
+        State::Finished | State::Unspecified => Color::Reset,
+    }
+}
+
+/// Real-time factor, lateness, losses, energy: what is known of them.
+fn figures(status: Option<&Status>) -> Line<'static> {
+    let Some(status) = status else { return Line::default() };
+    let mut parts = Vec::new();
+    parts.extend(status.real_time_factor.map(|factor| format!("real time {factor:.4}")));
+    if let (Some(p50), Some(p99), Some(max)) = (status.lateness_p50_s, status.lateness_p99_s, status.lateness_max_s) {
+        parts.push(format!("late {:.2}/{:.2}/{:.1} ms", 1e3 * p50, 1e3 * p99, 1e3 * max));
+    }
+    parts.extend(status.balance_error_j.map(|error| format!("balance {error:+.1e} J")));
+    parts.push(format!("overruns {}", status.overruns));
+    if status.dropped_samples > 0 {
+        parts.push(format!("dropped {}", status.dropped_samples));
+    }
+    if status.pulses_pending > 0 {
+        parts.push(format!("pulses {}", status.pulses_pending));
+    }
+    Line::from(parts.join("  "))
+}

@@ -1,0 +1,40 @@
+//! What a service tells, as it arrives.
+
+use crate::bus::{BusError, Name, Session, Topic, client};
+use crate::wire::{Angles, Displacements, Loads, Status};
+
+/// Subscriptions to all that is shown.
+pub(super) struct Feed {
+    angles: client::Telemetry,
+    displacements: client::Telemetry,
+    loads: client::Telemetry,
+    status: client::Telemetry,
+}
+
+impl Feed {
+    pub(super) fn subscribe(session: &Session, name: &Name) -> Result<Self, BusError> {
+        let subscribe = |topic| client::subscribe(session, name, topic);
+        Ok(Feed {
+            angles: subscribe(Topic::Angles)?,
+            displacements: subscribe(Topic::Displacements)?,
+            loads: subscribe(Topic::Loads)?,
+            status: subscribe(Topic::Status)?,
+        })
+    }
+
+    pub(super) fn angles(&self) -> impl Iterator<Item = Angles> {
+        client::arrived(&self.angles)
+    }
+
+    pub(super) fn displacements(&self) -> impl Iterator<Item = Displacements> {
+        client::arrived(&self.displacements)
+    }
+
+    pub(super) fn loads(&self) -> impl Iterator<Item = Loads> {
+        client::arrived(&self.loads)
+    }
+
+    pub(super) fn statuses(&self) -> impl Iterator<Item = Status> {
+        client::arrived(&self.status)
+    }
+}

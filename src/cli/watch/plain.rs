@@ -1,0 +1,82 @@
+//! The same as lines, a block a second, for files and pipes.
+
+use std::io::Write as _;
+use std::time::{Duration, Instant};
+
+use super::feed::Feed;
+use crate::cli::live::describe;
+use crate::wire::{Angles, Displacements, Loads, Status, status::State};
+
+/// Between two looks at what has arrived.
+const REFRESH: Duration = Duration::from_millis(100);
+/// Between two blocks of lines.
+const PERIOD: Duration = Duration::from_secs(1);
+/// A service that is silent for so long is gone.
+const GONE: Duration = Duration::from_secs(3);
+
+/// The newest of everything.
+#[derive(Default)]
+struct Seen {
+    angles: Option<Angles>,
+    displacements: Option<Displacements>,
+    loads: Option<Loads>,
+    status: Option<Status>,
+}
+
+/// Prints until the service has ended.
+pub(super) fn print(feed: &Feed) -> anyhow::Result<()> {
+    let mut seen = Seen::default();
+    let (mut heard, mut printed) = (Instant::now(), None::<Instant>);
+    while heard.elapsed() < GONE {
+        seen.angles = feed.angles().last().or(seen.angles);
+        seen.displacements = feed.displacements().last().or(seen.displacements);
+        seen.loads = feed.loads().last().or(seen.loads);
+        if let Some(status) = feed.statuses().last() {
+            heard = Instant::now();
+            let over = [State::Finished, State::Diverged].contains(&status.state());
+            seen.status = Some(status);
+            if over {
+                break;
+            }
+        }
+        if printed.is_none_or(|printed| printed.elapsed() >= PERIOD) && seen.status.is_some() {
+            seen.print()?;
+            printed = Some(Instant::now());
+        }
+        std::thread::sleep(REFRESH);
+    }
+    seen.print()
+}
+
+impl Seen {
+    fn print(&self) -> anyhow::Result<()> {
+        writeln!(std::io::stdout(), "{}", self.lines().join("\n"))?;
+        Ok(())
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        lines.extend(self.status.as_ref().map(describe));
+        for link in self.angles.iter().flat_map(|angles| &angles.links) {
+            lines.push(format!(
+                "{:<12} angle {:>12.6} rad   rate {:>12.6} rad/s   turns {}",
+                link.link, link.chord_rad, link.rate_rad_per_s, link.revolutions
+            ));
+        }
+        for node in self.displacements.iter().flat_map(|all| &all.nodes).filter(|node| node.index > 0) {
+            lines.push(format!(
+                "{:<12} x {:>14.6} m     y {:>14.6} m",
+                format!("{} node {}", node.link, node.index),
+                node.x_m,
+                node.y_m
+            ));
+        }
+        if let Some(loads) = &self.loads {
+            lines.push(format!("{:<12} {:>18.6} N·m", "torque", loads.driving_torque_nm));
+            for joint in &loads.joints {
+                lines.push(format!("{:<12} x {:>14.4} N     y {:>14.4} N", joint.joint, joint.fx_n, joint.fy_n));
+            }
+        }
+        lines
+    }
+}

@@ -1,0 +1,113 @@
+//! Every number that a service tells, under a short name, with its recent past.
+//!
+//! Names are those of `export` without the list that they are in: `crank.chord_rad`, `rod.2.deflection_m`, `pivot.fx_n`,
+//! `driving_torque_nm`; and `slider.x_m` for the last node of a chain that has a slider.
+
+use std::collections::BTreeMap;
+
+use super::strip::Strip;
+use crate::wire::{Angles, Displacements, Loads, Stamp, Status};
+
+/// All signals by name.
+#[derive(Debug, Default)]
+pub(super) struct Signals {
+    strips: BTreeMap<String, Strip>,
+    /// Whether the chain ends in a slider, as its loads tell.
+    pub has_slider: bool,
+}
+
+impl Signals {
+    pub(super) fn angles(&mut self, angles: &Angles) {
+        let time_s = seconds(angles.stamp.as_ref());
+        for link in &angles.links {
+            self.put(time_s, &link.link, "chord_rad", Some(link.chord_rad));
+            self.put(time_s, &link.link, "rate_rad_per_s", Some(link.rate_rad_per_s));
+            self.put(time_s, &link.link, "acceleration_rad_per_s2", link.acceleration_rad_per_s2);
+        }
+    }
+
+    pub(super) fn displacements(&mut self, all: &Displacements) {
+        let time_s = seconds(all.stamp.as_ref());
+        for node in &all.nodes {
+            let name = format!("{}.{}", node.link, node.index);
+            self.put(time_s, &name, "x_m", Some(node.x_m));
+            self.put(time_s, &name, "y_m", Some(node.y_m));
+            self.put(time_s, &name, "deflection_m", node.deflection_m);
+            self.put(time_s, &name, "exact_x_m", node.exact_x_m);
+        }
+        if let Some(end) = all.nodes.last().filter(|_| self.has_slider) {
+            self.put(time_s, "slider", "x_m", Some(end.x_m));
+            self.put(time_s, "slider", "vx_m_per_s", Some(end.vx_m_per_s));
+        }
+    }
+
+    pub(super) fn loads(&mut self, loads: &Loads) {
+        let time_s = seconds(loads.stamp.as_ref());
+        self.has_slider = loads.resistance_n.is_some();
+        self.put(time_s, "", "driving_torque_nm", Some(loads.driving_torque_nm));
+        self.put(time_s, "", "resistance_n", loads.resistance_n);
+        self.put(time_s, "", "guide_force_n", loads.guide_force_n);
+        for joint in &loads.joints {
+            self.put(time_s, &joint.joint, "fx_n", Some(joint.fx_n));
+            self.put(time_s, &joint.joint, "fy_n", Some(joint.fy_n));
+        }
+        for element in &loads.elements {
+            let name = format!("{}.{}", element.link, element.index);
+            self.put(time_s, &name, "axial_n", Some(element.axial_n));
+            self.put(time_s, &name, "shear_n", Some(element.shear_n));
+            self.put(time_s, &name, "moment_start_nm", Some(element.moment_start_nm));
+        }
+    }
+
+    pub(super) fn status(&mut self, status: &Status) {
+        let time_s = seconds(status.stamp.as_ref());
+        let energies = [
+            ("kinetic_j", status.kinetic_j),
+            ("strain_j", status.strain_j),
+            ("potential_j", status.potential_j),
+            ("work_in_j", status.work_in_j),
+            ("balance_error_j", status.balance_error_j),
+            ("lateness_p99_s", status.lateness_p99_s),
+        ];
+        for (name, value) in energies {
+            self.put(time_s, "", name, value);
+        }
+    }
+
+    fn put(&mut self, time_s: f64, of: &str, what: &str, value: Option<f64>) {
+        let Some(value) = value else { return };
+        let name = if of.is_empty() { what.to_owned() } else { format!("{of}.{what}") };
+        self.strips.entry(name).or_default().push(time_s, value);
+    }
+
+    /// All names, sorted.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.strips.keys().map(String::as_str)
+    }
+
+    /// The signal of that name, or of the name that `export` gives it: `links.crank.chord_rad`.
+    pub(super) fn find(&self, name: &str) -> Option<&Strip> {
+        let known = |name: &str| self.strips.get(name);
+        known(name).or_else(|| known(name.split_once('.')?.1))
+    }
+
+    /// What is shown as long as nobody chooses: rate, end, torque, and the largest bending, as far as there are such.
+    pub(super) fn usual(&self) -> Vec<String> {
+        let ending = |end: &str| self.names().find(|name| name.ends_with(end)).map(str::to_owned);
+        let last = self.names().filter(|name| name.ends_with(".x_m")).last().map(str::to_owned);
+        let end = if self.has_slider { Some("slider.x_m".to_owned()) } else { last };
+        let usual = [ending(".rate_rad_per_s"), end, ending("driving_torque_nm"), self.most_bent(), ending("kinetic_j")];
+        usual.into_iter().flatten().collect()
+    }
+
+    fn most_bent(&self) -> Option<String> {
+        let size = |strip: &Strip| strip.last(f64::INFINITY).fold(0.0, |most: f64, grain| most.max(grain.high.abs()));
+        let deflections = self.strips.iter().filter(|(name, _)| name.ends_with(".deflection_m"));
+        let sizes = deflections.map(|(name, strip)| (name, size(strip)));
+        sizes.max_by(|one, other| one.1.total_cmp(&other.1)).map(|(name, _)| name.clone())
+    }
+}
+
+fn seconds(stamp: Option<&Stamp>) -> f64 {
+    stamp.map_or(f64::NAN, |stamp| stamp.sim_time_s)
+}

@@ -1,0 +1,143 @@
+//! What the view knows, and what keys do to it. No terminal, no bus, no clock of its own.
+
+use std::time::Duration;
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::bending::Magnification;
+use super::signals::Signals;
+use crate::bus::Name;
+use crate::wire::{self, Angles, Displacements, Loads, Snapshot, Status, status::State};
+
+/// Seconds that the charts may span.
+const WINDOWS_S: [f64; 4] = [1.0, 3.0, 10.0, super::strip::KEPT_S];
+
+/// What a key asks for beyond the view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ask {
+    Quit,
+    Pause,
+    Resume,
+    Reset,
+    Pulse,
+}
+
+/// Everything that is drawn.
+pub(super) struct View {
+    pub name: Name,
+    pub status: Option<Status>,
+    pub displacements: Option<Displacements>,
+    pub signals: Signals,
+    pub magnification: Magnification,
+    /// Signals in the charts; as long as nobody chose, the usual ones.
+    chosen: Vec<String>,
+    /// Which chart the arrows change.
+    pub focus: usize,
+    /// How many charts were drawn last.
+    pub charts_drawn: usize,
+    window: usize,
+    /// How long nothing has come.
+    pub silence: Duration,
+    /// What was last said in reply to a command, or about it.
+    pub said: String,
+}
+
+impl View {
+    pub(super) fn new(name: Name, chosen: Vec<String>) -> Self {
+        View {
+            name,
+            status: None,
+            displacements: None,
+            signals: Signals::default(),
+            magnification: Magnification::default(),
+            chosen,
+            focus: 0,
+            charts_drawn: 1,
+            window: 2,
+            silence: Duration::ZERO,
+            said: String::new(),
+        }
+    }
+
+    /// Takes what was known before the first message came.
+    pub(super) fn snapshot(&mut self, snapshot: Snapshot) {
+        let Snapshot { displacements, angles, loads, status } = snapshot;
+        loads.iter().for_each(|loads| self.loads(loads));
+        angles.iter().for_each(|angles| self.angles(angles));
+        displacements.into_iter().for_each(|displacements| self.displacements(displacements));
+        status.into_iter().for_each(|status| self.status(status));
+    }
+
+    pub(super) fn angles(&mut self, angles: &Angles) {
+        self.signals.angles(angles);
+    }
+
+    pub(super) fn loads(&mut self, loads: &Loads) {
+        self.signals.loads(loads);
+    }
+
+    pub(super) fn displacements(&mut self, displacements: Displacements) {
+        self.signals.displacements(&displacements);
+        let bending = wire::by_link(&displacements.nodes).map(wire::bending).fold(0.0, f64::max);
+        self.magnification.look(bending);
+        self.displacements = Some(displacements);
+    }
+
+    pub(super) fn status(&mut self, status: Status) {
+        self.signals.status(&status);
+        self.status = Some(status);
+    }
+
+    /// Signals in the charts, from the top.
+    pub(super) fn charts(&self) -> Vec<String> {
+        if self.chosen.is_empty() { self.signals.usual() } else { self.chosen.clone() }
+    }
+
+    /// Seconds that the charts span.
+    pub(super) fn window_s(&self) -> f64 {
+        WINDOWS_S[self.window]
+    }
+
+    /// Does what a key is for; what is beyond the view is asked for.
+    pub(super) fn key(&mut self, key: KeyEvent) -> Option<Ask> {
+        if key.kind == KeyEventKind::Release {
+            return None;
+        }
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return (key.code == KeyCode::Char('c')).then_some(Ask::Quit);
+        }
+        match key.code {
+            KeyCode::Char('q') => return Some(Ask::Quit),
+            KeyCode::Char(' ') => return Some(if self.is_paused() { Ask::Resume } else { Ask::Pause }),
+            KeyCode::Char('r') => return Some(Ask::Reset),
+            KeyCode::Char('p') => return Some(Ask::Pulse),
+            KeyCode::Char('+' | '=') => self.magnification.change(true),
+            KeyCode::Char('-') => self.magnification.change(false),
+            KeyCode::Char('a') => self.magnification.automatic(),
+            KeyCode::Tab => self.focus = (self.focus + 1) % self.charts_drawn.max(1),
+            KeyCode::Up => self.turn(-1),
+            KeyCode::Down => self.turn(1),
+            KeyCode::Left => self.window = self.window.saturating_sub(1),
+            KeyCode::Right => self.window = (self.window + 1).min(WINDOWS_S.len() - 1),
+            _ => {}
+        }
+        None
+    }
+
+    fn is_paused(&self) -> bool {
+        self.status
+            .as_ref()
+            .is_some_and(|status| status.state() == State::Paused || status.replay.as_ref().is_some_and(|replay| replay.paused))
+    }
+
+    /// Another signal for the chart in focus: so many further in the list of names.
+    fn turn(&mut self, by: isize) {
+        self.chosen = self.charts();
+        let names: Vec<&str> = self.signals.names().collect();
+        let Some(shown) = self.chosen.get_mut(self.focus).filter(|_| !names.is_empty()) else { return };
+        let place = names.iter().position(|name| name == shown).unwrap_or(0);
+        let length = isize::try_from(names.len()).unwrap_or(isize::MAX);
+        let next = (isize::try_from(place).unwrap_or(0) + by).rem_euclid(length);
+        names[next.unsigned_abs()].clone_into(shown);
+    }
+}

@@ -1,0 +1,155 @@
+//! Frames drawn from a sample recording, without a terminal.
+
+use std::path::Path;
+
+use prost::Message as _;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::draw::draw;
+use super::state::{Ask, View};
+use crate::bus::Name;
+use crate::recording::Messages;
+use crate::wire::{Angles, Displacements, Loads, NodeState, Status, status::State};
+
+type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
+
+fn view(signals: &[&str]) -> Outcome<View> {
+    let name: Name = "crank".parse()?;
+    Ok(View::new(name, signals.iter().map(|&signal| signal.to_owned()).collect()))
+}
+
+/// What a view knows when so many messages of the sample have come.
+fn sampled(signals: &[&str], messages: usize) -> Outcome<View> {
+    let mut view = view(signals)?;
+    for message in Messages::open(Path::new("recordings/sample-three-pulses.mcap"))?.take(messages) {
+        let message = message?;
+        let data = message.data.as_ref();
+        match message.channel.topic.rsplit('/').next() {
+            Some("angles") => view.angles(&Angles::decode(data)?),
+            Some("loads") => view.loads(&Loads::decode(data)?),
+            Some("displacements") => view.displacements(Displacements::decode(data)?),
+            Some("status") => view.status(Status::decode(data)?),
+            _ => {}
+        }
+    }
+    Ok(view)
+}
+
+/// A picture, line by line.
+fn picture(view: &mut View, width: u16, height: u16) -> Outcome<Vec<String>> {
+    let mut terminal = Terminal::new(TestBackend::new(width, height))?;
+    terminal.draw(|frame| draw(frame, view))?;
+    let buffer = terminal.backend().buffer();
+    let line = |y| (0..width).filter_map(|x| buffer.cell((x, y))).map(|cell| cell.symbol()).collect();
+    Ok((0..height).map(line).collect())
+}
+
+fn press(view: &mut View, code: KeyCode) -> Option<Ask> {
+    view.key(KeyEvent::new(code, KeyModifiers::NONE))
+}
+
+/// Dots of braille in some lines.
+fn dots(lines: &[String]) -> u32 {
+    let of = |symbol: char| if ('\u{2800}'..='\u{28ff}').contains(&symbol) { (symbol as u32 - 0x2800).count_ones() } else { 0 };
+    lines.iter().flat_map(|line| line.chars()).map(of).sum()
+}
+
+#[test]
+fn prop_state_mechanism_charts_and_keys_are_all_there_on_small_and_large_terminals() -> Outcome {
+    for (width, height) in [(80, 24), (200, 60)] {
+        let mut view = sampled(&["crank.rate_rad_per_s", "slider.x_m"], 3000)?;
+        let lines = picture(&mut view, width, height)?;
+        let all = lines.join("\n");
+        for wanted in ["flexcrank/crank", "RUNNING", "balance", "bending drawn", "crank.rate_rad_per_s", "slider.x_m", "q quit"] {
+            assert!(all.contains(wanted), "no `{wanted}` at {width}x{height}:\n{all}");
+        }
+        assert!(dots(&lines) > 200, "{} dots:\n{all}", dots(&lines));
+        assert!(!all.contains("not there"), "{all}");
+    }
+    Ok(())
+}
+
+#[test]
+fn val_the_mechanism_is_drawn_to_scale() -> Outcome {
+    let mut view = sampled(&[], 3)?;
+    let node = |link: &str, x_m, y_m| NodeState { link: link.to_owned(), x_m, y_m, ..NodeState::default() };
+    let crank = [node("crank", 0.0, 0.0), node("crank", 0.0, 0.5)];
+    let rod = [node("rod", 0.0, 0.5), node("rod", 2.0_f64.sqrt(), 0.0)];
+    view.displacements(Displacements { nodes: [crank, rod].concat(), ..Displacements::default() });
+    let lines = picture(&mut view, 100, 200)?;
+    // The crank stands upright over half a metre, the rod spans 1.414 m: in dots, two to a column and four to a row.
+    let filled = |symbol: char| ('\u{2801}'..='\u{28ff}').contains(&symbol);
+    let drawing: Vec<Vec<char>> = lines[3..95].iter().map(|line| line.chars().collect()).collect();
+    let columns: Vec<usize> = (0..100).filter(|&x| drawing.iter().any(|line| filled(line[x]))).collect();
+    let rows = drawing.iter().filter(|line| line.iter().any(|&symbol| filled(symbol))).count();
+    let (wide, high) = (2 * (columns[columns.len() - 1] - columns[0] + 1), 4 * rows);
+    let ratio = wide as f64 / high as f64;
+    assert!((2.6..2.95).contains(&ratio), "{wide} dots by {high}, expected about 2.83 to 1:\n{}", lines.join("\n"));
+    Ok(())
+}
+
+#[test]
+fn prop_any_size_can_be_drawn() -> Outcome {
+    let mut view = sampled(&[], 500)?;
+    for (width, height) in [(1, 1), (2, 1), (1, 50), (300, 2), (10, 5), (80, 4), (80, 24)] {
+        picture(&mut view, width, height)?;
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_nothing_known_and_numbers_that_are_none_do_not_matter() -> Outcome {
+    let mut empty = view(&["no.such_signal"])?;
+    assert!(picture(&mut empty, 80, 24)?.join("\n").contains("not there"));
+    let mut broken = sampled(&[], 50)?;
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308] {
+        let node =
+            |x_m| NodeState { link: "crank".to_owned(), x_m, y_m: value, rotation_rad: Some(value), ..NodeState::default() };
+        broken.displacements(Displacements { nodes: vec![node(0.0), node(value)], ..Displacements::default() });
+        broken.displacements(Displacements { nodes: vec![node(value)], ..Displacements::default() });
+        picture(&mut broken, 80, 24)?;
+        broken.loads(&Loads { driving_torque_nm: value, ..Loads::default() });
+        broken.status(Status { balance_error_j: Some(value), real_time_factor: Some(value), ..Status::default() });
+        picture(&mut broken, 80, 24)?;
+    }
+    broken.displacements(Displacements::default());
+    picture(&mut broken, 80, 24)?;
+    Ok(())
+}
+
+#[test]
+fn val_keys_choose_and_ask() -> Outcome {
+    let mut view = sampled(&["slider.x_m", "driving_torque_nm"], 500)?;
+    picture(&mut view, 80, 24)?;
+    assert_eq!(press(&mut view, KeyCode::Char(' ')), Some(Ask::Pause));
+    view.status(Status { state: State::Paused.into(), ..Status::default() });
+    assert_eq!(press(&mut view, KeyCode::Char(' ')), Some(Ask::Resume));
+    assert_eq!(press(&mut view, KeyCode::Char('p')), Some(Ask::Pulse));
+    assert_eq!(press(&mut view, KeyCode::Char('r')), Some(Ask::Reset));
+    assert_eq!(press(&mut view, KeyCode::Char('q')), Some(Ask::Quit));
+    assert_eq!(view.key(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)), Some(Ask::Quit));
+    press(&mut view, KeyCode::Tab);
+    press(&mut view, KeyCode::Down);
+    press(&mut view, KeyCode::Up);
+    assert_eq!(view.charts(), ["slider.x_m", "driving_torque_nm"]);
+    press(&mut view, KeyCode::Up);
+    assert_eq!(view.charts()[0], "slider.x_m");
+    assert_ne!(view.charts()[1], "driving_torque_nm", "the chart in focus has changed");
+    let factor = view.magnification.factor;
+    press(&mut view, KeyCode::Char('+'));
+    assert!(view.magnification.factor > factor && !view.magnification.automatic);
+    Ok(())
+}
+
+#[test]
+fn prop_signals_have_the_names_that_export_gives_them() -> Outcome {
+    let view = sampled(&[], 500)?;
+    for name in ["crank.chord_rad", "links.crank.chord_rad", "nodes.rod.2.deflection_m", "joints.pivot.fx_n", "driving_torque_nm"]
+    {
+        assert!(view.signals.find(name).is_some(), "{name}");
+    }
+    assert_eq!(view.charts().first().map(String::as_str), Some("crank.rate_rad_per_s"));
+    Ok(())
+}
