@@ -48,7 +48,7 @@ pub(super) struct Args {
     /// Elements a link for finite-element; even, so that there is a node in the middle.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = elements)]
     elements: Vec<usize>,
-    /// Modes a link for modal.
+    /// Modes for modal: of the link that vibrates most slowly; the others get those up to the same frequency.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
     /// Simulated duration, s; else 2 s, or a second after the last pulse, or two turns of a prescribed motion.

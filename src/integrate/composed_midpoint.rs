@@ -16,6 +16,11 @@ use super::two_point::TwoPoint;
 /// error in phase, `z³/12` at `z = hω`, it leaves `9.3·10⁻⁴ z⁵`. Like its parts it damps nothing: what the step does not resolve
 /// goes on ringing. Per eigenvalue μ, `g = Π (1 + γᵢ h μ/2)/(1 − γᵢ h μ/2)`.
 ///
+/// Composed of steps that are symmetric but, where the mass matrix changes, not symplectic, it lets the energy of strongly vibrating
+/// chains wander (the default scene with 1 and 3 modes at 1 ms: by 1.7e-3 of what was put in, within 10 minutes). So a simulation
+/// projects every whole step back onto the energy that its ledger asks for ([`Integrator::is_projected`](super::Integrator)), which
+/// leaves 3e-13 there. It moves the state by no more than the error of the step, and costs two evaluations.
+///
 /// A load constant during the step, or one that rises linearly about the step's middle, delivers its impulse exactly.
 #[derive(Debug, Clone)]
 pub struct ComposedMidpoint {

@@ -1,6 +1,6 @@
 //! The one interface of the models that are second-order systems: `r(q, q̇, q̈) = M(q) q̈ + g(q, q̇) − p = 0`.
 
-use super::observation::Observation;
+use super::observation::{Energy, Observation};
 
 /// What acts on the mechanism at one instant, from outside the model.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -52,6 +52,9 @@ pub trait Mechanism: Send {
     fn solve(&mut self, x: &mut [f64]);
     /// Fills `out` for the state given; `a` solves `residual = 0` at it.
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation);
+    /// Kinetic, strain and potential energy of the state given, J; the kinetic is homogeneous in the velocities, of second degree,
+    /// unless motion is prescribed.
+    fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];
 }

@@ -64,6 +64,13 @@ pub struct Energy {
     pub potential_j: Option<f64>,
 }
 
+impl Energy {
+    /// Their sum, J.
+    pub fn total_j(&self) -> f64 {
+        self.kinetic_j + self.strain_j.unwrap_or(0.0) + self.potential_j.unwrap_or(0.0)
+    }
+}
+
 /// One link's nodes, angles and internal forces.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LinkObservation {

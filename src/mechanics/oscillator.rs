@@ -85,16 +85,20 @@ impl Mechanism for Oscillator {
         self.lu.solve(x);
     }
 
-    fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], _a: &[f64], out: &mut Observation) {
+    fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
         let Some(masses) = out.links.first_mut() else { return };
         for (i, (node, exact_x_m)) in masses.nodes.iter_mut().zip(&mut masses.exact_x_m).enumerate() {
             node.position_m = [q[i], 0.0];
             node.velocity_m_per_s = [v[i], 0.0];
             *exact_x_m = self.exact.position_m(i, input.time_s);
         }
+        out.energy = self.energy(input, q, v, a);
+    }
+
+    fn energy(&mut self, _input: &Input, q: &[f64], v: &[f64], _a: &[f64]) -> Energy {
         let kinetic_j = self.masses_kg.iter().zip(v).map(|(m, v)| 0.5 * m * v * v).sum();
         let strain_j = (0..q.len()).map(|i| 0.5 * q[i] * self.elastic_n(i, q)).sum();
-        out.energy = Energy { kinetic_j, strain_j: Some(strain_j), potential_j: None };
+        Energy { kinetic_j, strain_j: Some(strain_j), potential_j: None }
     }
 
     fn power(&mut self, _input: &Input, _q: &[f64], v: &[f64], _a: &[f64]) -> [f64; 2] {

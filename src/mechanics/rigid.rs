@@ -239,7 +239,7 @@ impl Rigid {
         }
     }
 
-    fn energy(&self, pose: &Pose, theta_rad: f64, rate: f64, mass: f64) -> Energy {
+    fn energies(&self, pose: &Pose, theta_rad: f64, rate: f64, mass: f64) -> Energy {
         let base = self.chain.base.torsion_spring_nm_per_rad;
         let gravity = self.chain.gravity_m_per_s2;
         let height: f64 = pose.bodies.iter().map(|body| body.mass_kg * dot(&gravity, &body.centre[0])).sum();
@@ -329,7 +329,13 @@ impl Mechanism for Rigid {
             out.resistance_n = Some(resistance_n(&slider.resistance, theta));
         }
         out.motion_torque_nm = self.prescribed.then_some(torque_nm);
-        out.energy = self.energy(&pose, theta, rate, equation.mass);
+        out.energy = self.energies(&pose, theta, rate, equation.mass);
+    }
+
+    fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
+        let [theta, rate, _] = self.state(input, q, v, a);
+        let Evaluated { pose, equation, .. } = *self.evaluate(theta, rate);
+        self.energies(&pose, theta, rate, equation.mass)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

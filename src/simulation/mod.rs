@@ -326,7 +326,7 @@ impl Simulation {
     }
 
     fn diverged(&self, cause: Cause) -> Diverged {
-        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: total_j(&self.observation.energy), cause }
+        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: self.observation.energy.total_j(), cause }
     }
 
     /// Mean torque since this was last asked (or the epoch began), N·m.
@@ -395,7 +395,7 @@ impl Simulation {
     pub fn ledger(&self) -> EnergyLedger {
         let energy = self.observation.energy;
         let [work_in_j, dissipated_j] = self.work_j;
-        let balance_error_j = total_j(&energy) - total_j(&self.start.energy) - work_in_j + dissipated_j;
+        let balance_error_j = energy.total_j() - self.start.energy.total_j() - work_in_j + dissipated_j;
         EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j }
     }
 
@@ -429,8 +429,4 @@ impl Simulation {
         [self.impulse_nm_s, self.impulse_over_s] = checkpoint.impulse;
         true
     }
-}
-
-fn total_j(energy: &Energy) -> f64 {
-    energy.kinetic_j + energy.strain_j.unwrap_or(0.0) + energy.potential_j.unwrap_or(0.0)
 }

@@ -75,13 +75,23 @@ fn prop_looks_and_checkpoints_change_no_bit() {
 /// The default scene without damping: the crank's angle goes on without a jump, time is steps times step, and the rod's deflection
 /// and the energy stay what they are once the pulse's ringing has settled, after a tenth of the turns.
 ///
-/// In 10,000 revolutions the rod's largest deflection falls by 1.3 % and the energy by 0.2 % with the scene's own integrator, which
-/// damps what the step does not resolve; with the midpoint rule they keep within 0.3 %.
+/// The pulse is made rectangular: as long as the rod's first period, it leaves little of it, where the scene's own leaves the rod
+/// vibrating by 4 % of its length and trading energy with the rotation for good.
+///
+/// In 10,000 revolutions the rod's largest deflection falls by 1.3 % and the energy by 0.2 % with generalised-α, which damps what the
+/// step does not resolve; with the midpoint rule they keep within 0.3 %.
 #[test]
 fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
+    const RECTANGULAR: &str = "pulse.0.shape=rectangular";
     let cases = [
-        ("the scene's own", vec![], 300.0, 2e-3),
-        ("midpoint", MIDPOINT.to_vec(), 300.0, 2e-3),
+        ("the scene's own", vec![RECTANGULAR], 300.0, 1e-9),
+        (
+            "generalized-alpha",
+            vec![RECTANGULAR, "solver.integrator=generalized-alpha", "crank.modes=2", "rod.modes=2"],
+            300.0,
+            2e-3,
+        ),
+        ("midpoint", vec![RECTANGULAR, MIDPOINT[0], MIDPOINT[1]], 300.0, 2e-3),
         ("rigid", vec![RIGID, "solver.integrator=runge-kutta"], 1000.0, 2e-6),
     ];
     for (name, overrides, turns, bound) in cases {

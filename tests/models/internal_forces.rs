@@ -8,7 +8,13 @@ const MODAL: &[&str] = &["solver.model=modal", "solver.integrator=two-point", "c
 
 #[test]
 fn val_internal_forces_of_rigid_links_agree_and_vanish_at_pins() {
-    let common = ["gravity.y_m_per_s2=-9.81", "slider.resistance_n=3.0", "solver.step_s=1e-5", "torque.constant_nm=2.0"];
+    let common = [
+        "gravity.y_m_per_s2=-9.81",
+        "slider.resistance_n=3.0",
+        "solver.step_s=1e-5",
+        "torque.constant_nm=2.0",
+        "pulse.0.shape=rectangular",
+    ];
     let mut all = [RIGID, FINITE, MODAL].map(|model| {
         let overrides: Vec<&str> = model.iter().chain(&common).copied().collect();
         simulation("crank-slider", &overrides)

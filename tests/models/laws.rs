@@ -33,6 +33,22 @@ fn prop_energy_is_kept_over_100_revolutions() {
     }
 }
 
+/// The default scene as it comes, and its rod given damping and its slider friction: the ledger balances at every look.
+#[test]
+fn val_the_energy_of_the_default_scene_is_what_was_put_in() {
+    for lossy in [&[][..], &["rod.damping_s=1e-4", "slider.friction_n_s_per_m=0.5"]] {
+        let mut run = simulation("crank-slider", lossy);
+        run_to(&mut run, 0.2);
+        for k in 1..=500 {
+            run_to(&mut run, 0.2 + 0.04 * f64::from(k));
+            look(&mut run);
+            let ledger = run.ledger();
+            let error = ledger.balance_error_j / ledger.work_in_j;
+            assert!(error.abs() < 1e-7, "{lossy:?}, {} s: {error:e}", run.time_s());
+        }
+    }
+}
+
 /// Sum of the external forces (weight left out) and first moment of mass, along one axis, from an observation.
 ///
 /// With gravity `g` along that axis alone the potential energy is `−g ∫ x dm`, exactly as the model has it.

@@ -10,7 +10,7 @@ use crate::mechanics::observation::Energy;
 
 impl FiniteElement {
     /// Energies for the motion as loaded.
-    pub(super) fn energy(&self) -> Energy {
+    pub(super) fn energies(&self) -> Energy {
         let m = &self.motion;
         let mut kinetic_j = 0.0;
         let mut strain_j = 0.5 * self.chain.base.torsion_spring_nm_per_rad * m.root().u.y.powi(2);

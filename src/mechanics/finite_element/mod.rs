@@ -57,7 +57,7 @@ use self::residual::Work;
 use self::tangent::Coupling;
 use super::last_state::LastState;
 use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
-use super::observation::Observation;
+use super::observation::{Energy, Observation};
 use crate::scene::Chain;
 
 /// The chain as a system of second order in its nodes' positions and slopes.
@@ -150,6 +150,11 @@ impl Mechanism for FiniteElement {
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
         self.evaluate(input, q, v, a);
         self.fill(input, out);
+    }
+
+    fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
+        self.evaluate(input, q, v, a);
+        self.energies()
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

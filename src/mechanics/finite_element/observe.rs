@@ -57,7 +57,7 @@ impl FiniteElement {
         self.fill_slider(out);
         out.motion_torque_nm = input.motion.map(|_| self.motion_torque_nm());
         self.fill_rigid_bars(input, out);
-        out.energy = self.energy();
+        out.energy = self.energies();
         out.out_of_range = None;
     }
 

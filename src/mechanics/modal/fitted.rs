@@ -6,7 +6,7 @@ use super::start;
 use super::tangent::Tangent;
 use crate::mechanics::last_state::LastState;
 use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
-use crate::mechanics::observation::Observation;
+use crate::mechanics::observation::{Energy, Observation};
 use crate::scene;
 
 /// The model.
@@ -72,6 +72,11 @@ impl<const W: usize> Mechanism for Fitted<W> {
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
         self.evaluate(input, q, v, a);
         self.observer.observe(&self.chain, input, q, out);
+    }
+
+    fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
+        self.evaluate(input, q, v, a);
+        self.chain.energy(q)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

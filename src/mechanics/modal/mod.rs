@@ -46,7 +46,7 @@ mod tangent;
 mod variation;
 
 use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
-use super::observation::Observation;
+use super::observation::{Energy, Observation};
 use crate::scene;
 use fitted::Fitted;
 
@@ -99,6 +99,10 @@ impl Mechanism for Modal {
 
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
         self.fitted.observe(input, q, v, a, out);
+    }
+
+    fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
+        self.fitted.energy(input, q, v, a)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -1,8 +1,9 @@
 //! One way to compute a scene: model, integrator, discretization, step.
 
+use std::f64::consts::PI;
 use std::fmt;
 
-use crate::scene::{IntegratorKind, ModelKind, Scene, System};
+use crate::scene::{Chain, IntegratorKind, Link, ModelKind, Scene, System};
 
 /// Everything but the step.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -11,7 +12,7 @@ pub struct Family {
     pub model: ModelKind,
     /// The integrator.
     pub integrator: IntegratorKind,
-    /// Elements or modes a flexible link; 0 where the model has neither.
+    /// Elements a flexible link, or modes of the one that vibrates most slowly ([`Family::modes`]); 0 where the model has neither.
     pub resolution: usize,
     /// Which links are rigid.
     pub rigid: Vec<bool>,
@@ -35,7 +36,8 @@ impl Family {
         let mut scene = scene.clone();
         (scene.solver.model, scene.solver.integrator, scene.solver.step_s) = (self.model, self.integrator, step_s);
         if let System::Chain(chain) = &mut scene.system {
-            for (link, rigid) in chain.links.iter_mut().zip(&self.rigid) {
+            let modes = self.modes(chain);
+            for ((link, rigid), modes) in chain.links.iter_mut().zip(&self.rigid).zip(modes) {
                 link.rigid = *rigid;
                 link.elements = match self.model {
                     ModelKind::FiniteElement => self.resolution,
@@ -43,15 +45,26 @@ impl Family {
                     _ => OUTPUT_INTERVALS,
                 };
                 if self.model == ModelKind::Modal {
-                    link.modes = self.resolution;
+                    link.modes = modes;
                 }
             }
         }
         scene
     }
 
+    /// Modes of each link, up to one frequency for all, at least one: of pinned bars `ω_n = n² Ω`, `Ω = (π/l)² √(EJ/ρA)`. What the
+    /// pulse and the step of one link can follow, those of another can as well.
+    fn modes(&self, chain: &Chain) -> Vec<usize> {
+        let frequencies = || chain.links.iter().zip(&self.rigid).map(|(link, rigid)| if *rigid { None } else { frequency(link) });
+        let lowest = frequencies().flatten().fold(f64::INFINITY, f64::min);
+        let up_to = |own: f64| (self.resolution as f64 * (lowest / own).sqrt() * (1.0 + 1e-12)).floor().max(1.0) as usize;
+        frequencies().map(|own| own.map_or(1, up_to)).collect()
+    }
+
     /// Microseconds a step takes on a usual machine, roughly: what is worth computing is decided by this, so that it is the same
     /// from run to run.
+    ///
+    /// Measured on the default scene, with one iteration a step.
     pub(super) fn nominal_step_us(&self) -> f64 {
         let flexible = self.rigid.iter().filter(|rigid| !**rigid).count() as f64;
         let size = self.resolution as f64;
@@ -79,6 +92,12 @@ impl Family {
     }
 }
 
+/// The first natural frequency of a link between two pins, rad/s.
+fn frequency(link: &Link) -> Option<f64> {
+    let bar = link.bar.as_ref()?;
+    Some((PI / link.length_m).powi(2) * (bar.bending_stiffness_nm2() / bar.mass_per_length_kg_per_m()).sqrt())
+}
+
 impl fmt::Display for Family {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}, {}", self.model.as_str(), self.integrator.as_str())?;
@@ -101,11 +120,12 @@ impl Configuration {
             format!("solver.step_s={}", self.step_s),
         ];
         let links = scene.chain().map_or(&[][..], |chain| &chain.links);
-        for (link, rigid) in links.iter().zip(rigid) {
+        let modes = scene.chain().map_or_else(Vec::new, |chain| self.family.modes(chain));
+        for ((link, rigid), modes) in links.iter().zip(rigid).zip(modes) {
             let name = link.name.as_str();
             match model {
                 ModelKind::FiniteElement if !rigid => keys.push(format!("{name}.elements={resolution}")),
-                ModelKind::Modal if !rigid => keys.push(format!("{name}.modes={resolution}")),
+                ModelKind::Modal if !rigid => keys.push(format!("{name}.modes={modes}")),
                 ModelKind::Incremental => keys.push(format!("{name}.elements=1")),
                 _ => {}
             }
