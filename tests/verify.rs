@@ -232,7 +232,7 @@ fn prop_a_removed_stretch_is_named() -> Outcome {
 #[test]
 fn prop_a_removed_chunk_is_named_with_its_steps() -> Outcome {
     let service = Service::start_as(tempfile::tempdir()?, scene(&["pulse=[]"])?, Pace::Factor(4.0), Some(0.8), |live| {
-        live.stepping.publish = PublishRate::All;
+        live.stepping.publish = PublishRate::All.into();
         live.flush_period = std::time::Duration::from_millis(10);
     })?;
     let (_, folder) = service.finish()?;

@@ -124,8 +124,18 @@ pub fn put(session: &Session, key: &str, payload: &[u8], schema: &str) -> Result
 /// # Errors
 /// [`BusError`] when zenoh fails.
 pub fn is_taken(session: &Session, name: &Name) -> Result<bool, BusError> {
-    if session.info().peers_zid().wait().next().is_none() && session.info().routers_zid().wait().next().is_none() {
-        return Ok(false);
+    Ok(taken(session, &[name])?.is_some())
+}
+
+/// The first of `names` that another service on the bus has.
+///
+/// # Errors
+/// [`BusError`] when zenoh fails.
+pub fn taken(session: &Session, names: &[&Name]) -> Result<Option<Name>, BusError> {
+    let alone = session.info().peers_zid().wait().next().is_none() && session.info().routers_zid().wait().next().is_none();
+    if alone || names.is_empty() {
+        return Ok(None);
     }
-    Ok(services(session, LOOK_AGAIN * 4, |found| found.contains(name))?.contains(name))
+    let found = services(session, LOOK_AGAIN * 4, |found| names.iter().any(|name| found.contains(name)))?;
+    Ok(names.iter().find(|name| found.contains(name)).map(|name| (*name).clone()))
 }

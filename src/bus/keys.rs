@@ -19,11 +19,13 @@ pub enum Topic {
     Gaps,
     /// The mechanism as shapes, for 3D viewers.
     SceneUpdates,
+    /// Missed deadlines.
+    Overruns,
 }
 
 impl Topic {
     /// All of them.
-    pub const ALL: [Topic; 8] = [
+    pub const ALL: [Topic; 9] = [
         Topic::Displacements,
         Topic::Angles,
         Topic::Loads,
@@ -32,6 +34,7 @@ impl Topic {
         Topic::Shadow,
         Topic::Gaps,
         Topic::SceneUpdates,
+        Topic::Overruns,
     ];
 
     /// The last chunk of its key.
@@ -45,6 +48,7 @@ impl Topic {
             Topic::Shadow => "shadow",
             Topic::Gaps => "gaps",
             Topic::SceneUpdates => "scene_updates",
+            Topic::Overruns => "overruns",
         }
     }
 
@@ -59,6 +63,7 @@ impl Topic {
             Topic::Shadow => "flexcrank.v1.Shadow",
             Topic::Gaps => "flexcrank.v1.Gap",
             Topic::SceneUpdates => "foxglove.SceneUpdate",
+            Topic::Overruns => "flexcrank.v1.Overruns",
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What can be said on the command line.
 
 use std::path::PathBuf;
+use std::str::FromStr as _;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -8,7 +9,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::bus::{BusOptions, Name};
 use crate::plot::Format;
 use crate::recording::Split;
-use crate::runtime::{Pace, PublishRate};
+use crate::runtime::{Overrun, Pace, PublishRates, Spin};
 use crate::scene::{PulseShape, builtin};
 
 const EXAMPLES: &str = "\
@@ -20,7 +21,7 @@ Examples:
   flexcrank replay recordings/crank-20260101T120000Z.mcap --rate 2
   flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml
 
-Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged.";
+Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late (with --overrun stop).";
 
 /// Simulates planar mechanisms with flexible links in real time, on a zenoh bus, recorded to MCAP.
 #[derive(Debug, Parser)]
@@ -37,7 +38,7 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Run a scene: step it, publish it, take commands, record it. What happens when no command is given.
     #[command(
-        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync\n  flexcrank run --resume recordings/crank.mcap"
+        after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync\n  flexcrank run --resume recordings/crank.mcap"
     )]
     Run(Box<Run>),
     /// Put a recording back on the bus, byte for byte, in order and on time.
@@ -122,12 +123,16 @@ impl Bus {
 
 #[derive(Debug, Parser)]
 pub(super) struct Run {
-    /// A built-in scene or a TOML file.
+    /// Built-in scenes or TOML files. Several run side by side in one process.
     #[arg(default_value = builtin::DEFAULT)]
-    pub scene: String,
+    pub scene: Vec<String>,
+    /// Run so many of each scene.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=999))]
+    pub count: u32,
     #[command(flatten)]
     pub resume: super::resume::Args,
-    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the session resumed.
+    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the session resumed. Of several:
+    /// NAME-001, NAME-002, …
     #[arg(long)]
     pub name: Option<Name>,
     /// Pace: real, max, or simulated seconds per second.
@@ -136,10 +141,20 @@ pub(super) struct Run {
     /// Finish at this simulated time, s.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub until: Option<f64>,
-    /// Samples per simulated second on bus and recording, or all. Default: 200, or that of the session resumed.
+    /// Samples per simulated second on bus and recording, or all; or by topic: 50,angles=all,loads=200. Default: 200, or that
+    /// of the session resumed.
     #[arg(long, value_name = "HZ")]
-    pub publish_hz: Option<PublishRate>,
-    /// Record to this file instead of recordings/NAME-TIME.mcap.
+    pub publish_hz: Option<PublishRates>,
+    /// When steps begin late: catch up; skip (move the deadlines, and say so); or stop, with exit code 5.
+    #[arg(long, value_name = "POLICY", default_value = "catch-up")]
+    pub overrun: Overruns,
+    /// Spin so long before a deadline, instead of sleeping; 0: never. Default: as long as this machine usually wakes late.
+    #[arg(long, value_name = "TIME", value_parser = Spin::from_str)]
+    pub spin: Option<Spin>,
+    /// Do not ask the system for real-time scheduling, locked memory and processors that stay awake.
+    #[arg(long)]
+    pub no_realtime: bool,
+    /// Record to this file instead of recordings/NAME-TIME.mcap; of several runs, to numbered files.
     #[arg(long, value_name = "PATH", conflicts_with = "no_record")]
     pub record: Option<PathBuf>,
     /// Do not record.
@@ -168,6 +183,23 @@ pub(super) struct Run {
     pub force: bool,
     #[command(flatten)]
     pub bus: Bus,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Overruns {
+    CatchUp,
+    Skip,
+    Stop,
+}
+
+impl From<Overruns> for Overrun {
+    fn from(policy: Overruns) -> Self {
+        match policy {
+            Overruns::CatchUp => Overrun::CatchUp,
+            Overruns::Skip => Overrun::Skip,
+            Overruns::Stop => Overrun::Stop,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

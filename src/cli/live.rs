@@ -1,65 +1,76 @@
-//! `run`: a service that goes on until it is done or told to stop.
+//! `run`: services that go on until they are done or told to stop.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 
 use anyhow::Context as _;
-use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use super::Done;
 use super::args::Run;
+use super::board::Board;
+pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
 use crate::bus;
 use crate::recording::{RecordingError, Written, place};
-use crate::runtime::{Ending, Shadow, Stepping};
+use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking};
 use crate::scene::{MODELS, SceneSource};
-use crate::service::{self, Live, LiveReport};
+use crate::service::{self, Live, LiveReport, Member};
 use crate::simulation::Simulation;
-use crate::wire::{Angles, Status, status::State};
+use crate::wire::Angles;
 
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
-    let Beginning { name, scene, simulation, publish, resumption } = begin(&args)?;
+    let beginnings = begin(&args)?;
+    let count = beginnings.len();
+    let board = Board::new(count);
+    let mut members = Vec::with_capacity(count);
+    for (index, beginning) in beginnings.into_iter().enumerate() {
+        members.push(member(&args, beginning, (index, count), &board)?);
+    }
+    let spin = args.spin.unwrap_or(if count == 1 { Spin::Measured } else { Spin::NONE });
+    let waking = Waking { spin, realtime: !args.no_realtime };
+    let reports = runtime()?.block_on(async {
+        let session = args.bus.options().open_service()?;
+        let reports = service::run_all(&session, members, waking, interrupted()).await;
+        bus::close(&session)?;
+        anyhow::Ok(reports?)
+    })?;
+    board.clear();
+    Ok(conclude(&reports))
+}
+
+/// The `index`th of so many.
+fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), board: &Board) -> anyhow::Result<Member> {
+    let Beginning { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(place::FOLDER);
-    let fresh = || place::fresh(folder, &name.to_string(), SystemTime::now());
-    let record = (!args.no_record).then(|| args.record.clone().unwrap_or_else(fresh));
-    let line = status_line();
-    let (shown, warned) = (line.clone(), AtomicBool::new(false));
-    let first = record.as_ref().map(|path| if args.split.is_some() { place::part(path, 1) } else { path.clone() });
-    announce(&name, &scene, first.as_deref());
+    let path = match (&args.record, args.no_record) {
+        (_, true) => None,
+        (Some(path), _) if count > 1 => Some(place::part(path, u32::try_from(index + 1)?)),
+        (Some(path), _) => Some(path.clone()),
+        (None, _) => Some(place::fresh(folder, &name.to_string(), SystemTime::now())),
+    };
+    let first = path.as_ref().map(|path| if args.split.is_some() { place::part(path, 1) } else { path.clone() });
+    if index == 0 {
+        announce(&name, &scene, first.as_deref(), count);
+    }
+    let on_status = board.of(index, &name.to_string());
     let live = Live {
         name,
         scene,
-        stepping: Stepping { pace: args.pace, until_s: args.until, publish },
-        record,
+        stepping: Stepping { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
+        record: path,
         recordings: folder.to_owned(),
         flush_period: args.flush,
         fsync: args.fsync,
         split: args.split,
         scene_updates_hz: args.scene_updates,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
-        on_status: Box::new(move |status| show(&shown, &warned, status)),
+        on_status,
         force: args.force,
         resumed: resumption,
     };
-    let report = runtime()?.block_on(async {
-        let session = args.bus.options().open_service()?;
-        let report = service::run(&session, live, (simulation, shadow), interrupted()).await;
-        bus::close(&session)?;
-        anyhow::Ok(report?)
-    })?;
-    line.finish_and_clear();
-    Ok(conclude(&report))
-}
-
-/// Updates the status line; the first warning stays.
-fn show(line: &ProgressBar, warned: &AtomicBool, status: &Status) {
-    line.set_message(describe(status));
-    if status.state() != State::Diverged && !status.message.is_empty() && !warned.swap(true, Ordering::Relaxed) {
-        line.suspend(|| eprintln!("warning: {}", status.message));
-    }
+    Ok(Member { live, simulation, shadow })
 }
 
 /// The same scene by another model, with the integrator that usually suits it.
@@ -71,11 +82,12 @@ fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
     Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
-fn announce(name: &bus::Name, scene: &SceneSource, record: Option<&Path>) {
+fn announce(name: &bus::Name, scene: &SceneSource, record: Option<&Path>, count: usize) {
     let solver = &scene.scene.solver;
     let to = record.map_or("not recorded".to_owned(), |path| format!("recorded to {}", path.display()));
+    let others = if count > 1 { format!("; and {} more", count - 1) } else { String::new() };
     eprintln!(
-        "{}: {} model, {}, step {} s; on the bus as flexcrank/{}; {to}",
+        "{}: {} model, {}, step {} s; on the bus as flexcrank/{}; {to}{others}",
         scene.origin,
         solver.model.as_str(),
         solver.integrator.as_str(),
@@ -84,9 +96,30 @@ fn announce(name: &bus::Name, scene: &SceneSource, record: Option<&Path>) {
     );
 }
 
-/// Says where it ended, how, and what was recorded.
-fn conclude(report: &LiveReport) -> Done {
-    if let Some(Angles { stamp: Some(stamp), links }) = &report.angles {
+/// Says where each ended, how, and what was recorded; of many, only what is out of the ordinary.
+fn conclude(reports: &[LiveReport]) -> Done {
+    let many = reports.len() > 1;
+    let done = reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| gravity(*done)).unwrap_or(Done::Well);
+    if many {
+        let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
+        let messages: u64 = written.iter().map(|written| written.messages).sum();
+        eprintln!("{} runs ended; recorded {messages} messages to {} files", reports.len(), written.len());
+    }
+    done
+}
+
+fn gravity(done: Done) -> u8 {
+    match done {
+        Done::Well => 0,
+        Done::Lossy => 1,
+        Done::Refused => 2,
+        Done::Late => 3,
+        Done::Diverged => 4,
+    }
+}
+
+fn conclude_one(report: &LiveReport, many: bool) -> Done {
+    if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         eprintln!("t = {} s: {}", stamp.sim_time_s, angles.join(", "));
     }
@@ -96,6 +129,10 @@ fn conclude(report: &LiveReport) -> Done {
             eprintln!("error: {diverged}");
             Done::Diverged
         }
+        Ending::Late { step, late } => {
+            eprintln!("error: step {step} would have begun {late:.1?} late, and --overrun is stop");
+            Done::Late
+        }
     };
     let mut lossy = report.dropped > 0;
     if lossy {
@@ -103,7 +140,9 @@ fn conclude(report: &LiveReport) -> Done {
     }
     for recording in &report.recordings {
         lossy |= recording.is_err();
-        tell(recording);
+        if !many || recording.is_err() {
+            tell(recording);
+        }
     }
     if lossy && done == Done::Well {
         done = Done::Lossy;
@@ -139,30 +178,4 @@ async fn received(signal: std::io::Result<Signal>) {
         Ok(mut signal) => drop(signal.recv().await),
         Err(_) => std::future::pending().await,
     }
-}
-
-/// A line on the terminal that is overwritten; nothing when there is no terminal.
-fn status_line() -> ProgressBar {
-    let line = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{msg}") {
-        line.set_style(style);
-    }
-    line
-}
-
-/// A status in one line.
-pub(super) fn describe(status: &Status) -> String {
-    let state = State::try_from(status.state).unwrap_or_default();
-    let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
-    let optional = |name: &str, value: Option<String>| value.map_or(String::new(), |value| format!("  {name} {value}"));
-    let milliseconds = |value: f64| format!("{:.2} ms", value * 1e3);
-    format!(
-        "{:<8} t {time:9.3} s{}{}{}{}{}",
-        state.as_str_name(),
-        optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
-        optional("late p50", status.lateness_p50_s.map(milliseconds)),
-        optional("p99", status.lateness_p99_s.map(milliseconds)),
-        optional("", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
-        if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },
-    )
 }

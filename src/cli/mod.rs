@@ -2,6 +2,7 @@
 
 mod aligned;
 mod args;
+mod board;
 mod clients;
 mod cycle;
 mod files;
@@ -45,11 +46,13 @@ enum Done {
     Lossy,
     /// The simulation diverged: 4.
     Diverged,
+    /// A deadline was missed, and that was to end it: 5.
+    Late,
 }
 
 /// Runs the program on the process's arguments.
 ///
-/// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged.
+/// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     log::begin(cli.log_format);
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
         Ok(Done::Refused) => ExitCode::from(1),
         Ok(Done::Lossy) => ExitCode::from(3),
         Ok(Done::Diverged) => ExitCode::from(4),
+        Ok(Done::Late) => ExitCode::from(5),
         // Whoever read our output has seen enough.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {

@@ -6,19 +6,18 @@ use super::args::{Run, positive};
 use super::files::progress_bar;
 use crate::bus::Name;
 use crate::resimulation::{Resumed, Source, resume};
-use crate::runtime::PublishRate;
+use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::SceneSource;
 use crate::service::Resumption;
 use crate::simulation::Simulation;
 
 const NAME: &str = "crank";
-const PUBLISH_HZ: PublishRate = PublishRate::Hz(200.0);
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Go on with a recorded session where its recording ends: its scene, name and pending pulses, alike to the bit with one that
     /// never stopped.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "overrides", "shadow"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "count", "overrides", "shadow"])]
     pub resume: Option<PathBuf>,
     /// Go on at this simulated time of the session instead, s.
     #[arg(long, value_name = "S", requires = "resume", value_parser = positive)]
@@ -30,21 +29,33 @@ pub(super) struct Beginning {
     pub name: Name,
     pub scene: SceneSource,
     pub simulation: Simulation,
-    pub publish: PublishRate,
+    pub publish: PublishRates,
     pub resumption: Option<Resumption>,
 }
 
-/// What `run` is told to begin with.
-pub(super) fn begin(args: &Run) -> anyhow::Result<Beginning> {
+/// What `run` is told to begin with: every scene so many times.
+pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
     let Some(file) = &args.resume.resume else {
-        let scene = SceneSource::open(&args.scene, &args.overrides)?;
         let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
-        let simulation = Simulation::new(&scene.scene)?;
-        return Ok(Beginning { name, scene, simulation, publish: args.publish_hz.unwrap_or(PUBLISH_HZ), resumption: None });
+        let publish = args.publish_hz.unwrap_or(PublishRate::USUAL.into());
+        let mut all = Vec::new();
+        for scene in &args.scene {
+            let scene = SceneSource::open(scene, &args.overrides)?;
+            for _ in 0..args.count {
+                let simulation = Simulation::new(&scene.scene)?;
+                all.push(Beginning { name: name.clone(), scene: scene.clone(), simulation, publish, resumption: None });
+            }
+        }
+        if all.len() > 1 {
+            for (number, beginning) in (1..).zip(&mut all) {
+                beginning.name = format!("{name}-{number:03}").parse()?;
+            }
+        }
+        return Ok(all);
     };
     let source = Source::open(file)?;
     let name = args.name.clone().map_or_else(|| source.name.parse(), Ok)?;
-    let publish = args.publish_hz.or(source.publish).unwrap_or(PUBLISH_HZ);
+    let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::USUAL.into());
     let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, args.resume.at)?;
     let of = format!(
         "{} at step {} of epoch {}, t = {} s",
@@ -55,7 +66,7 @@ pub(super) fn begin(args: &Run) -> anyhow::Result<Beginning> {
     );
     eprintln!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
-    Ok(Beginning { name, scene: source.scene, simulation, publish, resumption })
+    Ok(vec![Beginning { name, scene: source.scene, simulation, publish, resumption }])
 }
 
 fn recompute(file: &Path, source: &Source, at_s: Option<f64>) -> anyhow::Result<Resumed> {

@@ -4,7 +4,7 @@ use super::course::Instant;
 use super::event::{Event, resets};
 use super::finding::{Finding, Why};
 use super::source::Source;
-use crate::runtime::PublishRate;
+use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::System;
 use crate::wire::{Gap, status::State};
 
@@ -14,7 +14,6 @@ const LIMIT: usize = 1000;
 /// Follows the topics of a recording through its steps.
 pub(super) struct Holes {
     step_s: f64,
-    rate: Option<PublishRate>,
     tracks: Vec<Track>,
     /// The number that the writer gives to the next command.
     next_command: u32,
@@ -25,6 +24,7 @@ pub(super) struct Holes {
 
 struct Track {
     topic: &'static str,
+    rate: Option<PublishRate>,
     /// What was there last.
     last: Option<Instant>,
     /// The number that the writer gives to the next message: it counts what it wrote, so a jump means that the file has lost some.
@@ -48,19 +48,19 @@ struct Hole {
 
 impl Holes {
     pub(super) fn new(source: &Source) -> Self {
-        let topics: &[&'static str] = match source.scene.scene.system {
-            System::Chain(_) => &["displacements", "angles", "loads"],
-            System::Oscillator(_) => &["displacements"],
+        let track = |topic, rate: fn(PublishRates) -> PublishRate| Track {
+            topic,
+            rate: source.publish.map(rate),
+            last: None,
+            next: 0,
+            lost: false,
+            open: None,
         };
-        let track = |topic: &&'static str| Track { topic, last: None, next: 0, lost: false, open: None };
-        Holes {
-            step_s: source.scene.scene.solver.step_s,
-            rate: source.publish,
-            tracks: topics.iter().map(track).collect(),
-            next_command: 0,
-            commandless: Vec::new(),
-            holes: Vec::new(),
+        let mut tracks = vec![track("displacements", |rates| rates.displacements)];
+        if let System::Chain(_) = source.scene.scene.system {
+            tracks.extend([track("angles", |rates| rates.angles), track("loads", |rates| rates.loads)]);
         }
+        Holes { step_s: source.scene.scene.solver.step_s, tracks, next_command: 0, commandless: Vec::new(), holes: Vec::new() }
     }
 
     /// A part of the file is lost.
@@ -120,7 +120,7 @@ impl Holes {
 
     /// Keeps what is missing of a topic before an instant; whether anything is.
     fn check(&mut self, i: usize, (epoch, before): Instant, number: u64) -> bool {
-        let (Some(rate), Track { topic, last: Some((of, after)), lost, .. }) = (self.rate, &self.tracks[i]) else { return false };
+        let Track { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
         let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
         if count > 0 && self.holes.len() < LIMIT {
             self.holes.push(Hole { topic, epoch, after: *after, before, count, damaged: *lost, number });

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use super::ResimulationError;
 use crate::recording::{self, About};
-use crate::runtime::PublishRate;
+use crate::runtime::PublishRates;
 use crate::scene::SceneSource;
 use crate::wire::Stamp;
 
@@ -21,7 +21,7 @@ pub struct Source {
     /// The scene it was made with.
     pub scene: SceneSource,
     /// Which steps were published, if it says so.
-    pub publish: Option<PublishRate>,
+    pub publish: Option<PublishRates>,
     /// All that it says of itself.
     pub about: About,
 }

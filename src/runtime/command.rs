@@ -1,8 +1,9 @@
 //! Commands on their way from the bus to the stepping thread, and their answers on the way back.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, OnceLock};
+use std::thread::Thread;
 
 use crate::simulation::PulseRequest;
 use crate::wire::{CommandReply, control};
@@ -46,9 +47,17 @@ pub struct Counts {
     rejected: AtomicU64,
     dropped: AtomicU64,
     checkpoint_wanted: AtomicBool,
+    /// The thread that takes commands.
+    thread: OnceLock<Thread>,
 }
 
 impl Counts {
+    /// Commands are taken by this thread: it may be asleep.
+    pub(super) fn wake_with(&self, thread: Thread) {
+        // It is told once.
+        let _ = self.thread.set(thread);
+    }
+
     /// Asks for a checkpoint after the next step.
     pub fn want_checkpoint(&self) {
         self.checkpoint_wanted.store(true, Ordering::Relaxed);
@@ -98,7 +107,7 @@ impl Inbox {
             return self.turn_away(command, "too many commands are waiting");
         }
         match self.queue.try_send(command) {
-            Ok(()) => {}
+            Ok(()) => self.counts.thread.get().map_or((), Thread::unpark),
             Err(TrySendError::Full(command)) => self.turn_away(command, "too many commands are waiting"),
             Err(TrySendError::Disconnected(command)) => self.turn_away(command, "the run is over"),
         }

@@ -2,20 +2,28 @@
 
 mod approach;
 mod command;
-mod lateness;
+mod drive;
 mod memory;
+mod misses;
 mod output;
 mod pacer;
 mod rate;
+mod rates;
+mod realtime;
 mod shadow;
+mod spread;
 mod stepper;
+mod waiting;
 
 pub use approach::{Approach, approach};
 pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
-pub use lateness::Lateness;
+pub use drive::{Finish, Waking, drive};
 pub(crate) use memory::Memory;
-pub use output::{Missed, Output, RecordingRequest};
-pub use pacer::{Pace, Pacer};
+pub use output::{Missed, Outbox, Output, RecordingRequest};
+pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub use rate::{BadRate, PublishRate};
+pub use rates::{BadRates, Due, PublishRates};
 pub use shadow::Shadow;
+pub use spread::Spread;
 pub use stepper::{Ending, Ports, Stepper, Stepping};
+pub use waiting::{BadSpin, Spin};

@@ -1,13 +1,16 @@
 //! What leaves the stepping thread, in order.
 
+use std::sync::mpsc::Sender;
+
 use super::command::ReplyTo;
+use super::rates::Due;
 use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{AppliedCommand, CommandReply, Shadow, Status, control};
+use crate::wire::{AppliedCommand, CommandReply, Overruns, Shadow, Status, control};
 
 /// One thing for the bus, the recording, or both.
 pub enum Output {
-    /// The state at one instant. Goes back to the stepping thread's pool afterwards.
-    Sample(Box<Sample>),
+    /// The state at one instant, and the topics that it is for. Goes back to the stepping thread's pool afterwards.
+    Sample(Box<Sample>, Due),
     /// A second model against the first.
     Shadow(Box<Shadow>, Stamp),
     /// The service's state.
@@ -18,8 +21,31 @@ pub enum Output {
     Recording(RecordingRequest),
     /// Full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
-    /// Samples that did not leave because none was free to be filled.
-    Missed(Missed, Stamp),
+    /// Samples that did not leave because none was free to be filled, by topic: displacements, angles, loads.
+    Missed([Option<Missed>; 3], Stamp),
+    /// Deadlines that were missed.
+    Overruns(Box<Overruns>, Stamp),
+    /// Nothing more comes from this simulator.
+    Over,
+}
+
+/// The way out of one simulator, which shares it with others.
+#[derive(Clone)]
+pub struct Outbox {
+    sender: Sender<(usize, Output)>,
+    index: usize,
+}
+
+impl Outbox {
+    /// What is sent is marked with `index`.
+    pub fn new(sender: Sender<(usize, Output)>, index: usize) -> Self {
+        Outbox { sender, index }
+    }
+
+    /// `false` when nobody takes it any more.
+    pub fn send(&self, output: Output) -> bool {
+        self.sender.send((self.index, output)).is_ok()
+    }
 }
 
 /// Samples of one epoch that were left out.

@@ -11,42 +11,67 @@ pub enum Pace {
     Factor(f64),
 }
 
+/// What to do about deadlines that were missed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Overrun {
+    /// Go as fast as possible until deadlines are met again; what is further behind than [`GIVE_UP`] is given up.
+    #[default]
+    CatchUp,
+    /// Move the deadlines by what was missed: nothing is hurried.
+    Skip,
+    /// End the run.
+    Stop,
+}
+
+/// Further behind than this, deadlines are moved rather than chased.
+pub const GIVE_UP: Duration = Duration::from_secs(1);
+
 /// Deadlines of simulated instants: `anchor + (t − t_anchor) / factor`, never accumulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pacer {
     pace: Pace,
     anchor: Duration,
     anchor_s: f64,
+    /// By how much deadlines were moved since.
+    given_up: Duration,
 }
-
-/// Further behind than this, deadlines are moved rather than chased.
-const GIVE_UP: Duration = Duration::from_secs(1);
 
 impl Pacer {
     /// Simulated time `session_s` is due at `now`; what follows, at `pace`.
     pub fn new(pace: Pace, now: Duration, session_s: f64) -> Self {
-        Pacer { pace, anchor: now, anchor_s: session_s }
+        Pacer { pace, anchor: now, anchor_s: session_s, given_up: Duration::ZERO }
     }
 
     /// When simulated time `session_s` is due; `None` when at once.
     pub fn deadline(&self, session_s: f64) -> Option<Duration> {
         match self.pace {
             Pace::Max => None,
-            Pace::Factor(factor) => Some(self.anchor + Duration::from_secs_f64(((session_s - self.anchor_s) / factor).max(0.0))),
+            Pace::Factor(factor) => {
+                let since = Duration::from_secs_f64(((session_s - self.anchor_s) / factor).max(0.0));
+                Some(self.anchor + self.given_up + since)
+            }
         }
     }
 
-    /// Starts anew from `now`: after a pause, or when too far behind to catch up.
+    /// Starts anew from `now`: after a pause or a reset.
     pub fn anchor(&mut self, now: Duration, session_s: f64) {
-        (self.anchor, self.anchor_s) = (now, session_s);
+        *self = Pacer::new(self.pace, now, session_s);
     }
 
-    /// Whether a deadline was missed by so much that it is not worth chasing.
-    pub fn hopeless(lateness: Duration) -> bool {
-        lateness > GIVE_UP
+    /// By how much deadlines are to be moved when one was missed by `late`; `None` when they stay.
+    pub fn verdict(policy: Overrun, late: Duration) -> Option<Duration> {
+        match policy {
+            Overrun::Skip => Some(late),
+            Overrun::CatchUp | Overrun::Stop => (late > GIVE_UP).then_some(late),
+        }
     }
 
-    /// Simulated over wall time since the last anchor; `None` before any time has passed.
+    /// Moves all deadlines from here on.
+    pub fn give_up(&mut self, late: Duration) {
+        self.given_up += late;
+    }
+
+    /// Simulated over wall time since the last anchor, moved deadlines or not; `None` before any time has passed.
     pub fn real_time_factor(&self, now: Duration, session_s: f64) -> Option<f64> {
         let wall_s = now.saturating_sub(self.anchor).as_secs_f64();
         (wall_s > 0.0).then(|| (session_s - self.anchor_s) / wall_s)
@@ -77,6 +102,23 @@ mod tests {
     #[test]
     fn val_no_deadlines_at_full_speed() {
         assert_eq!(Pacer::new(Pace::Max, START, 0.0).deadline(5.0), None);
+    }
+
+    #[test]
+    fn prop_moved_deadlines_hide_no_lost_time() {
+        let mut pacer = Pacer::new(Pace::Factor(1.0), START, 0.0);
+        let late = Duration::from_millis(250);
+        pacer.give_up(late);
+        assert_eq!(pacer.deadline(1.0), Some(START + Duration::from_secs(1) + late));
+        assert_eq!(pacer.real_time_factor(START + Duration::from_millis(1250), 1.0), Some(0.8));
+    }
+
+    #[test]
+    fn val_what_is_missed_is_chased_for_a_second_or_skipped() {
+        let (little, much) = (Duration::from_millis(900), Duration::from_millis(1100));
+        assert_eq!(Pacer::verdict(Overrun::CatchUp, little), None);
+        assert_eq!(Pacer::verdict(Overrun::CatchUp, much), Some(much));
+        assert_eq!(Pacer::verdict(Overrun::Skip, little), Some(little));
     }
 
     #[test]

@@ -10,6 +10,9 @@ pub enum PublishRate {
 }
 
 impl PublishRate {
+    /// What is published unless something else is asked for.
+    pub const USUAL: PublishRate = PublishRate::Hz(200.0);
+
     /// Whether step `step` (the first is 1) of size `step_s` is published: whenever `n·h·rate` passes a whole number.
     pub fn takes(self, step: u64, step_s: f64) -> bool {
         match self {

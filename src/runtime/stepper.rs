@@ -1,29 +1,34 @@
-//! The stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
+//! One simulator on a stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
 
 mod commanding;
+mod deadlines;
 mod reporting;
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::command::{Command, Counts};
-use super::lateness::Lateness;
+use super::drive::{Waking, drive};
 use super::memory::Memory;
-use super::output::{Missed, Output};
-use super::pacer::{Pace, Pacer};
+use super::misses::{Doings, Misses, Round};
+use super::output::{Missed, Outbox, Output};
+use super::pacer::{Overrun, Pace, Pacer};
 use super::rate::PublishRate;
+use super::rates::{Due, PublishRates};
 use super::shadow::Shadow;
+use super::spread::Spread;
+use super::waiting::Spin;
 use crate::simulation::{Diverged, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 use reporting::STATUS_PERIOD;
 
 /// Simulated time between two checkpoints, s.
 const CHECKPOINT_PERIOD_S: f64 = 10.0;
-/// Steps between two looks at the command queue when nothing is waited for.
-const BURST: u32 = 64;
-/// Most queued commands that are taken before the next step.
-const COMMANDS_AT_ONCE: usize = 256;
+/// Most steps between two looks at the command queue.
+const BURST: u64 = 64;
+/// Most queued commands that are taken before the next step: what comes faster waits, and is refused when the queue is full.
+const COMMANDS_AT_ONCE: usize = 16;
 
 /// How a run is stepped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +38,17 @@ pub struct Stepping {
     /// Simulated time at which the run is finished, s.
     pub until_s: Option<f64>,
     /// Which steps are published.
-    pub publish: PublishRate,
+    pub publish: PublishRates,
+    /// What to do about missed deadlines.
+    pub overrun: Overrun,
+}
+
+impl Default for Stepping {
+    /// Real time without end, published as usual.
+    fn default() -> Self {
+        let publish = PublishRate::USUAL.into();
+        Stepping { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
+    }
 }
 
 /// How a run ended.
@@ -45,6 +60,34 @@ pub enum Ending {
     Stopped,
     /// The simulation could not go on.
     Diverged(Diverged),
+    /// A deadline was missed, and that was to end it.
+    Late {
+        /// The step that would have begun late.
+        step: u64,
+        /// By how much.
+        late: Duration,
+    },
+}
+
+/// What a simulator needs next of its thread.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Next {
+    /// To step at this time of the clock.
+    Step(Duration),
+    /// To be seen to at this time, or when a command comes.
+    Idle(Duration),
+    /// Nothing any more.
+    Over,
+}
+
+impl Next {
+    /// When.
+    pub(super) fn at(self) -> Duration {
+        match self {
+            Next::Step(at) | Next::Idle(at) => at,
+            Next::Over => Duration::ZERO,
+        }
+    }
 }
 
 /// The ends of the queues that the stepping thread holds.
@@ -52,7 +95,7 @@ pub struct Ports {
     /// Commands in.
     pub commands: Receiver<Command>,
     /// Everything out.
-    pub output: Sender<Output>,
+    pub output: Outbox,
     /// Samples to be filled again: their number bounds what is on its way.
     pub pool: Receiver<Box<Sample>>,
     /// What is counted across threads.
@@ -67,7 +110,14 @@ pub struct Stepper {
     ports: Ports,
     pacer: Pacer,
     clock: Instant,
-    lateness: Lateness,
+    next: Next,
+    ending: Option<Ending>,
+    lateness: Spread,
+    step_cost: Spread,
+    doings: Doings,
+    misses: Misses,
+    pacing_epoch: u64,
+    given_up: Duration,
     memory: Memory,
     paused: bool,
     singles: u64,
@@ -78,8 +128,8 @@ pub struct Stepper {
     next_checkpoint_s: f64,
     overruns: u64,
     dropped: u64,
-    /// Samples left out that were not told of yet.
-    missed: Option<Missed>,
+    /// Samples left out that were not told of yet, by topic.
+    missed: [Option<Missed>; 3],
     accepted: u64,
     rejected: u64,
     /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
@@ -104,7 +154,14 @@ impl Stepper {
             ports,
             pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
             clock: Instant::now(),
-            lateness: Lateness::new()?,
+            next: Next::Step(Duration::ZERO),
+            ending: None,
+            lateness: Spread::new()?,
+            step_cost: Spread::new()?,
+            doings: Doings::default(),
+            misses: Misses::default(),
+            pacing_epoch: 0,
+            given_up: Duration::ZERO,
             memory: Memory::default(),
             paused: false,
             singles: 0,
@@ -115,7 +172,7 @@ impl Stepper {
             next_checkpoint_s: 0.0,
             overruns: 0,
             dropped: 0,
-            missed: None,
+            missed: [None; 3],
             accepted: 0,
             rejected: 0,
             bent: 0.0,
@@ -130,47 +187,103 @@ impl Stepper {
         self
     }
 
-    /// Steps until the end; the last good state is published whatever the rate.
+    /// Steps until the end on this thread, without any claim on it.
     ///
     /// Returns how it ended, and how many samples were left out.
-    pub fn run(mut self) -> (Ending, u64) {
-        self.pacer.anchor(self.clock.elapsed(), self.session_s());
+    pub fn run(self) -> (Ending, u64) {
+        let (told, heard) = channel();
+        // Nobody else can hang up.
+        let finish = Box::new(move |ending, dropped| drop(told.send((ending, dropped))));
+        drive(vec![(self, finish)], Waking { spin: Spin::NONE, realtime: false });
+        heard.recv().unwrap_or((Ending::Stopped, 0))
+    }
+
+    /// Whether it has to wait for any.
+    pub(super) fn has_deadlines(&self) -> bool {
+        self.stepping.pace != Pace::Max
+    }
+
+    /// What it needs next.
+    pub(super) fn next(&self) -> Next {
+        self.next
+    }
+
+    /// Publishes the first state; deadlines are on `clock`. It is the `index`th of so many on its thread.
+    pub(super) fn begin(&mut self, clock: Instant, (index, count): (usize, usize)) {
+        self.clock = clock;
+        self.ports.counts.wake_with(std::thread::current());
         self.checkpoint();
         // What was true where a session is taken up was published before.
-        let first = if self.resumed { Ok(()) } else { self.publish() };
-        let ending = first.and_then(|()| self.step_on()).unwrap_or_else(Ending::Diverged);
+        if !self.resumed {
+            let published = self.publish(Due::ALL);
+            self.heed(published);
+        }
+        self.status(State::Running, String::new());
+        // So that many on one thread do not all report at once.
+        self.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
+    }
+
+    /// From now on, time counts.
+    pub(super) fn start(&mut self, now: Duration) {
+        self.pacer.anchor(now, self.session_s());
+    }
+
+    fn heed(&mut self, taken: Result<(), Diverged>) {
+        self.ending = taken.err().map(Ending::Diverged).or(self.ending.take());
+    }
+
+    /// Sees to everything but steps.
+    pub(super) fn tend(&mut self) {
+        let begun = self.clock.elapsed();
+        self.status_if_due();
+        self.tell_overruns_if_due(begun);
+        let more = self.take_commands(Duration::MAX);
+        self.decide(more);
+        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+    }
+
+    /// Takes commands, as many as come before `until`.
+    pub(super) fn listen(&mut self, until: Duration) {
+        let more = self.take_commands(until);
+        self.decide(more);
+    }
+
+    /// What is next; `more` commands may be waiting.
+    fn decide(&mut self, more: bool) {
+        self.next = if self.stopping || self.ending.is_some() {
+            Next::Over
+        } else if self.singles > 0 {
+            Next::Step(Duration::ZERO)
+        } else if self.finished() {
+            self.ending = Some(Ending::Finished);
+            Next::Over
+        } else if self.paused {
+            Next::Idle(if more { Duration::ZERO } else { self.next_status })
+        } else {
+            Next::Step(self.due().unwrap_or_default())
+        };
+        if let Next::Step(due) = self.next {
+            self.doings.ready |= self.clock.elapsed() <= due;
+        }
+    }
+
+    /// Ends; the last good state is published whatever the rate. How it ended, and how many samples were left out.
+    pub(super) fn end(&mut self) -> (Ending, u64) {
+        let ending = self.ending.take().unwrap_or(Ending::Stopped);
         let (state, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
             Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
+            Ending::Late { step, late } => (State::Finished, format!("step {step} would have begun {late:.1?} late")),
         };
-        if !self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
+        let rest = Due::ALL.without(self.due_topics());
+        if rest.any() {
             // Of a state that cannot be looked at, the last that could was published before.
-            let _ = self.publish();
+            let _ = self.publish(rest);
         }
+        self.tell_overruns();
         self.status(state, message);
+        self.send(Output::Over);
         (ending, self.dropped)
-    }
-
-    fn step_on(&mut self) -> Result<Ending, Diverged> {
-        loop {
-            self.status_if_due();
-            self.take_commands();
-            if self.stopping {
-                return Ok(Ending::Stopped);
-            }
-            if self.singles > 0 {
-                self.singles -= 1;
-            } else if self.finished() {
-                return Ok(Ending::Finished);
-            } else if self.paused {
-                self.wait(STATUS_PERIOD);
-                continue;
-            } else if let Some(wait) = self.time_to_deadline() {
-                self.wait(wait);
-                continue;
-            }
-            self.step()?;
-        }
     }
 
     fn finished(&self) -> bool {
@@ -178,52 +291,41 @@ impl Stepper {
         self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
     }
 
-    /// How long until the next step is due; `None` when it is due now, or there are no deadlines.
-    fn time_to_deadline(&mut self) -> Option<Duration> {
-        let due = self.pacer.deadline(self.session_s())?;
-        due.checked_sub(self.clock.elapsed()).filter(|wait| !wait.is_zero())
-    }
-
-    fn step(&mut self) -> Result<(), Diverged> {
-        let burst = if self.stepping.pace == Pace::Max && !self.paused { BURST } else { 1 };
-        for _ in 0..burst {
-            self.account_lateness();
-            self.step_once()?;
-            self.checkpoint_if_due();
-            if self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s()) {
-                self.publish()?;
+    /// Takes the steps that are due together.
+    pub(super) fn step(&mut self, round: Round) {
+        let count = if self.paused { self.singles.min(BURST) } else { self.batch() };
+        if let Err(ending) = self.account_lateness(round, count) {
+            return self.ending = Some(ending);
+        }
+        for _ in 0..count {
+            let taken = self.step_and_tell();
+            self.heed(taken);
+            if self.paused {
+                self.singles -= 1;
             }
-            if self.finished() {
-                break;
+            if self.ending.is_some() || self.finished() {
+                return;
             }
         }
-        Ok(())
     }
 
-    fn step_once(&mut self) -> Result<(), Diverged> {
-        let Some(shadow) = &mut self.shadow else { return self.simulation.step() };
+    fn step_and_tell(&mut self) -> Result<(), Diverged> {
         let begun = Instant::now();
         self.simulation.step()?;
-        shadow.follow(begun.elapsed());
-        Ok(())
+        let cost = begun.elapsed();
+        self.step_cost.record(cost);
+        self.doings.solving += cost;
+        if let Some(shadow) = &mut self.shadow {
+            shadow.follow(cost);
+        }
+        self.checkpoint_if_due();
+        let due = self.due_topics();
+        if due.any() { self.publish(due) } else { Ok(()) }
     }
 
-    fn account_lateness(&mut self) {
-        if self.paused {
-            return;
-        }
-        let Some(due) = self.pacer.deadline(self.session_s()) else { return };
-        let now = self.clock.elapsed();
-        let late = now.saturating_sub(due);
-        self.lateness.record(late);
-        if let Pace::Factor(factor) = self.stepping.pace
-            && late.as_secs_f64() > self.simulation.step_s() / factor
-        {
-            self.overruns += 1;
-        }
-        if Pacer::hopeless(late) {
-            self.pacer.anchor(now, self.session_s());
-        }
+    /// What the present step is published on.
+    fn due_topics(&self) -> Due {
+        self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s())
     }
 
     /// Simulated time since the session began, through all resets, s.
@@ -243,24 +345,35 @@ impl Stepper {
 
     /// A lost receiver ends the run.
     fn send(&mut self, output: Output) {
-        self.stopping |= self.ports.output.send(output).is_err();
+        self.stopping |= !self.ports.output.send(output);
     }
 
     /// Sends the present state. Without a free sample in the pool: in real time drops and counts, otherwise waits.
-    fn publish(&mut self) -> Result<(), Diverged> {
+    fn publish(&mut self, due: Due) -> Result<(), Diverged> {
+        let begun = self.clock.elapsed();
+        let published = self.hand_over(due);
+        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        published
+    }
+
+    fn hand_over(&mut self, due: Due) -> Result<(), Diverged> {
         let hurried = self.stepping.pace != Pace::Max && !self.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let stamp = self.stamp();
         let Some(mut sample) = free else {
             self.dropped += 1;
-            self.missed = Some(Missed::and(self.missed, stamp));
+            for (missed, _) in self.missed.iter_mut().zip([due.displacements, due.angles, due.loads]).filter(|(_, due)| *due) {
+                *missed = Some(Missed::and(*missed, stamp));
+            }
             return Ok(());
         };
         sample.observation.clone_from(self.simulation.observe()?);
         self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
-        sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
-        self.send(Output::Sample(sample));
+        if due.loads {
+            sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
+        }
+        self.send(Output::Sample(sample, due));
         let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
         if let Some(difference) = difference {
             self.send(Output::Shadow(Box::new(difference), stamp));
@@ -280,22 +393,21 @@ impl Stepper {
         self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
     }
 
-    /// Waits for a command, at most for `time`.
-    fn wait(&mut self, time: Duration) {
-        match self.ports.commands.recv_timeout(time) {
-            Ok(command) => self.consider(command),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => self.stopping = true,
-        }
-    }
-
-    fn take_commands(&mut self) {
+    /// Takes commands, as many as come before `until`; whether more may be waiting.
+    fn take_commands(&mut self, until: Duration) -> bool {
         for _ in 0..COMMANDS_AT_ONCE {
+            if until < Duration::MAX && self.clock.elapsed() >= until {
+                return true;
+            }
             match self.ports.commands.try_recv() {
                 Ok(command) => self.consider(command),
-                Err(TryRecvError::Empty) => return,
-                Err(TryRecvError::Disconnected) => return self.stopping = true,
+                Err(TryRecvError::Empty) => return false,
+                Err(TryRecvError::Disconnected) => {
+                    self.stopping = true;
+                    return false;
+                }
             }
         }
+        true
     }
 }

@@ -1,16 +1,17 @@
-//! The output thread: everything that leaves the stepping thread goes on the bus and into the recording here.
+//! The output thread: everything that leaves a stepping thread goes on the bus and into the recordings here.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender};
 
 use prost::Message as _;
+use tokio::sync::oneshot;
 
 use super::drawing::Drawing;
 use super::gaps::Gaps;
-use crate::bus::{Endpoint, Name, Topic};
+use crate::bus::{BusError, Endpoint, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
-use crate::runtime::{Counts, Missed, Output, RecordingRequest};
+use crate::runtime::{Counts, Due, Missed, Output, RecordingRequest};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
 
@@ -34,7 +35,27 @@ impl RecordingPlan {
     }
 }
 
-/// The output thread's state.
+/// Handles what comes from each simulation until it is over, or the stepping thread is gone; then closes and says so.
+pub(super) fn serve(desks: Vec<(Desk, oneshot::Sender<Closed>)>, outputs: &Receiver<(usize, Output)>) {
+    let mut desks: Vec<Option<(Desk, oneshot::Sender<Closed>)>> = desks.into_iter().map(Some).collect();
+    // Nobody waits for a close only when the service is being torn down.
+    let close = |(desk, closed): (Desk, oneshot::Sender<Closed>)| drop(closed.send(desk.close()));
+    let mut open = desks.len();
+    while open > 0
+        && let Ok((index, output)) = outputs.recv()
+    {
+        let Some(place) = desks.get_mut(index) else { continue };
+        if let Output::Over = output {
+            open -= usize::from(place.is_some());
+            place.take().into_iter().for_each(close);
+        } else if let Some((desk, _)) = place {
+            desk.handle(output);
+        }
+    }
+    desks.into_iter().flatten().for_each(close);
+}
+
+/// What is known of one simulation where its output is handled.
 pub(super) struct Desk {
     pub name: Name,
     pub endpoint: Endpoint,
@@ -56,27 +77,25 @@ pub(super) struct Desk {
     pub full: bool,
 }
 
-/// What is left when the stepping thread has ended.
+/// What is left of a simulation that is over.
 pub(super) struct Closed {
-    pub endpoint: Endpoint,
+    /// Whether it has left the bus in order.
+    pub left: Result<(), BusError>,
     pub recordings: Vec<Result<Written, RecordingError>>,
     pub angles: Option<Angles>,
 }
 
 impl Desk {
-    /// Handles everything until the stepping thread hangs up, then finishes the recording.
-    pub(super) fn serve(mut self, output: &Receiver<Output>) -> Closed {
-        while let Ok(output) = output.recv() {
-            self.handle(output);
-        }
+    /// Finishes the recording and leaves the bus.
+    fn close(mut self) -> Closed {
         self.close_recording();
-        Closed { endpoint: self.endpoint, recordings: self.finished, angles: self.angles }
+        Closed { left: self.endpoint.close(), recordings: self.finished, angles: self.angles }
     }
 
     fn handle(&mut self, output: Output) {
         match output {
-            Output::Sample(sample) => {
-                self.sample(&sample);
+            Output::Sample(sample, due) => {
+                self.sample(&sample, due);
                 self.look_whether_full();
                 // The stepping thread may be gone already: then nobody needs the sample any more.
                 let _ = self.pool.try_send(sample);
@@ -93,6 +112,8 @@ impl Desk {
             Output::Recording(request) => self.recording(request),
             Output::Checkpoint(checkpoint, stamp) => self.checkpoint(&checkpoint, &stamp),
             Output::Missed(missed, stamp) => self.missed(&missed, &stamp),
+            Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, overruns.encode_to_vec(), &stamp),
+            Output::Over => {}
         }
     }
 
@@ -105,23 +126,29 @@ impl Desk {
         self.full = full;
     }
 
-    fn sample(&mut self, sample: &Sample) {
+    fn sample(&mut self, sample: &Sample, due: Due) {
         let stamp = &sample.stamp;
-        let displacements = self.telemetry.displacements(sample);
-        self.send(Topic::Displacements, displacements.encode_to_vec(), stamp);
-        if self.drawing.as_mut().is_some_and(|drawing| drawing.takes(stamp.session_s())) {
-            let has_slider = sample.observation.resistance_n.is_some();
-            let time_ns = self.plan.session.log_time_ns(stamp.session_s());
-            let shapes = wire::scene_update(&displacements, has_slider, time_ns);
-            self.send(Topic::SceneUpdates, shapes.encode_to_vec(), stamp);
+        let drawn = self.drawing.as_mut().is_some_and(|drawing| drawing.takes(stamp.session_s()));
+        if due.displacements || drawn {
+            let displacements = self.telemetry.displacements(sample);
+            if due.displacements {
+                self.send(Topic::Displacements, displacements.encode_to_vec(), stamp);
+            }
+            if drawn {
+                let has_slider = sample.observation.resistance_n.is_some();
+                let time_ns = self.plan.session.log_time_ns(stamp.session_s());
+                let shapes = wire::scene_update(&displacements, has_slider, time_ns);
+                self.send(Topic::SceneUpdates, shapes.encode_to_vec(), stamp);
+            }
         }
-        if !self.telemetry.turns() {
-            return;
+        if due.angles && self.telemetry.turns() {
+            let angles = self.telemetry.angles(sample);
+            self.send(Topic::Angles, angles.encode_to_vec(), stamp);
+            self.angles = Some(angles);
         }
-        let angles = self.telemetry.angles(sample);
-        self.send(Topic::Angles, angles.encode_to_vec(), stamp);
-        self.angles = Some(angles);
-        self.send(Topic::Loads, self.telemetry.loads(sample).encode_to_vec(), stamp);
+        if due.loads && self.telemetry.turns() {
+            self.send(Topic::Loads, self.telemetry.loads(sample).encode_to_vec(), stamp);
+        }
     }
 
     fn status(&mut self, mut status: Status, stamp: &Stamp) {
@@ -163,10 +190,11 @@ impl Desk {
     }
 
     /// Samples that never came here are missing on the bus and in the recording.
-    fn missed(&mut self, missed: &Missed, stamp: &Stamp) {
+    fn missed(&mut self, missed: &[Option<Missed>; 3], stamp: &Stamp) {
         let topics: &[Topic] =
             if self.telemetry.turns() { &[Topic::Displacements, Topic::Angles, Topic::Loads] } else { &[Topic::Displacements] };
-        for topic in topics {
+        for (topic, missed) in topics.iter().zip(missed) {
+            let Some(missed) = missed else { continue };
             self.gaps.add(Gap {
                 stamp: Some(wire::stamp(&missed.last)),
                 topic: topic.chunk().to_owned(),

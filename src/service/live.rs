@@ -1,23 +1,30 @@
-//! A live service: a simulation stepped in real time, on the bus, recorded.
+//! Live services: simulations stepped in real time, on the bus, recorded.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::sync::mpsc::{SyncSender, channel, sync_channel};
-use std::thread::{Builder, JoinHandle};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::{Builder, JoinHandle, available_parallelism};
 use std::time::{Duration, SystemTime};
 
+use tokio::sync::oneshot;
+
 use super::ServiceError;
-use super::desk::{Closed, Desk, OnStatus, RecordingPlan};
+use super::desk::{Closed, Desk, OnStatus, RecordingPlan, serve};
 use super::drawing::Drawing;
 use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Name, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
-use crate::runtime::{Command, Ending, Inbox, Pace, Ports, Request, Shadow, Stepper, Stepping, inbox};
+use crate::runtime::{
+    Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, Shadow, Spin, Stepper, Stepping, Waking, drive, inbox,
+};
 use crate::scene::SceneSource;
 use crate::simulation::{Sample, Simulation, Stamp};
 use crate::wire::{self, Angles, Telemetry, control};
 
-/// Samples that may be on their way from the stepping thread at once.
+/// Samples that may be on their way from one simulation at once; fewer where many run.
 const SAMPLES_ON_THE_WAY: usize = 2048;
+/// But not fewer than this.
+const FEWEST_SAMPLES: usize = 128;
 
 /// What to run and how.
 pub struct Live {
@@ -75,7 +82,17 @@ pub struct LiveReport {
     pub dropped: u64,
 }
 
-/// Runs a simulation, and a second one beside it if given, until the scene's end, a `stop` command, divergence, or `shutdown`; leaves the bus in order.
+/// A simulation to be run, and a second one beside it if given.
+pub struct Member {
+    /// How.
+    pub live: Live,
+    /// At its start.
+    pub simulation: Simulation,
+    /// The second one.
+    pub shadow: Option<Shadow>,
+}
+
+/// Runs a simulation on a thread without any claim on the system; see [`run_all`].
 ///
 /// # Errors
 /// [`ServiceError`] when the name is taken, the recording cannot be made or the bus refuses.
@@ -85,56 +102,127 @@ pub async fn run(
     (simulation, shadow): (Simulation, Option<Shadow>),
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
-    if !live.force && client::is_taken(session, &live.name)? {
-        return Err(BusError::Taken(live.name).into());
-    }
-    let threads = start(session, live, simulation, shadow)?;
-    let (inbox, mut over) = (threads.inbox.clone(), threads.over);
-    tokio::pin!(shutdown);
-    tokio::select! {
-        _ = &mut over => {}
-        () = &mut shutdown => stop(&inbox),
-    }
-    let (ending, lost) = threads.stepping.join().map_err(|_| ServiceError::Died("stepping"))?;
-    let closed = threads.output.join().map_err(|_| ServiceError::Died("output"))?;
-    closed.endpoint.close()?;
-    let dropped = lost + inbox.counts().dropped();
-    Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped })
+    let waking = Waking { spin: Spin::NONE, realtime: false };
+    let mut reports = run_all(session, vec![Member { live, simulation, shadow }], waking, shutdown).await?;
+    reports.pop().ok_or(ServiceError::Died("stepping"))
 }
 
-/// The threads of a running service.
-struct Threads {
-    inbox: Inbox,
-    stepping: JoinHandle<(Ending, u64)>,
-    output: JoinHandle<Closed>,
-    over: tokio::sync::oneshot::Receiver<()>,
-}
-
-fn start(session: &Session, live: Live, simulation: Simulation, shadow: Option<Shadow>) -> Result<Threads, ServiceError> {
-    let (inbox, commands) = inbox();
-    let (to_desk, from_stepper) = channel();
-    let (to_pool, pool) = sync_channel(SAMPLES_ON_THE_WAY);
-    for _ in 0..SAMPLES_ON_THE_WAY {
-        if to_pool.try_send(Box::new(blank(&simulation))).is_err() {
-            break;
+/// Runs simulations under one session, each until its scene's end, a `stop` command, divergence, or `shutdown`; leaves the bus in
+/// order. They share stepping threads, as many as there are processors, and as many output threads.
+///
+/// # Errors
+/// [`ServiceError`] when a name is taken, a recording cannot be made or the bus refuses.
+pub async fn run_all(
+    session: &Session,
+    members: Vec<Member>,
+    waking: Waking,
+    shutdown: impl Future<Output = ()>,
+) -> Result<Vec<LiveReport>, ServiceError> {
+    let wary: Vec<&Name> = members.iter().filter(|member| !member.live.force).map(|member| &member.live.name).collect();
+    if let Some(taken) = client::taken(session, &wary)? {
+        return Err(BusError::Taken(taken).into());
+    }
+    let (runs, threads) = start(session, members, waking)?;
+    let inboxes: Vec<Inbox> = runs.iter().map(|run| run.inbox.clone()).collect();
+    let all = async {
+        let mut reports = Vec::with_capacity(runs.len());
+        for run in runs {
+            reports.push(run.report().await?);
         }
+        Ok(reports)
+    };
+    tokio::pin!(all, shutdown);
+    let reports = tokio::select! {
+        reports = &mut all => reports,
+        () = &mut shutdown => {
+            inboxes.iter().for_each(stop);
+            all.await
+        }
+    };
+    for (what, thread) in threads {
+        thread.join().map_err(|_| ServiceError::Died(what))?;
     }
-    let (stepping, resumed) = (live.stepping, live.resumed.clone());
-    let desk = desk(session, live, &simulation, &inbox, to_pool)?;
-    let ports = Ports { commands, output: to_desk, pool, counts: inbox.counts() };
-    let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
-    if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
-        stepper = stepper.resumed(epoch_start_s, &answers);
+    reports
+}
+
+/// What is to be heard of a simulation that runs.
+struct Run {
+    inbox: Inbox,
+    ending: oneshot::Receiver<(Ending, u64)>,
+    closed: oneshot::Receiver<Closed>,
+}
+
+impl Run {
+    async fn report(self) -> Result<LiveReport, ServiceError> {
+        let (ending, lost) = self.ending.await.map_err(|_| ServiceError::Died("stepping"))?;
+        let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
+        closed.left?;
+        let dropped = lost + self.inbox.counts().dropped();
+        Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped })
     }
-    let (finished, over) = tokio::sync::oneshot::channel();
-    let output = Builder::new().name("output".to_owned()).spawn(move || desk.serve(&from_stepper))?;
-    let stepping = Builder::new().name("stepping".to_owned()).spawn(move || {
-        let ending = stepper.run();
-        // Nobody waits for this only when the service is being torn down.
-        let _ = finished.send(());
-        ending
-    })?;
-    Ok(Threads { inbox, stepping, output, over })
+}
+
+/// Threads, and what they are for.
+type Threads = Vec<(&'static str, JoinHandle<()>)>;
+
+fn start(session: &Session, members: Vec<Member>, waking: Waking) -> Result<(Vec<Run>, Threads), ServiceError> {
+    let groups = available_parallelism().map_or(1, NonZeroUsize::get).min(members.len()).max(1);
+    let samples = (SAMPLES_ON_THE_WAY * 2 / members.len().max(1)).clamp(FEWEST_SAMPLES, SAMPLES_ON_THE_WAY);
+    let mut runs = Vec::with_capacity(members.len());
+    let mut group: Vec<Group> = (0..groups).map(|_| Group::new()).collect();
+    for (number, member) in members.into_iter().enumerate() {
+        runs.push(group[number % groups].take(session, member, samples)?);
+    }
+    let mut threads = Threads::new();
+    for Group { steppers, desks, outputs, .. } in group {
+        let output = move || serve(desks, &outputs);
+        threads.push(("output", Builder::new().name("output".to_owned()).spawn(output)?));
+        threads.push(("stepping", Builder::new().name("stepping".to_owned()).spawn(move || drive(steppers, waking))?));
+    }
+    Ok((runs, threads))
+}
+
+/// Simulations that share a stepping thread and an output thread.
+struct Group {
+    steppers: Vec<(Stepper, Finish)>,
+    desks: Vec<(Desk, oneshot::Sender<Closed>)>,
+    output: Sender<(usize, Output)>,
+    outputs: Receiver<(usize, Output)>,
+}
+
+impl Group {
+    fn new() -> Self {
+        let (output, outputs) = channel();
+        Group { steppers: Vec::new(), desks: Vec::new(), output, outputs }
+    }
+
+    fn take(&mut self, session: &Session, member: Member, samples: usize) -> Result<Run, ServiceError> {
+        let Member { mut live, simulation, shadow } = member;
+        let (inbox, commands) = inbox();
+        let (to_pool, pool) = sync_channel(samples);
+        for _ in 0..samples {
+            if to_pool.try_send(Box::new(blank(&simulation))).is_err() {
+                break;
+            }
+        }
+        if live.scene.scene.chain().is_none() {
+            live.stepping.publish = live.stepping.publish.of_displacements_only();
+        }
+        let (stepping, resumed) = (live.stepping, live.resumed.clone());
+        let desk = desk(session, live, &simulation, &inbox, to_pool)?;
+        let output = Outbox::new(self.output.clone(), self.desks.len());
+        let ports = Ports { commands, output, pool, counts: inbox.counts() };
+        let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
+        if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
+            stepper = stepper.resumed(epoch_start_s, &answers);
+        }
+        let (finish, ending) = oneshot::channel();
+        let (close, closed) = oneshot::channel();
+        // Nobody waits for these only when the service is being torn down.
+        self.steppers.push((stepper, Box::new(move |ending, dropped| drop(finish.send((ending, dropped))))));
+        self.desks.push((desk, close));
+        Ok(Run { inbox, ending, closed })
+    }
 }
 
 fn desk(

@@ -9,5 +9,5 @@ mod replay;
 
 pub use desk::OnStatus;
 pub use error::ServiceError;
-pub use live::{Live, LiveReport, Resumption, run};
+pub use live::{Live, LiveReport, Member, Resumption, run, run_all};
 pub use replay::{Action, BadRemap, Order, Orders, RATES, Remap, Replay, ReplayReport, replay};

@@ -71,7 +71,13 @@ impl Service {
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
         let simulation = Simulation::new(&scene.scene)?;
-        Self::launch(folder, scene, (simulation, shadow), Stepping { pace, until_s, publish }, |_| {})
+        Self::launch(
+            folder,
+            scene,
+            (simulation, shadow),
+            Stepping { pace, until_s, publish: publish.into(), ..Stepping::default() },
+            |_| {},
+        )
     }
 
     /// With anything changed that a run can be told.
@@ -83,7 +89,7 @@ impl Service {
         change: impl FnOnce(&mut Live),
     ) -> Result<Self, Box<dyn Error>> {
         let simulation = Simulation::new(&scene.scene)?;
-        Self::launch(folder, scene, (simulation, None), Stepping { pace, until_s, publish: PublishRate::Hz(200.0) }, change)
+        Self::launch(folder, scene, (simulation, None), Stepping { pace, until_s, ..Stepping::default() }, change)
     }
 
     /// As fast as it can, from where a recording has left a simulation.
@@ -94,7 +100,7 @@ impl Service {
         until_s: f64,
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
-        let stepping = Stepping { pace: Pace::Max, until_s: Some(until_s), publish };
+        let stepping = Stepping { pace: Pace::Max, until_s: Some(until_s), publish: publish.into(), ..Stepping::default() };
         Self::launch(tempfile::tempdir()?, scene, (simulation, None), stepping, |live| live.resumed = Some(resumption))
     }
 

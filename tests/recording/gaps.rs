@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::mpsc::{channel, sync_channel};
 use std::time::Duration;
 
-use flexcrank::runtime::{Output, Pace, Ports, PublishRate, Stepper, Stepping, inbox};
+use flexcrank::runtime::{Outbox, Output, Pace, Ports, PublishRate, PublishRates, Stepper, Stepping, inbox};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{Angles, Gap, Loads, Stamp};
 
@@ -20,7 +20,7 @@ fn missing(stamps: impl Iterator<Item = Option<Stamp>>, steps: u64) -> BTreeSet<
 fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
     let steps = 60_000;
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1e5), Some(steps as f64 * 1e-3), |live| {
-        live.stepping.publish = PublishRate::All;
+        live.stepping.publish = PublishRate::All.into();
         // Whoever takes the samples is held up again and again.
         live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(500)));
     })?;
@@ -48,13 +48,18 @@ fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
     let (door, commands) = inbox();
     let (output, told) = channel();
     let (_no_samples, pool) = sync_channel(1);
-    let ports = Ports { commands, output, pool, counts: door.counts() };
-    let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish: PublishRate::All };
+    let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: door.counts() };
+    let publish = "all,loads=100".parse::<PublishRates>()?;
+    let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..Stepping::default() };
     let (_, dropped) = Stepper::new(simulation, None, stepping, ports)?.run();
-    let missed: Vec<_> =
-        told.try_iter().filter_map(|output| if let Output::Missed(missed, _) = output { Some(missed) } else { None }).collect();
-    assert_eq!((dropped, missed.iter().map(|missed| missed.count).sum::<u64>()), (501, 501));
-    assert_eq!(missed.first().map(|missed| missed.first_step), Some(0));
-    assert_eq!(missed.last().map(|missed| missed.last.step), Some(500));
+    let missed: Vec<_> = told
+        .try_iter()
+        .filter_map(|(_, output)| if let Output::Missed(missed, _) = output { Some(missed) } else { None })
+        .collect();
+    let of = |topic: usize| missed.iter().filter_map(move |missed| missed[topic]);
+    assert_eq!((dropped, of(0).map(|missed| missed.count).sum::<u64>()), (501, 501));
+    assert_eq!(of(0).next().map(|missed| missed.first_step), Some(0));
+    assert_eq!(of(0).next_back().map(|missed| missed.last.step), Some(500));
+    assert_eq!(of(2).map(|missed| missed.count).sum::<u64>(), 51, "loads are due every tenth step");
     Ok(())
 }

@@ -166,7 +166,7 @@ fn asked(name: &str, default: u64) -> u64 {
 fn prop_broken_files_are_told_of_without_panic_or_waste_of_memory() -> Outcome {
     // Many small chunks.
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(0.1), |live| {
-        live.stepping.publish = PublishRate::All;
+        live.stepping.publish = PublishRate::All.into();
         live.flush_period = Duration::from_micros(100);
     })?;
     let (_, folder) = service.finish()?;

@@ -21,7 +21,7 @@ fn prop_every_part_begins_with_a_checkpoint_and_nothing_is_lost_between() -> Out
     let folder = tempfile::tempdir()?;
     let split = Some(Split::Time(Duration::from_secs(2)));
     let service = Service::start_as(folder, scene(&[])?, Pace::Max, Some(30.0), |live| {
-        live.stepping.publish = PublishRate::All;
+        live.stepping.publish = PublishRate::All.into();
         live.split = split;
     })?;
     let (report, folder) = service.finish()?;
@@ -54,7 +54,7 @@ fn prop_every_part_begins_with_a_checkpoint_and_nothing_is_lost_between() -> Out
 fn prop_parts_of_a_size_are_full_and_nothing_is_lost_between() -> Outcome {
     const SIZE: u64 = 1_000_000;
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(90.0), |live| {
-        live.stepping.publish = PublishRate::All;
+        live.stepping.publish = PublishRate::All.into();
         live.split = Some(Split::Bytes(SIZE));
         // Size counts, not when it reaches the disk.
         live.flush_period = Duration::from_secs(3600);

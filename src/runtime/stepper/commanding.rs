@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::Stepper;
 use crate::runtime::command::{Command, Request};
 use crate::runtime::output::{Output, RecordingRequest};
+use crate::runtime::rates::Due;
 use crate::simulation::{Effective, Stamp};
 use crate::wire::{self, AppliedCommand, CommandReply, applied_command, control};
 
@@ -64,7 +65,7 @@ impl Stepper {
             // After the command that caused it, so that a recording can be computed again in its own order.
             self.checkpoint();
             // The start was looked at when the simulation was built: it can be again.
-            let _ = self.publish();
+            let _ = self.publish(Due::ALL);
         }
     }
 
@@ -109,6 +110,7 @@ impl Stepper {
     fn reset(&mut self) -> Result<&'static str, String> {
         // Steps begin anew: what is missing must be told by the old count.
         self.tell_missed();
+        self.tell_overruns();
         let session_s = self.session_s();
         self.simulation.reset().map_err(|diverged| diverged.to_string())?;
         if let Some(shadow) = &mut self.shadow {

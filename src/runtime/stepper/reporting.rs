@@ -18,7 +18,8 @@ impl Stepper {
 
     /// Tells which samples were left out since this was last told.
     pub(super) fn tell_missed(&mut self) {
-        if let Some(missed) = self.missed.take() {
+        let missed = std::mem::take(&mut self.missed);
+        if missed.iter().any(Option::is_some) {
             let stamp = self.stamp();
             self.send(Output::Missed(missed, stamp));
         }
@@ -33,6 +34,8 @@ impl Stepper {
         let ledger = self.simulation.ledger();
         let quantiles = self.lateness.quantiles_s();
         let at = |k: usize| quantiles.map(|all| all[k]);
+        let costs = self.step_cost.quantiles_s();
+        let cost = |k: usize| costs.map(|all| all[k]);
         let stamp = self.stamp();
         let status = Status {
             stamp: Some(wire::stamp(&stamp)),
@@ -57,6 +60,14 @@ impl Stepper {
             pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
             recording: None,
             retried_steps: self.simulation.retried(),
+            step_cost_p50_s: cost(0),
+            step_cost_p99_s: cost(1),
+            step_cost_p999_s: cost(2),
+            step_cost_max_s: cost(3),
+            lateness: self.lateness.histogram(),
+            step_cost: self.step_cost.histogram(),
+            pacing_epoch: self.pacing_epoch,
+            given_up_s: self.given_up.as_secs_f64(),
             replay: None,
         };
         self.send(Output::Status(Box::new(status), stamp));

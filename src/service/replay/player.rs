@@ -14,7 +14,7 @@ use super::timeline::Timeline;
 use super::{Replay, ReplayReport};
 use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
 use crate::recording::{Recorded, Source};
-use crate::runtime::{Approach, Lateness, Memory, approach};
+use crate::runtime::{Approach, Memory, Spread, approach};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
 
@@ -60,7 +60,7 @@ pub(super) struct Player<'a> {
     stopping: bool,
     next_status: Duration,
     memory: Memory,
-    lateness: Lateness,
+    lateness: Spread,
     messages: u64,
 }
 
@@ -92,7 +92,7 @@ impl<'a> Player<'a> {
             stopping: false,
             next_status: Duration::ZERO,
             memory: Memory::default(),
-            lateness: Lateness::new()?,
+            lateness: Spread::new()?,
             messages: 0,
         })
     }

@@ -1,0 +1,98 @@
+//! One line for what is running: a service's status, or a summary of many.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::service::OnStatus;
+use crate::wire::{Status, status::State};
+
+/// A line on the terminal that is overwritten; nothing when there is no terminal.
+#[derive(Clone)]
+pub(super) struct Board {
+    line: ProgressBar,
+    newest: Arc<Mutex<Newest>>,
+}
+
+/// The newest status of each, and whether a warning of it was shown.
+type Newest = Vec<(Option<Status>, bool)>;
+
+impl Board {
+    /// For so many services.
+    pub(super) fn new(count: usize) -> Self {
+        let line = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{msg}") {
+            line.set_style(style);
+        }
+        Board { line, newest: Arc::new(Mutex::new(vec![(None, false); count])) }
+    }
+
+    /// Takes the statuses of service `index`, by that name.
+    pub(super) fn of(&self, index: usize, name: &str) -> OnStatus {
+        let (board, name) = (self.clone(), name.to_owned());
+        Box::new(move |status| board.take(index, &name, status))
+    }
+
+    fn take(&self, index: usize, name: &str, status: &Status) {
+        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        let many = newest.len() > 1;
+        let Some((kept, warned)) = newest.get_mut(index) else { return };
+        // The first warning stays.
+        if status.state() == State::Running && !status.message.is_empty() && !*warned {
+            *warned = true;
+            let whose = if many { format!("{name}: ") } else { String::new() };
+            self.line.suspend(|| eprintln!("warning: {whose}{}", status.message));
+        }
+        *kept = Some(status.clone());
+        match many {
+            false => self.line.set_message(describe(status)),
+            // Once for all of them.
+            true if index == 0 => self.line.set_message(summary(&newest)),
+            true => {}
+        }
+    }
+
+    /// Takes the line away.
+    pub(super) fn clear(&self) {
+        self.line.finish_and_clear();
+    }
+}
+
+/// A status in one line.
+pub(super) fn describe(status: &Status) -> String {
+    let state = State::try_from(status.state).unwrap_or_default();
+    let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
+    format!(
+        "{:<8} t {time:9.3} s{}{}{}{}{}",
+        state.as_str_name(),
+        optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
+        optional("late p50", status.lateness_p50_s.map(milliseconds)),
+        optional("p99", status.lateness_p99_s.map(milliseconds)),
+        optional("", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
+        if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },
+    )
+}
+
+/// The slowest and the latest of many.
+fn summary(newest: &[(Option<Status>, bool)]) -> String {
+    let all = || newest.iter().filter_map(|(status, _)| status.as_ref());
+    let running = all().filter(|status| status.state() == State::Running).count();
+    let slowest = all().filter_map(|status| status.real_time_factor).reduce(f64::min);
+    let latest = all().filter_map(|status| status.lateness_p99_s).reduce(f64::max);
+    let dropped: u64 = all().map(|status| status.dropped_samples).sum();
+    format!(
+        "{running} of {} running{}{}{}",
+        newest.len(),
+        optional("slowest rtf", slowest.map(|factor| format!("{factor:.4}"))),
+        optional("worst late p99", latest.map(milliseconds)),
+        if dropped > 0 { format!("  dropped {dropped}") } else { String::new() },
+    )
+}
+
+fn optional(name: &str, value: Option<String>) -> String {
+    value.map_or(String::new(), |value| format!("  {name} {value}"))
+}
+
+fn milliseconds(value: f64) -> String {
+    format!("{:.2} ms", value * 1e3)
+}

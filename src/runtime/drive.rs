@@ -1,0 +1,114 @@
+//! The thread that steps: it waits for the next deadline, lets every simulator step that is due, and sees to commands between.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::approach::{Approach, approach};
+use super::misses::Round;
+use super::realtime;
+use super::stepper::{Ending, Next, Stepper};
+use super::waiting::Spin;
+
+/// Longer waits can be ended by a command.
+const FAR: Duration = Duration::from_millis(5);
+/// How long before a deadline they end at the latest.
+const NEAR: Duration = Duration::from_millis(2);
+
+/// How a stepping thread wakes.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Waking {
+    /// How long it spins before a deadline.
+    pub spin: Spin,
+    /// Whether it asks the system for real-time scheduling and locked memory.
+    pub realtime: bool,
+}
+
+/// Told how a run ended, and how many samples were left out.
+pub type Finish = Box<dyn FnOnce(Ending, u64) + Send>;
+
+/// Steps all of them to their ends, on this thread.
+pub fn drive(steppers: Vec<(Stepper, Finish)>, waking: Waking) {
+    let paced = steppers.iter().any(|(stepper, _)| stepper.has_deadlines());
+    let granted = (paced && waking.realtime).then(realtime::ask);
+    let spin = if paced { ready(waking, granted.as_ref()) } else { Duration::ZERO };
+    let mut thread = Stepping { steppers, clock: Instant::now(), spin };
+    thread.begin();
+    while !thread.steppers.is_empty() {
+        thread.go_on();
+    }
+}
+
+/// Readies the thread for deadlines, and says how; returns the length of its spins.
+fn ready(waking: Waking, granted: Option<&realtime::Granted>) -> Duration {
+    realtime::exact_timers();
+    let spin = waking.spin.length();
+    if let Some(granted) = granted {
+        tracing::info!("stepping thread: {granted}; spins for the last {spin:?}");
+    }
+    spin
+}
+
+/// The thread's state.
+struct Stepping {
+    steppers: Vec<(Stepper, Finish)>,
+    clock: Instant,
+    spin: Duration,
+}
+
+impl Stepping {
+    fn begin(&mut self) {
+        let (clock, count) = (self.clock, self.steppers.len());
+        for (index, (stepper, _)) in self.steppers.iter_mut().enumerate() {
+            stepper.begin(clock, (index, count));
+        }
+        let now = self.clock.elapsed();
+        self.steppers.iter_mut().for_each(|(stepper, _)| stepper.start(now));
+        self.chores();
+    }
+
+    /// To the next deadline, or the next look at what there is to do.
+    fn go_on(&mut self) {
+        let next = self.steppers.iter().map(|(stepper, _)| stepper.next().at()).min().unwrap_or_default();
+        match approach(self.clock.elapsed(), next, self.spin) {
+            Approach::Sleep(time) if time > FAR => {
+                thread::park_timeout(time - NEAR);
+                self.chores();
+            }
+            Approach::Sleep(time) => {
+                thread::sleep(time);
+                self.steppers.iter_mut().for_each(|(stepper, _)| stepper.listen(next));
+                self.retire();
+            }
+            Approach::Watch => {
+                while self.clock.elapsed() < next {
+                    std::hint::spin_loop();
+                }
+                self.step();
+            }
+            Approach::Due => self.step(),
+        }
+    }
+
+    fn step(&mut self) {
+        let round = Round { woke: self.clock.elapsed(), processor: realtime::processor_time() };
+        for (stepper, _) in &mut self.steppers {
+            if matches!(stepper.next(), Next::Step(due) if due <= round.woke) {
+                stepper.step(round);
+            }
+        }
+        self.chores();
+    }
+
+    fn chores(&mut self) {
+        self.steppers.iter_mut().for_each(|(stepper, _)| stepper.tend());
+        self.retire();
+    }
+
+    /// Takes leave of those that are at their ends.
+    fn retire(&mut self) {
+        for (mut stepper, finish) in self.steppers.extract_if(.., |(stepper, _)| matches!(stepper.next(), Next::Over)) {
+            let (ending, dropped) = stepper.end();
+            finish(ending, dropped);
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The ledger of missed deadlines: each with its size and its cause as far as it can be told, told at most once a second.
+
+use std::time::Duration;
+
+use crate::simulation::Stamp;
+use crate::wire::{self, Miss, MissCause, Overruns, miss::Cause};
+
+/// Wall time between two tellings.
+const PERIOD: Duration = Duration::from_secs(1);
+/// Misses that are told one by one; more are only counted.
+const ONE_BY_ONE: usize = 32;
+
+/// When a thread woke to step, and what it had used of the processor until then.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Round {
+    /// On the clock of the deadlines.
+    pub woke: Duration,
+    /// Processor time of the thread; zero where the system does not tell.
+    pub processor: Duration,
+}
+
+/// What one simulator did between two deadlines.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Doings {
+    /// When it last began to step.
+    pub began: Round,
+    /// Whether it asked for the next deadline before that was there.
+    pub ready: bool,
+    /// Wall time in the solver.
+    pub solving: Duration,
+    /// Wall time for commands and for what leaves the thread.
+    pub handing_over: Duration,
+    /// Why it was late before.
+    pub before: Option<Cause>,
+}
+
+impl Doings {
+    /// Why a step that was due at `due` begins at `now` only.
+    pub(super) fn cause(&self, due: Duration, now: Duration, round: Round) -> Cause {
+        if self.ready {
+            let asleep = round.woke.saturating_sub(due);
+            return if asleep * 2 >= now.saturating_sub(due) { Cause::Scheduler } else { Cause::Neighbours };
+        }
+        if let Some(before) = self.before {
+            return before;
+        }
+        let passed = now.saturating_sub(self.began.woke);
+        let away = passed.saturating_sub(round.processor.saturating_sub(self.began.processor));
+        let own = self.solving + self.handing_over;
+        if away * 2 > passed && round.processor > Duration::ZERO {
+            Cause::Scheduler
+        } else if own * 2 < passed {
+            Cause::Neighbours
+        } else if self.solving >= self.handing_over {
+            Cause::Solver
+        } else {
+            Cause::Queue
+        }
+    }
+}
+
+/// Misses that were not told of yet.
+#[derive(Debug, Default)]
+pub(super) struct Misses {
+    pending: Option<Box<Overruns>>,
+    next: Duration,
+}
+
+impl Misses {
+    /// One more, of `steps` steps that were due together.
+    pub(super) fn note(&mut self, stamp: &Stamp, steps: u64, late: Duration, cause: Cause) {
+        let step = stamp.step + 1;
+        let told = self.pending.get_or_insert_with(|| {
+            Box::new(Overruns { first_step: step, misses: Vec::with_capacity(ONE_BY_ONE), ..Overruns::default() })
+        });
+        let late_s = late.as_secs_f64();
+        told.stamp = Some(wire::stamp(stamp));
+        told.count += steps;
+        told.worst_s = told.worst_s.max(late_s);
+        if told.misses.len() < ONE_BY_ONE {
+            told.misses.push(Miss { step, late_s, cause: cause.into() });
+        }
+        match told.causes.iter_mut().find(|sum| sum.cause() == cause) {
+            Some(sum) => (sum.count, sum.worst_s) = (sum.count + steps, sum.worst_s.max(late_s)),
+            None => told.causes.push(MissCause { cause: cause.into(), count: steps, worst_s: late_s }),
+        }
+    }
+
+    /// Deadlines were moved by so much after the miss noted last.
+    pub(super) fn given_up(&mut self, late: Duration) {
+        if let Some(told) = &mut self.pending {
+            told.given_up_s += late.as_secs_f64();
+        }
+    }
+
+    /// What there is to tell, when it is time.
+    pub(super) fn due(&mut self, now: Duration) -> Option<Box<Overruns>> {
+        if self.pending.is_none() || now < self.next {
+            return None;
+        }
+        self.next = now + PERIOD;
+        self.pending.take()
+    }
+
+    /// What there is to tell, now: steps are about to begin anew, or to end.
+    pub(super) fn rest(&mut self) -> Option<Box<Overruns>> {
+        self.pending.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    fn round(woke: u32, processor: u32) -> Round {
+        Round { woke: MS * woke, processor: MS * processor }
+    }
+
+    #[test]
+    fn val_causes_are_told_apart() {
+        let cause = |doings: Doings, woke, processor| doings.cause(MS * 10, MS * 20, round(woke, processor));
+        let busy = Doings { began: round(9, 5), ..Doings::default() };
+        assert_eq!(cause(Doings { ready: true, ..busy }, 20, 6), Cause::Scheduler, "it slept on");
+        assert_eq!(cause(Doings { ready: true, ..busy }, 11, 6), Cause::Neighbours, "it woke in time, others went first");
+        assert_eq!(cause(Doings { solving: MS * 9, ..busy }, 20, 16), Cause::Solver);
+        assert_eq!(cause(Doings { solving: MS, handing_over: MS * 9, ..busy }, 20, 16), Cause::Queue);
+        assert_eq!(cause(Doings { solving: MS * 9, ..busy }, 20, 7), Cause::Scheduler, "it was kept from the processor");
+        assert_eq!(cause(busy, 20, 16), Cause::Neighbours);
+        assert_eq!(cause(Doings { before: Some(Cause::Queue), solving: MS * 9, ..busy }, 20, 16), Cause::Queue, "still behind");
+    }
+
+    #[test]
+    fn prop_misses_are_told_once_a_second_and_bounded() {
+        let mut misses = Misses::default();
+        let stamp = |step| Stamp { step, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: std::time::SystemTime::UNIX_EPOCH };
+        assert!(misses.due(MS).is_none());
+        for step in 0..10_000 {
+            let cause = if step % 2 == 0 { Cause::Solver } else { Cause::Scheduler };
+            misses.note(&stamp(step), 1, MS * (step as u32 + 2), cause);
+        }
+        misses.given_up(MS * 3);
+        let told = misses.due(MS * 2).unwrap_or_default();
+        assert_eq!((told.count, told.first_step, told.misses.len(), told.causes.len()), (10_000, 1, ONE_BY_ONE, 2));
+        assert_eq!((told.worst_s, told.given_up_s), (10.001, 0.003));
+        assert_eq!(told.causes.iter().map(|sum| sum.count).sum::<u64>(), told.count);
+        misses.note(&stamp(1), 1, MS, Cause::Queue);
+        assert!(misses.due(MS * 1001).is_none() && misses.due(MS * 1002).is_some());
+    }
+}

@@ -1,0 +1,115 @@
+//! What a stepping thread asks the system for, so that it wakes on time; where it is refused, it goes on without.
+
+use std::fs::File;
+use std::io::Write as _;
+
+/// Priority of a stepping thread among real-time threads, 1 to 99.
+const PRIORITY: u8 = 80;
+/// Held open with a zero in it, processors do not fall asleep deeply.
+const LATENCY: &str = "/dev/cpu_dma_latency";
+
+/// What was asked for and what came of it. What was granted ends with this.
+#[derive(Debug)]
+pub(super) struct Granted {
+    words: Vec<String>,
+    _latency: Option<File>,
+}
+
+impl std::fmt::Display for Granted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.words.join("; "))
+    }
+}
+
+/// Asks for real-time scheduling of this thread, memory that stays, exact timers, and processors that wake fast.
+pub(super) fn ask() -> Granted {
+    let latency = awake();
+    let say = |granted: Result<String, String>| granted.unwrap_or_else(|refused| refused);
+    let words = vec![
+        say(scheduling()),
+        say(system::lock_memory()),
+        latency.as_ref().map_or_else(
+            |error| format!("processors may sleep deeply ({LATENCY}: {error})"),
+            |_| "processors kept awake".to_owned(),
+        ),
+    ];
+    Granted { words, _latency: latency.ok() }
+}
+
+/// Lets short sleeps end when they are due, not up to 50 µs later.
+pub(super) fn exact_timers() {
+    system::exact_timers();
+}
+
+/// Processor time of this thread.
+pub(super) use system::processor_time;
+
+fn awake() -> std::io::Result<File> {
+    let mut file = File::options().write(true).open(LATENCY)?;
+    file.write_all(&0_i32.to_ne_bytes())?;
+    Ok(file)
+}
+
+#[cfg(unix)]
+fn scheduling() -> Result<String, String> {
+    use thread_priority::{
+        Error, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+        set_thread_priority_and_policy, thread_native_id,
+    };
+    let priority = ThreadPriority::Crossplatform(ThreadPriorityValue::try_from(PRIORITY)?);
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let why = |error| match error {
+        Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
+        other => other.to_string(),
+    };
+    set_thread_priority_and_policy(thread_native_id(), priority, policy)
+        .map(|()| format!("SCHED_FIFO, priority {PRIORITY}"))
+        .map_err(|error| format!("ordinary scheduling ({}: needs CAP_SYS_NICE, or `ulimit -r {PRIORITY}`)", why(error)))
+}
+
+#[cfg(not(unix))]
+fn scheduling() -> Result<String, String> {
+    Err("ordinary scheduling".to_owned())
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::num::NonZeroU64;
+    use std::time::Duration;
+
+    use rustix::mm::{MlockAllFlags, mlockall};
+    use rustix::thread::set_current_timer_slack;
+    use rustix::time::{ClockId, clock_gettime};
+
+    pub(super) fn lock_memory() -> Result<String, String> {
+        // What comes later is not locked: a limit that it would run into must not end the run.
+        mlockall(MlockAllFlags::CURRENT | MlockAllFlags::ONFAULT)
+            .map(|()| "memory locked".to_owned())
+            .map_err(|error| format!("memory not locked ({error}: needs CAP_IPC_LOCK, or `ulimit -l unlimited`)"))
+    }
+
+    pub(super) fn exact_timers() {
+        // Where it cannot be had, the spin is longer.
+        let _ = set_current_timer_slack(NonZeroU64::new(1));
+    }
+
+    pub(in super::super) fn processor_time() -> Duration {
+        let time = clock_gettime(ClockId::ThreadCPUTime);
+        Duration::try_from(time).unwrap_or_default()
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    use std::time::Duration;
+
+    pub(super) fn lock_memory() -> Result<String, String> {
+        Err("memory not locked".to_owned())
+    }
+
+    pub(super) fn exact_timers() {}
+
+    pub(in super::super) fn processor_time() -> Duration {
+        Duration::ZERO
+    }
+}

@@ -1,0 +1,96 @@
+//! When steps are due, how late they begin, and what that leads to.
+
+use std::time::Duration;
+
+use super::{BURST, Ending, Stepper};
+use crate::runtime::misses::{Doings, Round};
+use crate::runtime::output::Output;
+use crate::runtime::pacer::{Overrun, Pace, Pacer};
+use crate::wire::Overruns;
+
+/// A thread wakes for steps at most so often: shorter ones are taken several at a time.
+const WAKE_UP_PERIOD: Duration = Duration::from_micros(500);
+
+impl Stepper {
+    /// How many steps are taken at a wake-up.
+    pub(super) fn batch(&self) -> u64 {
+        match self.stepping.pace {
+            Pace::Max => BURST,
+            Pace::Factor(factor) => batch(self.simulation.step_s() / factor),
+        }
+    }
+
+    /// When the steps of the next wake-up are due: at the beginning of the last of them, so that none is early.
+    pub(super) fn due(&self) -> Option<Duration> {
+        let last = self.simulation.step_count() + self.batch() - 1;
+        self.pacer.deadline(self.epoch_start_s + last as f64 * self.simulation.step_s())
+    }
+
+    /// Counts how late `count` steps begin, and does what is to be done about it.
+    pub(super) fn account_lateness(&mut self, round: Round, count: u64) -> Result<(), Ending> {
+        let (Pace::Factor(factor), Some(due), false) = (self.stepping.pace, self.due(), self.paused) else { return Ok(()) };
+        let now = self.clock.elapsed();
+        let late = now.saturating_sub(due);
+        self.lateness.record(late);
+        let period = Duration::from_secs_f64(count as f64 * self.simulation.step_s() / factor);
+        let mut doings = Doings { began: round, ..Doings::default() };
+        if late > period {
+            let cause = self.doings.cause(due, now, round);
+            doings.before = Some(cause);
+            self.overruns += count;
+            let stamp = self.stamp();
+            self.misses.note(&stamp, count, late, cause);
+            if self.stepping.overrun == Overrun::Stop {
+                return Err(Ending::Late { step: stamp.step + 1, late });
+            }
+            if let Some(late) = Pacer::verdict(self.stepping.overrun, late) {
+                self.give_up(late);
+            }
+        }
+        self.doings = doings;
+        Ok(())
+    }
+
+    fn give_up(&mut self, late: Duration) {
+        self.pacer.give_up(late);
+        self.misses.given_up(late);
+        self.given_up += late;
+        self.pacing_epoch += 1;
+    }
+
+    /// Tells of missed deadlines, when it is time.
+    pub(super) fn tell_overruns_if_due(&mut self, now: Duration) {
+        let overruns = self.misses.due(now);
+        self.send_overruns(overruns);
+    }
+
+    /// Tells of missed deadlines.
+    pub(super) fn tell_overruns(&mut self) {
+        let overruns = self.misses.rest();
+        self.send_overruns(overruns);
+    }
+
+    fn send_overruns(&mut self, overruns: Option<Box<Overruns>>) {
+        if let Some(overruns) = overruns {
+            let stamp = self.stamp();
+            self.send(Output::Overruns(overruns, stamp));
+        }
+    }
+}
+
+fn batch(wall_step_s: f64) -> u64 {
+    // A hair more, so that rounding takes no step away.
+    ((WAKE_UP_PERIOD.as_secs_f64() / wall_step_s * (1.0 + 1e-9)) as u64).clamp(1, BURST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_short_steps_are_taken_several_at_a_time() {
+        for (wall_step_s, count) in [(1.0, 1), (1e-3, 1), (5e-4, 1), (2.5e-4, 2), (1e-4, 5), (1e-5, 50), (1e-9, 64)] {
+            assert_eq!(batch(wall_step_s), count, "{wall_step_s}");
+        }
+    }
+}
