@@ -172,7 +172,7 @@ fn prop_a_delay_is_waited_out_and_can_be_cut_short() -> Outcome {
 }
 
 /// What a recorded service was told, in order: the id and, of a pulse, its torque.
-fn commands(file: &Path) -> Result<Vec<(String, Option<f64>)>, Box<dyn std::error::Error>> {
+fn commands(file: &Path) -> Outcome<Vec<(String, Option<f64>)>> {
     let told = |applied: AppliedCommand| match applied.command {
         Some(applied_command::Command::Torque(pulse)) => (pulse.id, Some(pulse.torque_nm)),
         Some(applied_command::Command::Control(control)) => (control.id, None),
