@@ -192,7 +192,9 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
     let file = folder.path().join("run.mcap");
     let wanted = commands(&file)?;
     assert_eq!(wanted[..2], [("push".to_owned(), Some(5.0)), ("pull".to_owned(), Some(-3.0))]);
-    let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    // The recorded stop ends it before.
+    let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), Some(20.0), PublishRate::All)?;
+    client::find(&driven.client, &driven.name)?;
     let plan = Replay { file, topics: vec!["commands".into()], force: true, ..Replay::default() };
     let silent = replay(&driven.client, &plan, channel(), Box::new(|_| {}));
     assert!(silent.is_err_and(|error| error.to_string().contains("--commands")), "commands are not telemetry");
