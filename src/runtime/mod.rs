@@ -23,6 +23,7 @@ pub use output::{Missed, Outbox, Output, RecordingRequest};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub use rate::{BadRate, PublishRate};
 pub use rates::{BadRates, Due, PublishRates};
+pub(crate) use realtime::exact_timers;
 pub use shadow::Shadow;
 pub use spread::Spread;
 pub use stepper::{Ending, Ports, Stepper, Stepping};

@@ -37,7 +37,7 @@ pub(super) fn ask() -> Granted {
 }
 
 /// Lets short sleeps end when they are due, not up to 50 µs later.
-pub(super) fn exact_timers() {
+pub(crate) fn exact_timers() {
     system::exact_timers();
 }
 

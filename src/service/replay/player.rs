@@ -14,7 +14,7 @@ use super::timeline::Timeline;
 use super::{Replay, ReplayReport};
 use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
 use crate::recording::{Recorded, Source};
-use crate::runtime::{Approach, Memory, Spread, approach};
+use crate::runtime::{Approach, Memory, Spread, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
 
@@ -99,6 +99,7 @@ impl<'a> Player<'a> {
 
     /// Plays until the end or an order to stop.
     pub fn play(&mut self) -> Result<(), ServiceError> {
+        exact_timers();
         self.await_subscribers()?;
         let begin = self.clock.elapsed() + self.replay.delay;
         while !self.stopping && self.clock.elapsed() < begin {
