@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use prost::Message as _;
-use zenoh::handlers::{RingChannel, RingChannelHandler};
+use zenoh::handlers::{FifoChannel, FifoChannelHandler, RingChannel, RingChannelHandler};
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
@@ -109,6 +109,44 @@ pub fn snapshot(session: &Session, name: &Name) -> Option<Snapshot> {
     let replies = session.get(name.snapshot()).timeout(ANSWER).wait().ok()?;
     let sample = replies.recv().ok()?.into_result().ok()?;
     Snapshot::decode(&*sample.payload().to_bytes()).ok()
+}
+
+/// A topic from a snapshot on, without a gap.
+pub struct Joined {
+    /// What was true at the beginning.
+    pub snapshot: Snapshot,
+    /// Number of the message of the topic that the snapshot has.
+    number: u64,
+    subscriber: Subscriber<FifoChannelHandler<Sample>>,
+}
+
+impl Joined {
+    /// The next message and how many are missing before it; `None` when none comes in time.
+    pub fn next(&mut self, patience: Duration) -> Option<(Vec<u8>, u64)> {
+        loop {
+            let sample = self.subscriber.recv_timeout(patience).ok().flatten()?;
+            let bytes = sample.attachment().map(|number| number.to_bytes().into_owned());
+            let number = u64::from_le_bytes(bytes?.try_into().ok()?);
+            // What the snapshot has already came again.
+            if number > self.number {
+                let missing = number - self.number - 1;
+                self.number = number;
+                return Some((sample.payload().to_bytes().into_owned(), missing));
+            }
+        }
+    }
+}
+
+/// Joins a topic of a service that has been running: subscribes, and then asks for what was true before.
+///
+/// # Errors
+/// [`BusError::NoReply`] when the service does not answer in three seconds.
+pub fn join(session: &Session, name: &Name, topic: Topic) -> Result<Joined, BusError> {
+    let subscriber =
+        session.declare_subscriber(name.topic(topic)).with(FifoChannel::new(1024)).wait().map_err(BusError::failed)?;
+    let snapshot = snapshot(session, name).ok_or_else(|| BusError::NoReply(name.snapshot()))?;
+    let number = snapshot.sequences.get(topic.chunk()).copied().unwrap_or(0);
+    Ok(Joined { snapshot, number, subscriber })
 }
 
 /// Publishes raw bytes under any key, with an encoding that names their protobuf type.

@@ -11,6 +11,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::BusError;
+use super::complaints::Complaints;
 use super::keys::{Name, Topic};
 use crate::runtime::{Command, Inbox, ReplyTo, Request};
 use crate::wire::{self, BadCommand, CommandReply, Control, TorquePulse};
@@ -20,10 +21,10 @@ pub(super) fn protobuf(schema: &str) -> Encoding {
     Encoding::APPLICATION_PROTOBUF.with_schema(schema)
 }
 
-/// The latest payload of every topic, for the snapshot.
+/// The latest message of every topic and its number, for the snapshot.
 #[derive(Debug, Default)]
 struct Latest {
-    payloads: BTreeMap<Topic, Vec<u8>>,
+    messages: BTreeMap<Topic, (u64, ZBytes)>,
 }
 
 /// A service on the bus. Dropping it leaves the bus; [`Endpoint::close`] does so in order.
@@ -68,18 +69,22 @@ impl Endpoint {
     }
 
     /// Publishes a message and keeps it for the snapshot.
-    pub fn publish(&self, topic: Topic, payload: Vec<u8>) {
-        if let Some(publisher) = self.publishers.get(&topic)
-            && let Err(error) = publisher.put(payload.as_slice()).wait()
-        {
+    pub fn publish(&self, topic: Topic, payload: impl Into<ZBytes>) {
+        let payload = payload.into();
+        // Kept first: whoever has subscribed too late for this message and asks for a snapshot then finds it there.
+        let number = self.keep(topic, payload.clone());
+        let Some(publisher) = self.publishers.get(&topic) else { return };
+        if let Err(error) = publisher.put(payload).attachment(number.to_le_bytes().to_vec()).wait() {
             tracing::warn!(topic = topic.chunk(), %error, "could not publish");
         }
-        self.keep(topic, payload);
     }
 
-    /// Keeps a message for the snapshot.
-    pub fn keep(&self, topic: Topic, payload: Vec<u8>) {
-        lock(&self.latest).payloads.insert(topic, payload);
+    /// Keeps a message for the snapshot; its number, which counts from 1.
+    pub fn keep(&self, topic: Topic, payload: impl Into<ZBytes>) -> u64 {
+        let mut latest = lock(&self.latest);
+        let (number, kept) = latest.messages.entry(topic).or_default();
+        (*number, *kept) = (*number + 1, payload.into());
+        *number
     }
 
     /// Leaves the bus: presence first, then commands, then topics.
@@ -132,11 +137,12 @@ impl Latest {
             angles: self.decode(Topic::Angles),
             loads: self.decode(Topic::Loads),
             status: self.decode(Topic::Status),
+            sequences: self.messages.iter().map(|(topic, (number, _))| (topic.chunk().to_owned(), *number)).collect(),
         }
     }
 
     fn decode<M: prost::Message + Default>(&self, topic: Topic) -> Option<M> {
-        self.payloads.get(&topic).and_then(|payload| M::decode(payload.as_slice()).ok())
+        self.messages.get(&topic).and_then(|(_, payload)| M::decode(&*payload.to_bytes()).ok())
     }
 }
 
@@ -193,12 +199,10 @@ fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox)
 
 fn command_subscriber(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Subscriber<()>, BusError> {
     let own_key = key.to_owned();
+    let complaints = Complaints::default();
     let take = move |sample: zenoh::sample::Sample| {
-        let reply = |reply: CommandReply| {
-            if !reply.accepted {
-                tracing::warn!(id = reply.id, reason = reply.reason, "a command was refused");
-            }
-        };
+        let complaints = complaints.clone();
+        let reply = move |reply: CommandReply| complaints.hear(&reply);
         submit(&inbox, &sample.payload().to_bytes(), decode, Box::new(reply));
     };
     session.declare_subscriber(own_key).callback(take).wait().map_err(BusError::failed)

@@ -2,6 +2,7 @@
 
 mod audience;
 pub mod client;
+mod complaints;
 mod endpoint;
 mod error;
 mod keys;

@@ -48,7 +48,7 @@ pub(super) enum Command {
     List(Bus),
     /// Send a torque pulse to a service and print its reply.
     #[command(
-        after_help = "Examples:\n  flexcrank pulse crank --torque 5 --duration 0.1\n  flexcrank pulse crank --torque -2 --duration 0.5 --delay 1 --shape raised-cosine"
+        after_help = "Examples:\n  flexcrank pulse crank --torque 5 --duration 0.1\n  flexcrank pulse crank --torque -2 --duration 0.5 --delay 1 --shape raised-cosine\n  flexcrank pulse crank --from pulses.csv"
     )]
     Pulse(PulseArgs),
     /// Pause, resume, step, reset or stop a service; start or stop its recording; seek in a replay, change its rate.
@@ -208,11 +208,14 @@ pub(super) struct PulseArgs {
     #[arg(default_value = "crank")]
     pub name: Name,
     /// Mean torque, N·m, positive counter-clockwise.
-    #[arg(long, value_name = "NM", allow_negative_numbers = true)]
-    pub torque: f64,
+    #[arg(long, value_name = "NM", allow_negative_numbers = true, required_unless_present = "from")]
+    pub torque: Option<f64>,
     /// Duration, s.
-    #[arg(long, value_name = "S")]
-    pub duration: f64,
+    #[arg(long, value_name = "S", required_unless_present = "from")]
+    pub duration: Option<f64>,
+    /// Send the pulses of a CSV file, one after another, with columns torque_nm, duration_s and, if need be, delay_s, shape, id.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["torque", "duration", "delay", "shape", "id"])]
+    pub from: Option<PathBuf>,
     /// Simulated time until the pulse begins, s.
     #[arg(long, value_name = "S", default_value = "0")]
     pub delay: f64,

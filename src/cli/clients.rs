@@ -1,10 +1,12 @@
 //! `list`, `pulse` and `control`: short conversations with services.
 
 use std::io::Write as _;
+use std::path::Path;
 use std::time::SystemTime;
 
 use super::Done;
 use super::args::{Action, Bus, ControlArgs, PulseArgs};
+use super::sequence::{self, Listed};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::simulation::PulseRequest;
 use crate::wire::{self, CommandReply, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
@@ -20,10 +22,49 @@ pub(super) fn list(args: &Bus) -> anyhow::Result<Done> {
 }
 
 pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<Done> {
-    let request =
-        PulseRequest { torque_nm: args.torque, duration_s: args.duration, delay_s: args.delay, shape: args.shape.into() };
+    if let Some(file) = &args.from {
+        return sequence(&args.bus, &args.name, file);
+    }
+    let request = PulseRequest {
+        torque_nm: args.torque.unwrap_or_default(),
+        duration_s: args.duration.unwrap_or_default(),
+        delay_s: args.delay,
+        shape: args.shape.into(),
+    };
     let message = wire::pulse_message(&args.id.unwrap_or_else(fresh_id), &request);
     converse(&args.bus, &args.name, |session| client::pulse(session, &args.name, &message))
+}
+
+/// Sends the pulses of a file in order; ends at the first that is refused.
+fn sequence(bus: &Bus, name: &Name, file: &Path) -> anyhow::Result<Done> {
+    let pulses = sequence::read(file)?;
+    let session = bus.options().open_client()?;
+    let done = client::find(&session, name).map_err(anyhow::Error::from).and_then(|()| send_all(&session, name, &pulses));
+    bus::close(&session)?;
+    done
+}
+
+fn send_all(session: &Session, name: &Name, pulses: &[Listed]) -> anyhow::Result<Done> {
+    let own = fresh_id();
+    for Listed { line, id, request } in pulses {
+        let id = id.clone().unwrap_or_else(|| format!("{own}-{line}"));
+        let message = wire::pulse_message(&id, request);
+        // Under the same id, a pulse whose answer was lost is not applied again.
+        let again = |_| client::pulse(session, name, &message);
+        let reply = client::pulse(session, name, &message).or_else(again).or_else(again)?;
+        let mut out = std::io::stdout();
+        if !reply.accepted {
+            writeln!(out, "line {line}: refused: {}", reply.reason)?;
+            return Ok(Done::Refused);
+        }
+        let reason = if reply.reason.is_empty() { String::new() } else { format!(" ({})", reply.reason) };
+        writeln!(
+            out,
+            "line {line}: takes effect in step {}, at t = {} s{reason}",
+            reply.effective_step, reply.effective_sim_time_s
+        )?;
+    }
+    Ok(Done::Well)
 }
 
 pub(super) fn control(args: ControlArgs) -> anyhow::Result<Done> {

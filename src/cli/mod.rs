@@ -13,6 +13,7 @@ mod plot;
 mod recover;
 mod replay;
 mod resume;
+mod sequence;
 mod stability;
 mod trade;
 mod verify;
@@ -80,6 +81,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.is::<BuildError>()
         || error.is::<BadName>()
         || error.is::<plot::BadPlot>()
+        || error.is::<sequence::BadSequence>()
         || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
         || error.downcast_ref::<ResimulationError>().is_some_and(ResimulationError::is_usage)
         || error.is::<NotSuited>()

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -16,11 +16,17 @@ use super::{Message, RecordingError, place};
 const QUEUE: usize = 8192;
 /// Between two looks at a full queue.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
+/// The thread rests between two looks at its queue: to be woken for every message would cost more than writing it. So long at
+/// most, and no longer than this part of the flush period.
+const REST: Duration = Duration::from_millis(10);
+const REST_PER_FLUSH: u32 = 8;
+/// It does not rest when it found so many.
+const MANY: usize = 512;
 
 /// A recording in progress.
 pub struct Recorder {
     base: PathBuf,
-    queue: SyncSender<Message>,
+    queue: Sender<Message>,
     thread: JoinHandle<Vec<Result<Written, RecordingError>>>,
     when_full: WhenFull,
     shared: Arc<Shared>,
@@ -32,6 +38,8 @@ struct Shared {
     /// Number of the part being written; 0 where there are no parts.
     part: AtomicU32,
     full: AtomicBool,
+    /// Messages in the queue. It takes memory only for these.
+    waiting: AtomicUsize,
 }
 
 impl Recorder {
@@ -44,7 +52,7 @@ impl Recorder {
         let shared = Arc::<Shared>::default();
         shared.part.store(settings.split.map_or(0, |_| 1), Ordering::Relaxed);
         let recording = Recording::begin(path, session, settings, Arc::clone(&shared))?;
-        let (queue, messages) = sync_channel(QUEUE);
+        let (queue, messages) = channel();
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || recording.take_all(&messages))
@@ -66,14 +74,22 @@ impl Recorder {
     pub fn record(&self, message: Message) -> bool {
         match self.when_full {
             WhenFull::Wait => self.insist(message),
-            WhenFull::Drop => self.queue.try_send(message).is_ok(),
+            WhenFull::Drop => self.try_send(message).is_ok(),
         }
+    }
+
+    fn try_send(&self, message: Message) -> Result<(), TrySendError<Message>> {
+        if self.shared.waiting.load(Ordering::Relaxed) >= QUEUE {
+            return Err(TrySendError::Full(message));
+        }
+        self.shared.waiting.fetch_add(1, Ordering::Relaxed);
+        self.queue.send(message).map_err(|back| TrySendError::Disconnected(back.0))
     }
 
     /// Hands over a message, waiting for the disk if need be; `false` when recording has failed.
     pub fn insist(&self, mut message: Message) -> bool {
         loop {
-            match self.queue.try_send(message) {
+            match self.try_send(message) {
                 Ok(()) => return true,
                 Err(TrySendError::Disconnected(_)) => return false,
                 // To be woken for every message that leaves a full queue would cost more than writing it.
@@ -121,6 +137,7 @@ impl Recording {
     }
 
     fn take(&mut self, messages: &Receiver<Message>) -> Result<(), RecordingError> {
+        let rest = REST.min(self.settings.flush_period / REST_PER_FLUSH);
         loop {
             let next = match self.writer.due_in() {
                 Some(wait) => messages.recv_timeout(wait),
@@ -131,6 +148,19 @@ impl Recording {
                 Err(RecvTimeoutError::Timeout) => self.writer.flush()?,
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
+            let mut found = MANY;
+            while found >= MANY {
+                found = 0;
+                loop {
+                    match messages.try_recv() {
+                        Ok(message) => self.write(&message)?,
+                        Err(TryRecvError::Empty) => break,
+                        Err(TryRecvError::Disconnected) => return Ok(()),
+                    }
+                    found += 1;
+                }
+            }
+            std::thread::sleep(rest);
         }
     }
 
@@ -138,6 +168,7 @@ impl Recording {
         if message.begins_part && self.writer.is_full() {
             self.next_part()?;
         }
+        self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
         self.writer.write(message)?;
         self.shared.full.store(self.writer.is_full(), Ordering::Relaxed);
         Ok(())

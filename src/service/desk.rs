@@ -154,12 +154,16 @@ impl Desk {
     fn status(&mut self, mut status: Status, stamp: &Stamp) {
         self.tell_gaps(stamp);
         status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
+        status.drops = self.gaps.totals();
         (self.on_status)(&status);
         self.send(Topic::Status, status.encode_to_vec(), stamp);
     }
 
     fn send(&mut self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) {
-        self.record(topic.chunk(), topic.schema(), payload.clone(), stamp);
+        self.now = Some(*stamp);
+        if self.recorder.is_some() {
+            self.record(topic.chunk(), topic.schema(), payload.clone(), stamp);
+        }
         self.endpoint.publish(topic, payload);
     }
 
@@ -214,7 +218,7 @@ impl Desk {
             if self.recorder.as_ref().is_none_or(|recorder| recorder.record(message)) {
                 self.endpoint.publish(Topic::Gaps, payload);
             } else {
-                self.gaps.add(gap);
+                self.gaps.again(gap);
             }
         }
     }

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::simulation::Stamp;
-use crate::wire::{self, Gap};
+use crate::wire::{self, Gap, TopicDrops};
 
 /// Gaps that were not told of yet, one a topic, epoch and kind.
 #[derive(Debug, Default)]
 pub(super) struct Gaps {
     pending: BTreeMap<(String, u64, bool), Gap>,
+    totals: BTreeMap<String, TopicDrops>,
 }
 
 impl Gaps {
@@ -20,6 +21,19 @@ impl Gaps {
 
     /// Puts a gap with those that it goes on from.
     pub(super) fn add(&mut self, gap: Gap) {
+        let fresh = || TopicDrops { topic: gap.topic.clone(), ..TopicDrops::default() };
+        let total = self.totals.entry(gap.topic.clone()).or_insert_with(fresh);
+        *(if gap.published { &mut total.unrecorded } else { &mut total.unpublished }) += gap.count;
+        self.again(gap);
+    }
+
+    /// Everything so far, by topic.
+    pub(super) fn totals(&self) -> Vec<TopicDrops> {
+        self.totals.values().cloned().collect()
+    }
+
+    /// Puts back one that was taken and could not be told.
+    pub(super) fn again(&mut self, gap: Gap) {
         let epoch = gap.stamp.as_ref().map_or(0, |stamp| stamp.epoch);
         self.pending
             .entry((gap.topic.clone(), epoch, gap.published))

@@ -39,6 +39,25 @@ pub fn linked_sessions() -> Result<(Session, Session), Box<dyn Error>> {
     Ok((service, client))
 }
 
+/// What runs a scene in real time without end, called `test` and not recorded.
+pub fn live(scene: SceneSource, folder: &Path) -> Result<Live, Box<dyn Error>> {
+    Ok(Live {
+        name: "test".parse()?,
+        scene,
+        stepping: Stepping::default(),
+        record: None,
+        recordings: folder.to_owned(),
+        flush_period: Duration::from_millis(200),
+        fsync: false,
+        split: None,
+        scene_updates_hz: None,
+        command_line: "test".to_owned(),
+        on_status: Box::new(|_| {}),
+        force: false,
+        resumed: None,
+    })
+}
+
 /// A running service and a client that has found it.
 pub struct Service {
     pub name: Name,
@@ -113,21 +132,8 @@ impl Service {
     ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;
         let name: Name = "test".parse()?;
-        let mut live = Live {
-            name: name.clone(),
-            scene,
-            stepping,
-            record: Some(folder.path().join("run.mcap")),
-            recordings: folder.path().to_owned(),
-            flush_period: Duration::from_millis(200),
-            fsync: false,
-            split: None,
-            scene_updates_hz: None,
-            command_line: "test".to_owned(),
-            on_status: Box::new(|_| {}),
-            force: false,
-            resumed: None,
-        };
+        let mut live =
+            Live { name: name.clone(), stepping, record: Some(folder.path().join("run.mcap")), ..live(scene, folder.path())? };
         change(&mut live);
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let thread = std::thread::spawn(move || {

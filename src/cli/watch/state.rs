@@ -61,7 +61,7 @@ impl View {
 
     /// Takes what was known before the first message came.
     pub(super) fn snapshot(&mut self, snapshot: Snapshot) {
-        let Snapshot { displacements, angles, loads, status } = snapshot;
+        let Snapshot { displacements, angles, loads, status, .. } = snapshot;
         loads.iter().for_each(|loads| self.loads(loads));
         angles.iter().for_each(|angles| self.angles(angles));
         displacements.into_iter().for_each(|displacements| self.displacements(displacements));

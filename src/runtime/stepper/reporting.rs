@@ -68,6 +68,7 @@ impl Stepper {
             step_cost: self.step_cost.histogram(),
             pacing_epoch: self.pacing_epoch,
             given_up_s: self.given_up.as_secs_f64(),
+            drops: Vec::new(),
             replay: None,
         };
         self.send(Output::Status(Box::new(status), stamp));

@@ -1,0 +1,53 @@
+//! Refusals of commands that nobody waits for an answer to: logged, but never so many that they flood the log.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use crate::wire::CommandReply;
+
+/// Between two lines of the log.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// Refusals since the last line of the log.
+#[derive(Clone, Default)]
+pub(super) struct Complaints {
+    since: Arc<Mutex<(Option<Instant>, u64)>>,
+}
+
+impl Complaints {
+    /// Logs a refusal, or counts it.
+    pub(super) fn hear(&self, reply: &CommandReply) {
+        if reply.accepted {
+            return;
+        }
+        if let Some(others) = self.count(Instant::now()) {
+            tracing::warn!(id = reply.id, reason = reply.reason, others, "a command was refused");
+        }
+    }
+
+    /// How many were not logged since the last line, when it is time for another.
+    fn count(&self, now: Instant) -> Option<u64> {
+        let mut since = self.since.lock().unwrap_or_else(PoisonError::into_inner);
+        let (logged, others) = &mut *since;
+        if logged.is_some_and(|logged| now.saturating_duration_since(logged) < PERIOD) {
+            *others += 1;
+            return None;
+        }
+        *logged = Some(now);
+        Some(std::mem::take(others))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_flood_is_one_line_a_second() {
+        let complaints = Complaints::default();
+        let begun = Instant::now();
+        assert_eq!(complaints.count(begun), Some(0));
+        assert!((0..1000).all(|_| complaints.count(begun).is_none()));
+        assert_eq!(complaints.count(begun + PERIOD), Some(1000));
+    }
+}

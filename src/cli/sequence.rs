@@ -1,0 +1,121 @@
+//! Pulses listed in a file: read as a whole before the first is sent, and refused by line.
+
+use std::path::Path;
+
+use crate::scene::PulseShape;
+use crate::simulation::PulseRequest;
+
+/// What columns there can be; the first two must be there.
+const COLUMNS: [&str; 5] = ["torque_nm", "duration_s", "delay_s", "shape", "id"];
+
+/// A file that is no list of pulses.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {what}")]
+pub(super) struct BadSequence {
+    file: String,
+    line: u64,
+    what: String,
+}
+
+/// A pulse and where it is in the file.
+#[derive(Debug, PartialEq)]
+pub(super) struct Listed {
+    pub line: u64,
+    pub id: Option<String>,
+    pub request: PulseRequest,
+}
+
+/// Reads a file of pulses.
+pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Listed>> {
+    use anyhow::Context as _;
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let file = path.display().to_string();
+    Ok(parse(&text).map_err(|(line, what)| BadSequence { file, line, what })?)
+}
+
+/// The pulses, or a line and what is wrong with it. Lines that begin with # are comments.
+fn parse(text: &str) -> Result<Vec<Listed>, (u64, String)> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let broken = |error: csv::Error| (error.position().map_or(1, csv::Position::line), error.to_string());
+    let header = reader.headers().map_err(broken)?.clone();
+    let line = header.position().map_or(1, csv::Position::line);
+    let unknown = header.iter().find(|column| !COLUMNS.contains(column));
+    if let Some(unknown) = unknown {
+        return Err((line, format!("no column can be `{unknown}`: there are {}", COLUMNS.join(", "))));
+    }
+    if let Some(missing) = COLUMNS[..2].iter().find(|wanted| !header.iter().any(|column| column == **wanted)) {
+        return Err((line, format!("the column `{missing}` is missing")));
+    }
+    let mut pulses = Vec::new();
+    for row in reader.records() {
+        let row = row.map_err(broken)?;
+        let line = row.position().map_or(0, |position| line_at(text, position.byte()));
+        pulses.push(pulse(&header, &row, line).map_err(|what| (line, what))?);
+    }
+    if pulses.is_empty() { Err((line, "no pulse follows".to_owned())) } else { Ok(pulses) }
+}
+
+/// The line of the row that is read from byte `from` on: blank lines and comments before it are not its own.
+fn line_at(text: &str, from: u64) -> u64 {
+    let (before, rest) = text.split_at_checked(usize::try_from(from).unwrap_or(0)).unwrap_or(("", text));
+    let skipped = rest.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count();
+    1 + (before.matches('\n').count() + skipped) as u64
+}
+
+fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Result<Listed, String> {
+    let field = |name: &str| {
+        let place = header.iter().position(|column| column == name);
+        place.and_then(|place| row.get(place)).filter(|field| !field.is_empty())
+    };
+    let number = |name: &str| {
+        let finite = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
+        field(name).map(|text| finite(text).ok_or_else(|| format!("{name} = `{text}` is not a finite number"))).transpose()
+    };
+    let needed = |name: &str| number(name)?.ok_or_else(|| format!("{name} is empty"));
+    let shape = match field("shape") {
+        None | Some("rectangular") => PulseShape::Rectangular,
+        Some("raised-cosine") => PulseShape::RaisedCosine,
+        Some(other) => return Err(format!("shape = `{other}` does not exist: rectangular or raised-cosine")),
+    };
+    let request = PulseRequest {
+        torque_nm: needed("torque_nm")?,
+        duration_s: needed("duration_s")?,
+        delay_s: number("delay_s")?.unwrap_or(0.0),
+        shape,
+    };
+    Ok(Listed { line, id: field("id").map(str::to_owned), request })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_pulses_are_read_with_their_lines() {
+        let text =
+            "# two pushes\ntorque_nm, duration_s, delay_s, shape, id\n5, 0.1, , ,\n\n# later\n-2, 0.5, 1, raised-cosine, b\n";
+        let first = PulseRequest { torque_nm: 5.0, duration_s: 0.1, delay_s: 0.0, shape: PulseShape::Rectangular };
+        let second = PulseRequest { torque_nm: -2.0, duration_s: 0.5, delay_s: 1.0, shape: PulseShape::RaisedCosine };
+        let expected =
+            vec![Listed { line: 3, id: None, request: first }, Listed { line: 6, id: Some("b".to_owned()), request: second }];
+        assert_eq!(parse(text), Ok(expected));
+    }
+
+    #[test]
+    fn val_what_is_wrong_is_told_by_line() {
+        for (text, line, words) in [
+            ("torque,duration_s\n1,1\n", 1, "`torque`"),
+            ("torque_nm\n1\n", 1, "`duration_s` is missing"),
+            ("torque_nm,duration_s\n1,1\n1,x\n", 3, "duration_s = `x`"),
+            ("torque_nm,duration_s\n1,1\n,1\n", 3, "torque_nm is empty"),
+            ("torque_nm,duration_s\n1,1\nnan,1\n", 3, "torque_nm = `nan`"),
+            ("torque_nm,duration_s,shape\n1,1,square\n", 2, "shape = `square`"),
+            ("torque_nm,duration_s\n1,1\n1\n", 3, "fields"),
+            ("torque_nm,duration_s\n", 1, "no pulse"),
+            ("", 1, "missing"),
+        ] {
+            let Err((at, what)) = parse(text) else { panic!("{text:?}") };
+            assert!(at == line && what.contains(words), "{text:?}: {at}: {what}");
+        }
+    }
+}

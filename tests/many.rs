@@ -1,0 +1,125 @@
+//! Many clients at once, many services at once; late joiners. Real sessions on loopback.
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::thread;
+use std::time::Duration;
+
+use common::{Outcome, Service, linked_sessions, scene};
+use flexcrank::bus::{self, Name, Topic, client};
+use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, Stepping, Waking};
+use flexcrank::service::{self, Member};
+use flexcrank::simulation::Simulation;
+use flexcrank::wire::{AppliedCommand, Loads, Status, TorquePulse};
+
+/// How long a message or an answer may take on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Pulses of four clients at once, every third sent twice.
+const CLIENTS: u32 = 4;
+const PULSES: u32 = 100;
+const TORQUE_NM: f64 = 0.01;
+const DURATION_S: f64 = 1e-3;
+
+#[test]
+fn prop_no_pulse_of_four_clients_is_lost_or_doubled() -> Outcome {
+    let scene = scene(&["pulse=[]", "commands.pending_limit=4096"])?;
+    let service = Service::start(scene, Pace::Factor(1.0), None, PublishRate::All)?;
+    thread::scope(|scope| {
+        let send = |who: u32| {
+            for number in 0..PULSES {
+                let id = format!("{who}-{number}");
+                let pulse = TorquePulse { id, torque_nm: TORQUE_NM, duration_s: DURATION_S, ..TorquePulse::default() };
+                for _ in 0..if number % 3 == 0 { 2 } else { 1 } {
+                    let reply = client::pulse(&service.client, &service.name, &pulse).unwrap();
+                    assert!(reply.accepted, "{}", reply.reason);
+                }
+            }
+        };
+        (0..CLIENTS).for_each(|who| drop(scope.spawn(move || send(who))));
+    });
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    let applied = common::decoded::<AppliedCommand>(&file, "commands")?;
+    let ids: BTreeSet<_> = applied.iter().filter_map(|command| command.reply.as_ref()).map(|reply| reply.id.clone()).collect();
+    let sent = u64::from(CLIENTS * PULSES);
+    assert_eq!((ids.len() as u64, applied.len() as u64), (sent + 1, sent + 1), "every pulse once, and the stop");
+    let loads = common::decoded::<Loads>(&file, "loads")?;
+    let over_s = |pair: &[Loads]| common::time_s(&pair[1].stamp) - common::time_s(&pair[0].stamp);
+    let impulse: f64 = loads.windows(2).map(|pair| pair[1].driving_torque_nm * over_s(pair)).sum();
+    // The last may still act when the run ends.
+    let exact = sent as f64 * TORQUE_NM * DURATION_S;
+    assert!((impulse / exact - 1.0).abs() < 1.5 * f64::from(CLIENTS) / sent as f64, "{impulse} of {exact}");
+    let status = common::decoded::<Status>(&file, "status")?.pop().ok_or("no status")?;
+    assert_eq!(status.commands_accepted, sent + 1);
+    Ok(())
+}
+
+#[test]
+fn prop_late_joiners_miss_nothing_after_their_snapshot() -> Outcome {
+    const JOINS: u64 = 200;
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    // A cheap generator is random enough to meet the service at any moment.
+    let mut dice = 0x2545_f491_4f6c_dd1d_u64;
+    for join in 0..JOINS {
+        dice = dice.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let moment = Duration::from_micros((dice >> 33) % 3000);
+        let begun = std::time::Instant::now();
+        while begun.elapsed() < moment {
+            thread::yield_now();
+        }
+        let mut joined = client::join(&service.client, &service.name, Topic::Angles)?;
+        let snapshot = joined.snapshot.angles.as_ref().and_then(|angles| angles.stamp).ok_or("no snapshot")?;
+        for n in 1..=5 {
+            let (payload, missing) = joined.next(PATIENCE).ok_or("nothing comes")?;
+            let angles = <flexcrank::wire::Angles as prost::Message>::decode(payload.as_slice())?;
+            let step = angles.stamp.ok_or("no stamp")?.step;
+            assert_eq!((missing, step), (0, snapshot.step + n), "join {join}: step {step} after {}", snapshot.step);
+        }
+    }
+    service.stop()?;
+    Ok(())
+}
+
+#[test]
+fn prop_many_services_share_a_process_and_nothing_else() -> Outcome {
+    const COUNT: usize = 12;
+    let (session, client) = linked_sessions()?;
+    let folder = tempfile::tempdir()?;
+    let scene = scene(&[])?;
+    let mut members = Vec::new();
+    for number in 0..COUNT {
+        let live = service::Live {
+            name: format!("many-{number:03}").parse()?,
+            stepping: Stepping { pace: Pace::Factor(1.0), until_s: Some(0.5 + 0.1 * number as f64), ..Stepping::default() },
+            record: Some(folder.path().join(format!("{number}.mcap"))),
+            ..common::live(scene.clone(), folder.path())?
+        };
+        members.push(Member { live, simulation: Simulation::new(&scene.scene)?, shadow: None });
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+    let waking = Waking { spin: Spin::NONE, realtime: false };
+    let running = thread::spawn(move || {
+        let reports = runtime.block_on(service::run_all(&session, members, waking, std::future::pending()));
+        bus::close(&session)?;
+        reports
+    });
+    let seventh: Name = "many-007".parse()?;
+    client::find(&client, &seventh)?;
+    let pulse = TorquePulse { id: "p".to_owned(), torque_nm: 1.0, duration_s: 0.01, ..TorquePulse::default() };
+    assert!(client::pulse(&client, &seventh, &pulse)?.accepted);
+    let reports = running.join().map_err(|_| "the services panicked")??;
+    assert_eq!(reports.len(), COUNT);
+    for (number, report) in reports.iter().enumerate() {
+        assert_eq!((&report.ending, report.dropped), (&Ending::Finished, 0));
+        let file = folder.path().join(format!("{number}.mcap"));
+        let steps: Vec<u64> = common::decoded::<Loads>(&file, "loads")?.iter().map(|loads| loads.stamp.unwrap().step).collect();
+        assert_eq!(steps.last(), Some(&(500 + 100 * number as u64)), "each ends at its own time");
+        let commands = common::payloads(&file, "commands")?.len();
+        assert_eq!(commands, usize::from(number == 7), "a pulse is for one only");
+    }
+    bus::close(&client)?;
+    Ok(())
+}
