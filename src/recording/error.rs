@@ -28,7 +28,7 @@ pub enum RecordingError {
         cause: mcap::McapError,
     },
     /// A chunk that the index points at is damaged.
-    #[error("{}: the chunk at byte {at} is damaged: {cause}", path.display())]
+    #[error("{}: the chunk at byte {at} is damaged: {cause}; `flexcrank recover` saves the rest", path.display())]
     Chunk {
         /// Which file.
         path: PathBuf,

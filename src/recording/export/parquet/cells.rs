@@ -4,16 +4,6 @@ use super::thrift::varint;
 use crate::recording::export::learn::Kind;
 use crate::recording::rows::Cell;
 
-/// How values of a page are laid out.
-/// <https://parquet.apache.org/docs/file-format/data-pages/encodings/>
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
-    /// One after the other.
-    Plain = 0,
-    /// First bytes of all, then second bytes of all, and so on: what numbers have in common comes together.
-    ByteStreamSplit = 9,
-}
-
 /// Cells of a column.
 pub(super) struct Cells {
     /// Whether there is a cell in each row.
@@ -60,21 +50,15 @@ impl Cells {
         self.there.len()
     }
 
-    pub fn encoding(&self) -> Encoding {
-        if matches!(self.values, Values::Numbers(_)) { Encoding::ByteStreamSplit } else { Encoding::Plain }
-    }
-
-    /// All of them as the body of a data page, not compressed: which rows have a value, then the values.
+    /// All of them as the body of a data page, not compressed: which rows have a value, then the values one after the other.
+    /// <https://parquet.apache.org/docs/file-format/data-pages/encodings/>
     pub fn take_page(&mut self) -> Vec<u8> {
         let levels = runs(&self.there);
         let mut page = (levels.len() as u32).to_le_bytes().to_vec();
         page.extend(levels);
         match &mut self.values {
             Values::Integers(values) => values.drain(..).for_each(|value| page.extend(value.to_le_bytes())),
-            Values::Numbers(values) => {
-                (0..size_of::<f64>()).for_each(|byte| page.extend(values.iter().map(|value| value.to_le_bytes()[byte])));
-                values.clear();
-            }
+            Values::Numbers(values) => values.drain(..).for_each(|value| page.extend(value.to_le_bytes())),
             Values::Flags(values) => {
                 let byte = |flags: &[bool]| flags.iter().rev().fold(0, |byte, flag| byte << 1 | u8::from(*flag));
                 page.extend(values.chunks(8).map(byte));
@@ -115,24 +99,16 @@ mod tests {
         for flag in [Some(true), None, None, Some(false), Some(true)] {
             flags.push(flag.map(Cell::Flag).as_ref());
         }
-        assert_eq!((flags.rows(), flags.encoding()), (5, Encoding::Plain));
+        assert_eq!(flags.rows(), 5);
         assert_eq!(flags.take_page(), [6, 0, 0, 0, 2, 1, 4, 0, 4, 1, 0b101]);
         assert_eq!(flags.rows(), 0);
-    }
-
-    #[test]
-    fn val_numbers_are_split_byte_by_byte() {
-        let mut numbers = Cells::new(Kind::Number);
-        numbers.push(Some(&Cell::Number(f64::from_bits(0x0102_0304_0506_0708))));
-        numbers.push(Some(&Cell::Number(f64::from_bits(0x1112_1314_1516_1718))));
-        assert_eq!(numbers.take_page()[6..], [8, 0x18, 7, 0x17, 6, 0x16, 5, 0x15, 4, 0x14, 3, 0x13, 2, 0x12, 1, 0x11]);
     }
 
     #[test]
     fn val_whole_numbers_among_others_are_numbers() {
         let mut numbers = Cells::new(Kind::Number);
         numbers.push(Some(&Cell::Integer(2)));
-        assert_eq!(numbers.take_page().last(), Some(&0x40));
+        assert_eq!(numbers.take_page()[6..], 2_f64.to_le_bytes());
         let mut texts = Cells::new(Kind::Text);
         texts.push(Some(&Cell::Integer(7)));
         assert_eq!(texts.take_page()[6..], [1, 0, 0, 0, b'7']);

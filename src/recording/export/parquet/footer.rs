@@ -1,7 +1,6 @@
 //! What a Parquet file says of itself: the header of every page, and columns and row groups at its end. Field numbers are those
 //! of <https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift>.
 
-use super::cells::Encoding;
 use super::thrift::Struct;
 use crate::recording::build;
 use crate::recording::export::learn::{Column, Kind};
@@ -12,7 +11,9 @@ const INT64: i32 = 2;
 const DOUBLE: i32 = 5;
 const BYTE_ARRAY: i32 = 6;
 
-/// How definition levels are encoded: in runs.
+/// How values are encoded: one after the other, which every reader understands.
+const PLAIN: i32 = 0;
+/// How definition levels are: in runs.
 const RLE: i32 = 3;
 const ZSTD: i32 = 6;
 /// A column may be null.
@@ -32,15 +33,14 @@ pub(super) struct RowGroup {
 pub(super) struct Chunk {
     /// Byte of the file at which it begins.
     pub start: usize,
-    pub encoding: Encoding,
     pub bytes: usize,
     pub uncompressed_bytes: usize,
 }
 
 /// What stands before a page.
-pub(super) fn page_header(rows: usize, encoding: Encoding, uncompressed_bytes: usize, bytes: usize) -> Vec<u8> {
+pub(super) fn page_header(rows: usize, uncompressed_bytes: usize, bytes: usize) -> Vec<u8> {
     const DATA_PAGE: i32 = 0;
-    let data = Struct::default().i32(1, rows as i32).i32(2, encoding as i32).i32(3, RLE).i32(4, RLE);
+    let data = Struct::default().i32(1, rows as i32).i32(2, PLAIN).i32(3, RLE).i32(4, RLE);
     Struct::default().i32(1, DATA_PAGE).i32(2, uncompressed_bytes as i32).i32(3, bytes as i32).inner(5, data).finish()
 }
 
@@ -88,7 +88,7 @@ fn row_group(columns: &[Column], group: &RowGroup) -> Struct {
     let chunks = group.chunks.iter().zip(columns).map(|(chunk, column)| {
         let about = Struct::default()
             .i32(1, physical(column.kind))
-            .numbers(2, &[chunk.encoding as i32, RLE])
+            .numbers(2, &[PLAIN, RLE])
             .texts(3, &[&column.name])
             .i32(4, ZSTD)
             .i64(5, group.rows)

@@ -59,13 +59,13 @@ impl ParquetSheet {
         }
         let mut chunks = Vec::with_capacity(self.cells.len());
         for n in 0..self.cells.len() {
-            let (start, encoding) = (self.at, self.cells[n].encoding());
+            let start = self.at;
             let page = self.cells[n].take_page();
             let compressed = zstd::bulk::compress(&page, LEVEL)?;
-            let header = footer::page_header(rows, encoding, page.len(), compressed.len());
+            let header = footer::page_header(rows, page.len(), compressed.len());
             self.put(&header)?;
             self.put(&compressed)?;
-            chunks.push(Chunk { start, encoding, bytes: self.at - start, uncompressed_bytes: header.len() + page.len() });
+            chunks.push(Chunk { start, bytes: self.at - start, uncompressed_bytes: header.len() + page.len() });
         }
         self.groups.push(RowGroup { rows, chunks });
         self.waiting = 0;
