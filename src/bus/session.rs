@@ -2,16 +2,23 @@
 
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
-use super::BusError;
+use super::{BusError, Name, client};
 
 /// Loopback ports that services take, the first free one each; clients look at all of them.
 const PORTS: std::ops::Range<u16> = 7447..7463;
 /// How long a loopback port may take to say that it is open.
 const KNOCK: Duration = Duration::from_millis(200);
+/// How long those whom a service connects to may take to be there.
+const LINK_UP: Duration = Duration::from_secs(2);
+/// Between two looks.
+const LOOK_AGAIN: Duration = Duration::from_millis(20);
+const LISTEN: &str = "listen/endpoints";
+const CONNECT: &str = "connect/endpoints";
+const MULTICAST: &str = "scouting/multicast/enabled";
 /// Small kernel buffers on the link, so that a reader that falls behind is not fed stale samples for seconds.
 const SOCKET_BUFFERS: &str = "#so_sndbuf=65536;so_rcvbuf=65536";
 
@@ -22,42 +29,58 @@ pub struct BusOptions {
     pub listen: Vec<String>,
     /// Endpoints to connect to.
     pub connect: Vec<String>,
-    /// A zenoh configuration file to start from.
+    /// A zenoh configuration file to start from. Where it does not say where to listen, that is on loopback.
     pub config: Option<PathBuf>,
     /// Let this session see who subscribes, as [`audience`](super::audience) needs.
     pub sees_audience: bool,
 }
 
 impl BusOptions {
+    /// What the file says, if there is one; what it does not say is safe: no multicast.
     fn base(&self) -> Result<Config, BusError> {
-        if let Some(path) = &self.config {
-            return Config::from_file(path).map_err(BusError::config);
+        let mut config = match &self.config {
+            Some(path) => Config::from_file(path).map_err(BusError::config)?,
+            None => Config::default(),
+        };
+        if !says(&config, MULTICAST) {
+            set(&mut config, MULTICAST, "false")?;
         }
-        let mut config = Config::default();
-        set(&mut config, "scouting/multicast/enabled", "false")?;
         Ok(config)
     }
 
-    /// Opens a session for a service, linked to its neighbours on this machine unless told otherwise.
+    /// Opens a session for a service, linked to its neighbours on this machine unless told otherwise. Waits a little for those
+    /// whom it connects to, so that a service of the same name is seen.
     ///
     /// # Errors
     /// [`BusError`] when the configuration is bad or no endpoint can be taken.
     pub fn open_service(&self) -> Result<Session, BusError> {
+        let config = self.of_service()?;
+        let connects = !self.connect.is_empty() || self.config.is_some() && says(&config, CONNECT);
+        let session = zenoh::open(config).wait().map_err(BusError::open)?;
+        if connects && !is_linked(&session) {
+            tracing::warn!("no link yet to whom this service is to connect to: it goes on alone, and keeps trying");
+        }
+        Ok(session)
+    }
+
+    fn of_service(&self) -> Result<Config, BusError> {
         let mut config = self.base()?;
         if self.sees_audience {
             set(&mut config, "adminspace/enabled", "true")?;
         }
         if !self.listen.is_empty() {
-            set(&mut config, "listen/endpoints", &list(&self.listen))?;
-        } else if self.config.is_none() {
-            set(&mut config, "listen/endpoints", &list(&[format!("tcp/{}{SOCKET_BUFFERS}", free_port()?)]))?;
+            set(&mut config, LISTEN, &list(&self.listen))?;
+        } else if !says(&config, LISTEN) && !is_client(&config) {
+            set(&mut config, LISTEN, &list(&[format!("tcp/{}{SOCKET_BUFFERS}", free_port()?)]))?;
         }
         if !self.connect.is_empty() {
-            set(&mut config, "connect/endpoints", &list(&self.connect))?;
+            set(&mut config, CONNECT, &list(&self.connect))?;
+            // What listens on loopback elsewhere is told of, too, and is nothing to connect to here.
+            set(&mut config, "scouting/gossip/enabled", "false")?;
         } else if self.config.is_none() && self.listen.is_empty() {
-            set(&mut config, "connect/endpoints", &list(&neighbours()))?;
+            set(&mut config, CONNECT, &list(&neighbours()))?;
         }
-        zenoh::open(config).wait().map_err(BusError::open)
+        Ok(config)
     }
 
     /// Opens a session for a client: to the endpoints given, or to every service on this machine.
@@ -65,21 +88,72 @@ impl BusOptions {
     /// # Errors
     /// [`BusError::NobodyHere`] when no local port answers; [`BusError`] when the configuration is bad or nothing can be opened.
     pub fn open_client(&self) -> Result<Session, BusError> {
+        zenoh::open(self.of_client()?).wait().map_err(BusError::open)
+    }
+
+    /// The first of `names` that a service has which is to be seen from where this one is to connect to: behind a router, it is
+    /// not seen by the service itself. Whoever cannot be reached is taken for empty.
+    ///
+    /// # Errors
+    /// [`BusError`] when zenoh fails.
+    pub fn taken_beyond(&self, names: &[&Name]) -> Result<Option<Name>, BusError> {
+        for endpoint in &self.connect {
+            let there = BusOptions { connect: vec![endpoint.clone()], ..BusOptions::default() };
+            let Ok(session) = there.open_client() else { continue };
+            let taken = client::taken(&session, names);
+            session.close().wait().map_err(BusError::failed)?;
+            if let Some(taken) = taken? {
+                return Ok(Some(taken));
+            }
+        }
+        Ok(None)
+    }
+
+    fn of_client(&self) -> Result<Config, BusError> {
         let mut config = self.base()?;
-        if self.config.is_none() {
-            let listen = if self.listen.is_empty() { "[]".to_owned() } else { list(&self.listen) };
-            set(&mut config, "listen/endpoints", &listen)?;
+        if !self.listen.is_empty() {
+            set(&mut config, LISTEN, &list(&self.listen))?;
+        } else if !says(&config, LISTEN) {
+            set(&mut config, LISTEN, "[]")?;
         }
         if !self.connect.is_empty() {
-            set(&mut config, "connect/endpoints", &list(&self.connect))?;
+            set(&mut config, CONNECT, &list(&self.connect))?;
+            // Routers hand on nothing between peers.
+            if self.connect.len() == 1 && self.config.is_none() && self.listen.is_empty() {
+                set(&mut config, "mode", "\"client\"")?;
+            }
         } else if self.config.is_none() && self.listen.is_empty() {
             let here = neighbours();
             if here.is_empty() {
                 return Err(BusError::NobodyHere);
             }
-            set(&mut config, "connect/endpoints", &list(&here))?;
+            set(&mut config, CONNECT, &list(&here))?;
         }
-        zenoh::open(config).wait().map_err(BusError::open)
+        Ok(config)
+    }
+}
+
+/// Whether a configuration says something other than zenoh does by itself.
+fn says(config: &Config, key: &str) -> bool {
+    config.get_json(key).ok() != Config::default().get_json(key).ok()
+}
+
+fn is_client(config: &Config) -> bool {
+    config.get_json("mode").is_ok_and(|mode| mode == "\"client\"")
+}
+
+/// Whether there is somebody at the other end, at the latest after two seconds.
+fn is_linked(session: &Session) -> bool {
+    let begun = Instant::now();
+    loop {
+        let info = session.info();
+        if info.routers_zid().wait().next().is_some() || info.peers_zid().wait().next().is_some() {
+            return true;
+        }
+        if begun.elapsed() > LINK_UP {
+            return false;
+        }
+        std::thread::sleep(LOOK_AGAIN);
     }
 }
 
@@ -108,4 +182,32 @@ fn neighbours() -> Vec<String> {
 fn answering(port: u16) -> Option<SocketAddr> {
     let address = loopback(port);
     TcpStream::connect_timeout(&address, KNOCK).ok().map(|_| address)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_file_opens_up_no_more_than_it_says() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let file = folder.path().join("zenoh.json5");
+        let options = BusOptions { config: Some(file.clone()), ..BusOptions::default() };
+        let told = |config: Config, key: &str| config.get_json(key).unwrap_or_default();
+        std::fs::write(
+            &file,
+            r#"{ transport: { link: { tx: { lease: 5000 } } }, connect: { endpoints: ["tcp/127.0.0.1:9"] } }"#,
+        )?;
+        let listens = told(options.of_service()?, LISTEN);
+        assert!(listens.contains("tcp/127.0.0.1:") && !listens.contains("[::]"), "{listens}");
+        assert_eq!(told(options.of_client()?, LISTEN), "[]");
+        assert_eq!(told(options.of_service()?, MULTICAST), "false");
+        assert!(told(options.of_service()?, CONNECT).contains("tcp/127.0.0.1:9"));
+        std::fs::write(&file, r#"{ listen: { endpoints: ["tcp/127.0.0.2:0"] }, scouting: { multicast: { enabled: true } } }"#)?;
+        for config in [options.of_service()?, options.of_client()?] {
+            assert_eq!(told(config.clone(), MULTICAST), "true");
+            assert!(told(config, LISTEN).contains("tcp/127.0.0.2:0"));
+        }
+        Ok(())
+    }
 }

@@ -100,13 +100,13 @@ impl Default for Command {
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct Bus {
     /// Listen on this endpoint instead of a loopback port, e.g. tcp/0.0.0.0:7447. Anyone who reaches it can send commands.
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, global = true, value_name = "ENDPOINT")]
     listen: Vec<String>,
     /// Connect to this endpoint, e.g. tcp/192.0.2.1:7447.
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, global = true, value_name = "ENDPOINT")]
     connect: Vec<String>,
     /// Start from this zenoh configuration file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, global = true, value_name = "FILE")]
     zenoh_config: Option<PathBuf>,
 }
 
@@ -169,6 +169,9 @@ pub(super) struct Run {
     /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each can be used without the others.
     #[arg(long, value_name = "SIZE|TIME", value_parser = split)]
     pub split: Option<Split>,
+    /// Stop recording before it is larger than this, all parts together, and go on without: 2GB.
+    #[arg(long, value_name = "SIZE", value_parser = recording_size)]
+    pub max_recording_size: Option<bytesize::ByteSize>,
     /// Tell the mechanism as shapes, too, for Foxglove and Lichtblick: foxglove.SceneUpdate, 25 times a second or HZ.
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "25", value_parser = frames)]
     pub scene_updates: Option<f64>,
@@ -374,6 +377,11 @@ fn pace(text: &str) -> Result<Pace, String> {
         "max" => Ok(Pace::Max),
         factor => number(factor, 1e-3, 1e6).map(Pace::Factor).map_err(|problem| format!("real, max, or {problem}")),
     }
+}
+
+fn recording_size(text: &str) -> Result<bytesize::ByteSize, String> {
+    let size = text.parse().map_err(|_| "a size such as 500MB".to_owned())?;
+    if size >= bytesize::ByteSize::mb(1) { Ok(size) } else { Err("a size of 1MB or more".to_owned()) }
 }
 
 fn frames(text: &str) -> Result<f64, String> {

@@ -11,7 +11,7 @@ use super::args::Run;
 use super::board::Board;
 pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
-use crate::bus;
+use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Written, place};
 use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking};
 use crate::scene::{MODELS, SceneSource};
@@ -22,6 +22,12 @@ use crate::wire::Angles;
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let beginnings = begin(&args)?;
     let count = beginnings.len();
+    if !args.force {
+        let names: Vec<&bus::Name> = beginnings.iter().map(|beginning| &beginning.name).collect();
+        if let Some(taken) = args.bus.options().taken_beyond(&names)? {
+            return Err(BusError::Taken(taken).into());
+        }
+    }
     let board = Board::new(count);
     let mut members = Vec::with_capacity(count);
     for (index, beginning) in beginnings.into_iter().enumerate() {
@@ -64,6 +70,7 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
         flush_period: args.flush,
         fsync: args.fsync,
         split: args.split,
+        max_recording_bytes: args.max_recording_size.map(|size| size.as_u64()),
         scene_updates_hz: args.scene_updates,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         on_status,
@@ -152,7 +159,10 @@ fn conclude_one(report: &LiveReport, many: bool) -> Done {
 
 fn tell(recording: &Result<Written, RecordingError>) {
     match recording {
-        Ok(Written { path, messages }) => eprintln!("recorded {messages} messages to {}", path.display()),
+        Ok(Written { path, messages, limited }) => {
+            let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };
+            eprintln!("recorded {messages} messages to {}{early}", path.display());
+        }
         Err(error) => eprintln!("error: recording: {error}"),
     }
 }

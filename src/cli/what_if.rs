@@ -58,7 +58,7 @@ fn report(outcome: &Outcome) -> anyhow::Result<Done> {
     let Outcome { from_s, parting, diverged, written } = outcome;
     let mut out = std::io::stdout();
     writeln!(out, "computed again from t = {from_s} s")?;
-    for Written { path, messages } in written {
+    for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
     match &parting.first {

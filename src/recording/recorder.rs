@@ -40,6 +40,7 @@ struct Shared {
     full: AtomicBool,
     /// Messages in the queue. It takes memory only for these.
     waiting: AtomicUsize,
+    ended: AtomicBool,
 }
 
 impl Recorder {
@@ -70,6 +71,11 @@ impl Recorder {
         self.shared.full.load(Ordering::Relaxed)
     }
 
+    /// Whether it has ended by itself: the disk failed, or the file was to become no larger.
+    pub fn has_ended(&self) -> bool {
+        self.shared.ended.load(Ordering::Acquire)
+    }
+
     /// Hands over a message; `false` when it was left out, because the disk is too slow or recording has failed.
     pub fn record(&self, message: Message) -> bool {
         match self.when_full {
@@ -79,6 +85,9 @@ impl Recorder {
     }
 
     fn try_send(&self, message: Message) -> Result<(), TrySendError<Message>> {
+        if self.has_ended() {
+            return Err(TrySendError::Disconnected(message));
+        }
         if self.shared.waiting.load(Ordering::Relaxed) >= QUEUE {
             return Err(TrySendError::Full(message));
         }
@@ -119,24 +128,37 @@ struct Recording {
     shared: Arc<Shared>,
     writer: SessionWriter,
     finished: Vec<Result<Written, RecordingError>>,
+    /// Bytes of the parts that are finished.
+    finished_bytes: u64,
 }
 
 impl Recording {
     fn begin(base: &Path, session: &Session, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
         let part = shared.part.load(Ordering::Relaxed);
         let writer = SessionWriter::create(&part_path(base, part), session, (part > 0).then_some(part), settings)?;
-        Ok(Recording { base: base.to_owned(), session: session.clone(), settings, shared, writer, finished: Vec::new() })
+        Ok(Recording {
+            base: base.to_owned(),
+            session: session.clone(),
+            settings,
+            shared,
+            writer,
+            finished: Vec::new(),
+            finished_bytes: 0,
+        })
     }
 
-    /// Writes until the other end hangs up or something fails.
+    /// Writes until the other end hangs up, something fails, or the limit is reached.
     fn take_all(mut self, messages: &Receiver<Message>) -> Vec<Result<Written, RecordingError>> {
         let taken = self.take(messages);
-        let Recording { writer, mut finished, .. } = self;
-        finished.push(taken.and_then(|()| writer.finish()));
+        let Recording { writer, mut finished, shared, .. } = self;
+        finished.push(taken.and_then(|limited| Ok(Written { limited, ..writer.finish()? })));
+        // Before the queue is hung up, so that whoever is told so knows why.
+        shared.ended.store(true, Ordering::Release);
         finished
     }
 
-    fn take(&mut self, messages: &Receiver<Message>) -> Result<(), RecordingError> {
+    /// Whether the limit was reached.
+    fn take(&mut self, messages: &Receiver<Message>) -> Result<bool, RecordingError> {
         let rest = REST.min(self.settings.flush_period / REST_PER_FLUSH);
         loop {
             let next = match self.writer.due_in() {
@@ -144,18 +166,20 @@ impl Recording {
                 None => messages.recv().map_err(|_| RecvTimeoutError::Disconnected),
             };
             match next {
-                Ok(message) => self.write(&message)?,
+                Ok(message) if self.write(&message)? => return Ok(true),
+                Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => self.writer.flush()?,
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                Err(RecvTimeoutError::Disconnected) => return Ok(false),
             }
             let mut found = MANY;
             while found >= MANY {
                 found = 0;
                 loop {
                     match messages.try_recv() {
-                        Ok(message) => self.write(&message)?,
+                        Ok(message) if self.write(&message)? => return Ok(true),
+                        Ok(_) => {}
                         Err(TryRecvError::Empty) => break,
-                        Err(TryRecvError::Disconnected) => return Ok(()),
+                        Err(TryRecvError::Disconnected) => return Ok(false),
                     }
                     found += 1;
                 }
@@ -164,14 +188,16 @@ impl Recording {
         }
     }
 
-    fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
+    /// Whether the limit is reached.
+    fn write(&mut self, message: &Message) -> Result<bool, RecordingError> {
         if message.begins_part && self.writer.is_full() {
             self.next_part()?;
         }
         self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
         self.writer.write(message)?;
         self.shared.full.store(self.writer.is_full(), Ordering::Relaxed);
-        Ok(())
+        let limit = self.settings.limit_bytes;
+        Ok(limit.is_some_and(|limit| self.finished_bytes + self.writer.size_when_closed() >= limit))
     }
 
     /// Goes on in the next file whose name is free.
@@ -185,7 +211,11 @@ impl Recording {
             }
         };
         self.shared.part.store(part, Ordering::Relaxed);
-        self.finished.push(std::mem::replace(&mut self.writer, writer).finish());
+        let finished = std::mem::replace(&mut self.writer, writer).finish();
+        if let Ok(Written { path, .. }) = &finished {
+            self.finished_bytes += std::fs::metadata(path).map_or(0, |file| file.len());
+        }
+        self.finished.push(finished);
         Ok(())
     }
 }

@@ -29,6 +29,8 @@ pub struct Settings {
     pub fsync: bool,
     /// Go on in numbered parts.
     pub split: Option<Split>,
+    /// End before the file, or all parts together, have more bytes than this.
+    pub limit_bytes: Option<u64>,
     /// What to do when the disk is too slow.
     pub when_full: WhenFull,
 }

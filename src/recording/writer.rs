@@ -18,6 +18,10 @@ use crate::wire;
 
 /// Chunks are closed when they reach this size, or are due.
 const CHUNK_BYTES: u64 = 256 * 1024;
+/// Schemas, channels and statistics at the end of a file are no larger than this.
+const SUMMARY_BYTES: u64 = 128 * 1024;
+/// Nor is what the index says of a chunk.
+const CHUNK_INDEX_BYTES: u64 = 256;
 
 /// What a finished recording holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,6 +30,8 @@ pub struct Written {
     pub path: PathBuf,
     /// How many messages.
     pub messages: u64,
+    /// Whether it ends early, because it would have become larger than allowed.
+    pub limited: bool,
 }
 
 /// How MCAP files are written here: chunks small enough to be lost, and an order that needs no going back.
@@ -61,6 +67,10 @@ pub struct SessionWriter {
     waiting_since: Option<Instant>,
     span_ns: Option<(u64, u64)>,
     messages: u64,
+    /// At most so many chunks were closed.
+    chunks: u64,
+    /// Of all messages, before compression.
+    payload_bytes: u64,
 }
 
 #[derive(Clone, Copy)]
@@ -88,6 +98,8 @@ impl SessionWriter {
             waiting_since: None,
             span_ns: None,
             messages: 0,
+            chunks: 0,
+            payload_bytes: 0,
         };
         writer.flush()?;
         if settings.fsync {
@@ -103,6 +115,7 @@ impl SessionWriter {
     pub fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
         self.append(message).map_err(RecordingError::mcap(&self.path))?;
         self.messages += 1;
+        self.payload_bytes += message.payload.len() as u64;
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
         self.span_ns = Some((first.min(message.log_time_ns), last.max(message.log_time_ns)));
         let since = *self.waiting_since.get_or_insert_with(Instant::now);
@@ -143,6 +156,7 @@ impl SessionWriter {
     /// Closes the open chunk and hands it to the system, and to the disk if that was asked for.
     pub(super) fn flush(&mut self) -> Result<(), RecordingError> {
         self.waiting_since = None;
+        self.chunks += 1;
         self.mcap.flush().map_err(RecordingError::mcap(&self.path))?;
         if self.settings.fsync {
             self.file.sync_data().map_err(RecordingError::file(&self.path))?;
@@ -159,6 +173,13 @@ impl SessionWriter {
         }
     }
 
+    /// Bytes of the file when it is closed, at most: what is there, an open chunk, and the index of all chunks.
+    pub(super) fn size_when_closed(&self) -> u64 {
+        let there = self.file.metadata().map_or(0, |file| file.len());
+        let chunks = self.chunks + self.payload_bytes / CHUNK_BYTES + 1;
+        there + CHUNK_BYTES + SUMMARY_BYTES + CHUNK_INDEX_BYTES * chunks
+    }
+
     /// Closes the file, with statistics and index, and says what it holds.
     ///
     /// # Errors
@@ -169,7 +190,7 @@ impl SessionWriter {
         flushed
             .and_then(|()| if self.settings.fsync { self.file.sync_all() } else { Ok(()) })
             .map_err(RecordingError::file(&self.path))?;
-        Ok(Written { path: self.path, messages: self.messages })
+        Ok(Written { path: self.path, messages: self.messages, limited: false })
     }
 }
 

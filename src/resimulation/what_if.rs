@@ -18,7 +18,7 @@ use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_comman
 
 /// How the result is recorded.
 const SETTINGS: Settings =
-    Settings { flush_period: Duration::from_secs(1), fsync: false, split: None, when_full: WhenFull::Wait };
+    Settings { flush_period: Duration::from_secs(1), fsync: false, split: None, limit_bytes: None, when_full: WhenFull::Wait };
 
 /// A pulse that was not there.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -71,6 +71,8 @@ pub(super) struct Desk {
     pub gaps: Gaps,
     /// When to tell shapes, if that is wanted.
     pub drawing: Option<Drawing>,
+    /// Why the last recording has ended by itself.
+    pub trouble: Option<String>,
     /// Of what was handled last.
     pub now: Option<Stamp>,
     /// Whether the recording was full when last looked at.
@@ -152,7 +154,12 @@ impl Desk {
     }
 
     fn status(&mut self, mut status: Status, stamp: &Stamp) {
+        self.look_whether_recording_ended();
         self.tell_gaps(stamp);
+        if let Some(trouble) = &self.trouble {
+            let more = if status.message.is_empty() { "" } else { "; " };
+            status.message = format!("{trouble}{more}{}", status.message);
+        }
         status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
         status.drops = self.gaps.totals();
         (self.on_status)(&status);
@@ -171,10 +178,25 @@ impl Desk {
     fn record(&mut self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
         self.now = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
-        if !recorder.record(self.message(chunk, schema, payload, stamp)) {
+        if !recorder.record(self.message(chunk, schema, payload, stamp)) && !self.look_whether_recording_ended() {
             self.counts.count_dropped();
             self.gaps.unrecorded(chunk, stamp);
         }
+    }
+
+    /// A recording that has ended by itself is told of, and the simulation goes on without.
+    fn look_whether_recording_ended(&mut self) -> bool {
+        let Some(recorder) = self.recorder.take_if(|recorder| recorder.has_ended()) else { return false };
+        let results = recorder.finish();
+        let why = match results.last() {
+            Some(Err(error)) => error.to_string(),
+            _ => "it has the size that it may have".to_owned(),
+        };
+        let trouble = format!("recording stopped: {why}");
+        tracing::error!("{trouble}; the simulation goes on");
+        self.trouble = Some(trouble);
+        self.finished.extend(results);
+        true
     }
 
     fn message(&self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) -> recording::Message {
@@ -253,6 +275,7 @@ impl Desk {
             name => place::named(&self.plan.folder, name).map_err(|error| error.to_string())?,
         };
         self.recorder = Some(self.plan.start(&path).map_err(|error| error.to_string())?);
+        self.trouble = None;
         Ok(self.recorder.as_ref().map_or(path, Recorder::path))
     }
 

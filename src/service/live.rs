@@ -44,6 +44,8 @@ pub struct Live {
     pub fsync: bool,
     /// When the recording goes on in a new file.
     pub split: Option<Split>,
+    /// No recording becomes larger than this, all its parts together.
+    pub max_recording_bytes: Option<u64>,
     /// How often to tell the mechanism as shapes for 3D viewers, times a second; if at all.
     pub scene_updates_hz: Option<f64>,
     /// The command line, for the recording.
@@ -240,6 +242,7 @@ fn desk(
             flush_period: live.flush_period,
             fsync: live.fsync,
             split: live.split,
+            limit_bytes: live.max_recording_bytes,
             when_full: if live.stepping.pace == Pace::Max { WhenFull::Wait } else { WhenFull::Drop },
         },
         session: recording::Session {
@@ -265,6 +268,7 @@ fn desk(
         angles: None,
         gaps: Gaps::default(),
         drawing: live.scene_updates_hz.map(Drawing::new),
+        trouble: None,
         now: None,
         full: false,
     })

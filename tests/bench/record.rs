@@ -75,8 +75,13 @@ fn session() -> Session {
     }
 }
 
-const SETTINGS: Settings =
-    Settings { flush_period: Duration::from_millis(200), fsync: false, split: None, when_full: WhenFull::Wait };
+const SETTINGS: Settings = Settings {
+    flush_period: Duration::from_millis(200),
+    fsync: false,
+    split: None,
+    limit_bytes: None,
+    when_full: WhenFull::Wait,
+};
 
 fn writer(path: &Path, messages: &[Message]) -> Result<f64, Box<dyn Error>> {
     let begin = Instant::now();

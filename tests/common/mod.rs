@@ -50,6 +50,7 @@ pub fn live(scene: SceneSource, folder: &Path) -> Result<Live, Box<dyn Error>> {
         flush_period: Duration::from_millis(200),
         fsync: false,
         split: None,
+        max_recording_bytes: None,
         scene_updates_hz: None,
         command_line: "test".to_owned(),
         on_status: Box::new(|_| {}),

@@ -4,6 +4,7 @@
 mod common;
 mod gaps;
 mod killed;
+mod limited;
 mod mutated;
 mod parts;
 mod recovered;

@@ -126,7 +126,7 @@ impl Table {
 
     fn finish(self, written: &mut Vec<Written>) -> Result<(), RecordingError> {
         for sheet in self.sheets {
-            written.push(Written { path: sheet.finish()?, messages: self.rows });
+            written.push(Written { path: sheet.finish()?, messages: self.rows, limited: false });
         }
         Ok(())
     }
