@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use prost::Message as _;
 use zenoh::bytes::{Encoding, ZBytes};
+use zenoh::key_expr::KeyExpr;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::query::{Query, Queryable};
@@ -20,6 +21,11 @@ use crate::wire::{self, BadCommand, CommandReply, Control, TorquePulse};
 pub(super) fn protobuf(schema: &str) -> Encoding {
     Encoding::APPLICATION_PROTOBUF.with_schema(schema)
 }
+
+/// Largest command, bytes.
+const PAYLOAD_LIMIT: usize = 4096;
+/// Longest id of a command, bytes: tens of thousands of them are remembered.
+const ID_LIMIT: usize = 128;
 
 /// The latest message of every topic and its number, for the snapshot.
 #[derive(Debug, Default)]
@@ -169,6 +175,20 @@ fn control(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
     }
 }
 
+/// The payload of what came, if it came under the very key and is no larger than a command can be.
+///
+/// A key with wildcards may have passed rules that would have kept the key itself out.
+pub(super) fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Result<Vec<u8>, BadCommand> {
+    let bytes = payload.map_or(0, ZBytes::len);
+    if key.as_str() != own_key {
+        return Err(BadCommand::Key { key: key.to_string(), own: own_key.to_owned() });
+    }
+    if bytes > PAYLOAD_LIMIT {
+        return Err(BadCommand::TooLarge { bytes, limit: PAYLOAD_LIMIT });
+    }
+    Ok(payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default())
+}
+
 pub(super) fn decode<M: prost::Message + Default>(payload: &[u8], expected: &'static str) -> Result<M, (String, BadCommand)> {
     let bad = |bad| (String::new(), bad);
     if payload.is_empty() {
@@ -177,8 +197,12 @@ pub(super) fn decode<M: prost::Message + Default>(payload: &[u8], expected: &'st
     M::decode(payload).map_err(|error| bad(BadCommand::Undecodable { expected, cause: error.to_string() }))
 }
 
-fn submit(inbox: &Inbox, payload: &[u8], decode: Decode, reply: ReplyTo) {
-    match decode(payload) {
+fn submit(inbox: &Inbox, payload: Result<Vec<u8>, BadCommand>, decode: Decode, reply: ReplyTo) {
+    match payload.map_err(|bad| (String::new(), bad)).and_then(|payload| decode(&payload)) {
+        Ok((id, _)) if id.len() > ID_LIMIT => {
+            let bad = BadCommand::Id { bytes: id.len(), limit: ID_LIMIT };
+            inbox.refuse(String::new(), bad.to_string(), reply);
+        }
         Ok((id, request)) => inbox.submit(Command { id, request, reply }),
         Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
     }
@@ -186,13 +210,17 @@ fn submit(inbox: &Inbox, payload: &[u8], decode: Decode, reply: ReplyTo) {
 
 fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Queryable<()>, BusError> {
     let answer_key = key.to_owned();
+    let complaints = Complaints::default();
     let take = move |query: Query| {
-        let payload = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
+        let payload = admitted(&answer_key, query.key_expr(), query.payload());
+        if let Err(bad) = &payload {
+            complaints.hear(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
+        }
         let key = answer_key.clone();
         let reply = move |reply: CommandReply| {
             answer(&query, &key, reply.encode_to_vec().into(), protobuf("flexcrank.v1.CommandReply"));
         };
-        submit(&inbox, &payload, decode, Box::new(reply));
+        submit(&inbox, payload, decode, Box::new(reply));
     };
     session.declare_queryable(key.to_owned()).callback(take).wait().map_err(BusError::failed)
 }
@@ -203,7 +231,7 @@ fn command_subscriber(session: &Session, key: &str, decode: Decode, inbox: Inbox
     let take = move |sample: zenoh::sample::Sample| {
         let complaints = complaints.clone();
         let reply = move |reply: CommandReply| complaints.hear(&reply);
-        submit(&inbox, &sample.payload().to_bytes(), decode, Box::new(reply));
+        submit(&inbox, admitted(&own_key, sample.key_expr(), Some(sample.payload())), decode, Box::new(reply));
     };
-    session.declare_subscriber(own_key).callback(take).wait().map_err(BusError::failed)
+    session.declare_subscriber(key.to_owned()).callback(take).wait().map_err(BusError::failed)
 }

@@ -9,7 +9,7 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::endpoint::{answer, decode, protobuf};
+use super::endpoint::{admitted, answer, decode, protobuf};
 use super::keys::Name;
 use crate::runtime::ReplyTo;
 use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, replay_control::Action};
@@ -40,7 +40,10 @@ impl Remote {
                 tracing::warn!(id = reply.id, reason = reply.reason, "a command was refused");
             }
         };
-        let hear = move |sample: Sample| submit(&own, &sample.payload().to_bytes(), replay, Box::new(reply));
+        let own_key = name.replay();
+        let hear = move |sample: Sample| {
+            submit(&own, admitted(&own_key, sample.key_expr(), Some(sample.payload())), replay, Box::new(reply));
+        };
         let subscriber = session.declare_subscriber(name.replay()).callback(hear).wait().map_err(BusError::failed)?;
         Ok(Remote { queryables, subscriber })
     }
@@ -61,18 +64,18 @@ impl Remote {
 fn queryable(session: &Session, key: String, decode: Decode, take: &Take) -> Result<Queryable<()>, BusError> {
     let (own, answer_key) = (Arc::clone(take), key.clone());
     let hear = move |query: Query| {
-        let payload = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
+        let payload = admitted(&answer_key, query.key_expr(), query.payload());
         let key = answer_key.clone();
         let reply = move |reply: CommandReply| {
             answer(&query, &key, reply.encode_to_vec().into(), protobuf("flexcrank.v1.CommandReply"));
         };
-        submit(&own, &payload, decode, Box::new(reply));
+        submit(&own, payload, decode, Box::new(reply));
     };
     session.declare_queryable(key).callback(hear).wait().map_err(BusError::failed)
 }
 
-fn submit(take: &Take, payload: &[u8], decode: Decode, reply: ReplyTo) {
-    match decode(payload) {
+fn submit(take: &Take, payload: Result<Vec<u8>, BadCommand>, decode: Decode, reply: ReplyTo) {
+    match payload.map_err(|bad| (String::new(), bad)).and_then(|payload| decode(&payload)) {
         Ok((id, action)) => take(id, action, reply),
         Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }),
     }

@@ -146,7 +146,7 @@ fn conclude_one(report: &LiveReport, many: bool) -> Done {
         eprintln!("warning: {} samples were left out because bus or disk could not keep up", report.dropped);
     }
     for recording in &report.recordings {
-        lossy |= recording.is_err();
+        lossy |= recording.as_ref().map_or(true, |written| written.limited);
         if !many || recording.is_err() {
             tell(recording);
         }

@@ -27,6 +27,30 @@ pub enum BadCommand {
     /// What a replayer cannot do.
     #[error("this is a replayer: it does not record")]
     ReplayerRecords,
+    /// Sent to a key with wildcards that matches the key of a command.
+    #[error("commands are sent to `{own}` itself, not to `{key}`")]
+    Key {
+        /// Where it was sent to.
+        key: String,
+        /// Where it is to be sent.
+        own: String,
+    },
+    /// Larger than any command.
+    #[error("{bytes} bytes are too many for a command: {limit} at most")]
+    TooLarge {
+        /// How large it is.
+        bytes: usize,
+        /// How large it may be.
+        limit: usize,
+    },
+    /// An id that would fill the memory of ids.
+    #[error("the id has {bytes} bytes: {limit} at most")]
+    Id {
+        /// How long it is.
+        bytes: usize,
+        /// How long it may be.
+        limit: usize,
+    },
     /// No payload at all.
     #[error("the command has no payload: a flexcrank.v1.{0} message is expected")]
     Empty(&'static str),
