@@ -99,4 +99,13 @@ impl RecordingError {
             cause => RecordingError::Mcap { path, cause },
         }
     }
+
+    /// Of a file that could not be written: what the system says is more than that something was wrong with it.
+    pub(super) fn unwritten(path: impl Into<PathBuf>) -> impl FnOnce(mcap::McapError) -> Self {
+        let path = path.into();
+        |cause| match cause {
+            mcap::McapError::Io(cause) => RecordingError::File { path, cause },
+            cause => RecordingError::Mcap { path, cause },
+        }
+    }
 }

@@ -87,8 +87,8 @@ impl SessionWriter {
     pub fn create(path: &Path, session: &Session, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
         let file = create_new(path)?;
         let output = file.try_clone().map_err(RecordingError::file(path))?;
-        let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::mcap(path))?;
-        session.write(&mut mcap, part).map_err(RecordingError::mcap(path))?;
+        let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::unwritten(path))?;
+        session.write(&mut mcap, part).map_err(RecordingError::unwritten(path))?;
         let mut writer = SessionWriter {
             path: path.to_owned(),
             mcap,
@@ -113,7 +113,7 @@ impl SessionWriter {
     /// # Errors
     /// [`RecordingError`] when it cannot be written.
     pub fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
-        self.append(message).map_err(RecordingError::mcap(&self.path))?;
+        self.append(message).map_err(RecordingError::unwritten(&self.path))?;
         self.messages += 1;
         self.payload_bytes += message.payload.len() as u64;
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
@@ -157,7 +157,7 @@ impl SessionWriter {
     pub(super) fn flush(&mut self) -> Result<(), RecordingError> {
         self.waiting_since = None;
         self.chunks += 1;
-        self.mcap.flush().map_err(RecordingError::mcap(&self.path))?;
+        self.mcap.flush().map_err(RecordingError::unwritten(&self.path))?;
         if self.settings.fsync {
             self.file.sync_data().map_err(RecordingError::file(&self.path))?;
         }
@@ -185,7 +185,7 @@ impl SessionWriter {
     /// # Errors
     /// [`RecordingError`] when it cannot be written.
     pub fn finish(mut self) -> Result<Written, RecordingError> {
-        self.mcap.finish().map_err(RecordingError::mcap(&self.path))?;
+        self.mcap.finish().map_err(RecordingError::unwritten(&self.path))?;
         let flushed = self.mcap.into_inner().into_inner().flush();
         flushed
             .and_then(|()| if self.settings.fsync { self.file.sync_all() } else { Ok(()) })

@@ -7,15 +7,15 @@ use flexcrank::runtime::{Ending, Pace};
 
 use crate::common::{Outcome, Service, scene};
 
-const LIMIT: u64 = 1_500_000;
+const LIMIT: u64 = 4_000_000;
 
 #[test]
 fn prop_a_limited_recording_ends_whole_and_the_simulation_goes_on() -> Outcome {
-    for split in [None, Some(Split::Bytes(400_000))] {
+    for split in [None, Some(Split::Bytes(500_000))] {
         let said = Arc::new(Mutex::new(String::new()));
         let heard = Arc::clone(&said);
         let folder = tempfile::tempdir()?;
-        let service = Service::start_as(folder, scene(&[])?, Pace::Max, Some(60.0), |live| {
+        let service = Service::start_as(folder, scene(&[])?, Pace::Max, Some(200.0), |live| {
             (live.max_recording_bytes, live.split) = (Some(LIMIT), split);
             live.on_status = Box::new(move |status| {
                 status.message.clone_into(&mut heard.lock().unwrap_or_else(PoisonError::into_inner));

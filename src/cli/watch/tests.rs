@@ -78,16 +78,30 @@ fn val_the_mechanism_is_drawn_to_scale() -> Outcome {
     let crank = [node("crank", 0.0, 0.0), node("crank", 0.0, 0.5)];
     let rod = [node("rod", 0.0, 0.5), node("rod", 2.0_f64.sqrt(), 0.0)];
     view.displacements(Displacements { nodes: [crank, rod].concat(), ..Displacements::default() });
-    let lines = picture(&mut view, 100, 200)?;
-    // The crank stands upright over half a metre, the rod spans 1.414 m: in dots, two to a column and four to a row.
-    let filled = |symbol: char| ('\u{2801}'..='\u{28ff}').contains(&symbol);
-    let drawing: Vec<Vec<char>> = lines[3..95].iter().map(|line| line.chars().collect()).collect();
-    let columns: Vec<usize> = (0..100).filter(|&x| drawing.iter().any(|line| filled(line[x]))).collect();
-    let rows = drawing.iter().filter(|line| line.iter().any(|&symbol| filled(symbol))).count();
-    let (wide, high) = (2 * (columns[columns.len() - 1] - columns[0] + 1), 4 * rows);
-    let ratio = wide as f64 / high as f64;
-    assert!((2.6..2.95).contains(&ratio), "{wide} dots by {high}, expected about 2.83 to 1:\n{}", lines.join("\n"));
+    // The crank stands upright over half a metre, the rod spans 1.414 m. Around them are pins, and perhaps a slider.
+    let [wide, high] = extent(&picture(&mut view, 109, 200)?[3..100]);
+    let (per_metre, expected) = ((wide - 6.0) / 2.0_f64.sqrt(), 0.5 * (wide - 6.0) / 2.0_f64.sqrt() + 4.5);
+    assert!(per_metre > 50.0 && (high - expected).abs() < 5.0, "{wide} dots by {high}, expected {expected:.1}");
     Ok(())
+}
+
+/// How wide and how high the braille dots in some lines are.
+fn extent(lines: &[String]) -> [f64; 2] {
+    // Which column and row of its cell a bit is.
+    const PLACES: [(usize, usize); 8] = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (0, 3), (1, 3)];
+    let mut places = Vec::new();
+    for (row, line) in lines.iter().enumerate() {
+        for (column, symbol) in line.chars().enumerate().filter(|(_, symbol)| ('\u{2801}'..='\u{28ff}').contains(symbol)) {
+            let bits = symbol as u32 - 0x2800;
+            let set = PLACES.iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1);
+            places.extend(set.map(|(_, (x, y))| [2 * column + x, 4 * row + y]));
+        }
+    }
+    let span = |k: usize| {
+        let all = || places.iter().map(|place| place[k]);
+        (all().max().unwrap_or(0) - all().min().unwrap_or(0) + 1) as f64
+    };
+    [span(0), span(1)]
 }
 
 #[test]
