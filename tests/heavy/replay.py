@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import random
 import re
 import subprocess
@@ -16,7 +15,7 @@ from pathlib import Path
 import zenoh
 from mcap.reader import make_reader
 
-from check import BINARY, expect, free_endpoint
+from check import BINARY, expect, free_endpoint, spent_s
 
 STARTS = int(sys.argv[2])
 TELEMETRY = ("displacements", "angles", "loads")
@@ -54,13 +53,6 @@ def recorded(path):
 def replay(path, endpoint, *arguments):
     command = [BINARY, "replay", str(path), "--name", "ghost", "--listen", endpoint, "--wait-for", "1", *arguments]
     return subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-
-
-def spent_s():
-    """CPU time that all programs have taken so far, and this one with those that it started, s."""
-    fields = [int(field) for field in Path("/proc/stat").read_text().split("\n")[0].split()[1:]]
-    idle = fields[3] + fields[4]
-    return (sum(fields) - idle) / os.sysconf("SC_CLK_TCK"), sum(os.times()[:4])
 
 
 def faithful(path):

@@ -1,0 +1,48 @@
+"""Ten minutes with a pulse a second, verified; every figure that is checked is printed."""
+
+import re
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+from check import BINARY, PATIENCE_S, expect, service, spent_s
+
+PULSES = 600
+SECONDS = 600
+PACE = 20.0
+
+
+def record(path):
+    arguments = ["run", "--pace", str(PACE), "--until", str(SECONDS), "--record", str(path)]
+    with service(arguments, "verified") as (process, client):
+        client.learn()
+        pulse = client.type("TorquePulse")
+        for n in range(PULSES):
+            # All are sent at the beginning, which is simulated time, too: what is left of it goes between them.
+            message = pulse(id=f"{n}", torque_nm=(-1) ** n, duration_s=0.1, delay_s=0.8 * n)
+            reply = client.type("CommandReply").FromString(client.ask("torque", message.SerializeToString()))
+            if not reply.accepted:
+                expect(f"pulse {n} is accepted", False, reply.reason)
+        expect("the session ends by itself", process.wait(PATIENCE_S + SECONDS / PACE * 4) == 0)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "take.mcap"
+        record(path)
+        before, begun = spent_s(), time.monotonic()
+        verified = subprocess.run([BINARY, "verify", str(path)], capture_output=True, text=True)
+        (all_s, own_s), took_s = (now - then for now, then in zip(spent_s(), before)), time.monotonic() - begun
+    print("     " + verified.stdout.strip().replace("\n", "\n     "))
+    expect("sound, and equal to the bit", verified.returncode == 0, verified.stderr.strip())
+    steps, pulses, factor = map(int, re.search(r"(\d+) steps from \d+ checkpoints with (\d+) pulses.*\((\d+) times real", verified.stdout).groups())
+    expect("all of it", pulses == PULSES and steps == SECONDS * 1000, f"{pulses} pulses, {steps} steps")
+    others = (all_s - own_s) / took_s
+    print(f"     everything else took {others:.2f} of a core meanwhile")
+    quiet = others < 0.1
+    expect("at least 20 times faster than real time" + ("" if quiet else " (machine is busy: not judged)"), not quiet or factor >= 20, f"{factor} times")
+
+
+if __name__ == "__main__":
+    main()
