@@ -10,21 +10,25 @@ from check import BINARY, PATIENCE_S, expect, service, spent_s
 
 PULSES = 600
 SECONDS = 600
-PACE = 20.0
 
 
 def record(path):
-    arguments = ["run", "--pace", str(PACE), "--until", str(SECONDS), "--record", str(path)]
+    arguments = ["run", "--pace", "max", "--until", str(SECONDS), "--record", str(path)]
     with service(arguments, "verified") as (process, client):
         client.learn()
-        pulse = client.type("TorquePulse")
+        control, pulse = client.type("Control"), client.type("TorquePulse")
+        pause, resume = control(), control()
+        pause.pause.SetInParent()
+        resume.resume.SetInParent()
+        expect("paused", client.command("control", pause).accepted)
         for n in range(PULSES):
-            # All are sent at the beginning, which is simulated time, too: what is left of it goes between them.
+            # Some of the time is over before the first is sent: what is left of it goes between them.
             message = pulse(id=f"{n}", torque_nm=(-1) ** n, duration_s=0.1, delay_s=0.8 * n)
             reply = client.type("CommandReply").FromString(client.ask("torque", message.SerializeToString()))
             if not reply.accepted:
                 expect(f"pulse {n} is accepted", False, reply.reason)
-        expect("the session ends by itself", process.wait(PATIENCE_S + SECONDS / PACE * 4) == 0)
+        expect("and goes on", client.command("control", resume).accepted)
+        expect("the session ends by itself", process.wait(PATIENCE_S + SECONDS) == 0)
 
 
 def main():
