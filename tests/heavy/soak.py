@@ -1,0 +1,85 @@
+"""A long run: four subscribers, two commanding clients, a pulse a second from each of them in turn."""
+
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+from check import expect, service, wait_for
+from stall import Counting, resident_mib
+
+SUBSCRIBERS = 4
+FACTOR = 5e-4
+MEMORY_MIB = 2.0
+SETTLES_S = 60.0
+
+
+def command(endpoint, who, seconds):
+    """A pulse every two seconds, half a period off for the second client; prints how many were accepted."""
+    client = Counting(endpoint, "soak")
+    client.learn()
+    client.subscriber.undeclare()
+    pulse, reply = client.type("TorquePulse"), client.type("CommandReply")
+    accepted, begun = 0, time.monotonic()
+    for number in range(int(seconds / 2)):
+        time.sleep(max(0.0, begun + 2 * number + who - time.monotonic()))
+        answer = client.ask("torque", pulse(id=f"{who}-{number}", torque_nm=0.1 * (-1) ** (number + who), duration_s=0.01).SerializeToString())
+        accepted += answer is not None and reply.FromString(answer).accepted
+    print(accepted)
+    client.session.close()
+
+
+def subscribe(endpoint):
+    """Counts until it is told to end; prints how many messages came and how many did not."""
+    client = Counting(endpoint, "soak")
+    over = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: over.set())
+    while not over.wait(0.2):
+        pass
+    print(client.count, sum(client.missing.values()))
+    client.session.close()
+
+
+def main(seconds):
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = ["run", "--record", str(Path(folder) / "soak.mcap"), "--set", "solver.step_s=1e-3"]
+        with service(arguments, "soak", client=Counting) as (process, client):
+            client.learn()
+            wait_for(lambda: client.newest("status"), "the service runs")
+            start = lambda *words: subprocess.Popen([sys.executable, __file__, sys.argv[1], *map(str, words)], stdout=subprocess.PIPE, text=True)
+            endpoint = process.args[-1]
+            listeners = [start("subscriber", endpoint) for _ in range(SUBSCRIBERS - 1)]  # this one is the fourth
+            senders = [start("client", endpoint, who, seconds) for who in range(2)]
+            begun, low, high = time.monotonic(), None, 0.0
+            while time.monotonic() - begun < seconds:
+                time.sleep(1)
+                if time.monotonic() - begun > min(SETTLES_S, seconds / 2):
+                    now = resident_mib(process)
+                    low, high = min(low or now, now), max(high, now)
+            status = client.newest("status")
+            sent = [int(sender.communicate()[0] or 0) for sender in senders]
+            for listener in listeners:
+                listener.terminate()
+            heard = [tuple(map(int, listener.communicate()[0].split())) for listener in listeners]
+            with client.lock:
+                heard.append((client.count, sum(client.missing.values())))
+    factor = status.real_time_factor
+    expect("every pulse was accepted", sum(sent) == 2 * int(seconds / 2), f"{sent}")
+    expect("real-time factor is 1.000 within 0.0005", abs(factor - 1) < FACTOR, f"{factor:.6f}")
+    expect("resident memory is flat", high - low <= 2 * MEMORY_MIB, f"{low:.1f} to {high:.1f} MiB")
+    expect("nothing was dropped by the service", status.dropped_samples == 0 and not status.drops, f"{status.dropped_samples}")
+    expect("no subscriber missed anything", not any(lost for _, lost in heard), f"{heard}")
+    print(f"     lateness p50 {status.lateness_p50_s * 1e6:.1f} p99 {status.lateness_p99_s * 1e6:.1f} p99.9 {status.lateness_p999_s * 1e6:.1f} us, "
+          f"overruns {status.overruns}, given up {status.given_up_s:.3f} s")
+
+
+if __name__ == "__main__":
+    if sys.argv[2] == "client":
+        command(sys.argv[3], int(sys.argv[4]), float(sys.argv[5]))
+    elif sys.argv[2] == "subscriber":
+        subscribe(sys.argv[3])
+    else:
+        main(float(sys.argv[2]))
