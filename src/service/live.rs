@@ -23,7 +23,9 @@ use crate::wire::{self, Angles, Telemetry, control};
 
 /// Samples that may be on their way from one simulation at once; fewer where many run.
 const SAMPLES_ON_THE_WAY: usize = 2048;
-/// But not fewer than this.
+/// So many of all of them.
+const SAMPLES_OF_ALL: usize = 32_768;
+/// But of each not fewer than this.
 const FEWEST_SAMPLES: usize = 128;
 
 /// What to run and how.
@@ -169,7 +171,7 @@ type Threads = Vec<(&'static str, JoinHandle<()>)>;
 
 fn start(session: &Session, members: Vec<Member>, waking: Waking) -> Result<(Vec<Run>, Threads), ServiceError> {
     let groups = available_parallelism().map_or(1, NonZeroUsize::get).min(members.len()).max(1);
-    let samples = (SAMPLES_ON_THE_WAY * 2 / members.len().max(1)).clamp(FEWEST_SAMPLES, SAMPLES_ON_THE_WAY);
+    let samples = (SAMPLES_OF_ALL / members.len().max(1)).clamp(FEWEST_SAMPLES, SAMPLES_ON_THE_WAY);
     let mut runs = Vec::with_capacity(members.len());
     let mut group: Vec<Group> = (0..groups).map(|_| Group::new()).collect();
     for (number, member) in members.into_iter().enumerate() {
