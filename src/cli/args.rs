@@ -45,6 +45,7 @@ pub(super) enum Command {
     #[command(after_help = super::replay::EXAMPLES)]
     Replay(Box<super::replay::ReplayArgs>),
     /// Show the services on the bus.
+    #[command(after_help = "Examples:\n  flexcrank list\n  flexcrank list --connect tcp/192.0.2.1:7447")]
     List(Bus),
     /// Send a torque pulse to a service and print its reply.
     #[command(
@@ -85,9 +86,20 @@ pub(super) enum Command {
     #[command(after_help = super::trade::EXAMPLES)]
     Trade(super::trade::Args),
     /// List the built-in scenes, or print one, ready to be edited.
+    #[command(
+        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml"
+    )]
     Scenes {
         /// The scene to print.
         name: Option<String>,
+    },
+    /// Print completions of this command line for a shell.
+    #[command(
+        after_help = "Examples:\n  flexcrank completions bash > ~/.local/share/bash-completion/completions/flexcrank\n  flexcrank completions zsh > ~/.zfunc/_flexcrank"
+    )]
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
     },
 }
 
@@ -428,5 +440,13 @@ mod tests {
     #[test]
     fn prop_the_command_line_is_sound() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn prop_every_command_has_examples() {
+        for command in Cli::command().get_subcommands() {
+            let examples = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(examples.starts_with("Examples:\n  flexcrank "), "{}: {examples:?}", command.get_name());
+        }
     }
 }

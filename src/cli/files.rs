@@ -1,12 +1,13 @@
-//! `export` and `scenes`: nothing on the bus.
+//! `export`, `scenes` and `completions`: nothing on the bus.
 
 use std::io::Write as _;
 use std::path::Path;
 
+use clap::CommandFactory as _;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Done;
-use super::args::Export;
+use super::args::{Cli, Export};
 use crate::recording::{self, Exported};
 use crate::scene::builtin;
 
@@ -36,6 +37,14 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
         }
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
     }
+    Ok(Done::Well)
+}
+
+/// What a shell needs to complete this command line.
+pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<Done> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "flexcrank", &mut script);
+    std::io::stdout().write_all(&script)?;
     Ok(Done::Well)
 }
 

@@ -113,5 +113,6 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Cycle(args) => cycle::cycle(&args),
         Command::Trade(args) => trade::trade(&args),
         Command::Scenes { name } => files::scenes(name.as_deref()),
+        Command::Completions { shell } => files::completions(shell),
     }
 }
