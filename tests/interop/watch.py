@@ -78,7 +78,8 @@ def live():
         watcher = Watcher("seen", endpoint, "--signals", "driving_torque_nm,slider.x_m", "--torque", "7.5", "--duration", "0.25")
         watcher.shows("flexcrank/seen", "RUNNING", "driving_torque_nm", "slider.x_m", "bending drawn", "q quit")
         expect("mechanism and charts are drawn", dots(watcher.text()) > 100, f"{dots(watcher.text())} dots")
-        accepted = client.newest("status").commands_accepted if client.newest("status") else 0
+        wait_for(lambda: client.newest("status"), "its status arrives")
+        accepted = client.newest("status").commands_accepted
         watcher.press(b"p")
         watcher.shows("pulse accepted: takes effect in step")
         wait_for(lambda: client.newest("status").commands_accepted > accepted, "the pulse is counted")
