@@ -89,6 +89,27 @@ fn prop_pause_steps_and_reset_count_exactly() -> Outcome {
 }
 
 #[test]
+fn prop_steps_when_paused_are_exactly_as_many_as_asked() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let say = |action| client::control(&service.client, &service.name, &control(action));
+    let mut at = say(Action::Pause(wire::Pause {}))?.effective_step;
+    for count in [1, 7, 250, 3000] {
+        say(Action::Step(wire::Steps { count }))?;
+        // What a pause would hold back is the step after those that were taken.
+        let mut now = at;
+        while now < at + count {
+            now = say(Action::Pause(wire::Pause {}))?.effective_step;
+        }
+        at += count;
+        for _ in 0..20 {
+            assert_eq!(say(Action::Pause(wire::Pause {}))?.effective_step, at, "after {count} steps");
+        }
+    }
+    service.stop()?;
+    Ok(())
+}
+
+#[test]
 fn prop_recordings_start_and_stop_by_name() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
     let say = |action| client::control(&service.client, &service.name, &control(action));
