@@ -8,7 +8,7 @@ use super::Done;
 use crate::recording::{self, Loss, Recovered};
 
 pub(super) const EXAMPLES: &str = "\
-Example:
+Examples:
   flexcrank recover recordings/crank.mcap -o whole.mcap
 
 Exit codes: 0 nothing was lost, 3 something was, 1 nothing could be saved.";
