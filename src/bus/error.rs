@@ -11,6 +11,9 @@ pub enum BusError {
     /// The session could not be opened.
     #[error("cannot open a zenoh session: {0}")]
     Open(String),
+    /// A client found nobody who lets it in.
+    #[error("{0}: absent, or not permitted")]
+    NotLetIn(String),
     /// Something could not be declared, sent or received.
     #[error("zenoh: {0}")]
     Failed(String),
@@ -78,6 +81,10 @@ impl BusError {
     }
     pub(super) fn open(error: zenoh::Error) -> Self {
         BusError::Open(said(&error))
+    }
+    /// Zenoh says the same whoever does not answer or says no, in the words of its own types.
+    pub(super) fn not_let_in(error: zenoh::Error) -> Self {
+        BusError::NotLetIn(said(&error).replace("[Single(", "").replace(")]", "").trim_end_matches(['!', ' ']).to_owned())
     }
     pub(super) fn failed(error: zenoh::Error) -> Self {
         BusError::Failed(said(&error))

@@ -88,7 +88,9 @@ impl BusOptions {
     /// # Errors
     /// [`BusError::NobodyHere`] when no local port answers; [`BusError`] when the configuration is bad or nothing can be opened.
     pub fn open_client(&self) -> Result<Session, BusError> {
-        zenoh::open(self.of_client()?).wait().map_err(BusError::open)
+        let config = self.of_client()?;
+        let refused = if is_client(&config) { BusError::not_let_in } else { BusError::open };
+        zenoh::open(config).wait().map_err(refused)
     }
 
     /// The first of `names` that a service has which is to be seen from where this one is to connect to: behind a router, it is
