@@ -32,7 +32,8 @@ impl Listening {
 /// # Errors
 /// [`BusError`] when zenoh fails.
 pub fn audience(session: &Session, keys: &[String]) -> Result<Listening, BusError> {
-    let prefix = format!("@/{}/*/subscriber/", session.zid());
+    let own = session.zid().to_string();
+    let prefix = format!("@/{own}/*/subscriber/");
     let replies = session.get(format!("{prefix}**")).timeout(PATIENCE).wait().map_err(BusError::failed)?;
     let mut subscriptions = BTreeSet::new();
     while let Ok(reply) = replies.recv() {
@@ -43,7 +44,9 @@ pub fn audience(session: &Session, keys: &[String]) -> Result<Listening, BusErro
         let wanted = keys.iter().any(|wanted| KeyExpr::new(wanted.as_str()).is_ok_and(|wanted| key.intersects(&wanted)));
         if wanted {
             let sources: Sources = serde_json::from_slice(&sample.payload().to_bytes()).unwrap_or_default();
-            subscriptions.extend(sources.sessions().map(|session| (session, key.to_string())));
+            // What clients subscribe to is also told as this session's own, which hands it on.
+            let others = sources.sessions().filter(|session| *session != own);
+            subscriptions.extend(others.map(|session| (session, key.to_string())));
         }
     }
     Ok(Listening { subscriptions })

@@ -101,6 +101,8 @@ impl<'a> Player<'a> {
     pub fn play(&mut self) -> Result<(), ServiceError> {
         exact_timers();
         self.await_subscribers()?;
+        // Who was waited for has not heard it yet.
+        self.status(State::Replaying);
         let begin = self.clock.elapsed() + self.replay.delay;
         while !self.stopping && self.clock.elapsed() < begin {
             self.attend(Some(begin))?;
