@@ -108,6 +108,8 @@ def flexcrank_ways(program, scene, quick):
         ("two-point", ("tolerance=1e-4",)),
         ("generalized-alpha", ("tolerance=1e-4", "rho_infinity=1")),
         ("generalized-alpha", ("tolerance=1e-6", "rho_infinity=0.6")),
+        ("composed-midpoint", ()),
+        ("composed-midpoint", ("tolerance=1e-6",)),
     ]
     models = [("modal", "modes", MODES), ("finite-element", "elements", ELEMENTS), ("rigid", "", (0,))]
     for (integrator, solver), (model, key, counts) in itertools.product(integrators[: 1 if quick else None], models):
