@@ -64,16 +64,16 @@ impl Family {
     /// Microseconds a step takes on a usual machine, roughly: what is worth computing is decided by this, so that it is the same
     /// from run to run.
     ///
-    /// Measured on the default scene, with one iteration a step.
+    /// Read off a study of the default scene, with one iteration a step.
     pub(super) fn nominal_step_us(&self) -> f64 {
         let flexible = self.rigid.iter().filter(|rigid| !**rigid).count() as f64;
         let size = self.resolution as f64;
         let once = match (self.model, self.integrator) {
-            (ModelKind::Rigid, _) => 0.5,
-            (ModelKind::Modal, IntegratorKind::RungeKutta) => 2.0 + 1.5 * flexible * size * size.sqrt(),
-            (ModelKind::Modal, _) => 1.5 + flexible * size * size.sqrt(),
+            (ModelKind::Rigid, _) => 0.4,
+            (ModelKind::Modal, IntegratorKind::RungeKutta) => 1.2 + flexible * size,
+            (ModelKind::Modal, _) => 0.6 + 0.5 * flexible * size,
             (ModelKind::FiniteElement, _) => 1.0 + 0.65 * flexible * size,
-            (ModelKind::Incremental | ModelKind::MassSpring, _) => 2.0,
+            (ModelKind::Incremental | ModelKind::MassSpring, _) => 0.7,
         };
         if self.integrator == IntegratorKind::ComposedMidpoint { 5.0 * once } else { once }
     }

@@ -1,0 +1,165 @@
+//! A table as Parquet: typed columns, in compressed row groups of bounded size.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::{Type, TypePtr};
+
+use super::Sheet;
+use super::learn::{Column, Kind};
+use crate::recording::RecordingError;
+use crate::recording::rows::Cell;
+
+/// What rows of a table may wait in memory before they are written as a row group, bytes.
+const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
+
+/// A Parquet file; cells that a message left out are null.
+pub(super) struct ParquetSheet {
+    path: PathBuf,
+    file: SerializedFileWriter<File>,
+    columns: Vec<Cells>,
+    /// What waits in `columns`, bytes.
+    waiting: usize,
+}
+
+impl ParquetSheet {
+    pub fn create(path: PathBuf, columns: &[Column]) -> Result<Self, RecordingError> {
+        let file = File::create(&path).map_err(RecordingError::file(&path))?;
+        let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
+        let cells = columns.iter().map(|column| Cells::new(column.kind)).collect();
+        let opened = schema(columns).and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
+        let file = opened.map_err(|error| refused(&path, error))?;
+        Ok(ParquetSheet { path, file, columns: cells, waiting: 0 })
+    }
+
+    /// Writes the rows that wait as a row group.
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        let mut group = self.file.next_row_group()?;
+        for cells in &mut self.columns {
+            if let Some(mut column) = group.next_column()? {
+                cells.write(&mut column)?;
+                column.close()?;
+            }
+        }
+        group.close()?;
+        self.waiting = 0;
+        Ok(())
+    }
+}
+
+impl Sheet for ParquetSheet {
+    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError> {
+        self.waiting += self.columns.iter_mut().zip(cells).map(|(column, cell)| column.push(*cell)).sum::<usize>();
+        if self.waiting >= ROW_GROUP_BYTES {
+            self.write_group().map_err(|error| refused(&self.path, error))?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<PathBuf, RecordingError> {
+        let written = if self.waiting > 0 { self.write_group() } else { Ok(()) };
+        let ParquetSheet { path, file, .. } = *self;
+        written.and_then(|()| file.close()).map_err(|error| refused(&path, error))?;
+        Ok(path)
+    }
+}
+
+fn refused(path: &Path, error: ParquetError) -> RecordingError {
+    RecordingError::file(path)(std::io::Error::other(error))
+}
+
+/// All columns beside each other, each of them optional.
+fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+    let field = |column: &Column| {
+        let (physical, logical) = match column.kind {
+            Kind::Integer => (Physical::INT64, None),
+            Kind::Time => (Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::NANOS))),
+            Kind::Number => (Physical::DOUBLE, None),
+            Kind::Flag => (Physical::BOOLEAN, None),
+            Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        let field = Type::primitive_type_builder(&column.name, physical).with_repetition(Repetition::OPTIONAL);
+        Ok(Arc::new(field.with_logical_type(logical).build()?))
+    };
+    let fields = columns.iter().map(field).collect::<Result<Vec<_>, ParquetError>>()?;
+    Ok(Arc::new(Type::group_type_builder("row").with_fields(fields).build()?))
+}
+
+/// Cells of a column that wait to be written.
+struct Cells {
+    /// 1 for each row with a cell, 0 for each without.
+    levels: Vec<i16>,
+    values: Values,
+}
+
+enum Values {
+    Integers(Vec<i64>),
+    Numbers(Vec<f64>),
+    Flags(Vec<bool>),
+    Texts(Vec<ByteArray>),
+}
+
+impl Cells {
+    fn new(kind: Kind) -> Self {
+        let values = match kind {
+            Kind::Integer | Kind::Time => Values::Integers(Vec::new()),
+            Kind::Number => Values::Numbers(Vec::new()),
+            Kind::Flag => Values::Flags(Vec::new()),
+            Kind::Text => Values::Texts(Vec::new()),
+        };
+        Cells { levels: Vec::new(), values }
+    }
+
+    /// Takes the cell of the next row, if it has one; returns about how many bytes it takes.
+    fn push(&mut self, cell: Option<&Cell>) -> usize {
+        let size = match (&mut self.values, cell) {
+            (Values::Integers(values), Some(Cell::Integer(value) | Cell::Time(value))) => keep(values, *value),
+            (Values::Numbers(values), Some(cell)) => keep(values, cell.number()),
+            (Values::Flags(values), Some(Cell::Flag(value))) => keep(values, *value),
+            (Values::Texts(values), Some(cell)) => {
+                let text = cell.to_string().into_bytes();
+                text.len() + keep(values, text.into())
+            }
+            // A column's type was learned from the same cells: only where there is none.
+            (Values::Integers(_) | Values::Numbers(_) | Values::Flags(_) | Values::Texts(_), _) => 0,
+        };
+        self.levels.push(i16::from(size > 0));
+        size + size_of::<i16>()
+    }
+
+    /// Writes them all, and keeps none.
+    fn write(&mut self, column: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
+        let levels = Some(self.levels.as_slice());
+        match &mut self.values {
+            Values::Integers(values) => {
+                column.typed::<Int64Type>().write_batch(values, levels, None)?;
+                values.clear();
+            }
+            Values::Numbers(values) => {
+                column.typed::<DoubleType>().write_batch(values, levels, None)?;
+                values.clear();
+            }
+            Values::Flags(values) => {
+                column.typed::<BoolType>().write_batch(values, levels, None)?;
+                values.clear();
+            }
+            Values::Texts(values) => {
+                column.typed::<ByteArrayType>().write_batch(values, levels, None)?;
+                values.clear();
+            }
+        }
+        self.levels.clear();
+        Ok(())
+    }
+}
+
+fn keep<T>(values: &mut Vec<T>, value: T) -> usize {
+    values.push(value);
+    size_of::<T>()
+}
