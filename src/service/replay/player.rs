@@ -102,7 +102,7 @@ impl<'a> Player<'a> {
         exact_timers();
         self.await_subscribers()?;
         // Who was waited for has not heard it yet.
-        self.status(State::Replaying);
+        self.next_status = Duration::ZERO;
         let begin = self.clock.elapsed() + self.replay.delay;
         while !self.stopping && self.clock.elapsed() < begin {
             self.attend(Some(begin))?;
@@ -110,6 +110,7 @@ impl<'a> Player<'a> {
         if !self.replay.start_paused {
             self.timeline.go(self.clock.elapsed());
         }
+        self.status(State::Replaying);
         while !self.stopping {
             let Some(message) = self.feed.next() else {
                 if !self.again()? {
