@@ -12,7 +12,8 @@ pub struct Family {
     pub model: ModelKind,
     /// The integrator.
     pub integrator: IntegratorKind,
-    /// Elements a flexible link, or modes of the one that vibrates most slowly ([`Family::modes`]); 0 where the model has neither.
+    /// Elements a flexible link, or modes of the one that vibrates most slowly, the others having those up to its highest
+    /// frequency; 0 where the model has neither.
     pub resolution: usize,
     /// Which links are rigid.
     pub rigid: Vec<bool>,
