@@ -49,7 +49,7 @@ def main(seconds):
         topics = recorded(path)
         wanted = {topic: [message.data for message, _ in topics[topic]] for topic in TELEMETRY}
         expect("every step is recorded", len(wanted["angles"]) == round(seconds / STEP_S) + 1, f"{len(wanted['angles'])} messages")
-        with service(["replay", str(path), "--wait", "--rate", "4"], "echo") as (process, client):
+        with service(["replay", str(path), "--wait-for", "1", "--rate", "4"], "echo") as (process, client):
             expect("replay exits with 0", process.wait(seconds + 60) == 0)
             wait_for(lambda: len(client.payloads["loads"]) >= len(wanted["loads"]), "all of it arrives")
             expect("replayed payloads are identical (SHA-256)", digests(client.payloads) == digests(wanted))
