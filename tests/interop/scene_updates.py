@@ -1,8 +1,10 @@
-"""What 3D viewers get from a recording: shapes in Foxglove's own schema, where the mechanism's nodes are."""
+"""What viewers get from a recording: shapes in Foxglove's own schema, where the mechanism's nodes are; entities in Rerun's."""
 
+import importlib.util
 import json
 import re
 import subprocess
+import sys
 import tempfile
 from collections import defaultdict
 from pathlib import Path
@@ -95,10 +97,24 @@ def layout():
     expect("its paths end in fields of our messages", all(re.search(rf"\b{name} =", reply) for name in named), f"{len(paths)} paths")
 
 
+def rerun(folder):
+    """Rerun, where somebody has installed it (it is large), reads what `to-rerun` has written."""
+    if not importlib.util.find_spec("rerun"):
+        print("  skipped: rerun-sdk is not installed")
+        return
+    path, out = folder / "crank-slider.mcap", folder / "crank-slider.rrd"
+    subprocess.run([sys.executable, "recordings/to-rerun", str(path), str(out)], check=True)
+    stats = subprocess.run([sys.executable, "-m", "rerun", "rrd", "stats", str(out)], capture_output=True, text=True, check=True)
+    drawn = re.findall(r"^/((?:mechanism|deflection_m|rate_rad_per_s)/\w+|driving_torque_nm):", stats.stdout, re.MULTILINE)
+    links = [f"{chart}/{link}" for chart in ("deflection_m", "mechanism", "rate_rad_per_s") for link in ("crank", "rod")]
+    expect("Rerun finds mechanism and charts", sorted(drawn) == sorted([*links, "driving_torque_nm"]), ", ".join(drawn))
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         crank_slider(Path(folder))
         oscillator(Path(folder))
+        rerun(Path(folder))
     layout()
     print("scene updates: all holds")
 
