@@ -100,6 +100,25 @@ fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
 }
 
 #[test]
+fn regress_a_small_error_of_the_energy_balance_is_told_too() -> Outcome {
+    let scene = SceneSource::open(
+        "thesis-crank-slider",
+        &["solver.model=rigid", "solver.integrator=runge-kutta", "solver.step_s=0.001"].map(str::to_owned),
+    )?;
+    let (_, folder) = Service::start(scene, Pace::Max, Some(1.0), PublishRate::Hz(10.0))?.finish()?;
+    let file = folder.path().join("run.mcap");
+    let statuses = common::decoded::<Status>(&file, "status")?;
+    let last = statuses.last().ok_or("no status")?;
+    let error_j =
+        statuses.iter().filter_map(|status| status.balance_error_j).fold(0.0_f64, |most, error_j| most.max(error_j.abs()));
+    let found = verified(&file)?;
+    assert_eq!(last.state(), wire::status::State::Finished);
+    assert_eq!((found.recomputed.balance_error_j, found.recomputed.energy_j), (error_j, last.work_in_j.ok_or("no work")?));
+    assert!(error_j > 0.0 && error_j < 1e-9, "{error_j} J");
+    Ok(())
+}
+
+#[test]
 fn prop_what_full_queues_kept_out_is_lost_not_wrong() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1e5), Some(30.0), PublishRate::All)?;
     let (report, folder) = service.finish()?;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::Done;
 use super::files::progress_bar;
-use crate::resimulation::{Finding, Source, Verification, verify as verify_source};
+use crate::resimulation::{Finding, Recomputed, Source, Verification, verify as verify_source};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -55,6 +55,18 @@ fn one(file: &Path) -> anyhow::Result<Done> {
     })
 }
 
+/// The error of the energy balance beside the most energy that there was.
+fn balance(&Recomputed { balance_error_j, energy_j, .. }: &Recomputed) -> String {
+    if energy_j > 0.0 {
+        format!(
+            "energy balance to {balance_error_j:.0e} J, {:.0e} of the {energy_j:.1e} J there were",
+            balance_error_j / energy_j
+        )
+    } else {
+        "no status tells of any energy".to_owned()
+    }
+}
+
 fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Result<()> {
     let mut out = std::io::stdout();
     let Verification { structure, physics, recomputed, span_s, findings } = found;
@@ -67,11 +79,7 @@ fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Res
     if source.publish.is_none() {
         writeln!(out, "  the recording does not say which steps were published: missing ones cannot be told")?;
     }
-    writeln!(
-        out,
-        "  physics: joints closed to {:.0e} m, energy balance to {:.0e} of the energy there was",
-        physics.joint_gap_m, recomputed.balance
-    )?;
+    writeln!(out, "  physics: joints closed to {:.0e} m, {}", physics.joint_gap_m, balance(recomputed))?;
     writeln!(
         out,
         "  computed again: {} steps from {} checkpoints with {} pulses, {} messages compared, in {:.2} s ({:.0} times real time)",

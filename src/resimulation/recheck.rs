@@ -30,8 +30,10 @@ pub struct Recomputed {
     pub pulses: u64,
     /// Messages that could not be computed again, because what leads to them is lost.
     pub skipped: u64,
-    /// Largest |error of the energy balance| over the energy that was there, was put in, or fell in gravity.
-    pub balance: f64,
+    /// Largest |error of the energy balance| of any status, J.
+    pub balance_error_j: f64,
+    /// Most energy that was there, was put in, or fell in gravity by any status, J.
+    pub energy_j: f64,
 }
 
 /// Reads a recording a second time; `progress` is told the byte reached.
@@ -176,9 +178,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     fn balance(&mut self, status: &wire::Status, (epoch, step): Instant) {
         let error_j = status.balance_error_j.unwrap_or(0.0).abs();
         let accounted_j = self.course.simulation().energy_accounted_j();
-        if error_j > ENERGY_FLOOR_J {
-            self.done.balance = self.done.balance.max(error_j / (accounted_j + ENERGY_FLOOR_J));
-        }
+        self.done.balance_error_j = self.done.balance_error_j.max(error_j);
+        self.done.energy_j = self.done.energy_j.max(accounted_j);
         if error_j > BALANCE * accounted_j + ENERGY_FLOOR_J {
             let what = format!("the energy balance is off by {error_j} J, where there were {accounted_j} J");
             self.findings.push(Finding::Physics { topic: "status", epoch, step, what });
