@@ -32,8 +32,13 @@ pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
         bar.set_position(done);
     });
     bar.finish_and_clear();
-    let Recovered { messages, span_s, loss } = recovered?;
+    let Recovered { messages, unchecked, span_s, loss } = recovered?;
     eprintln!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
+    if unchecked > 0 {
+        eprintln!(
+            "unchecked: the last {unchecked} of them come from a chunk that was cut off, whose checksum says nothing of a part"
+        );
+    }
     if loss.is_none() {
         return Ok(Done::Well);
     }

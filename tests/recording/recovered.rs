@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flexcrank::recording::{Messages, RecordingError, Recovered, recover};
+use flexcrank::recording::{Messages, Recorded, RecordingError, Recovered, recover};
 use flexcrank::runtime::{Pace, PublishRate};
 
 use crate::common::{Outcome, Service, scene};
@@ -18,10 +18,11 @@ fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
 /// Every message: topic, number, times, bytes.
 type Known = (String, u32, u64, u64, Vec<u8>);
 
+fn known(message: Recorded) -> Known {
+    (message.channel.topic.clone(), message.sequence, message.log_time, message.publish_time, message.data.to_vec())
+}
+
 fn messages(file: &Path) -> Result<Vec<Known>, RecordingError> {
-    let known = |message: flexcrank::recording::Recorded| {
-        (message.channel.topic.clone(), message.sequence, message.log_time, message.publish_time, message.data.to_vec())
-    };
     Messages::open(file)?.map(|message| message.map(known)).collect()
 }
 
@@ -66,17 +67,89 @@ fn prop_without_its_index_nothing_is_lost() -> Outcome {
     Ok(())
 }
 
+/// What can be read of a broken file, up to the damage.
+fn readable(file: &Path) -> Outcome<Vec<Known>> {
+    Ok(Messages::open(file)?.map_while(Result::ok).map(known).collect())
+}
+
 #[test]
 fn prop_what_is_cut_off_is_lost_and_nothing_else() -> Outcome {
     let (folder, bytes) = recording(3.0)?;
     let all = messages(&folder.path().join("run.mcap"))?;
-    for part in [0.3, 0.5, 0.9] {
-        let (recovered, whole) = repaired(folder.path(), &bytes[..(bytes.len() as f64 * part) as usize])?;
+    let cut_chunk = chunks(&bytes)?[2].clone();
+    let parts = [0.3, 0.5, 0.9].map(|part| (bytes.len() as f64 * part) as usize);
+    for cut in parts.into_iter().chain([cut_chunk.start + 20, cut_chunk.start + 100, cut_chunk.end - 1, cut_chunk.end]) {
+        let (recovered, whole) = repaired(folder.path(), &bytes[..cut])?;
         assert!(recovered.loss.cut_off && recovered.loss.places == 0, "{recovered:?}");
         let kept = messages(&whole)?;
         assert_eq!(recovered.messages, kept.len() as u64);
         assert!(!kept.is_empty() && kept[..] == all[..kept.len()], "{} of {}", kept.len(), all.len());
+        assert_eq!(kept.len(), readable(&folder.path().join("broken.mcap"))?.len(), "as many as replay and export read");
     }
+    Ok(())
+}
+
+/// A recording written anew in one large chunk, compressed or not.
+fn in_one_chunk(all: &[Known], compression: Option<mcap::Compression>) -> Outcome<Vec<u8>> {
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(None).library("flexcrank test");
+    let mut writer = options.create(std::io::Cursor::new(Vec::new()))?;
+    let mut channels = std::collections::BTreeMap::new();
+    for (topic, sequence, log_time, publish_time, data) in all {
+        let id = match channels.get(topic) {
+            Some(id) => *id,
+            None => writer.add_channel(0, topic, "protobuf", &std::collections::BTreeMap::new())?,
+        };
+        channels.insert(topic, id);
+        let (sequence, log_time, publish_time) = (*sequence, *log_time, *publish_time);
+        writer
+            .write_to_known_channel(&mcap::records::MessageHeader { channel_id: id, sequence, log_time, publish_time }, data)?;
+    }
+    writer.finish()?;
+    Ok(writer.into_inner().into_inner())
+}
+
+#[test]
+fn prop_of_a_chunk_that_the_file_ends_in_what_can_be_read_is_saved() -> Outcome {
+    let (folder, _) = recording(3.0)?;
+    let all = messages(&folder.path().join("run.mcap"))?;
+    for compression in [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)] {
+        let bytes = in_one_chunk(&all, compression)?;
+        let chunk = chunks(&bytes)?.remove(0);
+        let mut before = 0;
+        for part in [0.25, 0.5, 0.75, 0.99] {
+            let cut = chunk.start + (chunk.len() as f64 * part) as usize;
+            let (recovered, whole) = repaired(folder.path(), &bytes[..cut])?;
+            let kept = messages(&whole)?;
+            assert!(kept.len() > before && kept[..] == all[..kept.len()], "{compression:?}, {part}: {} messages", kept.len());
+            assert_eq!((recovered.messages, recovered.unchecked), (kept.len() as u64, kept.len() as u64));
+            assert!(recovered.loss.cut_off && recovered.loss.places == 0, "{recovered:?}");
+            // Uncompressed, no message that is there in full is lost.
+            let share = kept.len() as f64 / all.len() as f64;
+            assert!(compression.is_some() || (share - part).abs() < 0.05, "{part}: {share}");
+            before = kept.len();
+        }
+        // A file with an ending was not cut off there: a piece of it is missing, nobody knows which.
+        let mut holed = bytes.clone();
+        holed.drain(chunk.start + 1000..chunk.end - 1000);
+        std::fs::write(folder.path().join("broken.mcap"), &holed)?;
+        let saved = recover(&folder.path().join("broken.mcap"), &folder.path().join("none.mcap"), |_, _| {});
+        assert!(matches!(saved, Err(RecordingError::Empty { .. })), "{compression:?}: {saved:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_after_damage_the_cut_chunk_is_found() -> Outcome {
+    let (folder, mut bytes) = recording(3.0)?;
+    let chunks = chunks(&bytes)?;
+    let all = messages(&folder.path().join("run.mcap"))?;
+    // Not even the length of the chunk before is there.
+    bytes[chunks[2].start..chunks[2].start + 40].fill(0);
+    bytes.truncate(chunks[3].end - 1);
+    let (recovered, whole) = repaired(folder.path(), &bytes)?;
+    assert!(recovered.loss.cut_off && recovered.loss.places == 1 && recovered.unchecked > 0, "{recovered:?}");
+    let kept = messages(&whole)?;
+    assert!(kept.iter().all(|message| all.contains(message)));
     Ok(())
 }
 

@@ -19,6 +19,8 @@ use scan::{Piece, Scanner};
 pub struct Recovered {
     /// Messages in the new file.
     pub messages: u64,
+    /// How many of them come from a chunk that the file ends in: its sum cannot be checked.
+    pub unchecked: u64,
     /// Recorded time that they span, s.
     pub span_s: f64,
     /// What is missing.
@@ -86,6 +88,10 @@ fn run(
     while let Some(piece) = scanner.next().map_err(unread())? {
         let sound = match piece {
             Piece::Damage => false,
+            Piece::CutChunk(body) => {
+                salvage.take_cut_chunk(body).map_err(RecordingError::mcap(output))?;
+                true
+            }
             Piece::Record { opcode, body } => {
                 closed |= opcode == op::DATA_END;
                 salvage.take(opcode, body).map_err(RecordingError::mcap(output))?
@@ -118,8 +124,8 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
         first.saturating_sub(statistics.message_start_time) + statistics.message_end_time.saturating_sub(last)
     });
     loss.seconds = (salvage.hole_ns + ends) as f64 * 1e-9;
-    let messages = salvage.tallies.values().map(|tally| tally.saved).sum();
+    let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());
     salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?;
-    Ok(Recovered { messages, span_s: (last - first) as f64 * 1e-9, loss })
+    Ok(Recovered { messages, unchecked, span_s: (last - first) as f64 * 1e-9, loss })
 }

@@ -39,6 +39,8 @@ pub(super) struct Salvage {
     pub statistics: Option<records::Statistics>,
     /// Whether our own recorder wrote it: then messages are numbered from 0 in every topic.
     pub ours: bool,
+    /// Messages saved of a chunk whose sum could not be checked.
+    pub unchecked: u64,
     /// Messages whose channel is not known.
     pub orphans: u64,
     /// Log times of the first and the last message.
@@ -61,6 +63,7 @@ impl Salvage {
             tallies: BTreeMap::new(),
             statistics: None,
             ours: false,
+            unchecked: 0,
             orphans: 0,
             span_ns: None,
             hole_ns: 0,
@@ -113,14 +116,35 @@ impl Salvage {
 
     /// Takes in what a chunk holds: all of it, if its checksum is right.
     fn take_chunk(&mut self, body: &[u8]) -> McapResult<bool> {
+        self.take_chunk_of(body.len() as u64, body, true)
+    }
+
+    /// Takes in what can be read of a chunk that the file ends in.
+    ///
+    /// # Errors
+    /// When the new file cannot be written.
+    pub(super) fn take_cut_chunk(&mut self, body: &[u8]) -> McapResult<()> {
+        let before = self.saved();
+        self.take_chunk_of(RECORD_LIMIT as u64, body, false)?;
+        self.unchecked = self.saved() - before;
+        Ok(())
+    }
+
+    /// How many messages are in the new file.
+    pub(super) fn saved(&self) -> u64 {
+        self.tallies.values().map(|tally| tally.saved).sum()
+    }
+
+    /// Takes in the records of a chunk of so many bytes; `false` when it is damaged.
+    fn take_chunk_of(&mut self, length: u64, body: &[u8], check_sum_first: bool) -> McapResult<bool> {
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
+            .with_prevalidate_chunk_crcs(check_sum_first)
             .with_record_length_limit(RECORD_LIMIT);
         let mut reader = LinearReader::new_with_options(options);
         let mut header = vec![op::CHUNK];
-        header.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        header.extend_from_slice(&length.to_le_bytes());
         let mut input = std::io::Read::chain(header.as_slice(), body);
         while let Some(event) = reader.next_event() {
             match event {
@@ -210,7 +234,12 @@ impl Salvage {
     /// Says in the new file where it comes from, and closes it.
     pub(super) fn finish(mut self, from: &Path, lost_messages: Option<u64>) -> McapResult<()> {
         let lost = lost_messages.map_or("unknown".to_owned(), |lost| lost.to_string());
-        let facts = [("from", from.display().to_string()), ("version", build::VERSION.to_owned()), ("lost_messages", lost)];
+        let facts = [
+            ("from", from.display().to_string()),
+            ("version", build::VERSION.to_owned()),
+            ("lost_messages", lost),
+            ("unchecked_messages", self.unchecked.to_string()),
+        ];
         let metadata = facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         self.mcap.write_metadata(&records::Metadata { name: METADATA.to_owned(), metadata })?;
         self.mcap.finish()?;

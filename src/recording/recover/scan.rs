@@ -21,6 +21,8 @@ const CHUNK_MARK: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4 + 8;
 pub(super) enum Piece<'a> {
     /// A record that looks whole; a chunk's content may be damaged all the same.
     Record { opcode: u8, body: &'a [u8] },
+    /// The beginning of a chunk's content: the file ends in it.
+    CutChunk(&'a [u8]),
     /// Bytes that are none.
     Damage,
 }
@@ -30,6 +32,8 @@ pub(super) struct Scanner {
     file: BufReader<File>,
     at: u64,
     length: u64,
+    /// Whether it ends as a file does that was closed.
+    closed: bool,
     body: Vec<u8>,
 }
 
@@ -37,7 +41,8 @@ impl Scanner {
     pub(super) fn open(path: &Path) -> std::io::Result<Self> {
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        let mut scanner = Scanner { file: BufReader::with_capacity(BLOCK, file), at: 0, length, body: Vec::new() };
+        let mut scanner = Scanner { file: BufReader::with_capacity(BLOCK, file), at: 0, length, closed: false, body: Vec::new() };
+        scanner.closed = scanner.peek(length.saturating_sub(MAGIC.len() as u64), MAGIC.len())? == MAGIC;
         if scanner.peek(0, MAGIC.len())? == MAGIC {
             scanner.at = MAGIC.len() as u64;
         }
@@ -64,15 +69,23 @@ impl Scanner {
         if let Some((opcode, content)) = self.record_at(self.at)?
             && (self.is_chunk(self.at)? || self.is_boundary(content.end)?)
         {
-            self.body.resize((content.end - content.start) as usize, 0);
-            self.go_to(content.start)?;
-            self.file.read_exact(&mut self.body)?;
-            self.at = content.end;
-            return Ok(Some(Piece::Record { opcode, body: &self.body }));
+            return Ok(Some(Piece::Record { opcode, body: self.read(content)? }));
         }
-        let next = self.find_chunk(self.at + 1)?.unwrap_or(self.length);
-        self.at = next;
+        let next = self.find_chunk(self.at + 1)?;
+        if next.is_none() && self.is_cut_chunk(self.at)? {
+            return Ok(Some(Piece::CutChunk(self.read(self.at + HEADER..self.length)?)));
+        }
+        self.at = next.unwrap_or(self.length);
         Ok(Some(Piece::Damage))
+    }
+
+    /// Reads some bytes, and goes on behind them.
+    fn read(&mut self, bytes: Range<u64>) -> std::io::Result<&[u8]> {
+        self.body.resize((bytes.end - bytes.start) as usize, 0);
+        self.go_to(bytes.start)?;
+        self.file.read_exact(&mut self.body)?;
+        self.at = bytes.end;
+        Ok(&self.body)
     }
 
     /// Opcode and content of what could be a record.
@@ -97,13 +110,18 @@ impl Scanner {
     fn is_boundary(&mut self, at: u64) -> std::io::Result<bool> {
         let rest = self.length - at;
         let magic = MAGIC.len() as u64;
-        Ok(rest == 0 || (rest >= magic && self.peek(at, MAGIC.len())? == MAGIC) || self.record_at(at)?.is_some())
+        let ends = rest == 0 || (rest >= magic && self.peek(at, MAGIC.len())? == MAGIC);
+        Ok(ends || self.record_at(at)?.is_some() || self.is_cut_chunk(at)?)
     }
 
-    /// Whether a chunk is here whose lengths agree with each other.
+    /// Whether a whole chunk is here whose lengths agree with each other.
     fn is_chunk(&mut self, at: u64) -> std::io::Result<bool> {
-        let bytes = self.peek(at, CHUNK_MARK.min((self.length - at) as usize))?;
-        Ok(marks_chunk(&bytes, self.length - at))
+        Ok(chunk_end(&self.peek(at, CHUNK_MARK)?).is_some_and(|end| end <= self.length - at))
+    }
+
+    /// Whether the file ends in a chunk that begins here.
+    fn is_cut_chunk(&mut self, at: u64) -> std::io::Result<bool> {
+        Ok(!self.closed && chunk_end(&self.peek(at, CHUNK_MARK)?).is_some_and(|end| end > self.length - at))
     }
 
     /// Where the next chunk begins, from `from` on.
@@ -112,9 +130,10 @@ impl Scanner {
         while at < self.length {
             let size = (self.length - at).min((BLOCK + CHUNK_MARK) as u64) as usize;
             let bytes = self.peek(at, size)?;
-            let starts = 0..size.min(BLOCK);
             let rest = self.length - at;
-            if let Some(found) = starts.into_iter().find(|&start| marks_chunk(&bytes[start..], rest - start as u64)) {
+            let is_chunk =
+                |start: &usize| chunk_end(&bytes[*start..]).is_some_and(|end| !self.closed || end <= rest - *start as u64);
+            if let Some(found) = (0..size.min(BLOCK)).find(is_chunk) {
                 return Ok(Some(at + found as u64));
             }
             at += BLOCK as u64;
@@ -136,17 +155,17 @@ impl Scanner {
     }
 }
 
-/// Whether bytes, of which `rest` are left in the file, begin with the header of a chunk whose lengths agree.
-fn marks_chunk(bytes: &[u8], rest: u64) -> bool {
+/// Where the chunk ends whose header these bytes begin with, if its lengths agree.
+fn chunk_end(bytes: &[u8]) -> Option<u64> {
     if bytes.first() != Some(&op::CHUNK) || bytes.len() < CHUNK_MARK - 4 {
-        return false;
+        return None;
     }
     let (length, begin, end, name) = (number(bytes, 1), number(bytes, 9), number(bytes, 17), short(bytes, 37) as usize);
-    if length > (RECORD_LIMIT as u64).min(rest - HEADER) || begin > end || name > 4 || bytes.len() < 49 + name {
-        return false;
+    if length > RECORD_LIMIT as u64 || begin > end || name > 4 || bytes.len() < 49 + name {
+        return None;
     }
     let known = [&b""[..], b"lz4", b"zstd"].contains(&&bytes[41..41 + name]);
-    known && number(bytes, 41 + name).checked_add(40 + name as u64) == Some(length)
+    (known && number(bytes, 41 + name).checked_add(40 + name as u64) == Some(length)).then_some(HEADER + length)
 }
 
 fn number(bytes: &[u8], at: usize) -> u64 {
