@@ -11,10 +11,16 @@ use crate::wire::{Status, status::State};
 #[derive(Clone)]
 pub(super) struct Board {
     line: ProgressBar,
-    newest: Arc<Mutex<Newest>>,
+    told: Arc<Mutex<Told>>,
 }
 
-/// The newest status of each, and whether a warning of it was shown.
+struct Told {
+    /// What is said when the first status comes.
+    heading: Option<String>,
+    /// The newest status of each service, and whether a warning of it was shown.
+    newest: Newest,
+}
+
 type Newest = Vec<(Option<Status>, bool)>;
 
 impl Board {
@@ -24,7 +30,12 @@ impl Board {
         if let Ok(style) = ProgressStyle::with_template("{msg}") {
             line.set_style(style);
         }
-        Board { line, newest: Arc::new(Mutex::new(vec![(None, false); count])) }
+        Board { line, told: Arc::new(Mutex::new(Told { heading: None, newest: vec![(None, false); count] })) }
+    }
+
+    /// What to say once the first status comes: then services run, and are recorded.
+    pub(super) fn head(&self, heading: String) {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner).heading = Some(heading);
     }
 
     /// Takes the statuses of service `index`, by that name.
@@ -34,7 +45,11 @@ impl Board {
     }
 
     fn take(&self, index: usize, name: &str, status: &Status) {
-        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let Told { heading, newest } = &mut *told;
+        if let Some(heading) = heading.take() {
+            self.line.suspend(|| eprintln!("{heading}"));
+        }
         let many = newest.len() > 1;
         let Some((kept, warned)) = newest.get_mut(index) else { return };
         // The first warning stays.
@@ -47,7 +62,7 @@ impl Board {
         match many {
             false => self.line.set_message(describe(status)),
             // Once for all of them.
-            true if index == 0 => self.line.set_message(summary(&newest)),
+            true if index == 0 => self.line.set_message(summary(newest)),
             true => {}
         }
     }

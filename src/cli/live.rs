@@ -1,6 +1,6 @@
 //! `run`: services that go on until they are done or told to stop.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use anyhow::Context as _;
@@ -12,7 +12,7 @@ use super::board::Board;
 pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
 use crate::bus::{self, BusError};
-use crate::recording::{RecordingError, Written, place};
+use crate::recording::{RecordingError, Split, Written, place};
 use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking};
 use crate::scene::{MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport, Member};
@@ -32,6 +32,9 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     let mut members = Vec::with_capacity(count);
     for (index, beginning) in beginnings.into_iter().enumerate() {
         members.push(member(&args, beginning, (index, count), &board)?);
+    }
+    if let Some(Member { live, .. }) = members.first() {
+        board.head(heading(live, count));
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Measured } else { Spin::NONE });
     let waking = Waking { spin, realtime: !args.no_realtime };
@@ -56,9 +59,8 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
         (Some(path), _) => Some(path.clone()),
         (None, _) => Some(place::fresh(folder, &name.to_string(), SystemTime::now())),
     };
-    let first = path.as_ref().map(|path| if args.split.is_some() { place::part(path, 1) } else { path.clone() });
-    if index == 0 {
-        announce(&name, &scene, first.as_deref(), count);
+    if let Some(first) = path.as_ref().map(|path| first_file(path, args.split)).filter(|first| first.exists()) {
+        return Err(RecordingError::Exists(first).into());
     }
     let on_status = board.of(index, &name.to_string());
     let live = Live {
@@ -89,18 +91,24 @@ fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
     Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
-fn announce(name: &bus::Name, scene: &SceneSource, record: Option<&Path>, count: usize) {
+fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
+    split.map_or_else(|| record.to_owned(), |_| place::part(record, 1))
+}
+
+/// What is said of the first of so many.
+fn heading(Live { name, scene, record, split, .. }: &Live, count: usize) -> String {
     let solver = &scene.scene.solver;
-    let to = record.map_or("not recorded".to_owned(), |path| format!("recorded to {}", path.display()));
+    let to =
+        record.as_ref().map_or("not recorded".to_owned(), |path| format!("recorded to {}", first_file(path, *split).display()));
     let others = if count > 1 { format!("; and {} more", count - 1) } else { String::new() };
-    eprintln!(
+    format!(
         "{}: {} model, {}, step {} s; on the bus as flexcrank/{}; {to}{others}",
         scene.origin,
         solver.model.as_str(),
         solver.integrator.as_str(),
         solver.step_s,
         name,
-    );
+    )
 }
 
 /// Says where each ended, how, and what was recorded; of many, only what is out of the ordinary.

@@ -8,4 +8,5 @@ mod limited;
 mod mutated;
 mod parts;
 mod recovered;
+mod refused;
 mod samples;
