@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr as _;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use crate::bus::{BusOptions, Name};
 use crate::plot::Format;
@@ -32,6 +32,21 @@ pub(super) struct Cli {
     /// How to log, on standard error; what, is said by RUST_LOG.
     #[arg(long, global = true, value_enum, default_value = "text", value_name = "FORMAT")]
     pub log_format: super::log::Format,
+}
+
+impl Cli {
+    /// What the process was called with; ends it where that is not understood.
+    pub(super) fn of_process() -> Cli {
+        let matches = numbers_may_be_negative(Cli::command()).get_matches();
+        Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// A negative number is a value, for whoever reads it to refuse in words, and not an option that is not known.
+fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(numbers_may_be_negative)
 }
 
 #[derive(Debug, Subcommand)]
@@ -223,7 +238,7 @@ pub(super) struct PulseArgs {
     #[arg(default_value = "crank")]
     pub name: Name,
     /// Mean torque, N·m, positive counter-clockwise.
-    #[arg(long, value_name = "NM", allow_negative_numbers = true, required_unless_present = "from")]
+    #[arg(long, value_name = "NM", required_unless_present = "from")]
     pub torque: Option<f64>,
     /// Duration, s.
     #[arg(long, value_name = "S", required_unless_present = "from")]
@@ -322,13 +337,13 @@ pub(super) struct Export {
     #[arg(long, value_name = "DIR")]
     pub parquet: Option<PathBuf>,
     /// From this recorded time on, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
     pub from: f64,
     /// Up to this recorded time, s.
-    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = not_negative)]
     pub to: Option<f64>,
     /// One row a topic in so much recorded time, s: the first that comes.
-    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = positive)]
     pub every: Option<f64>,
     /// Only these columns, by their names or how they begin: stamp.sim_time_s, links.crank. Times are always there.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
@@ -433,13 +448,24 @@ pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory as _;
+    use clap::error::ErrorKind;
 
-    use super::Cli;
+    use super::{Cli, CommandFactory as _, numbers_may_be_negative};
 
     #[test]
     fn prop_the_command_line_is_sound() {
-        Cli::command().debug_assert();
+        numbers_may_be_negative(Cli::command()).debug_assert();
+    }
+
+    #[test]
+    fn prop_a_negative_number_is_refused_as_a_value() {
+        for line in
+            ["run --until -1", "run --count -1", "replay take.mcap --wait-for -1", "trade --steps -1", "cycle --ratio -0.2"]
+        {
+            let words = std::iter::once("flexcrank").chain(line.split(' '));
+            let kind = numbers_may_be_negative(Cli::command()).try_get_matches_from(words).err().map(|error| error.kind());
+            assert_eq!(kind, Some(ErrorKind::ValueValidation), "{line}");
+        }
     }
 
     #[test]

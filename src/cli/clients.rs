@@ -4,9 +4,9 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::SystemTime;
 
-use super::Done;
 use super::args::{Action, Bus, ControlArgs, PulseArgs};
 use super::sequence::{self, Listed};
+use super::{Done, shown_s};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::simulation::PulseRequest;
 use crate::wire::{self, CommandReply, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
@@ -61,7 +61,8 @@ fn send_all(session: &Session, name: &Name, pulses: &[Listed]) -> anyhow::Result
         writeln!(
             out,
             "line {line}: takes effect in step {}, at t = {} s{reason}",
-            reply.effective_step, reply.effective_sim_time_s
+            reply.effective_step,
+            shown_s(reply.effective_sim_time_s)
         )?;
     }
     Ok(Done::Well)
@@ -120,7 +121,7 @@ pub(super) fn sentence(reply: &CommandReply) -> String {
     if *effective_step == 0 {
         return format!("accepted{reason}: at {effective_sim_time_s:.3} s of the recording{id}");
     }
-    format!("accepted{reason}: takes effect in step {effective_step}, at t = {effective_sim_time_s} s{id}")
+    format!("accepted{reason}: takes effect in step {effective_step}, at t = {} s{id}", shown_s(*effective_sim_time_s))
 }
 
 /// An identity that no other command has: process and time.

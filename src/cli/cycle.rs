@@ -38,13 +38,13 @@ pub(super) struct Args {
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = ratio)]
     ratio: Vec<f64>,
     /// Crank rate at the beginning of the turn, rad/s; else what the scene's [drive] reaches, or its start rate, or 1.
-    #[arg(long, value_name = "RAD_PER_S", allow_negative_numbers = true, value_parser = any)]
+    #[arg(long, value_name = "RAD_PER_S", value_parser = any)]
     speed: Option<f64>,
     /// Crank acceleration, constant over the turn, rad/s².
-    #[arg(long, value_name = "RAD_PER_S2", allow_negative_numbers = true, default_value = "0", value_parser = any)]
+    #[arg(long, value_name = "RAD_PER_S2", default_value = "0", value_parser = any)]
     acceleration: f64,
     /// Constant resistance on the slider along −x instead of the scene's, N.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = any)]
+    #[arg(long, value_name = "N", value_parser = any)]
     resistance: Option<f64>,
     /// Angles over the turn, both ends included.
     #[arg(long, value_name = "N", default_value_t = Options::default().points, value_parser = points)]

@@ -32,7 +32,7 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
     match name {
         None => {
             for scene in builtin::BUILTIN {
-                writeln!(std::io::stdout(), "{:<22} {}", scene.name, scene.summary())?;
+                writeln!(std::io::stdout(), "{:<24} {}", scene.name, scene.summary())?;
             }
         }
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,

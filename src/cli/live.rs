@@ -6,11 +6,11 @@ use std::time::SystemTime;
 use anyhow::Context as _;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-use super::Done;
 use super::args::Run;
 use super::board::Board;
 pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
+use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
 use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking};
@@ -118,7 +118,9 @@ fn conclude(reports: &[LiveReport]) -> Done {
     if many {
         let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
         let messages: u64 = written.iter().map(|written| written.messages).sum();
-        eprintln!("{} runs ended; recorded {messages} messages to {} files", reports.len(), written.len());
+        let recorded =
+            if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
+        eprintln!("{} runs ended{recorded}", reports.len());
     }
     done
 }
@@ -136,7 +138,7 @@ fn gravity(done: Done) -> u8 {
 fn conclude_one(report: &LiveReport, many: bool) -> Done {
     if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
-        eprintln!("t = {} s: {}", stamp.sim_time_s, angles.join(", "));
+        eprintln!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
     }
     let mut done = match &report.ending {
         Ending::Finished | Ending::Stopped => Done::Well,

@@ -22,8 +22,6 @@ mod what_if;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 use crate::bus::{BadName, BusError};
 use crate::plot::PlotError;
 use crate::recording::RecordingError;
@@ -55,7 +53,7 @@ enum Done {
 ///
 /// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::of_process();
     log::begin(cli.log_format);
     match dispatch(cli) {
         Ok(Done::Well) => ExitCode::SUCCESS,
@@ -70,6 +68,11 @@ pub fn main() -> ExitCode {
             ExitCode::from(if is_usage(&error) { 2 } else { 1 })
         }
     }
+}
+
+/// Simulated time as people write it: n·h, which the bus has to the last bit, may be 1.5010000000000001.
+fn shown_s(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

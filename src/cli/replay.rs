@@ -25,33 +25,33 @@ Examples:
   flexcrank replay recordings/crank.mcap --what-if --set rod.area_m2=2e-4 --record thicker.mcap
   flexcrank control ghost seek 3.5    (and pause, resume, rate 2, next, stop)
 
-On the keyboard: space pauses and resumes, left and right seek 5 s, up and down change the rate by 10 %, n plays
-the next message when paused, Home goes back to the start, q ends.
+On the keyboard: space pauses and resumes, left and right seek 5 s, up and down change the rate by 10 %, n plays \
+    the next message when paused, Home goes back to the start, q ends.
 
-Any MCAP file is replayed: its topics become keys, without a leading slash; payloads are not touched. `status`, checkpoints
-and, without --commands, commands of a flexcrank recording are left out: the replayer has a status of its own.";
+Any MCAP file is replayed: its topics become keys, without a leading slash; payloads are not touched. `status`, checkpoints \
+    and, without --commands, commands of a flexcrank recording are left out: the replayer has a status of its own.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct ReplayArgs {
     /// The recording.
     pub file: PathBuf,
     /// Recorded seconds per second.
-    #[arg(long, short, default_value = "1", value_parser = rate, allow_negative_numbers = true)]
+    #[arg(long, short, default_value = "1", value_parser = rate)]
     pub rate: f64,
     /// Begin again at the end, until interrupted.
     #[arg(long = "loop", short)]
     pub looped: bool,
     /// Skip so much recorded time, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
     pub start_offset: f64,
     /// Play so much recorded time, s.
-    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = positive)]
     pub duration: Option<f64>,
     /// Begin paused.
     #[arg(long)]
     pub start_paused: bool,
     /// Wait so long before the first message, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
     pub delay: f64,
     /// Play only these recorded topics, by their names or how they end: angles, /tf.
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
@@ -70,7 +70,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "N", default_value = "0")]
     pub wait_for: usize,
     /// Wait for them no longer than this, s.
-    #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative)]
     pub wait_timeout: f64,
     /// Speak even if a service of this name is on the bus.
     #[arg(long)]

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::{Run, positive};
 use super::files::progress_bar;
+use super::shown_s;
 use crate::bus::Name;
 use crate::resimulation::{Resumed, Source, resume};
 use crate::runtime::{PublishRate, PublishRates};
@@ -62,7 +63,7 @@ pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
         file.display(),
         simulation.step_count(),
         simulation.epoch(),
-        simulation.time_s()
+        shown_s(simulation.time_s())
     );
     eprintln!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });

@@ -24,11 +24,11 @@ Examples:
   flexcrank stability crank-slider --csv maps --plot maps   all of it: thousands of cells, some minutes
   flexcrank stability mine.toml --only stiffness --set rod.length_m=1.2
 
-Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle
-of the rod is once further than 1 % of crank and rod together from the same mechanism at a fine step (8 finite elements a
-link; rigid for rigid cells); or, where that does not reach, the energy balance is off by 1 % of the energy put in; or the
-model says that the links bend too much for it. CSV files number the categories from 0 in that order; cells.csv tells of every
-cell what was said and how to reach it again.
+Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle \
+    of the rod is once further than 1 % of crank and rod together from the same mechanism at a fine step (8 finite elements a \
+    link; rigid for rigid cells); or, where that does not reach, the energy balance is off by 1 % of the energy put in; or the \
+    model says that the links bend too much for it. CSV files number the categories from 0 in that order; cells.csv tells of every \
+    cell what was said and how to reach it again.
 
 Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene.";
 

@@ -23,13 +23,13 @@ Examples:
   flexcrank trade ref-r2s --tolerance 1e-3 --real-time-factor 5 --outputs angle,slider
   flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
 
-Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint
-forces over their peaks; the largest over the run's instants. `~`: the reference is not ten times better known
-than this. `<`: below what the reference is uncertain by. `*`: on the front: nothing is both cheaper and better.
-s/s: seconds of computing per simulated second, median and half the spread of the repeats. p99.9, worst:
-single steps. drift: of the energy balance over the largest energy. newton, factor: iterations and
-factorizations a step. memory: bytes that the simulation holds, matrices and all. order: of the step, beside the next
-longer one; mesh: of the mesh, beside the next coarser one at the same step.";
+Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint \
+    forces over their peaks; the largest over the run's instants. `~`: the reference is not ten times better known \
+    than this. `<`: below what the reference is uncertain by. `*`: on the front: nothing is both cheaper and better. \
+    s/s: seconds of computing per simulated second, median and half the spread of the repeats. p99.9, worst: \
+    single steps. drift: of the energy balance over the largest energy. newton, factor: iterations and \
+    factorizations a step. memory: bytes that the simulation holds, matrices and all. order: of the step, beside the next \
+    longer one; mesh: of the mesh, beside the next coarser one at the same step.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -45,8 +45,8 @@ Examples:
   flexcrank watch ghost                                   a replay, as well
   flexcrank watch crank --plain | tee log.txt
 
-Keys: space pauses and resumes, r resets, p sends a pulse; Tab goes to the next chart, up and down choose its signal, left and
-right what the charts span; + and - change how much bending is magnified, a lets it be chosen; q quits.";
+Keys: space pauses and resumes, r resets, p sends a pulse; Tab goes to the next chart, up and down choose its signal, left and \
+    right what the charts span; + and - change how much bending is magnified, a lets it be chosen; q quits.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -57,7 +57,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
     pub signals: Vec<String>,
     /// Mean torque of the pulse that the key p sends, N·m.
-    #[arg(long, value_name = "NM", default_value = "5", allow_negative_numbers = true)]
+    #[arg(long, value_name = "NM", default_value = "5")]
     pub torque: f64,
     /// Its duration, s.
     #[arg(long, value_name = "S", default_value = "0.1")]
