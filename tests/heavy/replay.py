@@ -1,5 +1,6 @@
 """Replay against an outside subscriber; every figure that is checked is printed."""
 
+import gc
 import hashlib
 import json
 import random
@@ -7,7 +8,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections import defaultdict
 from pathlib import Path
@@ -23,7 +23,7 @@ SECONDS = 10.0
 
 
 class Listener:
-    """Everything that comes on some keys, with the time at which it came."""
+    """Everything that comes on some keys, with the time at which it came. What is heard is only kept, and looked at later."""
 
     def __init__(self, endpoint, key):
         config = zenoh.Config()
@@ -31,15 +31,17 @@ class Listener:
         config.insert_json5("listen/endpoints", "[]")
         config.insert_json5("connect/endpoints", json.dumps([endpoint]))
         config.insert_json5("connect/retry", '{"period_init_ms": 20, "period_max_ms": 100}')
-        self.heard = defaultdict(list)
-        self.lock = threading.Lock()
+        self.samples = []
+        keep, now = self.samples.append, time.monotonic
         self.session = zenoh.open(config)
-        self.subscriber = self.session.declare_subscriber(key, self.take)
+        self.subscriber = self.session.declare_subscriber(key, lambda sample: keep((now(), sample)))
 
-    def take(self, sample):
-        now = time.monotonic()
-        with self.lock:
-            self.heard[str(sample.key_expr).rsplit("/", 1)[1]].append((now, sample.payload.to_bytes()))
+    def heard(self):
+        """By topic."""
+        topics = defaultdict(list)
+        for came, sample in list(self.samples):
+            topics[str(sample.key_expr).rsplit("/", 1)[1]].append((came, sample))
+        return topics
 
 
 def recorded(path):
@@ -55,43 +57,64 @@ def replay(path, endpoint, *arguments):
     return subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 
+def spread_ms(late_s):
+    """Quantiles 0.5, 0.99 and 1 of times late, the least of them taken off: clocks that begin elsewhere."""
+    late_s = sorted(late_s)
+    return [(late_s[int(quantile * (len(late_s) - 1))] - late_s[0]) * 1e3 for quantile in (0.5, 0.99, 1.0)]
+
+
 def faithful(path):
-    """At the recorded speed: the same bytes, and a report that agrees with what came."""
+    """At the recorded speed: the same bytes, and a report that agrees with what came.
+
+    How late a message was put is judged by the stamp that zenoh itself gives it then: when it comes depends on network and
+    subscriber as well, which on an ordinary machine are late by more than the replayer, and by other amounts every time.
+    """
     wanted, endpoint = recorded(path), free_endpoint()
+    stamping = path.with_name("stamping.json5")
+    stamping.write_text("{ timestamping: { enabled: true } }")
     before, begun = spent_s(), time.monotonic()
-    process = replay(path, endpoint)
+    process = replay(path, endpoint, "--zenoh-config", str(stamping))
+    gc.disable()
     listener = Listener(endpoint, "flexcrank/ghost/*")
     report = process.communicate()[1]
+    gc.enable()
     (all_s, own_s), took_s = (now - then for now, then in zip(spent_s(), before)), time.monotonic() - begun
     others = (all_s - own_s) / took_s
     listener.session.close()
+    heard = listener.heard()
     print(f"     {report.strip()}")
     expect("replay exits with 0", process.returncode == 0)
     for topic in TELEMETRY:
-        digest = lambda rows: hashlib.sha256(b"".join(data for _, data in rows)).hexdigest()
-        expect(f"{topic}: SHA-256 of all payloads", digest(wanted[topic]) == digest(listener.heard[topic]), digest(wanted[topic])[:16])
-    messages, rate, p50, p99, worst = re.search(
+        digest = lambda payloads: hashlib.sha256(b"".join(payloads)).hexdigest()
+        sent, came = digest(data for _, data in wanted[topic]), digest(sample.payload.to_bytes() for _, sample in heard[topic])
+        expect(f"{topic}: SHA-256 of all payloads", sent == came, sent[:16])
+    messages, rate, *reported = re.search(
         r"replayed (\d+) messages .* at ([\d.]+) times .* late by ([\d.]+) ms \(p50\), ([\d.]+) ms \(p99\), ([\d.]+) ms \(max\)", report
     ).groups()
-    came = sum(len(listener.heard[topic]) for topic in TELEMETRY)
-    expect("as many messages as reported", int(messages) == came, f"{came}")
-    pairs = [pair for topic in TELEMETRY for pair in zip(listener.heard[topic], wanted[topic])]
-    pairs.sort(key=lambda pair: pair[0][0])
-    (first, _), (first_log, _) = pairs[0]
-    (last, _), (last_log, _) = pairs[-1]
-    outside = (last_log - first_log) * 1e-9 / (last - first)
+    reported = [float(figure) for figure in reported]
+    # When it came, when it was put, and its log time, s.
+    times = [
+        (came, sample.timestamp.get_time().timestamp(), log_time * 1e-9)
+        for topic in TELEMETRY
+        for (came, sample), (log_time, _) in zip(heard[topic], wanted[topic])
+    ]
+    expect("as many messages as reported", int(messages) == len(times), f"{len(times)}")
+    first, last = min(times), max(times)
+    outside = (last[2] - first[2]) / (last[0] - first[0])
     expect("rate as reported, within 1e-3", abs(outside / float(rate) - 1) < 1e-3, f"{outside:.5f}, reported {rate}")
-    # The time between a put and its coming is the subscriber's, not the replayer's: the least of them is taken off.
-    late = sorted(now - log * 1e-9 for (now, _), (log, _) in pairs)
-    late = [(value - late[0]) * 1e3 for value in late]
-    at = lambda quantile: late[int(quantile * (len(late) - 1))]
-    print(f"     late by the report: p50 {p50}, p99 {p99}, max {worst} ms")
-    print(f"     late outside:       p50 {at(0.5):.3f}, p99 {at(0.99):.3f}, max {late[-1]:.3f} ms")
+    put = spread_ms(put - log_time for _, put, log_time in times)
+    came = spread_ms(came - log_time for came, _, log_time in times)
+    way = spread_ms(came - put for came, put, _ in times)
+    for name, figures in (("by the report", reported), ("as put", put), ("as it came", came), ("on its way", way)):
+        print(f"     late {name + ':':<15} p50 {figures[0]:.3f}, p99 {figures[1]:.3f}, max {figures[2]:.3f} ms")
     print(f"     replay and subscriber took {own_s / took_s:.2f} of a core, everything else {others:.2f}")
+    for name, outside, inside in zip(("p50", "p99"), put, reported):
+        # The report has two digits.
+        expect(f"{name} as put agrees within 0.1 ms and 2 %", abs(outside - inside) < 0.1 + 0.02 * inside)
     quiet = others < 0.1
     judged = "" if quiet else " (machine is busy: not judged)"
-    expect("p99 outside agrees within 1 ms" + judged, not quiet or abs(at(0.99) - float(p99)) < 1.0)
-    expect("p99 is at most 0.5 ms" + judged, not quiet or float(p99) <= 0.5, f"{p99} ms")
+    expect("p50 as it came agrees within 0.5 ms" + judged, not quiet or abs(came[0] - reported[0]) < 0.5)
+    expect("p99 is at most 0.5 ms" + judged, not quiet or reported[1] <= 0.5, f"{reported[1]} ms")
 
 
 def first_messages(path):
@@ -106,12 +129,13 @@ def first_messages(path):
         complaint = process.communicate()[1]
         # What was put may still be on its way into this process when the replayer has gone.
         deadline = time.monotonic() + 5.0
-        while not listener.heard["angles"] and time.monotonic() < deadline:
+        while not listener.samples and time.monotonic() < deadline:
             time.sleep(0.005)
         listener.session.close()
-        arrived = process.returncode == 0 and bool(listener.heard["angles"]) and listener.heard["angles"][0][1] == first
+        came = [sample.payload.to_bytes() for _, sample in listener.samples]
+        arrived = process.returncode == 0 and came[:1] == [first]
         if not arrived:
-            print(f"     exit code {process.returncode}, {len(listener.heard['angles'])} messages came: {complaint.strip()}")
+            print(f"     exit code {process.returncode}, {len(came)} messages came: {complaint.strip()}")
         got += arrived
     expect("the first message arrives", got == STARTS, f"in {got} of {STARTS} starts")
 
