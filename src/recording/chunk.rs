@@ -1,9 +1,10 @@
-//! One chunk, decoded as a whole or not at all.
+//! What is in a chunk.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use mcap::read::ChannelAccumulator;
-use mcap::records::{ChunkHeader, MessageIndexEntry, Record, op};
+use mcap::records::{MessageIndexEntry, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
@@ -18,6 +19,87 @@ const HEADER: usize = 40;
 /// Opcode and length before every record.
 const RECORD_HEAD: u64 = 9;
 
+/// The records of a chunk, one by one. A record never reaches beyond the chunk, whatever its length says.
+pub(super) struct Records<'a> {
+    bytes: Cow<'a, [u8]>,
+    at: usize,
+    reader: LinearReader,
+}
+
+impl<'a> Records<'a> {
+    /// Of a whole chunk record. Its sum is looked at before anything else is.
+    ///
+    /// # Errors
+    /// When it is shorter than it says.
+    pub(super) fn of(record: impl Into<Cow<'a, [u8]>>) -> McapResult<Self> {
+        let mut record = record.into();
+        let length = content_end(&record).filter(|end| *end <= record.len()).ok_or(McapError::UnexpectedEoc)?;
+        match &mut record {
+            Cow::Borrowed(record) => *record = &record[..length],
+            Cow::Owned(record) => record.truncate(length),
+        }
+        Ok(Records::new(record, length, true))
+    }
+
+    /// Of the beginning of a chunk record, up to where it was cut. No sum covers that.
+    ///
+    /// # Errors
+    /// When not even its header is there, or it is none.
+    pub(super) fn of_cut(record: impl Into<Cow<'a, [u8]>>) -> McapResult<Self> {
+        let record = record.into();
+        let length = content_end(&record).filter(|end| *end >= record.len()).ok_or(McapError::UnexpectedEoc)?;
+        Ok(Records::new(record, length, false))
+    }
+
+    fn new(bytes: Cow<'a, [u8]>, length: usize, check_sum_first: bool) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(check_sum_first)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut reader = LinearReader::new_with_options(options);
+        let head = [&[op::CHUNK][..], &(length as u64).to_le_bytes()].concat();
+        reader.insert(head.len()).copy_from_slice(&head);
+        reader.notify_read(head.len());
+        Records { bytes, at: 0, reader }
+    }
+
+    /// Hands one record after the other to `take`, until that returns something; `None` when there are no more.
+    ///
+    /// # Errors
+    /// When the chunk is damaged, or cut; and those of `take`.
+    pub(super) fn find<T>(&mut self, mut take: impl FnMut(u8, &[u8]) -> McapResult<Option<T>>) -> McapResult<Option<T>> {
+        while let Some(event) = self.reader.next_event() {
+            // The reader takes the chunk for a file.
+            let event =
+                event.map_err(|error| if matches!(error, McapError::UnexpectedEof) { McapError::UnexpectedEoc } else { error });
+            match event? {
+                LinearReadEvent::ReadRequest(wanted) => {
+                    let rest = &self.bytes[self.at..];
+                    let size = wanted.min(rest.len());
+                    self.reader.insert(size).copy_from_slice(&rest[..size]);
+                    self.reader.notify_read(size);
+                    self.at += size;
+                }
+                LinearReadEvent::Record { opcode, data } => {
+                    if let Some(found) = take(opcode, data)? {
+                        return Ok(Some(found));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Where the content of a chunk ends, by its header.
+fn content_end(record: &[u8]) -> Option<usize> {
+    let name = usize::try_from(u32::from_le_bytes(*record.get(28..)?.first_chunk()?)).ok()?;
+    let size = u64::from_le_bytes(*record.get(name.checked_add(HEADER - 8)?..)?.first_chunk()?);
+    let end = usize::try_from(size).ok()?.checked_add(HEADER + name)?;
+    (end <= RECORD_LIMIT).then_some(end)
+}
+
 /// The messages of a chunk whose sum is right.
 #[derive(Default)]
 pub(super) struct Chunk {
@@ -28,35 +110,14 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    /// From a chunk record, whose parsed header is `header`.
-    pub(super) fn read(header: &ChunkHeader, record: &[u8], channels: &mut Channels) -> McapResult<Self> {
-        let length = usize::try_from(header.compressed_size).unwrap_or(usize::MAX);
-        let length = length.saturating_add(HEADER + header.compression.len());
-        let record = record.get(..length).ok_or(McapError::UnexpectedEoc)?;
-        let head = [&[op::CHUNK][..], &(record.len() as u64).to_le_bytes()].concat();
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(RECORD_LIMIT);
-        let mut reader = LinearReader::new_with_options(options);
-        reader.insert(head.len()).copy_from_slice(&head);
-        reader.notify_read(head.len());
-        let (mut rest, mut chunk, mut offset) = (record, Chunk::default(), 0);
-        while let Some(event) = reader.next_event() {
-            match event? {
-                LinearReadEvent::ReadRequest(wanted) => {
-                    let (piece, left) = rest.split_at(wanted.min(rest.len()));
-                    reader.insert(piece.len()).copy_from_slice(piece);
-                    reader.notify_read(piece.len());
-                    rest = left;
-                }
-                LinearReadEvent::Record { opcode, data } => {
-                    chunk.take(parse(opcode, data)?, offset, channels)?;
-                    offset += RECORD_HEAD + data.len() as u64;
-                }
-            }
-        }
+    /// From a chunk record.
+    pub(super) fn read(record: &[u8], channels: &mut Channels) -> McapResult<Self> {
+        let (mut chunk, mut offset) = (Chunk::default(), 0);
+        Records::of(record)?.find(|opcode, data| {
+            chunk.take(parse(opcode, data)?, offset, channels)?;
+            offset += RECORD_HEAD + data.len() as u64;
+            Ok(None::<()>)
+        })?;
         Ok(chunk)
     }
 

@@ -1,19 +1,25 @@
 //! Recordings read back, message by message, in file order; memory is bounded by the largest chunk.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use mcap::read::ChannelAccumulator;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{McapError, McapResult};
+use mcap::{MAGIC, McapError, McapResult};
 
 use super::RecordingError;
+use super::chunk::{Channels, Records};
 use super::parse::parse;
 
 /// Largest record and largest chunk that are read, bytes; a file that claims a larger one is refused.
 pub(super) const RECORD_LIMIT: usize = 64 * 1024 * 1024;
+
+/// Opcode and length before every record, bytes.
+const RECORD_HEAD: u64 = 9;
+
+/// Most that is read at once, so that a lying length claims no memory.
+pub(super) const PIECE: usize = 64 * 1024;
 
 /// A topic of a recording, with its encoding and schema.
 pub type Channel = mcap::Channel<'static>;
@@ -21,12 +27,18 @@ pub type Channel = mcap::Channel<'static>;
 /// One message of a recording.
 pub type Recorded = mcap::Message<'static>;
 
-/// The messages of a recording, in file order. Ends at the first damage, with the error.
+/// The messages of a recording, in file order. Ends at the first damage, with the error; a chunk whose sum is wrong has none. Of
+/// a chunk that the file ends in come those that are there in full.
 pub struct Messages {
     path: PathBuf,
     file: BufReader<File>,
     records: LinearReader,
-    channels: ChannelAccumulator<'static>,
+    /// Where the next record begins, bytes.
+    position: u64,
+    chunk: Option<Records<'static>>,
+    /// Whether that is one that the file ends in.
+    cut: bool,
+    channels: Channels,
     over: bool,
 }
 
@@ -39,44 +51,109 @@ impl Messages {
         let file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
-            .with_validate_chunk_crcs(true)
+            .with_emit_chunks(true)
             .with_record_length_limit(RECORD_LIMIT);
-        let records = LinearReader::new_with_options(options);
-        Ok(Messages { path: path.to_owned(), file, records, channels: ChannelAccumulator::default(), over: false })
+        Ok(Messages {
+            path: path.to_owned(),
+            file,
+            records: LinearReader::new_with_options(options),
+            position: MAGIC.len() as u64,
+            chunk: None,
+            cut: false,
+            channels: Channels::default(),
+            over: false,
+        })
     }
 
-    /// The next message; `None` at the end of the data. Records of no use here are not looked into: a damaged attachment must
-    /// not keep anybody from the messages.
+    /// The next message; `None` at the end of the data.
     fn read(&mut self) -> McapResult<Option<Recorded>> {
-        while let Some(event) = self.records.next_event() {
-            match event? {
-                LinearReadEvent::ReadRequest(size) => {
-                    let read = self.file.read(self.records.insert(size))?;
-                    self.records.notify_read(read);
+        loop {
+            if let Some(chunk) = &mut self.chunk {
+                match chunk.find(|opcode, data| take(opcode, data, &mut self.channels)) {
+                    Ok(Some(message)) => return Ok(Some(message)),
+                    Ok(None) => self.chunk = None,
+                    Err(_) if self.cut => return Err(McapError::UnexpectedEof),
+                    Err(error) => return Err(error),
                 }
-                LinearReadEvent::Record { opcode: op::DATA_END, .. } => return Ok(None),
-                LinearReadEvent::Record { opcode: opcode @ (op::SCHEMA | op::CHANNEL | op::MESSAGE), data } => {
-                    match parse(opcode, data)? {
-                        Record::Schema { header, data } => self.channels.add_schema_from_slice(header, &data)?,
-                        Record::Channel(channel) => self.channels.add_channel(channel)?,
-                        Record::Message { header, data } => {
-                            let data = data.into_owned();
-                            return self.message(header, data).map(Some);
-                        }
-                        _ => {}
-                    }
-                }
-                LinearReadEvent::Record { .. } => {}
+            }
+            if self.cut {
+                return Err(McapError::UnexpectedEof);
+            }
+            match self.read_outside()? {
+                Outside::Message(message) => return Ok(Some(message)),
+                Outside::Chunk => {}
+                Outside::End => return Ok(None),
             }
         }
-        Ok(None)
     }
 
-    fn message(&self, header: MessageHeader, data: Vec<u8>) -> McapResult<Recorded> {
-        let MessageHeader { channel_id, sequence, log_time, publish_time } = header;
-        let channel = self.channels.get(channel_id).ok_or(McapError::UnknownChannel(sequence, channel_id))?;
-        Ok(mcap::Message { channel, sequence, log_time, publish_time, data: data.into() })
+    /// What comes next outside of any chunk. A chunk is opened.
+    fn read_outside(&mut self) -> McapResult<Outside> {
+        while let Some(event) = self.records.next_event() {
+            match event {
+                Err(McapError::UnexpectedEof) => {
+                    self.cut = true;
+                    self.chunk = Some(self.cut_chunk()?);
+                    return Ok(Outside::Chunk);
+                }
+                Ok(LinearReadEvent::ReadRequest(size)) => {
+                    let read = self.file.read(self.records.insert(size.min(PIECE)))?;
+                    self.records.notify_read(read);
+                }
+                Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(Outside::End),
+                Ok(LinearReadEvent::Record { opcode: op::CHUNK, data }) => {
+                    self.position += RECORD_HEAD + data.len() as u64;
+                    self.chunk = Some(Records::of(data.to_vec())?);
+                    return Ok(Outside::Chunk);
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    self.position += RECORD_HEAD + data.len() as u64;
+                    if let Some(message) = take(opcode, data, &mut self.channels)? {
+                        return Ok(Outside::Message(message));
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Outside::End)
     }
+
+    /// What is there of the chunk that the file ends in.
+    fn cut_chunk(&mut self) -> McapResult<Records<'static>> {
+        let mut rest = Vec::new();
+        self.file.seek(SeekFrom::Start(self.position))?;
+        // The record is no longer than allowed, or that would have been the error.
+        self.file.by_ref().take(RECORD_HEAD + RECORD_LIMIT as u64).read_to_end(&mut rest)?;
+        if rest.first() != Some(&op::CHUNK) || rest.len() < RECORD_HEAD as usize {
+            return Err(McapError::UnexpectedEof);
+        }
+        rest.drain(..RECORD_HEAD as usize);
+        Records::of_cut(rest).map_err(|_| McapError::UnexpectedEof)
+    }
+}
+
+enum Outside {
+    Message(Recorded),
+    Chunk,
+    End,
+}
+
+/// The message that a record is, if it is one. Records of no use here are not looked into: a damaged attachment must not keep
+/// anybody from the messages.
+pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResult<Option<Recorded>> {
+    if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+        return Ok(None);
+    }
+    match parse(opcode, data)? {
+        Record::Schema { header, data } => channels.add_schema_from_slice(header, &data)?,
+        Record::Channel(channel) => channels.add_channel(channel)?,
+        Record::Message { header: MessageHeader { channel_id, sequence, log_time, publish_time }, data } => {
+            let channel = channels.get(channel_id).ok_or(McapError::UnknownChannel(sequence, channel_id))?;
+            return Ok(Some(mcap::Message { channel, sequence, log_time, publish_time, data: data.into_owned().into() }));
+        }
+        _ => {}
+    }
+    Ok(None)
 }
 
 impl Iterator for Messages {
@@ -94,5 +171,5 @@ impl Iterator for Messages {
 
 /// Whether an error only says that the file ends early, as a recording does whose program was killed.
 pub fn is_cut_off(error: &RecordingError) -> bool {
-    matches!(error, RecordingError::Mcap { cause: mcap::McapError::UnexpectedEof | mcap::McapError::UnexpectedEoc, .. })
+    matches!(error, RecordingError::Mcap { cause: McapError::UnexpectedEof, .. })
 }

@@ -11,6 +11,7 @@ use mcap::records::{ChunkIndex, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, McapResult};
 
+use super::chunk::Records;
 use super::parse::parse;
 use super::reader::{Messages, RECORD_LIMIT, Recorded, is_cut_off};
 use super::{Channel, RecordingError};
@@ -145,7 +146,12 @@ impl Index {
             return Ok(None);
         }
         file.seek(SeekFrom::Start(start))?;
-        let mut reader = LinearReader::new_with_options(inner_options());
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_emit_chunks(true)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut reader = LinearReader::new_with_options(options);
         let (mut known, mut ids, mut chunks) = (ChannelAccumulator::default(), Vec::new(), Vec::new());
         while let Some(event) = reader.next_event() {
             match event? {
@@ -171,15 +177,6 @@ impl Index {
         let channels = ids.into_iter().filter_map(|id| Some((id, known.get(id)?))).collect();
         Ok(Some(Index { channels, chunks }))
     }
-}
-
-/// For a part of a file, without the magic at either end.
-fn inner_options() -> LinearReaderOptions {
-    LinearReaderOptions::default()
-        .with_skip_start_magic(true)
-        .with_skip_end_magic(true)
-        .with_validate_chunk_crcs(true)
-        .with_record_length_limit(RECORD_LIMIT)
 }
 
 /// Messages of an indexed file. Those of every chunk that begins before the next message wait, sorted by log time and place.
@@ -215,36 +212,41 @@ impl Iterator for InOrder {
 
 impl InOrder {
     fn load(&mut self, chunk: &ChunkIndex) -> McapResult<()> {
-        self.file.seek(SeekFrom::Start(chunk.chunk_start_offset))?;
-        let mut bytes = (&self.file).take(chunk.chunk_length);
-        let mut reader = LinearReader::new_with_options(inner_options());
+        let record = chunk_record(&mut self.file, chunk.chunk_start_offset)?;
         let mut place = 0;
-        while let Some(event) = reader.next_event() {
-            match event? {
-                LinearReadEvent::ReadRequest(count) => {
-                    let read = bytes.read(reader.insert(count))?;
-                    reader.notify_read(read);
-                }
-                LinearReadEvent::Record { opcode: op::MESSAGE, data } => {
-                    let Record::Message { header, data } = parse(op::MESSAGE, data)? else { continue };
-                    place += 1;
-                    if header.log_time < self.from_ns {
-                        continue;
-                    }
-                    let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
-                    let channel = Arc::clone(self.channels.get(&header.channel_id).ok_or(unknown)?);
-                    let message = mcap::Message {
-                        channel,
-                        sequence: header.sequence,
-                        log_time: header.log_time,
-                        publish_time: header.publish_time,
-                        data: data.into_owned().into(),
-                    };
-                    self.waiting.insert((header.log_time, chunk.chunk_start_offset, place), message);
-                }
-                LinearReadEvent::Record { .. } => {}
+        Records::of(record)?.find(|opcode, data| {
+            let Record::Message { header, data } = parse(opcode, data)? else { return Ok(None::<()>) };
+            place += 1;
+            if header.log_time >= self.from_ns {
+                let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
+                let message = mcap::Message {
+                    channel: Arc::clone(self.channels.get(&header.channel_id).ok_or(unknown)?),
+                    sequence: header.sequence,
+                    log_time: header.log_time,
+                    publish_time: header.publish_time,
+                    data: data.into_owned().into(),
+                };
+                self.waiting.insert((header.log_time, chunk.chunk_start_offset, place), message);
             }
-        }
+            Ok(None)
+        })?;
         Ok(())
     }
+}
+
+/// The chunk record that begins at a byte of a file.
+fn chunk_record(file: &mut File, at: u64) -> McapResult<Vec<u8>> {
+    let mut head = [0; 9];
+    file.seek(SeekFrom::Start(at))?;
+    file.read_exact(&mut head)?;
+    let [opcode, length @ ..] = head;
+    let length = u64::from_le_bytes(length);
+    match opcode {
+        op::CHUNK if length <= RECORD_LIMIT as u64 => {}
+        op::CHUNK => return Err(McapError::ChunkTooLarge(length)),
+        _ => return Err(McapError::BadIndex),
+    }
+    let mut record = Vec::new();
+    file.take(length).read_to_end(&mut record)?;
+    Ok(record)
 }

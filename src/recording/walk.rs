@@ -13,12 +13,10 @@ use mcap::{MAGIC, McapError};
 use super::RecordingError;
 use super::chunk::{Channels, Chunk};
 use super::parse::parse;
-use super::reader::{RECORD_LIMIT, Recorded};
+use super::reader::{PIECE, RECORD_LIMIT, Recorded};
 
 /// Opcode and length before every record.
 const RECORD_HEAD: u64 = 9;
-/// Most that is read at once, so that a lying length claims no memory.
-const PIECE: usize = 64 * 1024;
 
 /// Something in a recording that cannot be read, or contradicts the rest.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -177,7 +175,7 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
 
     fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> Going {
         let times = [header.message_start_time, header.message_end_time];
-        let read = Chunk::read(&header, record, &mut self.channels);
+        let read = Chunk::read(record, &mut self.channels);
         self.chunks.insert(self.position, (RECORD_HEAD + record.len() as u64, header));
         let chunk = match read {
             Ok(chunk) => chunk,

@@ -1,15 +1,15 @@
 //! Recordings broken in every way: every entry point says so, or reads what is there; none panics, none takes the memory.
 //!
-//! The same test is the fuzz target: `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated`
-//! breaks as many files as one likes; what fails is left in the folder that it names. It knows the format, and repeats what it
-//! did for the same seed; a target that is led by coverage would need a nightly compiler.
+//! `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated` breaks as many files as one likes;
+//! what fails is left in the folder that it names. It knows the format, and repeats what it did for the same seed. `fuzz/` has a
+//! target that is led by coverage instead; what that has found is read here, too.
 
 use std::path::Path;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use flexcrank::bus::{self, BusOptions, Session};
-use flexcrank::recording::{self, Export, Messages, export, read_columns, recover};
+use flexcrank::recording::{self, Export, Messages, export, is_cut_off, read_columns, recover};
 use flexcrank::resimulation::{Source, resume, verify};
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::service::{Replay, ServiceError, replay};
@@ -162,6 +162,43 @@ fn asked(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
+/// Reads a file by every way there is: `None` when one panicked, else the most memory that it took, bytes.
+fn memory_of_reading(broken: &Path, folder: &Path, session: &Session) -> Option<u64> {
+    let mut panicked = false;
+    let memory = allocation_counter::measure(|| {
+        let reading = std::panic::AssertUnwindSafe(|| read_all_ways(broken, folder, session));
+        panicked = std::panic::catch_unwind(reading).is_err();
+    });
+    (!panicked).then_some(memory.bytes_max)
+}
+
+fn quiet_session() -> Outcome<Session> {
+    Ok(BusOptions { listen: vec!["tcp/127.0.0.1:0".to_owned()], ..BusOptions::default() }.open_service()?)
+}
+
+#[test]
+fn regress_what_a_fuzzer_broke_is_read() -> Outcome {
+    let (folder, session) = (tempfile::tempdir()?, quiet_session()?);
+    for broken in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz"))? {
+        let broken = broken?.path();
+        let memory =
+            memory_of_reading(&broken, folder.path(), &session).ok_or_else(|| format!("{}: panicked", broken.display()))?;
+        assert!(memory <= MEMORY_LIMIT, "{}: {memory} bytes", broken.display());
+    }
+    bus::close(&session)?;
+    Ok(())
+}
+
+#[test]
+fn regress_a_record_that_reaches_beyond_its_chunk_is_damage() -> Outcome {
+    let broken = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz/record-beyond-its-chunk.mcap");
+    let (read, errors): (Vec<_>, Vec<_>) = Messages::open(&broken)?.partition(Result::is_ok);
+    assert!(!read.is_empty());
+    let [Err(error)] = &errors[..] else { return Err(format!("{} errors", errors.len()).into()) };
+    assert!(!is_cut_off(error) && error.to_string().contains("Chunk ended in the middle of a record"), "{error}");
+    Ok(())
+}
+
 #[test]
 fn prop_broken_files_are_told_of_without_panic_or_waste_of_memory() -> Outcome {
     // Many small chunks.
@@ -172,22 +209,18 @@ fn prop_broken_files_are_told_of_without_panic_or_waste_of_memory() -> Outcome {
     let (_, folder) = service.finish()?;
     let whole = std::fs::read(folder.path().join("run.mcap"))?;
     let records = records(&whole);
-    let session = BusOptions { listen: vec!["tcp/127.0.0.1:0".to_owned()], ..BusOptions::default() }.open_service()?;
+    let session = quiet_session()?;
     let seed = asked("FLEXCRANK_SEED", 1);
     let mut dice = Dice(seed);
     for n in 0..asked("FLEXCRANK_MUTATIONS", 200) {
         let (how, bytes) = mutate(&whole, &records, &mut dice);
         let broken = folder.path().join("broken.mcap");
         std::fs::write(&broken, &bytes)?;
-        let mut panicked = false;
-        let memory = allocation_counter::measure(|| {
-            let reading = std::panic::AssertUnwindSafe(|| read_all_ways(&broken, folder.path(), &session));
-            panicked = std::panic::catch_unwind(reading).is_err();
-        });
-        if panicked || memory.bytes_max > MEMORY_LIMIT {
+        let memory = memory_of_reading(&broken, folder.path(), &session);
+        if memory.is_none_or(|bytes| bytes > MEMORY_LIMIT) {
             let kept = std::env::temp_dir().join(format!("flexcrank-broken-{seed}-{n}.mcap"));
             std::fs::write(&kept, &bytes)?;
-            return Err(format!("{how}: panicked: {panicked}, {} bytes; see {}", memory.bytes_max, kept.display()).into());
+            return Err(format!("{how}: {memory:?} bytes, none when it panicked; see {}", kept.display()).into());
         }
     }
     bus::close(&session)?;

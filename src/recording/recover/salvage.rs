@@ -6,12 +6,11 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use mcap::records::{self, Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapResult, Summary, Writer};
 
+use crate::recording::chunk::Records;
 use crate::recording::parse::parse;
-use crate::recording::reader::RECORD_LIMIT;
 use crate::recording::writer::{create_new, options};
 use crate::recording::{RecordingError, build};
 
@@ -116,7 +115,7 @@ impl Salvage {
 
     /// Takes in what a chunk holds: all of it, if its checksum is right.
     fn take_chunk(&mut self, body: &[u8]) -> McapResult<bool> {
-        self.take_chunk_of(body.len() as u64, body, true)
+        Records::of(body).map_or(Ok(false), |records| self.take_records(records))
     }
 
     /// Takes in what can be read of a chunk that the file ends in.
@@ -125,7 +124,7 @@ impl Salvage {
     /// When the new file cannot be written.
     pub(super) fn take_cut_chunk(&mut self, body: &[u8]) -> McapResult<()> {
         let before = self.saved();
-        self.take_chunk_of(RECORD_LIMIT as u64, body, false)?;
+        Records::of_cut(body).map_or(Ok(false), |records| self.take_records(records))?;
         self.unchecked = self.saved() - before;
         Ok(())
     }
@@ -135,32 +134,19 @@ impl Salvage {
         self.tallies.values().map(|tally| tally.saved).sum()
     }
 
-    /// Takes in the records of a chunk of so many bytes; `false` when it is damaged.
-    fn take_chunk_of(&mut self, length: u64, body: &[u8], check_sum_first: bool) -> McapResult<bool> {
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(check_sum_first)
-            .with_record_length_limit(RECORD_LIMIT);
-        let mut reader = LinearReader::new_with_options(options);
-        let mut header = vec![op::CHUNK];
-        header.extend_from_slice(&length.to_le_bytes());
-        let mut input = std::io::Read::chain(header.as_slice(), body);
-        while let Some(event) = reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(size)) => {
-                    let read = std::io::Read::read(&mut input, reader.insert(size))?;
-                    reader.notify_read(read);
-                }
-                Ok(LinearReadEvent::Record { opcode, data }) => {
-                    if !self.take_plain(opcode, data)? {
-                        return Ok(false);
-                    }
-                }
-                Err(_) => return Ok(false),
-            }
+    /// Takes in the records of a chunk; `false` when it is damaged.
+    fn take_records(&mut self, mut records: Records) -> McapResult<bool> {
+        let stopped = records.find(|opcode, data| {
+            Ok(match self.take_plain(opcode, data) {
+                Ok(true) => None,
+                damaged_or_unwritten => Some(damaged_or_unwritten),
+            })
+        });
+        match stopped {
+            Ok(None) => Ok(true),
+            Ok(Some(damaged_or_unwritten)) => damaged_or_unwritten,
+            Err(_) => Ok(false),
         }
-        Ok(true)
     }
 
     fn take_plain(&mut self, opcode: u8, body: &[u8]) -> McapResult<bool> {
