@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use common::{Outcome, Service, linked_sessions, scene};
-use flexcrank::bus::{self, Name, Topic, client};
+use flexcrank::bus::{self, BusOptions, Endpoint, Name, Topic, client};
 use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, Stepping, Waking};
 use flexcrank::service::{self, Member};
 use flexcrank::simulation::Simulation;
@@ -80,6 +80,101 @@ fn prop_late_joiners_miss_nothing_after_their_snapshot() -> Outcome {
         }
     }
     service.stop()?;
+    Ok(())
+}
+
+fn wait_until(what: &str, holds: impl Fn() -> bool) -> Outcome {
+    let begun = std::time::Instant::now();
+    while !holds() {
+        if begun.elapsed() > PATIENCE {
+            return Err(format!("not within {PATIENCE:?}: {what}").into());
+        }
+        thread::yield_now();
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_topic_is_wanted_while_somebody_listens() -> Outcome {
+    let (session, client) = linked_sessions()?;
+    let name: Name = "test".parse()?;
+    let endpoint = Endpoint::declare(&session, &name, "", None)?;
+    client::find(&client, &name)?;
+    for round in 0..50 {
+        assert!(!endpoint.is_wanted(Topic::Angles), "round {round}");
+        let joined = client::join(&client, &name, Topic::Angles)?;
+        assert!(endpoint.is_wanted(Topic::Angles), "round {round}: known at once of who has asked for the snapshot");
+        assert!(!endpoint.is_wanted(Topic::Loads), "round {round}: nobody listens to this one");
+        drop(joined);
+        wait_until("the subscriber has gone", || !endpoint.is_wanted(Topic::Angles))?;
+        let subscriber = client::subscribe(&client, &name, Topic::Angles)?;
+        wait_until("a subscriber has come", || endpoint.is_wanted(Topic::Angles))?;
+        drop(subscriber);
+        wait_until("that has gone", || !endpoint.is_wanted(Topic::Angles))?;
+    }
+    endpoint.close()?;
+    bus::close(&session)?;
+    bus::close(&client)?;
+    Ok(())
+}
+
+#[test]
+fn prop_nothing_is_made_that_nobody_wants() -> Outcome {
+    let unheard = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(2.0), |live| {
+        live.record = None;
+        live.scene_updates_hz = Some(25.0);
+    })?;
+    let (report, _) = unheard.finish()?;
+    let last = report.angles.and_then(|angles| angles.stamp).ok_or("the newest is kept all the same")?;
+    assert_eq!((report.made, last.step), (0, 2000));
+    let heard = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1.0), None, |live| live.record = None)?;
+    let mut joined = client::join(&heard.client, &heard.name, Topic::Angles)?;
+    let mut count = 0;
+    while count < 200 {
+        assert_eq!(joined.next(PATIENCE).ok_or("nothing comes")?.1, 0, "message {count}");
+        count += 1;
+    }
+    let (report, _) = heard.stop()?;
+    while joined.next(Duration::ZERO).is_some() {
+        count += 1;
+    }
+    assert!(report.made >= count && report.made < 2 * count, "{} made of one topic, {count} heard", report.made);
+    Ok(())
+}
+
+#[test]
+fn prop_who_listens_before_hears_the_first_message_through_a_router() -> Outcome {
+    use zenoh::Wait;
+    let address = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
+    let endpoint = vec![format!("tcp/{address}")];
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", r#""router""#.to_owned()),
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("listen/endpoints", format!("{endpoint:?}")),
+    ] {
+        config.insert_json5(key, &value).map_err(|error| error.to_string())?;
+    }
+    let router = zenoh::open(config).wait().map_err(|error| error.to_string())?;
+    let options = BusOptions { connect: endpoint, ..BusOptions::default() };
+    let client = options.open_client()?;
+    for round in 0..20 {
+        let name: Name = format!("test-{round}").parse()?;
+        let subscriber = client.declare_subscriber(name.topic(Topic::Angles)).wait().map_err(|error| error.to_string())?;
+        // What the router answers comes after it has heard of the subscription.
+        client::services(&client, Duration::ZERO, |_| true)?;
+        let session = options.open_service()?;
+        let endpoint = Endpoint::declare(&session, &name, "", None)?;
+        for payload in [vec![1], vec![2]] {
+            endpoint.publish(Topic::Angles, payload);
+        }
+        let first = subscriber.recv_timeout(PATIENCE).ok().flatten().ok_or(format!("round {round}: nothing comes"))?;
+        assert_eq!(first.payload().to_bytes().as_ref(), [1], "round {round}");
+        endpoint.close()?;
+        bus::close(&session)?;
+    }
+    bus::close(&client)?;
+    router.close().wait().map_err(|error| error.to_string())?;
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use prost::Message as _;
 use zenoh::bytes::{Encoding, ZBytes};
@@ -13,9 +14,11 @@ use zenoh::{Session, Wait};
 
 use super::BusError;
 use super::complaints::Complaints;
+use super::demand::Demand;
 use super::keys::{Name, Topic};
+use super::latest::{Kept, Latest};
 use crate::runtime::{Command, Inbox, ReplyTo, Request};
-use crate::wire::{self, BadCommand, CommandReply, Control, TorquePulse};
+use crate::wire::{self, BadCommand, CommandReply, Control, Snapshot, TorquePulse};
 
 /// `application/protobuf;flexcrank.v1.X`.
 pub(super) fn protobuf(schema: &str) -> Encoding {
@@ -24,18 +27,15 @@ pub(super) fn protobuf(schema: &str) -> Encoding {
 
 /// Largest command, bytes.
 const PAYLOAD_LIMIT: usize = 4096;
+/// How long routers may take to answer.
+const ROUTERS: Duration = Duration::from_millis(500);
 /// Longest id of a command, bytes: tens of thousands of them are remembered.
 const ID_LIMIT: usize = 128;
-
-/// The latest message of every topic and its number, for the snapshot.
-#[derive(Debug, Default)]
-struct Latest {
-    messages: BTreeMap<Topic, (u64, ZBytes)>,
-}
 
 /// A service on the bus. Dropping it leaves the bus; [`Endpoint::close`] does so in order.
 pub struct Endpoint {
     publishers: BTreeMap<Topic, Publisher<'static>>,
+    demands: Arc<BTreeMap<Topic, Demand>>,
     latest: Arc<Mutex<Latest>>,
     queryables: Vec<Queryable<()>>,
     subscribers: Vec<Subscriber<()>>,
@@ -48,20 +48,23 @@ impl Endpoint {
     /// # Errors
     /// [`BusError`] when zenoh refuses a declaration.
     pub fn declare(session: &Session, name: &Name, scene: &str, inbox: Option<&Inbox>) -> Result<Self, BusError> {
-        let mut publishers = BTreeMap::new();
+        let (mut publishers, mut demands) = (BTreeMap::new(), BTreeMap::new());
         for topic in Topic::ALL {
             let publisher = session
                 .declare_publisher(name.topic(topic))
                 .encoding(protobuf(topic.schema()))
                 .wait()
                 .map_err(BusError::failed)?;
+            demands.insert(topic, Demand::of(&publisher)?);
             publishers.insert(topic, publisher);
         }
+        let demands = Arc::new(demands);
+        wait_for_routers(session, name)?;
         let latest: Arc<Mutex<Latest>> = Arc::default();
         let mut queryables = vec![
             fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
             fixed(session, name.schema(), wire::EVERY_DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
-            snapshot(session, name.snapshot(), Arc::clone(&latest))?,
+            snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&demands))?,
         ];
         let mut subscribers = Vec::new();
         if let Some(inbox) = inbox {
@@ -71,26 +74,43 @@ impl Endpoint {
             }
         }
         let presence = session.liveliness().declare_token(name.presence()).wait().map_err(BusError::failed)?;
-        Ok(Endpoint { publishers, latest, queryables, subscribers, presence })
+        Ok(Endpoint { publishers, demands, latest, queryables, subscribers, presence })
     }
 
     /// Publishes a message and keeps it for the snapshot.
     pub fn publish(&self, topic: Topic, payload: impl Into<ZBytes>) {
         let payload = payload.into();
-        // Kept first: whoever has subscribed too late for this message and asks for a snapshot then finds it there.
-        let number = self.keep(topic, payload.clone());
+        let (number, _) = self.keep(topic, payload.clone());
+        if self.is_wanted(topic) {
+            self.put(topic, number, payload);
+        }
+    }
+
+    /// Keeps a message for the snapshot: first of all, so that who has subscribed too late for it finds it there. Its number, which
+    /// counts from 1, and what was kept of the one before.
+    pub fn keep(&self, topic: Topic, newest: impl Into<Kept>) -> (u64, Kept) {
+        lock(&self.latest).keep(topic, newest.into())
+    }
+
+    /// Whether anybody listens: to be asked once a message is kept, which has to be [put](Endpoint::put) if so.
+    ///
+    /// Who subscribes and then asks for the snapshot is known here when the next message after those of the snapshot is kept.
+    pub fn is_wanted(&self, topic: Topic) -> bool {
+        let demand = self.demands.get(&topic).zip(self.publishers.get(&topic));
+        demand.is_some_and(|(demand, publisher)| demand.exists(publisher))
+    }
+
+    /// Puts a message with its number on the bus.
+    pub fn put(&self, topic: Topic, number: u64, payload: impl Into<ZBytes>) {
         let Some(publisher) = self.publishers.get(&topic) else { return };
-        if let Err(error) = publisher.put(payload).attachment(number.to_le_bytes().to_vec()).wait() {
+        if let Err(error) = publisher.put(payload.into()).attachment(number.to_le_bytes().to_vec()).wait() {
             tracing::warn!(topic = topic.chunk(), %error, "could not publish");
         }
     }
 
-    /// Keeps a message for the snapshot; its number, which counts from 1.
-    pub fn keep(&self, topic: Topic, payload: impl Into<ZBytes>) -> u64 {
-        let mut latest = lock(&self.latest);
-        let (number, kept) = latest.messages.entry(topic).or_default();
-        (*number, *kept) = (*number + 1, payload.into());
-        *number
+    /// The newest of everything.
+    pub fn snapshot(&self) -> Snapshot {
+        lock(&self.latest).snapshot()
     }
 
     /// Leaves the bus: presence first, then commands, then topics.
@@ -112,6 +132,13 @@ impl Endpoint {
     }
 }
 
+/// Waits for what routers have to say of who listens already: it comes before their answer to what is asked after.
+fn wait_for_routers(session: &Session, name: &Name) -> Result<(), BusError> {
+    let answers = session.liveliness().get(name.presence()).timeout(ROUTERS).wait().map_err(BusError::failed)?;
+    while answers.recv().is_ok() {}
+    Ok(())
+}
+
 fn lock(latest: &Mutex<Latest>) -> MutexGuard<'_, Latest> {
     latest.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -127,29 +154,23 @@ fn fixed(session: &Session, key: String, payload: Vec<u8>, encoding: Encoding) -
         .map_err(BusError::failed)
 }
 
-fn snapshot(session: &Session, key: String, latest: Arc<Mutex<Latest>>) -> Result<Queryable<()>, BusError> {
+fn snapshot(
+    session: &Session,
+    key: String,
+    latest: Arc<Mutex<Latest>>,
+    demands: Arc<BTreeMap<Topic, Demand>>,
+) -> Result<Queryable<()>, BusError> {
     let answer_key = key.clone();
     let collect = move |query: Query| {
-        let payload = lock(&latest).snapshot().encode_to_vec();
-        answer(&query, &answer_key, payload.into(), protobuf("flexcrank.v1.Snapshot"));
+        let snapshot = {
+            let latest = lock(&latest);
+            // Messages kept from here on are for whoever asks, if he has subscribed.
+            demands.values().for_each(Demand::doubt);
+            latest.snapshot()
+        };
+        answer(&query, &answer_key, snapshot.encode_to_vec().into(), protobuf("flexcrank.v1.Snapshot"));
     };
     session.declare_queryable(key).callback(collect).wait().map_err(BusError::failed)
-}
-
-impl Latest {
-    fn snapshot(&self) -> wire::Snapshot {
-        wire::Snapshot {
-            displacements: self.decode(Topic::Displacements),
-            angles: self.decode(Topic::Angles),
-            loads: self.decode(Topic::Loads),
-            status: self.decode(Topic::Status),
-            sequences: self.messages.iter().map(|(topic, (number, _))| (topic.chunk().to_owned(), *number)).collect(),
-        }
-    }
-
-    fn decode<M: prost::Message + Default>(&self, topic: Topic) -> Option<M> {
-        self.messages.get(&topic).and_then(|(_, payload)| M::decode(&*payload.to_bytes()).ok())
-    }
 }
 
 pub(super) fn answer(query: &Query, key: &str, payload: ZBytes, encoding: Encoding) {

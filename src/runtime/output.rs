@@ -1,5 +1,6 @@
 //! What leaves the stepping thread, in order.
 
+use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::command::ReplyTo;
@@ -10,7 +11,7 @@ use crate::wire::{AppliedCommand, CommandReply, Overruns, Shadow, Status, contro
 /// One thing for the bus, the recording, or both.
 pub enum Output {
     /// The state at one instant, and the topics that it is for. Goes back to the stepping thread's pool afterwards.
-    Sample(Box<Sample>, Due),
+    Sample(Arc<Sample>, Due),
     /// A second model against the first.
     Shadow(Box<Shadow>, Stamp),
     /// The service's state.

@@ -97,7 +97,7 @@ pub struct Ports {
     /// Everything out.
     pub output: Outbox,
     /// Samples to be filled again: their number bounds what is on its way.
-    pub pool: Receiver<Box<Sample>>,
+    pub pool: Receiver<Arc<Sample>>,
     /// What is counted across threads.
     pub counts: Arc<Counts>,
 }
@@ -360,20 +360,22 @@ impl Stepper {
         let hurried = self.stepping.pace != Pace::Max && !self.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let stamp = self.stamp();
-        let Some(mut sample) = free else {
+        let Some(mut free) = free else {
             self.dropped += 1;
             for (missed, _) in self.missed.iter_mut().zip([due.displacements, due.angles, due.loads]).filter(|(_, due)| *due) {
                 *missed = Some(Missed::and(*missed, stamp));
             }
             return Ok(());
         };
+        // Nobody else has it: nothing is cloned.
+        let sample = Arc::make_mut(&mut free);
         sample.observation.clone_from(self.simulation.observe()?);
         self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }
-        self.send(Output::Sample(sample, due));
+        self.send(Output::Sample(free, due));
         let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
         if let Some(difference) = difference {
             self.send(Output::Shadow(Box::new(difference), stamp));

@@ -9,7 +9,7 @@ use tokio::sync::oneshot;
 
 use super::drawing::Drawing;
 use super::gaps::Gaps;
-use crate::bus::{BusError, Endpoint, Name, Topic};
+use crate::bus::{BusError, Endpoint, Kept, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
 use crate::runtime::{Counts, Due, Missed, Output, RecordingRequest};
 use crate::simulation::{Checkpoint, Sample, Stamp};
@@ -59,15 +59,15 @@ pub(super) fn serve(desks: Vec<(Desk, oneshot::Sender<Closed>)>, outputs: &Recei
 pub(super) struct Desk {
     pub name: Name,
     pub endpoint: Endpoint,
-    pub telemetry: Telemetry,
+    pub telemetry: Arc<Telemetry>,
     pub plan: RecordingPlan,
     pub recorder: Option<Recorder>,
-    pub pool: SyncSender<Box<Sample>>,
+    pub pool: SyncSender<Arc<Sample>>,
     pub counts: Arc<Counts>,
     pub on_status: OnStatus,
     pub finished: Vec<Result<Written, RecordingError>>,
-    /// The last angles published.
-    pub angles: Option<Angles>,
+    /// Messages made so far.
+    pub made: u64,
     pub gaps: Gaps,
     /// When to tell shapes, if that is wanted.
     pub drawing: Option<Drawing>,
@@ -85,13 +85,15 @@ pub(super) struct Closed {
     pub left: Result<(), BusError>,
     pub recordings: Vec<Result<Written, RecordingError>>,
     pub angles: Option<Angles>,
+    pub made: u64,
 }
 
 impl Desk {
     /// Finishes the recording and leaves the bus.
     fn close(mut self) -> Closed {
         self.close_recording();
-        Closed { left: self.endpoint.close(), recordings: self.finished, angles: self.angles }
+        let angles = self.endpoint.snapshot().angles;
+        Closed { left: self.endpoint.close(), recordings: self.finished, angles, made: self.made }
     }
 
     fn handle(&mut self, output: Output) {
@@ -99,22 +101,21 @@ impl Desk {
             Output::Sample(sample, due) => {
                 self.sample(&sample, due);
                 self.look_whether_full();
-                // The stepping thread may be gone already: then nobody needs the sample any more.
-                let _ = self.pool.try_send(sample);
+                self.give_back(sample);
             }
-            Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, shadow.encode_to_vec(), &stamp),
+            Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || shadow.encode_to_vec()),
             Output::Status(status, stamp) => self.status(*status, &stamp),
             Output::Answer(reply, reply_to, applied, stamp) => {
                 self.counts.answered();
                 reply_to(reply);
                 if let Some(applied) = applied {
-                    self.send(Topic::Commands, applied.encode_to_vec(), &stamp);
+                    self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
                 }
             }
             Output::Recording(request) => self.recording(request),
             Output::Checkpoint(checkpoint, stamp) => self.checkpoint(&checkpoint, &stamp),
             Output::Missed(missed, stamp) => self.missed(&missed, &stamp),
-            Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, overruns.encode_to_vec(), &stamp),
+            Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
             Output::Over => {}
         }
     }
@@ -128,28 +129,30 @@ impl Desk {
         self.full = full;
     }
 
-    fn sample(&mut self, sample: &Sample, due: Due) {
-        let stamp = &sample.stamp;
-        let drawn = self.drawing.as_mut().is_some_and(|drawing| drawing.takes(stamp.session_s()));
-        if due.displacements || drawn {
-            let displacements = self.telemetry.displacements(sample);
-            if due.displacements {
-                self.send(Topic::Displacements, displacements.encode_to_vec(), stamp);
-            }
-            if drawn {
-                let has_slider = sample.observation.resistance_n.is_some();
-                let time_ns = self.plan.session.log_time_ns(stamp.session_s());
-                let shapes = wire::scene_update(&displacements, has_slider, time_ns);
-                self.send(Topic::SceneUpdates, shapes.encode_to_vec(), stamp);
-            }
+    fn sample(&mut self, sample: &Arc<Sample>, due: Due) {
+        let (telemetry, stamp) = (Arc::clone(&self.telemetry), &sample.stamp);
+        if due.displacements {
+            self.tell(Topic::Displacements, sample, || telemetry.displacements(sample).encode_to_vec());
         }
-        if due.angles && self.telemetry.turns() {
-            let angles = self.telemetry.angles(sample);
-            self.send(Topic::Angles, angles.encode_to_vec(), stamp);
-            self.angles = Some(angles);
+        if self.drawing.as_mut().is_some_and(|drawing| drawing.takes(stamp.session_s())) {
+            let time_ns = self.plan.session.log_time_ns(stamp.session_s());
+            let has_slider = sample.observation.resistance_n.is_some();
+            let draw = || wire::scene_update(&telemetry.displacements(sample), has_slider, time_ns).encode_to_vec();
+            self.send(Topic::SceneUpdates, stamp, draw);
         }
-        if due.loads && self.telemetry.turns() {
-            self.send(Topic::Loads, self.telemetry.loads(sample).encode_to_vec(), stamp);
+        if due.angles && telemetry.turns() {
+            self.tell(Topic::Angles, sample, || telemetry.angles(sample).encode_to_vec());
+        }
+        if due.loads && telemetry.turns() {
+            self.tell(Topic::Loads, sample, || telemetry.loads(sample).encode_to_vec());
+        }
+    }
+
+    /// Puts a sample back in the pool, unless a snapshot may need it: then it comes back when a newer one takes its place.
+    fn give_back(&self, sample: Arc<Sample>) {
+        if Arc::strong_count(&sample) == 1 {
+            // The stepping thread may be gone already: then nobody needs the sample any more.
+            let _ = self.pool.try_send(sample);
         }
     }
 
@@ -163,15 +166,40 @@ impl Desk {
         status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
         status.drops = self.gaps.totals();
         (self.on_status)(&status);
-        self.send(Topic::Status, status.encode_to_vec(), stamp);
+        let payload = status.encode_to_vec();
+        self.hand_out(Topic::Status, stamp, payload.clone().into(), || payload);
     }
 
-    fn send(&mut self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) {
-        self.now = Some(*stamp);
-        if self.recorder.is_some() {
-            self.record(topic.chunk(), topic.schema(), payload.clone(), stamp);
+    /// A message of telemetry, which the snapshot can make itself.
+    fn tell(&mut self, topic: Topic, sample: &Arc<Sample>, make: impl FnOnce() -> Vec<u8>) {
+        let kept = Kept::Sample(Arc::clone(&self.telemetry), Arc::clone(sample));
+        if let Kept::Sample(_, before) = self.hand_out(topic, &sample.stamp, kept, make) {
+            self.give_back(before);
         }
-        self.endpoint.publish(topic, payload);
+    }
+
+    /// A message that is in no snapshot.
+    fn send(&mut self, topic: Topic, stamp: &Stamp, make: impl FnOnce() -> Vec<u8>) {
+        self.hand_out(topic, stamp, Kept::Number, make);
+    }
+
+    /// Counts a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
+    /// kept of the one before.
+    fn hand_out(&mut self, topic: Topic, stamp: &Stamp, kept: Kept, make: impl FnOnce() -> Vec<u8>) -> Kept {
+        self.now = Some(*stamp);
+        let (number, before) = self.endpoint.keep(topic, kept);
+        let (wanted, recorded) = (self.endpoint.is_wanted(topic), self.recorder.is_some());
+        if wanted || recorded {
+            let payload = make();
+            self.made += 1;
+            if recorded {
+                self.record(topic.chunk(), topic.schema(), payload.clone(), stamp);
+            }
+            if wanted {
+                self.endpoint.put(topic, number, payload);
+            }
+        }
+        before
     }
 
     /// Records a message under the key that ends in `chunk`, or keeps in mind that it is missing.
@@ -260,7 +288,7 @@ impl Desk {
             let control = wire::Control { id: answer.id.clone(), action: Some(action) };
             let command = Some(applied_command::Command::Control(control));
             let applied = AppliedCommand { stamp: Some(wire::stamp(&stamp)), reply: Some(answer.clone()), command };
-            self.send(Topic::Commands, applied.encode_to_vec(), &stamp);
+            self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
         }
         self.counts.answered();
         reply(answer);

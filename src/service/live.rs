@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{Builder, JoinHandle, available_parallelism};
 use std::time::{Duration, SystemTime};
@@ -84,6 +85,8 @@ pub struct LiveReport {
     pub recordings: Vec<Result<Written, RecordingError>>,
     /// Samples and messages that full queues kept from bus or recording.
     pub dropped: u64,
+    /// Messages that were made, since somebody listened or they were recorded.
+    pub made: u64,
 }
 
 /// A simulation to be run, and a second one beside it if given.
@@ -162,7 +165,7 @@ impl Run {
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.counts().dropped();
-        Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped })
+        Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped, made: closed.made })
     }
 }
 
@@ -205,7 +208,7 @@ impl Group {
         let (inbox, commands) = inbox();
         let (to_pool, pool) = sync_channel(samples);
         for _ in 0..samples {
-            if to_pool.try_send(Box::new(blank(&simulation))).is_err() {
+            if to_pool.try_send(Arc::new(blank(&simulation))).is_err() {
                 break;
             }
         }
@@ -234,7 +237,7 @@ fn desk(
     live: Live,
     simulation: &Simulation,
     inbox: &Inbox,
-    pool: SyncSender<Box<Sample>>,
+    pool: SyncSender<Arc<Sample>>,
 ) -> Result<Desk, ServiceError> {
     let mut facts = vec![("publish_hz", live.stepping.publish.to_string())];
     facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
@@ -260,14 +263,14 @@ fn desk(
     Ok(Desk {
         name: live.name,
         endpoint,
-        telemetry: Telemetry::new(&live.scene.scene.system, simulation.start()),
+        telemetry: Arc::new(Telemetry::new(&live.scene.scene.system, simulation.start())),
         plan,
         recorder,
         pool,
         counts: inbox.counts(),
         on_status: live.on_status,
         finished: Vec::new(),
-        angles: None,
+        made: 0,
         gaps: Gaps::default(),
         drawing: live.scene_updates_hz.map(Drawing::new),
         trouble: None,
