@@ -14,6 +14,9 @@ const FAR: Duration = Duration::from_millis(5);
 /// How long before a deadline they end at the latest.
 const NEAR: Duration = Duration::from_millis(2);
 
+/// A command is taken in less: none is begun so shortly before a deadline.
+const COMMAND: Duration = Duration::from_micros(10);
+
 /// How a stepping thread wakes.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Waking {
@@ -76,21 +79,33 @@ impl Stepping {
             }
             Approach::Sleep(time) => {
                 thread::sleep(time);
-                self.steppers.iter_mut().for_each(|(stepper, _)| stepper.listen(next));
+                let until = next.saturating_sub(COMMAND);
+                self.steppers.iter_mut().for_each(|(stepper, _)| stepper.listen(until));
                 self.retire();
             }
             Approach::Watch => {
-                while self.clock.elapsed() < next {
-                    std::hint::spin_loop();
-                }
-                self.step();
+                let round = self.watch(next);
+                self.step(round);
             }
-            Approach::Due => self.step(),
+            Approach::Due => self.step(Round { woke: self.clock.elapsed(), processor: realtime::processor_time() }),
         }
     }
 
-    fn step(&mut self) {
-        let round = Round { woke: self.clock.elapsed(), processor: realtime::processor_time() };
+    /// Watches the clock until `next`.
+    fn watch(&self, next: Duration) -> Round {
+        // To ask the system takes longer than a step is late: it is done while there is time, and what is spun is added.
+        let processor = realtime::processor_time();
+        let begun = self.clock.elapsed();
+        loop {
+            let woke = self.clock.elapsed();
+            if woke >= next {
+                return Round { woke, processor: processor + woke.saturating_sub(begun) };
+            }
+            std::hint::spin_loop();
+        }
+    }
+
+    fn step(&mut self, round: Round) {
         for (stepper, _) in &mut self.steppers {
             if matches!(stepper.next(), Next::Step(due) if due <= round.woke) {
                 stepper.step(round);
