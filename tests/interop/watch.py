@@ -20,13 +20,17 @@ SAMPLE = "recordings/sample-three-pulses.mcap"
 class Watcher:
     """A watcher in a terminal of its own, and what is on its screen."""
 
-    def __init__(self, name, endpoint, *options):
+    def __init__(self, name, endpoint, *options, hears_hangup=True):
         self.controller, self.terminal = pty.openpty()
         self.size(80, 24)
         self.before = termios.tcgetattr(self.terminal)
         environment = {**os.environ, "TERM": "xterm-256color"}
         command = [BINARY, "watch", name, "--connect", endpoint, *options]
-        adopt = lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+        def adopt():
+            fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+            if not hears_hangup:
+                signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
         self.process = subprocess.Popen(
             command, stdin=self.terminal, stdout=self.terminal, stderr=self.terminal, env=environment, start_new_session=True,
             preexec_fn=adopt,
@@ -65,6 +69,12 @@ class Watcher:
         expect(f"{how} ends it and puts the terminal back", self.process.returncode == code and left and same, f"exit code {self.process.returncode}")
         os.close(self.controller)
         os.close(self.terminal)
+
+    def ends_with_its_terminal(self):
+        os.close(self.controller)
+        os.close(self.terminal)
+        wait_for(lambda: self.process.poll() is not None, "the end of its terminal ends it")
+        expect("the end of its terminal ends it, SIGHUP or not", self.process.returncode == 0, f"exit code {self.process.returncode}")
 
 
 def dots(text):
@@ -109,6 +119,10 @@ def live():
             watcher.shows("RUNNING")
             end(watcher)
             watcher.ends(how)
+        for _ in range(5):
+            watcher = Watcher("seen", endpoint, hears_hangup=False)
+            watcher.shows("RUNNING")
+            watcher.ends_with_its_terminal()
         plain = subprocess.Popen([BINARY, "watch", "seen", "--connect", endpoint], stdout=subprocess.PIPE, text=True)
         line = plain.stdout.readline()
         plain.terminate()

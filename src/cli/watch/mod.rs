@@ -17,7 +17,7 @@ mod tests;
 use std::io::{IsTerminal as _, Write as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use ratatui::DefaultTerminal;
@@ -97,6 +97,7 @@ fn show(session: &Session, args: &Args) -> anyhow::Result<Done> {
     });
     super::log::mute();
     let mut terminal = Screen::open()?;
+    let events = listener()?;
     let mut heard = Instant::now();
     while !over.load(Ordering::Relaxed) {
         if take(&feed, &mut view) {
@@ -104,12 +105,23 @@ fn show(session: &Session, args: &Args) -> anyhow::Result<Done> {
         }
         view.silence = heard.elapsed();
         view.said = said.try_iter().last().unwrap_or(view.said);
-        terminal.0.draw(|frame| draw::draw(frame, &mut view))?;
-        if keys(&mut view, &asks)? {
+        let drawn = terminal.0.draw(|frame| draw::draw(frame, &mut view)).map(drop);
+        if is_gone() {
+            // Nothing is left that could be put back.
+            std::mem::forget(terminal);
+            break;
+        }
+        drawn?;
+        if keys(&events, &mut view, &asks)? {
             break;
         }
     }
     Ok(Done::Well)
+}
+
+/// Whether the terminal is no more: its window was closed, or its line was cut.
+fn is_gone() -> bool {
+    rustix::termios::tcgetattr(std::io::stdin()).is_err()
 }
 
 /// A terminal that shows the view. It is put back as it was when this is dropped; in a panic, before the panic is told.
@@ -136,15 +148,27 @@ fn take(feed: &Feed, view: &mut View) -> bool {
     feed.statuses().map(|status| view.status(status)).count() > 0
 }
 
+/// What comes from the terminal, read on a thread of its own: of a terminal that is gone, the end is read for ever.
+fn listener() -> std::io::Result<Receiver<Event>> {
+    let (events, heard) = channel();
+    std::thread::Builder::new().name("keyboard".to_owned()).spawn(move || {
+        while let Ok(event) = event::read()
+            && events.send(event).is_ok()
+        {}
+    })?;
+    Ok(heard)
+}
+
 /// Obeys keys until the next picture is due; whether to quit.
-fn keys(view: &mut View, asks: &Sender<Ask>) -> anyhow::Result<bool> {
+fn keys(events: &Receiver<Event>, view: &mut View, asks: &Sender<Ask>) -> anyhow::Result<bool> {
     let due = Instant::now() + FRAME;
     loop {
-        let left = due.saturating_duration_since(Instant::now());
-        if !event::poll(left)? {
-            return Ok(false);
-        }
-        let Event::Key(key) = event::read()? else { continue };
+        let event = match events.recv_timeout(due.saturating_duration_since(Instant::now())) {
+            Ok(event) => event,
+            Err(RecvTimeoutError::Timeout) => return Ok(false),
+            Err(RecvTimeoutError::Disconnected) => anyhow::bail!("the terminal cannot be read"),
+        };
+        let Event::Key(key) = event else { continue };
         match view.key(key) {
             Some(Ask::Quit) => return Ok(true),
             Some(ask) => {
