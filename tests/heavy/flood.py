@@ -1,16 +1,13 @@
 """A flood of commands from one client, in paired runs with and without: lateness moves little, what is refused is counted."""
 
-import statistics
 import subprocess
 import sys
 import time
 
-from check import Client, expect, service, wait_for
+import pairs
+from check import Client, Machine, expect, expect_real_time, service, wait_for
 
 RATE_HZ = 100_000
-LIMIT = 0.25
-# Quantiles below this are the clock's and the histogram's own noise.
-FLOOR_S = 2e-6
 
 
 def flood(endpoint, seconds):
@@ -43,23 +40,21 @@ def run(seconds, floods):
     return status, sent
 
 
-def main(pairs, seconds):
-    quiet, noisy = [], []
-    for number in range(pairs):
-        without, _ = run(seconds, False)
+def main(count, seconds):
+    machine, without, disturbed = Machine(), [], []
+    for number in range(count):
+        quiet, _ = run(seconds, False)
         status, sent = run(seconds, True)
-        quiet.append((without.lateness_p50_s, without.lateness_p99_s))
-        noisy.append((status.lateness_p50_s, status.lateness_p99_s))
+        without.append(quiet)
+        disturbed.append(status)
         counted = status.commands_accepted + status.commands_rejected
-        us = lambda pair: " / ".join(f"{x * 1e6:.1f}" for x in pair)
-        print(f"pair {number + 1}: p50 / p99 without {us(quiet[-1])} us, with {us(noisy[-1])} us; {sent / seconds:.0f} commands/s sent, "
+        print(f"pair {number + 1}: p50 / p99 without {pairs.told(quiet)}, with {pairs.told(status)}; {sent / seconds:.0f} commands/s sent, "
               f"{status.commands_accepted} taken, {status.commands_rejected} refused", flush=True)
         expect("every command that came is counted", 0 < counted <= sent, f"{counted} of {sent}")
-        expect("the service holds real time", abs(status.real_time_factor - 1) < 2e-3, f"{status.real_time_factor:.5f}")
-    for k, name in enumerate(("median", "p99")):
-        before, after = (statistics.median(row[k] for row in rows) for rows in (quiet, noisy))
-        moved = (after - before) / max(before, FLOOR_S)
-        expect(f"{name} lateness moves by less than {LIMIT:.0%}", moved < LIMIT, f"{before * 1e6:.1f} -> {after * 1e6:.1f} us, {moved:+.0%}")
+    quiet = machine.is_quiet()
+    for status in disturbed:
+        expect_real_time(quiet, status.real_time_factor, 2e-3)
+    pairs.expect_alike(quiet, without, disturbed)
 
 
 if __name__ == "__main__":

@@ -12,9 +12,9 @@ from pathlib import Path
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from check import BINARY, PATIENCE_S, expect, wait_for
+from check import BINARY, PATIENCE_S, Machine, expect, expect_real_time, wait_for
 
-CUT_S = 10.0
+CUT_S = float(sys.argv[2])
 TAG = f"fx{os.getpid() % 100000}"
 SERVICE, ROUTER, CLIENT = (f"{TAG}-{who}" for who in ("service", "router", "client"))
 TO_SERVICE, TO_CLIENT = "tcp/10.77.1.1:7447", "tcp/10.77.2.1:7447"
@@ -90,7 +90,7 @@ def router():
     zenohd = shutil.which("zenohd")
     if zenohd:
         print(f"     router: {zenohd}")
-        return on(ROUTER, zenohd, "--no-multicast-scouting", "-l", TO_SERVICE, "-l", TO_CLIENT, stderr=subprocess.DEVNULL)
+        return on(ROUTER, zenohd, "--no-multicast-scouting", "-l", TO_SERVICE, "-l", TO_CLIENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     print("     router: a zenoh session in router mode (Python); no zenohd here")
     return on(ROUTER, sys.executable, "-c", ROUTER_SESSION)
 
@@ -131,7 +131,7 @@ def deployment(folder, service_cable):
 
 
 def cut(heard, service, connect, what):
-    """Takes something away for ten seconds; telemetry resumes by itself."""
+    """Takes something away for a while; telemetry resumes by itself."""
     connect(False)
     begun = time.monotonic()
     time.sleep(CUT_S)
@@ -145,7 +145,7 @@ def cut(heard, service, connect, what):
     expect(f"telemetry resumes by itself when {what} is back", True, f"after {first - restored:.1f} s")
 
 
-def whole(recording):
+def whole(recording, quiet):
     """Neither simulation nor recording has noticed anything."""
     verified = subprocess.run([BINARY, "verify", str(recording)], capture_output=True, text=True)
     expect("verify finds the recording whole and equal to the bit", verified.returncode == 0, verified.stdout.strip().splitlines()[-1:])
@@ -157,14 +157,16 @@ def whole(recording):
     last = status[-1]
     wall = lambda one: one.stamp.wall_time.seconds + one.stamp.wall_time.nanos * 1e-9
     pace = (last.stamp.sim_time_s - status[1].stamp.sim_time_s) / (wall(last) - wall(status[1]))
-    expect("simulated time kept pace with the clock", abs(pace - 1) < 2e-3, f"{pace:.5f}, load {os.getloadavg()[0]:.1f}")
+    expect_real_time(quiet, pace, 2e-3)
     expect("nothing was dropped", last.dropped_samples == 0, f"over {last.stamp.sim_time_s:.1f} s")
     expect("the pulse is recorded once", commands.count("through") == 1, str(commands))
 
 
 def main():
+    machine = Machine()
     with tempfile.TemporaryDirectory() as folder, hosts() as (service_cable, _):
-        whole(deployment(Path(folder), service_cable))
+        recording = deployment(Path(folder), service_cable)
+        whole(recording, machine.is_quiet())
     print("namespaces: all holds")
 
 

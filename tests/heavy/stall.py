@@ -7,9 +7,11 @@ import sys
 import time
 from pathlib import Path
 
-from check import Client, expect, service, wait_for
+import pairs
+from check import Client, Machine, expect, expect_real_time, service, wait_for
 
 GROWTH_MIB = 8.0
+SETTLES_S = 5.0
 
 
 class Counting(Client):
@@ -44,37 +46,48 @@ def resident_mib(process):
     return pages * 4096 / 2**20
 
 
-def main(seconds):
+def run(seconds, stops):
+    """A service with two subscribers, of which one is stopped or not; the status at the end."""
     with service(["run", "--no-record", "--publish-hz", "all", "--set", "solver.step_s=1e-3"], "stall", client=Counting) as (process, client):
         client.learn()
         wait_for(lambda: client.newest("status"), "the service runs")
-        stalled = subprocess.Popen([sys.executable, __file__, sys.argv[1], "client", process.args[-1]], stdout=subprocess.PIPE, text=True)
-        stalled.stdout.readline()
-        time.sleep(5)
+        other = subprocess.Popen([sys.executable, __file__, sys.argv[1], "client", process.args[-1]], stdout=subprocess.PIPE, text=True)
+        other.stdout.readline()
+        time.sleep(SETTLES_S)
         before, memory = client.newest("status"), resident_mib(process)
         quiet = dict(client.missing)
-        stalled.send_signal(signal.SIGSTOP)
+        if stops:
+            other.send_signal(signal.SIGSTOP)
         peak, ends = memory, time.monotonic() + seconds
         while time.monotonic() < ends:
             time.sleep(0.5)
             peak = max(peak, resident_mib(process))
-        during = client.newest("status")
+        status = client.newest("status")
         with client.lock:
             missing = {topic: lost - quiet.get(topic, 0) for topic, lost in client.missing.items()}
-        stalled.send_signal(signal.SIGCONT)
-        stalled.kill()
-        stalled.wait()
-    steps = during.stamp.step - before.stamp.step
-    expect("the other subscriber misses nothing", not any(missing.values()), f"{missing}, {client.count} messages")
-    expect("memory stays flat", peak - memory < GROWTH_MIB, f"{memory:.1f} -> at most {peak:.1f} MiB")
-    expect("no queue of the service is full", during.dropped_samples == before.dropped_samples, f"{during.dropped_samples} dropped")
-    expect("the service holds real time", abs(during.real_time_factor - 1) < 1e-3, f"{during.real_time_factor:.6f}, {steps} steps")
-    figures = lambda status: f"p50 {status.lateness_p50_s * 1e6:.1f} p99 {status.lateness_p99_s * 1e6:.1f} us, overruns {status.overruns}"
-    print(f"     lateness before: {figures(before)}; with the stall: {figures(during)}")
+        other.kill()
+        other.wait()
+    how = "one is stopped" if stops else "none is stopped"
+    expect(f"{how}: the other subscriber misses nothing", not any(missing.values()), f"{missing}, {client.count} messages")
+    expect(f"{how}: memory stays flat", peak - memory < GROWTH_MIB, f"{memory:.1f} -> at most {peak:.1f} MiB")
+    expect(f"{how}: no queue of the service is full", status.dropped_samples == before.dropped_samples, f"{status.dropped_samples} dropped")
+    print(f"     p50 / p99 {pairs.told(status)}, overruns {status.overruns}, {status.stamp.step} steps", flush=True)
+    return status
+
+
+def main(seconds, count):
+    machine, without, disturbed = Machine(), [], []
+    for _ in range(count):
+        without.append(run(seconds, False))
+        disturbed.append(run(seconds, True))
+    quiet = machine.is_quiet()
+    for status in disturbed:
+        expect_real_time(quiet, status.real_time_factor, 1e-3)
+    pairs.expect_alike(quiet, without, disturbed)
 
 
 if __name__ == "__main__":
     if sys.argv[2] == "client":
         watch(sys.argv[3])
     else:
-        main(float(sys.argv[2]))
+        main(float(sys.argv[2]), int(sys.argv[3]))

@@ -39,6 +39,30 @@ def spent_s():
     return (sum(fields) - idle) / os.sysconf("SC_CLK_TCK"), sum(os.times()[:4])
 
 
+class Machine:
+    """What other programs take of it from now on: where they take much, figures of time say nothing, and are only printed."""
+
+    def __init__(self):
+        self.before, self.begun = spent_s(), time.monotonic()
+
+    def is_quiet(self):
+        """To be asked when everything that was started has ended: only then does it count as own."""
+        (all_s, own_s), took_s = (now - then for now, then in zip(spent_s(), self.before)), time.monotonic() - self.begun
+        others = (all_s - own_s) / took_s
+        print(f"     everything else took {others:.2f} of a core meanwhile", flush=True)
+        return others < 0.1
+
+
+def expect_if(quiet, what, holds, figure=""):
+    expect(what + ("" if quiet else " (machine is busy: not judged)"), holds or not quiet, figure)
+
+
+def expect_real_time(quiet, factor, within):
+    """On a busy machine, at least not far from it: what a stall of the machine has cost is caught up with."""
+    within = within if quiet else 0.05
+    expect(f"real-time factor is 1 within {within:g}", abs(factor - 1) < within, f"{factor:.6f}")
+
+
 def free_endpoint():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
