@@ -192,11 +192,13 @@ impl Desk {
         if wanted || recorded {
             let payload = make();
             self.made += 1;
-            if recorded {
-                self.record(topic.chunk(), topic.schema(), payload.clone(), stamp);
-            }
-            if wanted {
-                self.endpoint.put(topic, number, payload);
+            match (wanted, recorded) {
+                (true, true) => {
+                    self.endpoint.put(topic, number, payload.clone());
+                    self.record(topic.chunk(), topic.schema(), payload, stamp);
+                }
+                (true, false) => self.endpoint.put(topic, number, payload),
+                (false, _) => self.record(topic.chunk(), topic.schema(), payload, stamp),
             }
         }
         before
