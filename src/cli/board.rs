@@ -48,7 +48,7 @@ impl Board {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         let Told { heading, newest } = &mut *told;
         if let Some(heading) = heading.take() {
-            self.line.suspend(|| eprintln!("{heading}"));
+            self.line.suspend(|| say!("{heading}"));
         }
         let many = newest.len() > 1;
         let Some((kept, warned)) = newest.get_mut(index) else { return };
@@ -56,7 +56,7 @@ impl Board {
         if status.state() == State::Running && !status.message.is_empty() && !*warned {
             *warned = true;
             let whose = if many { format!("{name}: ") } else { String::new() };
-            self.line.suspend(|| eprintln!("warning: {whose}{}", status.message));
+            self.line.suspend(|| say!("warning: {whose}{}", status.message));
         }
         *kept = Some(status.clone());
         match many {

@@ -19,10 +19,10 @@ pub(super) fn export(args: Export) -> anyhow::Result<Done> {
         writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
     }
     for topic in skipped {
-        eprintln!("warning: {topic} is not protobuf and was left out");
+        say!("warning: {topic} is not protobuf and was left out");
     }
     if cut_off {
-        eprintln!("warning: the recording ends early; everything before was exported");
+        say!("warning: the recording ends early; everything before was exported");
         return Ok(Done::Lossy);
     }
     Ok(Done::Well)

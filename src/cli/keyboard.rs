@@ -34,7 +34,7 @@ impl Keyboard {
         let keyboard = Keyboard { before };
         let orders = orders.clone();
         std::thread::Builder::new().name("keyboard".to_owned()).spawn(move || hear(&orders)).ok()?;
-        eprintln!("space: pause, resume   left, right: 5 s   up, down: rate   n: next   Home: start   q: end");
+        say!("space: pause, resume   left, right: 5 s   up, down: rate   n: next   Home: start   q: end");
         Some(keyboard)
     }
 }

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use anyhow::Context as _;
-use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use super::args::Run;
 use super::board::Board;
 pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
+pub(super) use super::signals::interrupted;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
@@ -120,7 +120,7 @@ fn conclude(reports: &[LiveReport]) -> Done {
         let messages: u64 = written.iter().map(|written| written.messages).sum();
         let recorded =
             if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
-        eprintln!("{} runs ended{recorded}", reports.len());
+        say!("{} runs ended{recorded}", reports.len());
     }
     done
 }
@@ -138,22 +138,22 @@ fn gravity(done: Done) -> u8 {
 fn conclude_one(report: &LiveReport, many: bool) -> Done {
     if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
-        eprintln!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
+        say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
     }
     let mut done = match &report.ending {
         Ending::Finished | Ending::Stopped => Done::Well,
         Ending::Diverged(diverged) => {
-            eprintln!("error: {diverged}");
+            say!("error: {diverged}");
             Done::Diverged
         }
         Ending::Late { step, late } => {
-            eprintln!("error: step {step} would have begun {late:.1?} late, and --overrun is stop");
+            say!("error: step {step} would have begun {late:.1?} late, and --overrun is stop");
             Done::Late
         }
     };
     let mut lossy = report.dropped > 0;
     if lossy {
-        eprintln!("warning: {} samples were left out because bus or disk could not keep up", report.dropped);
+        say!("warning: {} samples were left out because bus or disk could not keep up", report.dropped);
     }
     for recording in &report.recordings {
         lossy |= recording.as_ref().map_or(true, |written| written.limited);
@@ -171,31 +171,12 @@ fn tell(recording: &Result<Written, RecordingError>) {
     match recording {
         Ok(Written { path, messages, limited }) => {
             let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };
-            eprintln!("recorded {messages} messages to {}{early}", path.display());
+            say!("recorded {messages} messages to {}{early}", path.display());
         }
-        Err(error) => eprintln!("error: recording: {error}"),
+        Err(error) => say!("error: recording: {error}"),
     }
 }
 
 pub(super) fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().context("cannot start the async runtime")
-}
-
-/// Resolves at Ctrl-C or SIGTERM, which end nothing by themselves any more from the moment of this call.
-pub(super) fn interrupted() -> impl Future<Output = ()> {
-    let [interrupt, terminate] = [SignalKind::interrupt(), SignalKind::terminate()].map(signal);
-    async {
-        tokio::select! {
-            () = received(interrupt) => {}
-            () = received(terminate) => {}
-        }
-    }
-}
-
-/// Resolves at a signal; never where it cannot be heard.
-async fn received(signal: std::io::Result<Signal>) {
-    match signal {
-        Ok(mut signal) => drop(signal.recv().await),
-        Err(_) => std::future::pending().await,
-    }
 }

@@ -30,7 +30,7 @@ pub(super) enum Format {
 /// Begins to log; more or less than usual with `RUST_LOG`.
 pub(super) fn begin(format: Format) {
     let asked = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(USUAL));
-    let lines = tracing_subscriber::fmt::layer().with_writer(writer).with_target(false);
+    let lines = tracing_subscriber::fmt::layer().with_writer(writer).with_target(false).log_internal_errors(false);
     let lines = match format {
         Format::Json => lines.json().boxed(),
         Format::Text => lines.compact().with_ansi(stderr().is_terminal()).boxed(),

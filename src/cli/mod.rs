@@ -1,5 +1,13 @@
 //! The command line: parse, validate, call, exit code.
 
+/// Says a line on standard error, if there is still somebody to hear it: where the terminal is gone, work goes on to its end.
+macro_rules! say {
+    ($($said:tt)*) => {
+        // Nothing is left to say it on.
+        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($said)*)));
+    };
+}
+
 mod aligned;
 mod args;
 mod board;
@@ -14,6 +22,7 @@ mod recover;
 mod replay;
 mod resume;
 mod sequence;
+mod signals;
 mod stability;
 mod trade;
 mod verify;
@@ -64,7 +73,7 @@ pub fn main() -> ExitCode {
         // Whoever read our output has seen enough.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            say!("error: {error:#}");
             ExitCode::from(if is_usage(&error) { 2 } else { 1 })
         }
     }

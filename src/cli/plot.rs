@@ -78,10 +78,10 @@ fn table(stem: &str, file: &Path) -> anyhow::Result<Named> {
 fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
     let contents = read_columns(file)?;
     for topic in contents.skipped {
-        eprintln!("warning: {topic} is not protobuf and was left out");
+        say!("warning: {topic} is not protobuf and was left out");
     }
     if contents.cut_off {
-        eprintln!("warning: {} ends early; everything before is drawn", file.display());
+        say!("warning: {} ends early; everything before is drawn", file.display());
     }
     let named = |topic: crate::recording::Topic| {
         let mut table = Table::default();

@@ -33,9 +33,9 @@ pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
     });
     bar.finish_and_clear();
     let Recovered { messages, unchecked, span_s, loss } = recovered?;
-    eprintln!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
+    say!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
     if unchecked > 0 {
-        eprintln!(
+        say!(
             "unchecked: the last {unchecked} of them come from a chunk that was cut off, whose checksum says nothing of a part"
         );
     }
@@ -43,7 +43,7 @@ pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
         return Ok(Done::Well);
     }
     for line in describe(&loss, span_s) {
-        eprintln!("lost: {line}");
+        say!("lost: {line}");
     }
     Ok(Done::Lossy)
 }

@@ -10,7 +10,8 @@ use tokio::sync::oneshot;
 use super::Done;
 use super::args::{Bus, not_negative, number, positive};
 use super::keyboard::Keyboard;
-use super::live::{interrupted, runtime};
+use super::live::runtime;
+use super::signals::interrupted;
 use crate::bus::{self, BusOptions, Name};
 use crate::service::{self, Action, Order, RATES, Remap, ReplayReport, ServiceError};
 use crate::wire::Status;
@@ -140,15 +141,15 @@ fn conclude(report: &ReplayReport) -> Done {
     let late = report.lateness_s.map_or(String::new(), |[p50, p99, _, max]| {
         format!("; late by {:.3} ms (p50), {:.3} ms (p99), {:.3} ms (max)", p50 * 1e3, p99 * 1e3, max * 1e3)
     });
-    eprintln!("replayed {} messages as flexcrank/{}{rate}{late}", report.messages, report.name);
+    say!("replayed {} messages as flexcrank/{}{rate}{late}", report.messages, report.name);
     if report.slips > 0 {
-        eprintln!("warning: fell behind by more than a second {} times, and went on from there", report.slips);
+        say!("warning: fell behind by more than a second {} times, and went on from there", report.slips);
     }
     for topic in &report.left_out {
-        eprintln!("warning: left out {topic}; give it a key with --remap OLD:=NEW");
+        say!("warning: left out {topic}; give it a key with --remap OLD:=NEW");
     }
     if report.cut_off {
-        eprintln!("warning: the recording ends early; everything before was replayed");
+        say!("warning: the recording ends early; everything before was replayed");
     }
     if report.cut_off || !report.left_out.is_empty() { Done::Lossy } else { Done::Well }
 }

@@ -65,7 +65,7 @@ pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
         simulation.epoch(),
         shown_s(simulation.time_s())
     );
-    eprintln!("resuming {of}");
+    say!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
     Ok(vec![Beginning { name, scene: source.scene, simulation, publish, resumption }])
 }

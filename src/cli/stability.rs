@@ -204,7 +204,7 @@ fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
     let mut bad = 0;
     for (end, cell) in unclean {
         bad += 1;
-        eprintln!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
+        say!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
     }
     if bad > 0 { Err(anyhow::anyhow!("{bad} of {total} cells did not end cleanly")) } else { Ok(Done::Well) }
 }

@@ -117,12 +117,12 @@ fn write(args: &Args, study: &Study) -> anyhow::Result<()> {
     let table = table(study);
     if let Some(path) = &args.csv {
         table.write_csv(path)?;
-        eprintln!("wrote {}", path.display());
+        say!("wrote {}", path.display());
     }
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
     if let (Some(path), Some(figure)) = (&args.plot, work_precision(&title, &table)) {
         Picture::from(figure).write(path, Format::of(path).unwrap_or(Format::Svg))?;
-        eprintln!("wrote {}", path.display());
+        say!("wrote {}", path.display());
     }
     Ok(())
 }
@@ -153,7 +153,7 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<
     let mut out = std::io::stdout();
     match choice {
         Err(refusal) => {
-            eprintln!("refused: {refusal}");
+            say!("refused: {refusal}");
             Ok(Done::Refused)
         }
         Ok(chosen) => {
@@ -162,7 +162,7 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<
             writeln!(out, "\n{}", sections(chosen, &keys))?;
             if let Some(path) = &args.write {
                 std::fs::write(path, &copy.text).with_context(|| path.display().to_string())?;
-                eprintln!("wrote {}", path.display());
+                say!("wrote {}", path.display());
             }
             Ok(Done::Well)
         }
@@ -238,7 +238,7 @@ fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
         writeln!(out, "{} finer configurations were left out: --budget allows no more", study.left_out)?;
     }
     if study.cut_short {
-        eprintln!("warning: the budget ran out by the clock: another run may get further, or less far");
+        say!("warning: the budget ran out by the clock: another run may get further, or less far");
     }
     Ok(())
 }

@@ -69,7 +69,7 @@ fn report(outcome: &Outcome) -> anyhow::Result<Done> {
         writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?;
     }
     if let Some(diverged) = diverged {
-        eprintln!("error: {diverged}");
+        say!("error: {diverged}");
         return Ok(Done::Diverged);
     }
     Ok(Done::Well)

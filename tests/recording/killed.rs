@@ -16,7 +16,7 @@ const FLUSH_S: f64 = 0.5;
 const STEP_S: f64 = 1e-3;
 
 /// Kills, and reaps, whatever happens.
-struct Victim(Child);
+pub(crate) struct Victim(pub(crate) Child);
 
 impl Drop for Victim {
     fn drop(&mut self) {
@@ -69,7 +69,7 @@ fn lost_s(folder: &Path, kill_s: f64) -> Outcome<f64> {
 }
 
 /// Connects as soon as the service is there.
-fn connect(endpoint: &str) -> Outcome<flexcrank::bus::Session> {
+pub(crate) fn connect(endpoint: &str) -> Outcome<flexcrank::bus::Session> {
     let begun = Instant::now();
     loop {
         match (BusOptions { connect: vec![endpoint.to_owned()], ..BusOptions::default() }).open_client() {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod gaps;
+mod hung_up;
 mod killed;
 mod limited;
 mod mutated;
