@@ -8,6 +8,7 @@ pub mod bus;
 pub mod cli;
 pub mod integrate;
 pub mod mechanics;
+mod nearest;
 pub mod plot;
 pub mod recording;
 pub mod resimulation;

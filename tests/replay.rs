@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use common::{Outcome, Service, scene};
-use flexcrank::bus::{self, Name, Session, Topic, client};
+use flexcrank::bus::{self, BusError, Name, Session, Topic, client};
 use flexcrank::recording::Source;
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::service::{Action, Order, Replay, ReplayReport, ServiceError, replay};
@@ -241,6 +241,8 @@ fn prop_a_replay_is_steered_over_the_bus() -> Outcome {
     assert_eq!(wait_for(&heard, 3)?[2].2, wanted[500]);
     let record = wire::Control { id: String::new(), action: Some(wire::control::Action::StopRecording(wire::StopRecording {})) };
     assert!(!client::control(&playing.client, &ghost(), &record)?.accepted);
+    let pulse = client::pulse(&playing.client, &ghost(), &wire::TorquePulse::default());
+    assert!(matches!(pulse, Err(BusError::Replay(name)) if name == ghost()));
     assert!(say(replay_control::Action::Resume(wire::Resume {}))?.accepted);
     assert!(!say(replay_control::Action::Next(wire::Next { count: 1 }))?.accepted, "only when paused");
     let all: Vec<Vec<u8>> = wait_for(&heard, 503)?.into_iter().map(|heard| heard.2).collect();

@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 use super::BusError;
 use super::endpoint::protobuf;
 use super::keys::{Name, Topic, every_presence};
-use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, TorquePulse};
+use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, TorquePulse, status::State};
 
 /// How long a service may take to show up after a session was opened.
 pub const SHOW_UP: Duration = Duration::from_millis(2000);
@@ -55,9 +55,17 @@ pub fn find(session: &Session, name: &Name) -> Result<(), BusError> {
 /// Sends a torque pulse and returns the reply.
 ///
 /// # Errors
-/// [`BusError::NoReply`] when none comes in three seconds.
+/// [`BusError::NoReply`] when none comes in three seconds, [`BusError::Replay`] when the name is a replay's.
 pub fn pulse(session: &Session, name: &Name, pulse: &TorquePulse) -> Result<CommandReply, BusError> {
-    command(session, &name.torque(), pulse.encode_to_vec(), "flexcrank.v1.TorquePulse")
+    command(session, &name.torque(), pulse.encode_to_vec(), "flexcrank.v1.TorquePulse").map_err(|error| match error {
+        BusError::NoReply(_) if is_replay(session, name) => BusError::Replay(name.clone()),
+        error => error,
+    })
+}
+
+fn is_replay(session: &Session, name: &Name) -> bool {
+    let status = snapshot(session, name).and_then(|snapshot| snapshot.status);
+    status.is_some_and(|status| status.state() == State::Replaying)
 }
 
 /// Sends a control command and returns the reply.

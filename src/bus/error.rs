@@ -1,5 +1,7 @@
 //! What can go wrong on the bus.
 
+use std::path::PathBuf;
+
 use super::keys::Name;
 
 /// The bus could not be opened, or nobody answered on it.
@@ -8,6 +10,14 @@ pub enum BusError {
     /// The configuration was refused.
     #[error("zenoh configuration: {0}")]
     Config(String),
+    /// The file with the configuration is none, or says what cannot be.
+    #[error("--zenoh-config {}: {cause}", path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
     /// The session could not be opened.
     #[error("cannot open a zenoh session: {0}")]
     Open(String),
@@ -37,6 +47,9 @@ pub enum BusError {
     /// A query was not answered.
     #[error("no reply from `{0}`: absent, or not permitted")]
     NoReply(String),
+    /// A torque was sent to a replay.
+    #[error("`{0}` is a replay, and what was recorded takes no torque: send it to a service that runs")]
+    Replay(Name),
     /// An answer could not be decoded.
     #[error("`{key}` answered something that is not {expected}: {cause}")]
     Undecodable {

@@ -1,5 +1,6 @@
 //! The bus: key expressions, sessions, services and clients. The only layer that names zenoh.
 
+mod address;
 mod audience;
 pub mod client;
 mod complaints;
@@ -12,6 +13,7 @@ mod outlet;
 mod remote;
 mod session;
 
+pub use address::{Address, BadAddress};
 pub use audience::{Listening, audience};
 pub use endpoint::Endpoint;
 pub use error::BusError;

@@ -1,11 +1,13 @@
 //! Opening zenoh sessions: on loopback only, without multicast, unless the user says otherwise.
 
+use std::fs::File;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
+use super::error::said;
 use super::{BusError, Name, client};
 
 /// Loopback ports that services take, the first free one each; clients look at all of them.
@@ -39,7 +41,7 @@ impl BusOptions {
     /// What the file says, if there is one; what it does not say is safe: no multicast.
     fn base(&self) -> Result<Config, BusError> {
         let mut config = match &self.config {
-            Some(path) => Config::from_file(path).map_err(BusError::config)?,
+            Some(path) => read(path).map_err(|cause| BusError::File { path: path.clone(), cause })?,
             None => Config::default(),
         };
         if !says(&config, MULTICAST) {
@@ -55,10 +57,11 @@ impl BusOptions {
     /// [`BusError`] when the configuration is bad or no endpoint can be taken.
     pub fn open_service(&self) -> Result<Session, BusError> {
         let config = self.of_service()?;
-        let connects = !self.connect.is_empty() || self.config.is_some() && says(&config, CONNECT);
+        let connects = says(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
+        let whom = config.get_json(CONNECT).unwrap_or_default().replace(['[', ']', '"'], "").replace(',', ", ");
         let session = zenoh::open(config).wait().map_err(BusError::open)?;
         if connects && !is_linked(&session) {
-            tracing::warn!("no link yet to whom this service is to connect to: it goes on alone, and keeps trying");
+            tracing::warn!("no link yet to {whom}: the service goes on alone, and keeps trying");
         }
         Ok(session)
     }
@@ -132,6 +135,20 @@ impl BusOptions {
             set(&mut config, CONNECT, &list(&here))?;
         }
         Ok(config)
+    }
+}
+
+fn read(path: &Path) -> Result<Config, String> {
+    File::open(path).map_err(|error| error.to_string())?;
+    Config::from_file(path).map_err(|error| in_words(&said(&error)))
+}
+
+/// What zenoh's reader of files says, which is `… { msg: "WORDS", location: Some(Location { line: 1, column: 3 }) }`.
+fn in_words(said: &str) -> String {
+    let parts = said.split_once("msg: ").and_then(|(_, rest)| rest.rsplit_once(", location: Some(Location { line: "));
+    match parts.and_then(|(words, place)| Some((words, place.split_once(',')?.0))) {
+        Some((words, line)) => format!("line {line}: {}", words.trim_matches('"')),
+        None => said.to_owned(),
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
-use crate::bus::{BusOptions, Name};
+use crate::bus::{Address, BusOptions, Name};
 use crate::plot::Format;
 use crate::recording::Split;
 use crate::runtime::{Overrun, Pace, PublishRates, Spin};
@@ -128,10 +128,10 @@ impl Default for Command {
 pub(super) struct Bus {
     /// Listen on this endpoint instead of a loopback port, e.g. tcp/0.0.0.0:7447. Anyone who reaches it can send commands.
     #[arg(long, global = true, value_name = "ENDPOINT")]
-    listen: Vec<String>,
+    listen: Vec<Address>,
     /// Connect to this endpoint, e.g. tcp/192.0.2.1:7447.
     #[arg(long, global = true, value_name = "ENDPOINT")]
-    connect: Vec<String>,
+    connect: Vec<Address>,
     /// Start from this zenoh configuration file.
     #[arg(long, global = true, value_name = "FILE")]
     zenoh_config: Option<PathBuf>,
@@ -140,8 +140,8 @@ pub(super) struct Bus {
 impl Bus {
     pub(super) fn options(&self) -> BusOptions {
         BusOptions {
-            listen: self.listen.clone(),
-            connect: self.connect.clone(),
+            listen: self.listen.iter().map(Address::to_string).collect(),
+            connect: self.connect.iter().map(Address::to_string).collect(),
             config: self.zenoh_config.clone(),
             ..BusOptions::default()
         }
@@ -233,18 +233,19 @@ impl From<Overruns> for Overrun {
 }
 
 #[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("pulses").args(["torque", "from"]).required(true))]
 pub(super) struct PulseArgs {
     /// The service.
     #[arg(default_value = "crank")]
     pub name: Name,
     /// Mean torque, N·m, positive counter-clockwise.
-    #[arg(long, value_name = "NM", required_unless_present = "from")]
+    #[arg(long, value_name = "NM", requires = "duration")]
     pub torque: Option<f64>,
     /// Duration, s.
-    #[arg(long, value_name = "S", required_unless_present = "from")]
+    #[arg(long, value_name = "S", requires = "torque")]
     pub duration: Option<f64>,
     /// Send the pulses of a CSV file, one after another, with columns torque_nm, duration_s and, if need be, delay_s, shape, id.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["torque", "duration", "delay", "shape", "id"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "delay", "shape", "id"])]
     pub from: Option<PathBuf>,
     /// Simulated time until the pulse begins, s.
     #[arg(long, value_name = "S", default_value = "0")]

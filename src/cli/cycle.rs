@@ -49,7 +49,8 @@ pub(super) struct Args {
     /// Angles over the turn, both ends included.
     #[arg(long, value_name = "N", default_value_t = Options::default().points, value_parser = points)]
     points: usize,
-    /// Lengths by l2, velocities by l2 ω, accelerations by l2 ω², forces by m3 l2 ω² (m3 the slider's mass).
+    /// Lengths by l2, velocities by l2 ω, accelerations by l2 ω², forces by m3 l2 ω²: l2 is the rod's length, ω the crank's rate,
+    /// m3 the slider's mass.
     #[arg(long)]
     dimensionless: bool,
     /// Write the whole table to this file.

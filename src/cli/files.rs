@@ -1,18 +1,17 @@
 //! `export`, `scenes` and `completions`: nothing on the bus.
 
 use std::io::Write as _;
-use std::path::Path;
 
 use clap::CommandFactory as _;
-use indicatif::{ProgressBar, ProgressStyle};
 
-use super::Done;
 use super::args::{Cli, Export};
+use super::{Done, may_be_folder};
 use crate::recording::{self, Exported};
 use crate::scene::builtin;
 
 pub(super) fn export(args: Export) -> anyhow::Result<Done> {
     let Export { file, csv, parquet, from, to, every, columns } = args;
+    [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
     let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
     for table in tables {
@@ -46,14 +45,4 @@ pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<Done> {
     clap_complete::generate(shell, &mut Cli::command(), "flexcrank", &mut script);
     std::io::stdout().write_all(&script)?;
     Ok(Done::Well)
-}
-
-/// Over so many readings of a file; nothing when there is no terminal.
-pub(super) fn progress_bar(file: &Path, readings: u64) -> ProgressBar {
-    let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
-    let bar = ProgressBar::new(readings * bytes);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent} %, {eta} left") {
-        bar.set_style(style);
-    }
-    bar
 }

@@ -9,7 +9,7 @@ use super::args::Run;
 use super::board::Board;
 pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
-pub(super) use super::signals::interrupted;
+use super::signals::interrupted;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};

@@ -3,8 +3,7 @@
 /// Says a line on standard error, if there is still somebody to hear it: where the terminal is gone, work goes on to its end.
 macro_rules! say {
     ($($said:tt)*) => {
-        // Nothing is left to say it on.
-        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($said)*)));
+        std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($said)*))).unwrap_or(())
     };
 }
 
@@ -18,6 +17,7 @@ mod keyboard;
 mod live;
 mod log;
 mod plot;
+mod progress;
 mod recover;
 mod replay;
 mod resume;
@@ -29,7 +29,10 @@ mod verify;
 mod watch;
 mod what_if;
 
+use std::path::Path;
 use std::process::ExitCode;
+
+use anyhow::Context as _;
 
 use crate::bus::{BadName, BusError};
 use crate::plot::PlotError;
@@ -39,7 +42,7 @@ use crate::scene::SceneError;
 use crate::service::ServiceError;
 use crate::simulation::BuildError;
 use crate::study::cycle::CycleError;
-use crate::study::stability::NotSuited;
+use crate::study::stability::{NoMap, NotSuited};
 use crate::study::trade::TradeError;
 use args::{Cli, Command};
 
@@ -84,6 +87,22 @@ fn shown_s(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }
 
+/// So many of something.
+fn counted(count: u64, what: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
+}
+
+fn may_be_folder(path: &Path) -> anyhow::Result<()> {
+    anyhow::ensure!(!path.is_file(), "{}: is a file, and a folder is needed", path.display());
+    Ok(())
+}
+
+/// Makes a folder for what is to be written, unless it is there.
+fn make_folder(path: &Path) -> anyhow::Result<()> {
+    may_be_folder(path)?;
+    std::fs::create_dir_all(path).with_context(|| path.display().to_string())
+}
+
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
 }
@@ -97,6 +116,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
         || error.downcast_ref::<ResimulationError>().is_some_and(ResimulationError::is_usage)
         || error.is::<NotSuited>()
+        || error.is::<NoMap>()
         || error.is::<CycleError>()
         || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
         || error
@@ -105,7 +125,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error
             .downcast_ref::<ServiceError>()
             .is_some_and(|error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }))
-        || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_)))
+        || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_) | BusError::File { .. }))
 }
 
 fn dispatch(cli: Cli) -> anyhow::Result<Done> {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
-use super::Done;
 use super::args::Plot;
+use super::{Done, make_folder};
 use crate::plot::{self, Figure, Format, Named, Picture, Titled, thesis};
 use crate::recording::read_columns;
 use crate::scene::SceneSource;
@@ -59,7 +59,9 @@ fn figures(file: &Path, args: &Plot) -> anyhow::Result<(Vec<(String, Figure)>, b
     } else if let Some(figure) = plot::work_precision(&stem, &tables[0].table) {
         vec![(format!("{stem}-work-precision"), figure)]
     } else {
-        let own = |(column, figure): (String, Figure)| (format!("{stem}-{column}"), figure);
+        // What shows all of a file is called as it is.
+        let own =
+            |(part, figure): (String, Figure)| (if part.is_empty() { stem.clone() } else { format!("{stem}-{part}") }, figure);
         plot::overview(&stem, &tables[0].table)?.into_iter().map(own).collect()
     };
     if let Some(title) = &args.title {
@@ -102,10 +104,10 @@ fn places(figures: Vec<(String, Figure)>, args: &Plot) -> anyhow::Result<Vec<(Pa
             return Err(BadPlot::Several { file: output.clone(), figures: count }.into());
         };
         let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.map_or(Ok(()), create)?;
+        folder.map_or(Ok(()), make_folder)?;
         return Ok(vec![(output.clone(), format, figure)]);
     }
-    create(output)?;
+    make_folder(output)?;
     let mut taken = BTreeSet::new();
     let mut places = Vec::new();
     for (name, figure) in figures {
@@ -120,10 +122,6 @@ fn places(figures: Vec<(String, Figure)>, args: &Plot) -> anyhow::Result<Vec<(Pa
     Ok(places)
 }
 
-fn create(folder: &Path) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
-}
-
 /// Crank-to-rod ratios of the thesis's chapter 4.
 const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
 /// Scenes of chapter 5 and for how long they run: ten seconds of the oscillators, three periods of either beam, one turn of the crank-slider; s.
@@ -135,7 +133,7 @@ const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
 
 fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<Done> {
     let figures = thesis::figures(&thesis_tables()?);
-    create(folder)?;
+    make_folder(folder)?;
     for figure in &figures {
         for format in formats {
             figure.picture.write(&folder.join(format!("{}.{}", figure.file, format.extension())), *format)?;

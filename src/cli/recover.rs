@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use super::Done;
+use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
 
 pub(super) const EXAMPLES: &str = "\
@@ -23,10 +22,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
-    let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {bytes}/{total_bytes}") {
-        bar.set_style(style);
-    }
+    let bar = bar(0, "{wide_bar} {bytes}/{total_bytes}");
     let recovered = recording::recover(&args.file, &args.output, |done, all| {
         bar.set_length(all);
         bar.set_position(done);
@@ -35,9 +31,7 @@ pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
     let Recovered { messages, unchecked, span_s, loss } = recovered?;
     say!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
     if unchecked > 0 {
-        say!(
-            "unchecked: the last {unchecked} of them come from a chunk that was cut off, whose checksum says nothing of a part"
-        );
+        say!("unchecked: the last {unchecked} of them come from a chunk that was cut off, whose checksum says nothing of a part");
     }
     if loss.is_none() {
         return Ok(Done::Well);

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use tokio::sync::oneshot;
 
 use super::Done;
 use super::args::{Bus, not_negative, number, positive};
 use super::keyboard::Keyboard;
 use super::live::runtime;
+use super::progress::bar;
 use super::signals::interrupted;
 use crate::bus::{self, BusOptions, Name};
 use crate::service::{self, Action, Order, RATES, Remap, ReplayReport, ServiceError};
@@ -105,7 +106,7 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
         force: args.force,
     };
     let (sender, orders) = channel();
-    let bar = bar();
+    let bar = bar(0, "{bar:30} {msg}");
     let shown = bar.clone();
     let report = runtime()?.block_on(async {
         let interrupted = interrupted();
@@ -152,15 +153,6 @@ fn conclude(report: &ReplayReport) -> Done {
         say!("warning: the recording ends early; everything before was replayed");
     }
     if report.cut_off || !report.left_out.is_empty() { Done::Lossy } else { Done::Well }
-}
-
-/// How far it is; nothing when there is no terminal.
-fn bar() -> ProgressBar {
-    let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {msg}") {
-        bar.set_style(style);
-    }
-    bar
 }
 
 fn show(bar: &ProgressBar, status: &Status) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{Run, positive};
-use super::files::progress_bar;
+use super::progress::over_file;
 use super::shown_s;
 use crate::bus::Name;
 use crate::resimulation::{Resumed, Source, resume};
@@ -71,7 +71,7 @@ pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
 }
 
 fn recompute(file: &Path, source: &Source, at_s: Option<f64>) -> anyhow::Result<Resumed> {
-    let bar = progress_bar(file, 1);
+    let bar = over_file(file, 1);
     let resumed = resume(source, at_s, &|position| bar.set_position(position));
     bar.finish_and_clear();
     Ok(resumed?)

@@ -43,7 +43,11 @@ mod tests {
             ("0000000000004000", false, true),
             ("0000000180015201", true, true),
         ] {
-            assert_eq!([SignalKind::hangup(), SignalKind::terminate()].map(|kind| has(mask, kind)), [hangup, terminate], "{mask}");
+            assert_eq!(
+                [SignalKind::hangup(), SignalKind::terminate()].map(|kind| has(mask, kind)),
+                [hangup, terminate],
+                "{mask}"
+            );
         }
     }
 }

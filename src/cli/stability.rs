@@ -5,11 +5,9 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Context as _;
-use indicatif::{ProgressBar, ProgressStyle};
-
-use super::Done;
 use super::aligned::figure;
+use super::progress::bar;
+use super::{Done, make_folder};
 use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
@@ -65,16 +63,20 @@ pub(super) struct Args {
 }
 
 pub(super) fn stability(args: &Args) -> anyhow::Result<Done> {
-    for folder in [&args.csv, &args.plot].into_iter().flatten() {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    }
-    if args.schemes || args.scene.is_none() {
+    let extent = if args.quick { Extent::Quick } else { Extent::Whole };
+    let plan = args.scene.as_ref().map(|scene| plan(scene, args, extent)).transpose()?;
+    [&args.csv, &args.plot].into_iter().flatten().try_for_each(|folder| make_folder(folder))?;
+    if args.schemes || plan.is_none() {
         schemes(args)?;
     }
-    match &args.scene {
-        Some(scene) => extremes(scene, args),
-        None => Ok(Done::Well),
-    }
+    plan.map_or(Ok(Done::Well), |(base, plan)| extremes(&base, plan, args))
+}
+
+fn plan(scene: &str, args: &Args, extent: Extent) -> anyhow::Result<(Base, Plan)> {
+    let base = Base::new(&SceneSource::open(scene, &args.overrides)?)?;
+    let mut plan = Plan::extremes(&base, extent);
+    plan.only(args.only.as_deref().unwrap_or_default())?;
+    Ok((base, plan))
 }
 
 fn write(folder: Option<&Path>, name: &str, table: &Table) -> anyhow::Result<()> {
@@ -149,16 +151,10 @@ fn short(value: f64) -> String {
     if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
 }
 
-fn extremes(scene: &str, args: &Args) -> anyhow::Result<Done> {
-    let base = Base::new(&SceneSource::open(scene, &args.overrides)?)?;
-    let mut plan = Plan::extremes(&base, if args.quick { Extent::Quick } else { Extent::Whole });
-    plan.only(args.only.as_deref().unwrap_or_default());
-    let bar = ProgressBar::new(plan.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} cells, {eta} to go") {
-        bar.set_style(style);
-    }
+fn extremes(base: &Base, plan: Plan, args: &Args) -> anyhow::Result<Done> {
+    let bar = bar(plan.len() as u64, "{wide_bar} {pos}/{len} cells{left}");
     let threads = args.jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
-    let swept = sweep(&base, plan, threads, LIMIT, |done| bar.set_position(done as u64));
+    let swept = sweep(base, plan, threads, LIMIT, |done| bar.set_position(done as u64));
     bar.finish_and_clear();
     for map in &swept {
         show_map(map)?;

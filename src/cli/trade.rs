@@ -1,15 +1,17 @@
 //! `trade`: what speed costs in accuracy, and the cheapest settings that will do.
 
+use std::fs::File;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::Done;
 use super::aligned::print;
 use super::args::{number, positive};
+use super::progress::bar;
 use crate::plot::{Format, Picture, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
@@ -66,7 +68,7 @@ pub(super) struct Args {
     /// Simulated seconds per second that the choice must reach.
     #[arg(long, value_name = "FACTOR", default_value = "1", requires = "tolerance", value_parser = positive)]
     real_time_factor: f64,
-    /// Write a copy of the scene with the settings chosen.
+    /// Write a copy of the scene with the settings chosen; the file must not exist yet.
     #[arg(long, value_name = "FILE", requires = "tolerance")]
     write: Option<PathBuf>,
     /// Write the whole table to this file: root-mean-square errors, spreads and counts, too.
@@ -101,7 +103,10 @@ impl From<OutputWord> for Output {
 
 pub(super) fn trade(args: &Args) -> anyhow::Result<Done> {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
-    let bar = progress_bar();
+    if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
+        bail!("{}: exists already, and scenes are never overwritten", taken.display());
+    }
+    let bar = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
     let study = study(&source.scene, &question(args), &mut |progress| show(&bar, &progress))?;
     let demands = args.tolerance.map(|tolerance| Demands { tolerance, real_time_factor: args.real_time_factor });
     let choice = demands.map(|demands| {
@@ -161,7 +166,9 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<
             let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
             writeln!(out, "\n{}", sections(chosen, &keys))?;
             if let Some(path) = &args.write {
-                std::fs::write(path, &copy.text).with_context(|| path.display().to_string())?;
+                File::create_new(path)
+                    .and_then(|mut file| file.write_all(copy.text.as_bytes()))
+                    .with_context(|| path.display().to_string())?;
                 say!("wrote {}", path.display());
             }
             Ok(Done::Well)
@@ -286,14 +293,6 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
             (_, retried) => format!("{retried} retried"),
         },
     ]
-}
-
-fn progress_bar() -> ProgressBar {
-    let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{bar:20} {pos}/{len} families, {elapsed} (about {eta} left)  {wide_msg}") {
-        bar.set_style(style);
-    }
-    bar
 }
 
 fn show(bar: &ProgressBar, progress: &Progress<'_>) {

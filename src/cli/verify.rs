@@ -4,8 +4,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::Done;
-use super::files::progress_bar;
+use super::progress::over_file;
+use super::{Done, counted};
 use crate::resimulation::{Finding, Recomputed, Source, Verification, verify as verify_source};
 
 /// Shown by `--help`.
@@ -41,7 +41,7 @@ pub(super) fn verify(args: &Args) -> anyhow::Result<Done> {
 fn one(file: &Path) -> anyhow::Result<Done> {
     let source = Source::open(file)?;
     let begun = Instant::now();
-    let bar = progress_bar(file, 2);
+    let bar = over_file(file, 2);
     let found = verify_source(&source, &|reading, position| {
         let bytes = bar.length().unwrap_or(0) / 2;
         bar.set_position(u64::from(reading) * bytes + position);
@@ -75,18 +75,18 @@ fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Res
     if !other.is_empty() {
         writeln!(out, "  recorded by another build ({}): last bits may differ", other.join("; "))?;
     }
-    writeln!(out, "  structure: {} messages in {} chunks", structure.messages, structure.chunks)?;
+    writeln!(out, "  structure: {} in {}", counted(structure.messages, "message"), counted(structure.chunks, "chunk"))?;
     if source.publish.is_none() {
         writeln!(out, "  the recording does not say which steps were published: missing ones cannot be told")?;
     }
     writeln!(out, "  physics: joints closed to {:.0e} m, {}", physics.joint_gap_m, balance(recomputed))?;
     writeln!(
         out,
-        "  computed again: {} steps from {} checkpoints with {} pulses, {} messages compared, in {:.2} s ({:.0} times real time)",
-        recomputed.steps,
-        recomputed.checkpoints,
-        recomputed.pulses,
-        recomputed.messages,
+        "  computed again: {} from {} with {}, {} compared, in {:.2} s ({:.0} times real time)",
+        counted(recomputed.steps, "step"),
+        counted(recomputed.checkpoints, "checkpoint"),
+        counted(recomputed.pulses, "pulse"),
+        counted(recomputed.messages, "message"),
         took.as_secs_f64(),
         span_s / took.as_secs_f64().max(1e-9)
     )?;

@@ -5,14 +5,35 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::Done;
-use super::files::progress_bar;
+use super::progress::over_file;
 use crate::recording::{Written, place};
 use crate::resimulation::{AddedPulse, Change, Outcome, Source, what_if as compute};
 
+/// Options of a replay that mean nothing where nothing goes on the bus.
+const OF_THE_BUS: [&str; 16] = [
+    "rate",
+    "looped",
+    "start_offset",
+    "duration",
+    "start_paused",
+    "delay",
+    "topics",
+    "remap",
+    "name",
+    "commands",
+    "wait_for",
+    "wait_timeout",
+    "force",
+    "listen",
+    "connect",
+    "zenoh_config",
+];
+
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).multiple(true))]
 pub(super) struct Args {
     /// Compute the session again with a change instead (nothing goes on the bus), record the result, say where the two part.
-    #[arg(long)]
+    #[arg(long, requires = "change", conflicts_with_all = OF_THE_BUS)]
     what_if: bool,
     /// What if there had been this pulse too; START in simulated s since the session began, TORQUE in N·m, DURATION in s.
     #[arg(long, value_name = "START:TORQUE:DURATION", requires = "what_if", value_parser = added_pulse)]
@@ -48,7 +69,7 @@ pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<Done> {
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
     };
     let fresh = || place::fresh(Path::new(place::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
-    let bar = progress_bar(file, 1);
+    let bar = over_file(file, 1);
     let outcome = compute(&source, &change, &args.record.clone().unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();
     report(&outcome?)
@@ -66,7 +87,10 @@ fn report(outcome: &Outcome) -> anyhow::Result<Done> {
         Some(first) => writeln!(out, "the two part at {first}")?,
     }
     for (name, (largest, at_s)) in &parting.largest {
-        writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?;
+        match largest {
+            0.0 => writeln!(out, "  {name:<24} is the same")?,
+            _ => writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?,
+        }
     }
     if let Some(diverged) = diverged {
         say!("error: {diverged}");

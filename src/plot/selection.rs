@@ -1,6 +1,7 @@
 //! Figures of columns that are asked for by name, or of all of them.
 
 use super::{Axis, Figure, PlotError, quantity};
+use crate::nearest::nearest;
 use crate::study::Table;
 
 /// A table and its name in errors.
@@ -46,7 +47,8 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
     Ok(figure)
 }
 
-/// One figure for each unit among the columns beside the first, over the first; each with the name of its first column.
+/// One figure for each unit among the columns beside the first, over the first; each with the name of its first column, or none
+/// where it shows everything.
 /// Where every column is a curve for each of several ratios, a figure for each column.
 ///
 /// # Errors
@@ -74,7 +76,7 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     }
     if x == "ratio" {
         let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
-        return Ok(vec![("sweep".to_owned(), together(place, table, x, &names))]);
+        return Ok(vec![(String::new(), together(place, table, x, &names))]);
     }
     let tables = [Named { name: place.to_owned(), table: table.clone() }];
     let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), figure(place, &tables, Some(x), &names)?));
@@ -131,12 +133,8 @@ pub(super) fn runs(values: &[f64]) -> Vec<(f64, std::ops::Range<usize>)> {
 
 fn unknown(place: &str, tables: &[Named], name: &str) -> PlotError {
     let known = || tables.iter().flat_map(|named| named.table.columns().map(|(column, _)| column));
-    let nearest = known()
-        .map(|column| (strsim::jaro_winkler(name, column), column))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(similarity, _)| *similarity > 0.6);
-    let hint = match nearest {
-        Some((_, near)) => format!("; did you mean `{near}`?"),
+    let hint = match nearest(name, known()) {
+        Some(near) => format!("; did you mean `{near}`?"),
         None => format!(" (there are {})", known().collect::<Vec<_>>().join(", ")),
     };
     PlotError::Column { place: place.to_owned(), name: name.to_owned(), hint }

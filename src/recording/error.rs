@@ -1,12 +1,13 @@
 //! What can go wrong with a recording.
 
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 /// A recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file could not be made, opened, read or written.
-    #[error("{}: {cause}", path.display())]
+    #[error("{}: {}", path.display(), why(path, cause))]
     File {
         /// Which file.
         path: PathBuf,
@@ -86,6 +87,14 @@ pub enum RecordingError {
     Name(String),
 }
 
+/// What the system says of a folder that was taken for a file says little.
+fn why(path: &Path, cause: &std::io::Error) -> String {
+    match cause.kind() {
+        ErrorKind::InvalidInput | ErrorKind::IsADirectory if path.is_dir() => "is a folder, not a file".to_owned(),
+        _ => cause.to_string(),
+    }
+}
+
 impl RecordingError {
     pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
@@ -96,6 +105,7 @@ impl RecordingError {
         let path = path.into();
         |cause| match cause {
             mcap::McapError::BadMagic => RecordingError::NotMcap(path),
+            mcap::McapError::Io(cause) if path.is_dir() => RecordingError::File { path, cause },
             cause => RecordingError::Mcap { path, cause },
         }
     }

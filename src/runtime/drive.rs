@@ -1,5 +1,6 @@
 //! The thread that steps: it waits for the next deadline, lets every simulator step that is due, and sees to commands between.
 
+use std::sync::Once;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,9 @@ const NEAR: Duration = Duration::from_millis(2);
 
 /// A command is taken in less: none is begun so shortly before a deadline.
 const COMMAND: Duration = Duration::from_micros(10);
+
+/// What is so for one stepping thread is so for all of the process, and told once.
+static TOLD: Once = Once::new();
 
 /// How a stepping thread wakes.
 #[derive(Debug, Clone, Copy, Default)]
@@ -46,7 +50,8 @@ fn ready(waking: Waking, granted: Option<&realtime::Granted>) -> Duration {
     realtime::exact_timers();
     let spin = waking.spin.length();
     if let Some(granted) = granted {
-        tracing::info!("stepping thread: {granted}; spins for the last {spin:?}");
+        let spins = if spin.is_zero() { "never spins".to_owned() } else { format!("spins for the last {spin:?}") };
+        TOLD.call_once(|| tracing::info!("stepping thread: {granted}; {spins}"));
     }
     spin
 }

@@ -1,6 +1,7 @@
 //! The scenes that come with the program.
 
-use super::{SceneError, parse};
+use super::SceneError;
+use crate::nearest::nearest;
 
 /// A scene that comes with the program.
 #[derive(Debug, Clone, Copy)]
@@ -49,8 +50,8 @@ pub fn find(name: &str) -> Result<&'static Builtin, SceneError> {
 }
 
 pub(super) fn unknown(name: &str, nor: &str) -> SceneError {
-    let names: Vec<&str> = BUILTIN.iter().map(|scene| scene.name).collect();
-    let hint = parse::nearest(name, &names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    let hint =
+        nearest(name, BUILTIN.iter().map(|scene| scene.name)).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
     SceneError {
         place: name.to_owned(),
         key: String::new(),

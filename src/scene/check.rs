@@ -1,6 +1,7 @@
 //! Single values checked, and refusals worded.
 
-use super::{SceneError, document::SceneText, parse::nearest};
+use super::{SceneError, document::SceneText};
+use crate::nearest::nearest;
 
 /// Checks values and words the refusals.
 pub(super) struct Checker<'a> {
@@ -44,7 +45,7 @@ impl Checker<'_> {
             return Ok(*found);
         }
         let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
-        let hint = nearest(value, &names).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default();
+        let hint = nearest(value, names.iter().copied()).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default();
         Err(self.refuse(key, format!("must be one of {}{hint}", names.join(", "))))
     }
 }

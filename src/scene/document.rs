@@ -16,7 +16,7 @@ pub(super) struct SceneText {
 }
 
 impl SceneText {
-    /// Applies `KEY=VALUE` overrides. VALUE is TOML; what is not TOML is taken as a string.
+    /// Applies `KEY=VALUE` overrides. VALUE is TOML; a bare word is taken as a string.
     pub fn new(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| SceneError {
             place: place_at(origin, text, error.span()),
@@ -34,7 +34,7 @@ impl SceneText {
             };
             let (key, value) = given.split_once('=').ok_or_else(|| refuse("expected KEY=VALUE"))?;
             let (key, value) = (key.trim(), value.trim());
-            let parsed = value.parse().unwrap_or_else(|_| Value::from(value));
+            let parsed = read(value).map_err(|problem| refuse(&problem))?;
             set(document.as_item_mut(), key, parsed).map_err(|problem| refuse(&problem))?;
             applied.push((key.to_owned(), value.to_owned()));
         }
@@ -72,6 +72,15 @@ impl SceneText {
         descend(document.as_item(), offset, &mut path);
         path.join(".")
     }
+}
+
+/// A value as TOML. What does not begin as other values do is a bare word: a string.
+fn read(text: &str) -> Result<Value, String> {
+    let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
+    text.parse().or_else(|error: toml_edit::TomlError| match is_word {
+        true => Ok(Value::from(text)),
+        false => Err(format!("not TOML: {}", error.message().trim().replace('\n', " "))),
+    })
 }
 
 fn place_at(origin: &str, text: &str, span: Option<Range<usize>>) -> String {

@@ -21,6 +21,7 @@ mod raw;
 mod types;
 mod validate;
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 pub use error::SceneError;
@@ -49,8 +50,15 @@ impl SceneSource {
         if let Ok(scene) = builtin::find(name) {
             return Self::parse(name, scene.text, overrides);
         }
-        let text = std::fs::read_to_string(Path::new(name))
-            .map_err(|error| builtin::unknown(name, &format!(", nor a readable file ({error})")))?;
+        let text = std::fs::read_to_string(Path::new(name)).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => builtin::unknown(name, ", nor a file"),
+            _ => SceneError {
+                place: name.to_owned(),
+                key: String::new(),
+                value: None,
+                problem: format!("cannot be read: {error}"),
+            },
+        })?;
         Self::parse(name, &text, overrides)
     }
 

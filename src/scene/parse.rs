@@ -1,6 +1,7 @@
 //! From text to raw structs: names and types, with the nearest valid key where a name is unknown.
 
 use super::{SceneError, document::SceneText, raw};
+use crate::nearest::nearest;
 
 pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
     toml::from_str(&text.merged).map_err(|error| {
@@ -15,7 +16,8 @@ fn describe(message: &str) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match (message.starts_with("unknown"), quoted.split_first()) {
         (true, Some((given, expected))) => {
-            let hint = nearest(given, expected).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+            let hint =
+                nearest(given, expected.iter().copied()).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
             format!("unknown {}{hint} (known here: {})", kind(message), expected.join(", "))
         }
         _ => message.trim().replace('\n', " "),
@@ -24,14 +26,4 @@ fn describe(message: &str) -> String {
 
 fn kind(message: &str) -> &'static str {
     if message.starts_with("unknown variant") { "value" } else { "key" }
-}
-
-/// The closest of `names` to `given`, by edit distance; `None` without any.
-pub(super) fn nearest<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
-    names
-        .iter()
-        .map(|name| (strsim::jaro_winkler(given, name), *name))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(similarity, _)| *similarity > 0.6)
-        .map(|(_, name)| name)
 }

@@ -107,6 +107,11 @@ def rerun(folder):
     stats = subprocess.run([sys.executable, "-m", "rerun", "rrd", "stats", str(out)], capture_output=True, text=True, check=True)
     drawn = re.findall(r"^/((?:mechanism|deflection_m|rate_rad_per_s)/\w+|driving_torque_nm):", stats.stdout, re.MULTILINE)
     links = [f"{chart}/{link}" for chart in ("deflection_m", "mechanism", "rate_rad_per_s") for link in ("crank", "rod")]
+    cut = folder / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[:-100])
+    told = subprocess.run([sys.executable, "recordings/to-rerun", str(cut), str(out)], capture_output=True, text=True)
+    one = told.returncode == 1 and told.stderr.count("\n") == 1
+    expect("a recording that was cut off is refused in a sentence", one and "flexcrank recover" in told.stderr, told.stderr.strip())
     expect("Rerun finds mechanism and charts", sorted(drawn) == sorted([*links, "driving_torque_nm"]), ", ".join(drawn))
 
 

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
+use crate::nearest::nearest;
 use crate::recording::RecordingError;
 use crate::recording::rows::{Cell, TIMES};
 
@@ -91,9 +92,7 @@ pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String]) 
     for wanted in wanted {
         let names = || topics.values().flat_map(|topic| &topic.columns).map(|column| column.name.as_str());
         if !names().any(|name| is_part(name, wanted)) {
-            let likeness = |name: &str| strsim::jaro_winkler(name, wanted);
-            let nearest = names().filter(|name| likeness(name) > 0.8).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-            return Err(Unknown { wanted: wanted.clone(), nearest: nearest.map(str::to_owned) });
+            return Err(Unknown { wanted: wanted.clone(), nearest: nearest(wanted, names()).map(str::to_owned) });
         }
     }
     for topic in topics.values_mut() {

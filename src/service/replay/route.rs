@@ -75,11 +75,9 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
             Err(reason) => left_out.push(format!("{}: {reason}", channel.topic)),
         }
     }
-    for wanted in &replay.topics {
-        if !source.channels().any(|channel| selected(&channel.topic, std::slice::from_ref(wanted))) {
-            let there = source.channels().map(|channel| channel.topic.clone()).collect::<BTreeSet<_>>();
-            return Err(ServiceError::NoTopic { wanted: wanted.clone(), there: there.into_iter().collect() });
-        }
+    if let Some(wanted) = missing(replay, source, recorded.as_ref()) {
+        let there = source.channels().map(|channel| channel.topic.clone()).collect::<BTreeSet<_>>();
+        return Err(ServiceError::NoTopic { wanted, there: there.into_iter().collect() });
     }
     if channels.is_empty() {
         if !replay.commands && replay.topics.iter().any(|topic| topic.ends_with(Topic::Commands.chunk())) {
@@ -97,6 +95,16 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
     let service = recorded.unwrap_or_else(|| name.clone());
     let commands = Commands { torque: rename(&service.torque()), control: rename(&service.control()) };
     Ok(Plan { name, names, left_out, channels, commands })
+}
+
+/// The first topic that is asked for, or is to be renamed, and that there is not.
+fn missing(replay: &Replay, source: &Source, recorded: Option<&Name>) -> Option<String> {
+    let topics = || source.channels().map(|channel| channel.topic.clone());
+    // Recorded commands have a topic of their own, and go to these.
+    let renamed: Vec<String> = topics().chain(recorded.into_iter().flat_map(|name| [name.torque(), name.control()])).collect();
+    let asked = replay.topics.iter().find(|wanted| !topics().any(|topic| selected(&topic, std::slice::from_ref(wanted))));
+    let unknown = replay.remaps.iter().find(|remap| !renamed.iter().any(|topic| remap.apply(topic).is_some()));
+    asked.or(unknown.map(|remap| &remap.old)).cloned()
 }
 
 /// Whether a topic, or how it ends, is among those asked for.

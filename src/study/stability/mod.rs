@@ -17,7 +17,7 @@ pub use base::{Base, NotSuited};
 pub use cell::BOUND;
 pub use maps::Extent;
 pub use outcome::{Category, Outcome};
-pub use plan::{Axis, Cell, Map, Plan, Spacing};
+pub use plan::{Axis, Cell, Map, NoMap, Plan, Spacing};
 pub use report::{causes, counts, grid, table, write_ends};
 pub use schemes::{Scheme, order_table, radius_table};
 pub use sweep::{Swept, sweep};

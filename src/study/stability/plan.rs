@@ -1,5 +1,20 @@
 //! What is to be swept: maps of cells, each a scene by overrides.
 
+use crate::nearest::nearest;
+
+/// A part of a name was given that is in none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("no map has `{part}` in its name{} (there are {})", hint(.nearest), names.join(", "))]
+pub struct NoMap {
+    part: String,
+    nearest: Option<String>,
+    names: Vec<String>,
+}
+
+fn hint(nearest: &Option<String>) -> String {
+    nearest.as_ref().map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+}
+
 /// How the values of an axis lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
@@ -85,7 +100,16 @@ impl Plan {
     }
 
     /// Keeps only the maps whose names contain `part`.
-    pub fn only(&mut self, part: &str) {
+    ///
+    /// # Errors
+    /// [`NoMap`] when there is none; then all are kept.
+    pub fn only(&mut self, part: &str) -> Result<(), NoMap> {
+        let names: Vec<String> = self.maps.iter().map(|map| map.name.clone()).collect();
+        if !names.iter().any(|name| name.contains(part)) {
+            let nearest = nearest(part, names.iter().map(String::as_str)).map(str::to_owned);
+            return Err(NoMap { part: part.to_owned(), nearest, names });
+        }
         self.maps.retain(|map| map.name.contains(part));
+        Ok(())
     }
 }

@@ -1,0 +1,29 @@
+//! Bars that show how far something is; nothing where there is no terminal.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+
+/// A bar of this length and template, in which `{left}` is the time to go.
+pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.with_key("left", left));
+    }
+    bar
+}
+
+/// Over so many readings of a file.
+pub(super) fn over_file(file: &Path, readings: u64) -> ProgressBar {
+    let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
+    bar(readings * bytes, "{wide_bar} {percent} %{left}")
+}
+
+/// Nothing is known before anything is done.
+fn left(state: &ProgressState, out: &mut dyn Write) {
+    if state.pos() > 0 {
+        // A line that cannot be written is shown without.
+        let _ = write!(out, ", about {} left", HumanDuration(state.eta()));
+    }
+}

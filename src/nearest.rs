@@ -1,0 +1,29 @@
+//! The name that somebody may have meant.
+
+/// What is less like a name than this (Jaro–Winkler, 0 to 1) was not meant by it.
+const LIKE: f64 = 0.8;
+
+/// The one of `names` that is most like `given`, if any is like it.
+pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    names
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(given, name), name))
+        .filter(|(likeness, _)| *likeness > LIKE)
+        .max_by(|one, other| one.0.total_cmp(&other.0))
+        .map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn prop_only_what_is_near_is_suggested() {
+        let names = ["length_m", "nodes.crank.4.y_m", "modal", "ref-r5-tip"];
+        for (given, near) in
+            [("lenght_m", Some("length_m")), ("modla", Some("modal")), ("nosuch", None), ("/tmp", None), ("", None)]
+        {
+            assert_eq!(nearest(given, names), near, "{given}");
+        }
+    }
+}
