@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
+use prost_types::FileDescriptorSet;
 
 use super::RecordingError;
 use super::reader::Recorded;
@@ -143,9 +144,14 @@ impl Decoder {
     }
 }
 
-/// The type of a message, from the schema in the file; `None` when it is not protobuf.
+/// The type of a message, from the schema in the file; `None` when it is not protobuf, or of a syntax that is not known here.
 fn descriptor(message: &Recorded) -> Option<MessageDescriptor> {
     let schema = message.channel.schema.as_ref().filter(|schema| schema.encoding == "protobuf")?;
+    let FileDescriptorSet { file: files } = prost::Message::decode(schema.data.as_ref()).ok()?;
+    // The library panics at any other.
+    if !files.iter().all(|file| matches!(file.syntax.as_deref(), None | Some("proto2" | "proto3"))) {
+        return None;
+    }
     let pool = DescriptorPool::decode(schema.data.as_ref()).ok()?;
     pool.get_message_by_name(&schema.name)
 }
