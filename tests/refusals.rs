@@ -73,6 +73,7 @@ fn regress_what_is_said_by_halves() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--set", "solver.model=modla"], 2, &["did you mean \"modal\"?"])?;
     refused(&["pulse", "crank"], 2, &["--torque <NM>|--from <FILE>"])?;
     refused(&["pulse", "crank", "--torque", "1"], 2, &["--duration <S>"])?;
+    refused(&["watch", "crank", "--plain", "--signals", "nosuch.field"], 2, &["cannot be used with", "--signals"])?;
     refused(&["replay", SAMPLE, "--what-if"], 2, &["--add-pulse <START:TORQUE:DURATION>|--set <KEY=VALUE>"])?;
     refused(&["replay", SAMPLE, "--what-if", "--add-pulse", "1:1:0.1", "--loop"], 2, &["cannot be used with", "--loop"])
 }

@@ -40,7 +40,7 @@ def main():
         (all_s, own_s), took_s = (now - then for now, then in zip(spent_s(), before)), time.monotonic() - begun
     print("     " + verified.stdout.strip().replace("\n", "\n     "))
     expect("sound, and equal to the bit", verified.returncode == 0, verified.stderr.strip())
-    steps, pulses, factor = map(int, re.search(r"(\d+) steps from \d+ checkpoints with (\d+) pulses.*\((\d+) times real", verified.stdout).groups())
+    steps, pulses, factor = map(int, re.search(r"(\d+) steps from \d+ checkpoints? with (\d+) pulses?.*\((\d+) times real", verified.stdout).groups())
     expect("all of it", pulses == PULSES and steps == SECONDS * 1000, f"{pulses} pulses, {steps} steps")
     others = (all_s - own_s) / took_s
     print(f"     everything else took {others:.2f} of a core meanwhile")

@@ -63,8 +63,8 @@ pub(super) struct Args {
     /// Its duration, s.
     #[arg(long, value_name = "S", default_value = "0.1")]
     pub duration: f64,
-    /// Print lines, as happens where there is no terminal.
-    #[arg(long)]
+    /// Print lines, as happens where there is no terminal; no signals are drawn, and no keys heard.
+    #[arg(long, conflicts_with_all = ["signals", "torque", "duration"])]
     pub plain: bool,
     #[command(flatten)]
     pub bus: Bus,
