@@ -138,7 +138,7 @@ def replayed():
         watcher.press(b" ")
         watcher.shows("REPLAYING, PAUSED")
         watcher.press(b"p")
-        watcher.shows("pulse no reply")
+        watcher.shows("pulse `seen-again` is a replay")
         watcher.press(b" ")
         watcher.shows("resume accepted")
         watcher.press(b"q")
