@@ -17,7 +17,7 @@ pub(super) type Channels = ChannelAccumulator<'static>;
 /// Bytes of a chunk's header without its compression's name.
 const HEADER: usize = 40;
 /// Opcode and length before every record.
-const RECORD_HEAD: u64 = 9;
+pub(super) const RECORD_HEAD: u64 = 9;
 
 /// The records of a chunk, one by one. A record never reaches beyond the chunk, whatever its length says.
 pub(super) struct Records<'a> {

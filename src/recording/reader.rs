@@ -9,14 +9,11 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, McapResult};
 
 use super::RecordingError;
-use super::chunk::{Channels, Records};
+use super::chunk::{Channels, RECORD_HEAD, Records};
 use super::parse::parse;
 
 /// Largest record and largest chunk that are read, bytes; a file that claims a larger one is refused.
 pub(super) const RECORD_LIMIT: usize = 64 * 1024 * 1024;
-
-/// Opcode and length before every record, bytes.
-const RECORD_HEAD: u64 = 9;
 
 /// Most that is read at once, so that a lying length claims no memory.
 pub(super) const PIECE: usize = 64 * 1024;

@@ -11,12 +11,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use super::RecordingError;
-use super::chunk::{Channels, Chunk};
+use super::chunk::{Channels, Chunk, RECORD_HEAD};
 use super::parse::parse;
 use super::reader::{PIECE, RECORD_LIMIT, Recorded};
-
-/// Opcode and length before every record.
-const RECORD_HEAD: u64 = 9;
 
 /// Something in a recording that cannot be read, or contradicts the rest.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,11 +8,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from check import BINARY, Machine, expect, expect_if, recorded, service, wait_for
+from check import BINARY, expect, recorded, service, wait_for
 
 FLUSH_S = 0.2
-# However busy the machine.
-MOST_S = 1.0
 STEP_S = 1e-3
 SEED = 6
 
@@ -47,14 +45,13 @@ def main():
     count = int(sys.argv[2])
     dice = random.Random(SEED)
     verifies = ask("verify", "--help").returncode == 0
-    machine, losses = Machine(), []
+    losses = []
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
             losses.append(trial(Path(folder), number, dice.uniform(0.3, 2.0), verifies))
     losses.sort()
     figures = f"median {losses[count // 2]:.3f} s, largest {losses[-1]:.3f} s of {count}"
-    expect("no second is lost", losses[-1] < MOST_S, figures)
-    expect_if(machine.is_quiet(), "at most the flush period and one step is lost", losses[-1] <= FLUSH_S + STEP_S + 1e-9, figures)
+    expect("at most the flush period and one step is lost", losses[-1] <= FLUSH_S + STEP_S + 1e-9, figures)
 
 
 if __name__ == "__main__":
