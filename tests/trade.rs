@@ -26,7 +26,7 @@ fn timeless(study: &Study) -> Vec<String> {
     let reference = format!("{:?} {:?}", study.reference.configuration, study.reference.estimate);
     let row = |row: &flexcrank::study::trade::Row| {
         let outcome = row.outcome.as_ref().map(|m| {
-            let same = (m.errors, m.error, m.order, m.mesh_order, m.effort, m.energy_drift);
+            let same = (m.errors, m.error, m.order, m.mesh_order, m.effort);
             format!("{same:?} {} {}", m.memory_bytes, m.out_of_range)
         });
         format!("{} {outcome:?}", row.configuration)
@@ -168,6 +168,28 @@ fn val_the_cheapest_that_holds_is_chosen_and_others_are_refused() {
     let refusal = decide(5e-2, 1e9).unwrap_err();
     assert!(matches!(refusal, Refusal::Speed { times, .. } if times > 10.0), "{refusal}");
     assert!(refusal.to_string().contains("times too slow"), "{refusal}");
+}
+
+#[test]
+fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
+    let source = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true"]);
+    let selection = Selection {
+        models: vec![ModelKind::Rigid],
+        integrators: vec![IntegratorKind::RungeKutta, IntegratorKind::ComposedMidpoint],
+        steps_s: vec![5e-3],
+        ..Selection::default()
+    };
+    let demands = Demands { tolerance: 5e-4, real_time_factor: 0.1 };
+    let chosen = |outputs: &[Output]| {
+        let told = answer(&source, &ask(selection.clone(), outputs, 10.0));
+        choose(&source.scene, &told, &demands, 10.0, &mut |_| {}).unwrap()
+    };
+    let (by_angle, by_energy) = (chosen(&[Output::Angle]), chosen(&[Output::Angle, Output::Energy]));
+    println!("{:?} {:?}", by_angle.trial, by_energy.trial);
+    assert_eq!(by_angle.row.configuration.family.integrator, IntegratorKind::RungeKutta);
+    assert!(by_angle.trial.errors.energy < 1e-4 && by_angle.trial.long_energy.is_none(), "a short run shows none of it");
+    assert_eq!(by_energy.row.configuration.family.integrator, IntegratorKind::ComposedMidpoint);
+    assert!(by_energy.passed_over == 1 && by_energy.trial.long_energy.unwrap() < 1e-6, "{:?}", by_energy.trial);
 }
 
 #[test]

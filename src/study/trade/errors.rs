@@ -1,4 +1,4 @@
-//! Distances between sampled runs.
+//! Distances between sampled runs, and what became of the energy.
 
 use super::output::{CHANNELS, Output, Sample};
 
@@ -13,10 +13,12 @@ pub struct Errors {
     pub max: [f64; N],
     /// Largest over the channel's scale.
     pub relative: [f64; N],
+    /// Largest error of the energy balance over the most energy.
+    pub energy: f64,
 }
 
 impl Errors {
-    /// Of `run` against `reference`, sample by sample. What the run does not know is infinitely wrong.
+    /// Of `run` against `reference`, sample by sample, in all but energy. What the run does not know is infinitely wrong.
     pub(super) fn between(run: &[Sample], reference: &[Sample], scales: &[f64; N]) -> Self {
         let (mut squares, mut max) = ([0.0; N], [0.0_f64; N]);
         for (a, b) in run.iter().zip(reference) {
@@ -28,12 +30,13 @@ impl Errors {
             }
         }
         let rms = squares.map(|square| (square / run.len().max(1) as f64).sqrt());
-        Errors { rms, max, relative: std::array::from_fn(|k| max[k] / scales[k]) }
+        Errors { rms, max, relative: std::array::from_fn(|k| max[k] / scales[k]), energy: 0.0 }
     }
 
     /// The largest relative error of one output.
     pub fn of(&self, output: Output) -> f64 {
-        CHANNELS.iter().zip(self.relative).filter(|(channel, _)| channel.output == output).map(|(_, e)| e).fold(0.0, f64::max)
+        let channels = CHANNELS.iter().zip(self.relative).filter(|(channel, _)| channel.output == output).map(|(_, e)| e);
+        channels.fold(if output == Output::Energy { self.energy } else { 0.0 }, f64::max)
     }
 
     /// The largest relative error among `outputs`.

@@ -14,11 +14,15 @@ pub enum Output {
     Deflection,
     /// Joint forces, over the peak at each joint.
     Forces,
+    /// Balance of energy, over the most kinetic and strain energy that there was: told by a run alone, without a reference.
+    Energy,
 }
 
 impl Output {
     /// All of them.
-    pub const ALL: [Output; 4] = [Output::Angle, Output::Slider, Output::Deflection, Output::Forces];
+    pub const ALL: [Output; 5] = [Output::Angle, Output::Slider, Output::Deflection, Output::Forces, Output::Energy];
+    /// Those that are compared with a reference.
+    pub const COMPARED: [Output; 4] = [Output::Angle, Output::Slider, Output::Deflection, Output::Forces];
     /// Those that bind unless others are named.
     pub const USUAL: [Output; 3] = [Output::Angle, Output::Slider, Output::Deflection];
 
@@ -29,6 +33,7 @@ impl Output {
             Output::Slider => "slider",
             Output::Deflection => "deflection",
             Output::Forces => "forces",
+            Output::Energy => "energy",
         }
     }
 }

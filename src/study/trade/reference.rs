@@ -4,7 +4,7 @@ use super::configuration::{Configuration, Family};
 use super::errors::Errors;
 use super::grid::Grid;
 use super::output::{CHANNELS, Output, Sample, scales};
-use super::run::{Counts, Failed, run};
+use super::run::{Counts, Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::BuildError;
 
@@ -90,9 +90,9 @@ impl Reference {
         best.ok_or(failure)
     }
 
-    /// The errors of other samples.
-    pub(super) fn errors(&self, samples: &[Sample]) -> Errors {
-        Errors::between(samples, &self.samples, &self.scales)
+    /// The errors of another run.
+    pub(super) fn errors(&self, run: &Run) -> Errors {
+        Errors { energy: run.energy_error, ..Errors::between(&run.samples, &self.samples, &self.scales) }
     }
 
     /// An error as it may be told: not below what the reference is uncertain by.

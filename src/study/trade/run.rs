@@ -8,7 +8,7 @@ use super::configuration::Configuration;
 use super::grid::Grid;
 use super::output::{Probe, Sample};
 use crate::scene::Scene;
-use crate::simulation::{BuildError, Diverged, Simulation};
+use crate::simulation::{BuildError, Diverged, EnergyLedger, Simulation};
 
 /// Why there is no run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -29,8 +29,8 @@ pub enum Failed {
 pub(super) struct Run {
     pub samples: Vec<Sample>,
     pub effort: Counts,
-    /// Largest balance error of energy at an instant, over the largest energy then.
-    pub energy_drift: f64,
+    /// See [`Balance::error`].
+    pub energy_error: f64,
     pub memory_bytes: usize,
     pub out_of_range: bool,
 }
@@ -75,7 +75,7 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     let probe = scene.chain().map(Probe::new);
     let mut effort = Counts::default();
     let (mut samples, mut seconds, mut out_of_range) = (Vec::with_capacity(grid.count + 1), 0.0, false);
-    let (mut worst_balance_j, mut largest_j) = (0.0_f64, 0.0_f64);
+    let mut balance = Balance::default();
     for instant in 0..=grid.count {
         if instant > 0 {
             let begin = Instant::now();
@@ -89,14 +89,45 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
         let seen = simulation.observe()?;
         out_of_range |= seen.out_of_range.is_some();
         samples.extend(probe.as_ref().map(|probe| probe.sample(seen)));
-        let ledger = simulation.ledger();
-        worst_balance_j = worst_balance_j.max(ledger.balance_error_j.abs());
-        largest_j = largest_j.max(ledger.energy.kinetic_j + ledger.energy.strain_j.unwrap_or(0.0));
+        balance.see(&simulation.ledger());
     }
     effort.steps = simulation.step_count();
     effort.retried = simulation.retried();
-    let energy_drift = if largest_j > 0.0 { worst_balance_j / largest_j } else { 0.0 };
-    Ok((Run { samples, effort, energy_drift, memory_bytes: memory_bytes(simulation), out_of_range }, seconds))
+    let (energy_error, memory_bytes) = (balance.error(), memory_bytes(simulation));
+    Ok((Run { samples, effort, energy_error, memory_bytes, out_of_range }, seconds))
+}
+
+/// What became of the energy in a run.
+#[derive(Debug, Clone, Copy, Default)]
+struct Balance {
+    worst_j: f64,
+    most_j: f64,
+}
+
+impl Balance {
+    fn see(&mut self, ledger: &EnergyLedger) {
+        self.worst_j = self.worst_j.max(ledger.balance_error_j.abs());
+        self.most_j = self.most_j.max(ledger.energy.kinetic_j + ledger.energy.strain_j.unwrap_or(0.0));
+    }
+
+    /// Largest error of the balance at any instant over the most kinetic and strain energy at any.
+    fn error(&self) -> f64 {
+        if self.most_j > 0.0 { self.worst_j / self.most_j } else { 0.0 }
+    }
+}
+
+/// The error of the energy balance, see [`Balance::error`], in a run of at least `until_s`.
+pub(super) fn energy_error(configuration: &Configuration, scene: &Scene, grid: &Grid, until_s: f64) -> Result<f64, Failed> {
+    let mut simulation = Simulation::new(&configuration.scene(scene))?;
+    let mut balance = Balance::default();
+    while simulation.time_s() < until_s {
+        for _ in 0..grid.steps(configuration.step_s) {
+            simulation.step()?;
+        }
+        simulation.observe()?;
+        balance.see(&simulation.ledger());
+    }
+    Ok(balance.error())
 }
 
 /// What a simulation holds, matrices and all: its own bytes, and those it gives back when it is dropped.

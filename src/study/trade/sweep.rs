@@ -30,8 +30,6 @@ pub struct Measured {
     pub mesh_order: Option<f64>,
     /// Work.
     pub effort: Counts,
-    /// Largest balance error of energy over the largest energy.
-    pub energy_drift: f64,
     /// Bytes that the simulation holds, matrices and all, the same from its start to its end.
     pub memory_bytes: usize,
     /// Whether the model said that it was out of its range.
@@ -176,7 +174,7 @@ impl Sweep<'_> {
     fn outcome(&self, configuration: &Configuration, first: usize) -> Result<Measured, Failed> {
         let (run, seconds) = run(configuration, self.scene, self.grid)?;
         let timing = time(configuration, self.scene, self.grid, seconds)?;
-        let errors = self.reference.errors(&run.samples);
+        let errors = self.reference.errors(&run);
         let order = |before: &Row, ratio: f64| {
             let gained = before.outcome.as_ref().ok()?.errors.worst(self.outputs) / errors.worst(self.outputs);
             Some(gained.ln() / ratio.ln())
@@ -192,7 +190,6 @@ impl Sweep<'_> {
             order: longer.and_then(|row| order(row, row.configuration.step_s / step_s)),
             mesh_order: meshed.and_then(|row| order(row, elements(row))),
             effort: run.effort,
-            energy_drift: run.energy_drift,
             memory_bytes: run.memory_bytes,
             out_of_range: run.out_of_range,
             timing,

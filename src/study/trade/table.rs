@@ -35,13 +35,13 @@ pub fn table(study: &Study) -> Table {
     table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));
     table.push("factorizations", numbers(&|m| m.effort.factorizations as f64));
     table.push("steps_retried", numbers(&|m| m.effort.retried as f64));
-    table.push("energy_drift", numbers(&|m| m.energy_drift));
     table.push("out_of_range", numbers(&|m| f64::from(u8::from(m.out_of_range))));
     for (k, channel) in CHANNELS.iter().enumerate() {
         table.push(format!("rms_error_{}", channel.name), numbers(&|m| m.errors.rms[k]));
         table.push(format!("max_error_{}", channel.name), numbers(&|m| m.errors.max[k]));
         table.push(format!("relative_error_{}", channel.name), numbers(&|m| m.errors.relative[k]));
     }
+    table.push("relative_error_energy", numbers(&|m| m.errors.energy));
     table
 }
 
