@@ -17,7 +17,8 @@ use super::BusError;
 pub(super) struct Demand {
     told: Arc<AtomicBool>,
     answered: AtomicBool,
-    doubtful: AtomicBool,
+    /// Whether it has been asked since the last doubt, the first of which is at the start.
+    sure: AtomicBool,
 }
 
 impl Demand {
@@ -36,7 +37,7 @@ impl Demand {
 
     /// Lets the next look ask zenoh, whose notice of a new subscription may come later than what its subscriber sends next.
     pub(super) fn doubt(&self) {
-        self.doubtful.store(true, Ordering::Release);
+        self.sure.store(false, Ordering::Release);
     }
 
     /// Whether there is a subscription. `publisher` is the one that this is for.
@@ -47,8 +48,8 @@ impl Demand {
 
     fn judge(&self, ask: impl FnOnce() -> bool) -> bool {
         let answered = self.answered.load(Ordering::Relaxed);
-        let doubtful = self.doubtful.swap(false, Ordering::AcqRel);
-        if !doubtful && answered == self.told.load(Ordering::Acquire) {
+        let sure = self.sure.swap(true, Ordering::AcqRel);
+        if sure && answered == self.told.load(Ordering::Acquire) {
             return answered;
         }
         let answer = ask();
@@ -66,8 +67,14 @@ mod tests {
     }
 
     #[test]
+    fn regress_who_was_there_before_is_known_before_zenoh_tells_of_him() {
+        assert!(Demand::default().judge(|| true));
+    }
+
+    #[test]
     fn regress_who_asked_for_the_snapshot_is_known_before_zenoh_tells_of_him() {
         let demand = Demand::default();
+        assert!(!demand.judge(|| false));
         assert!(!demand.judge(unasked));
         demand.doubt();
         assert!(demand.judge(|| true));
