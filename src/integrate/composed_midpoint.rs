@@ -46,6 +46,7 @@ impl ComposedMidpoint {
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Effort, StepError> {
         self.trial.copy_from(state);
+        self.midpoint.begin_step();
         let mut effort = Effort::default();
         let (mut done, mut before) = (0.0, PARTS[4]);
         for part in PARTS {

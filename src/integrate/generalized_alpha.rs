@@ -71,6 +71,7 @@ impl GeneralizedAlpha {
         let share = (1.0 - self.alpha_f) / (1.0 - self.alpha_m); // ∂α₁/∂a₁
         let weights = Weights { acceleration: 1.0, velocity: h_s * self.gamma * share, position: h_s * h_s * self.beta * share };
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
+        self.newton.begin_step();
         let effort = self.newton.solve(system, t_s + h_s, weights, &mut trial)?;
         for x in [&self.q, &self.v, &self.a] {
             all_finite(x)?;

@@ -12,7 +12,7 @@ pub struct NewtonSettings {
 }
 
 /// A residual that is not below this fraction of the one before calls for a new factorization.
-const SLOW: f64 = 0.02;
+const SLOW: f64 = 0.05;
 /// A correction that is not below this fraction of the one before makes no progress.
 const STAGNANT: f64 = 0.5;
 /// Corrections of the coordinates below this fraction of the largest of them are rounding.
@@ -21,8 +21,8 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Finds `a` with `r(t, q, v, a) = load` where `q` and `v` depend on `a` linearly:
 /// `q(a + x) = q(a) + w.position x`, `v(a + x) = v(a) + w.velocity x`.
 ///
-/// Each correction solves `(∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q) x = load − r`. The matrix is factored at the prediction and
-/// kept as long as the residual falls fast.
+/// Each correction solves `(∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q) x = load − r`. The matrix is factored at the prediction, or
+/// was at an earlier one of the same step with the same weights, and kept as long as the residual falls fast.
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
     settings: NewtonSettings,
@@ -31,6 +31,8 @@ pub(super) struct Newton {
     /// The system's residual at the end of a successful [`Newton::solve`].
     pub(super) residual: Vec<f64>,
     correction: Vec<f64>,
+    /// The weights of this step's last factors.
+    factored: Option<Weights>,
 }
 
 /// The trial values: coordinates, velocities and accelerations at the point of collocation.
@@ -43,7 +45,12 @@ pub(super) struct Trial<'a> {
 impl Newton {
     pub(super) fn new(degrees_of_freedom: usize, settings: NewtonSettings) -> Self {
         let zero = vec![0.0; degrees_of_freedom];
-        Self { settings, load: zero.clone(), residual: zero.clone(), correction: zero }
+        Self { settings, load: zero.clone(), residual: zero.clone(), correction: zero, factored: None }
+    }
+
+    /// Begins a step, which owes nothing to the one before.
+    pub(super) fn begin_step(&mut self) {
+        self.factored = None;
     }
 
     /// Iterates from the prediction in `trial`, which is corrected at least once, so that a linear system is solved to rounding
@@ -57,7 +64,8 @@ impl Newton {
         trial: &mut Trial<'_>,
     ) -> Result<Effort, StepError> {
         let mut effort = Effort::default();
-        let (mut last_size, mut last_correction) = (0.0, f64::INFINITY);
+        let mut last_size = if self.factored == Some(w) { f64::INFINITY } else { 0.0 };
+        let mut last_correction = f64::INFINITY;
         loop {
             system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
             for (i, x) in self.correction.iter_mut().enumerate() {
@@ -73,7 +81,9 @@ impl Newton {
                 return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
             }
             if size > SLOW * last_size {
+                self.factored = None;
                 system.factor(t_s, trial.q, trial.v, trial.a, w)?;
+                self.factored = Some(w);
                 effort.factorizations += 1;
             }
             system.solve(&mut self.correction);

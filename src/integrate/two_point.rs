@@ -39,10 +39,16 @@ impl TwoPoint {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Effort, StepError> {
+        self.begin_step();
         self.step_after(h_s, system, t_s, h_s, state)
     }
 
-    /// The same where the step before, by which the prediction is made, was of `before_s`.
+    /// Begins a step of several parts.
+    pub(super) fn begin_step(&mut self) {
+        self.newton.begin_step();
+    }
+
+    /// A part of a step, or all of it, where the one before, by which the prediction is made, was of `before_s`.
     pub(super) fn step_after<S: System>(
         &mut self,
         before_s: f64,

@@ -30,7 +30,8 @@ GAIN, IDLE = 0.9, 3
 DIVISORS = (1, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 50, 70, 100, 140, 200, 280, 400, 700, 1000)
 # Likely ones first: what they reach tells which others cannot pay.
 ELEMENTS = (4, 8, 16, 2, 6, 12, 3, 24, 1, 32)
-MODES = (2, 1, 3, 4, 5, 6)
+# Modes of crank and rod, and whether both may stretch: as many for each, or up to one frequency (the rod is three times as long).
+MODES = [(n, n, False) for n in (2, 1, 3, 4, 5, 6)] + [(n // 3, n, True) for n in (6, 8, 9, 10, 11, 12)]
 
 
 class Point:
@@ -110,15 +111,27 @@ def flexcrank_ways(program, scene, quick):
         ("generalized-alpha", ("tolerance=1e-6", "rho_infinity=0.6")),
         ("composed-midpoint", ()),
         ("composed-midpoint", ("tolerance=1e-6",)),
+        ("composed-midpoint", ("tolerance=1e-5",)),
     ]
-    models = [("modal", "modes", MODES), ("finite-element", "elements", ELEMENTS), ("rigid", "", (0,))]
-    for (integrator, solver), (model, key, counts) in itertools.product(integrators[: 1 if quick else None], models):
-        for count in counts[: 3 if quick else None]:
-            keys = [f"solver.{word}" for word in (f"model={model}", f"integrator={integrator}", *solver)]
-            keys += [f"{link}.{key}={count}" for link in ("crank", "rod") if key]
-            size = f"{count} {key if count > 1 else key[:-1]}"
-            run = lambda step_s, keys=keys: lambda: program.solve(scene, [*keys, f"solver.step_s={step_s}"])
-            yield (model, integrator, ", ".join(([size] if key else []) + [*solver]) or "–"), run
+    links = [("modal", *modes(*counts)) for counts in MODES]
+    links += [("finite-element", *elements(count)) for count in ELEMENTS]
+    links += [("rigid", "", ())]
+    for integrator, solver in integrators[: 1 if quick else None]:
+        for model, size, keys in links[::4] if quick else links:
+            words = [f"solver.{word}" for word in (f"model={model}", f"integrator={integrator}", *solver)] + list(keys)
+            run = lambda step_s, words=words: lambda: program.solve(scene, [*words, f"solver.step_s={step_s}"])
+            yield (model, integrator, ", ".join(([size] if size else []) + [*solver]) or "–"), run
+
+
+def modes(crank, rod, axial):
+    """What they are called, and the scene's keys for them."""
+    name = f"{rod} mode{'s' * (rod > 1)}" if crank == rod else f"{crank} and {rod} modes"
+    return name + ", axial" * axial, (f"crank.modes={crank}", f"rod.modes={rod}", *(f"{link}.axial={str(axial).lower()}" for link in ("crank", "rod")))
+
+
+def elements(count):
+    """The same of finite elements."""
+    return f"{count} element{'s' * (count > 1)}", (f"crank.elements={count}", f"rod.elements={count}")
 
 
 def sweep(families, levels):

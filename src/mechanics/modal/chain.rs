@@ -166,7 +166,8 @@ impl<const W: usize> Chain<W> {
         self.forces = forces;
         for link in &mut self.links {
             let own = link.own();
-            link.elastic.force(&q[own.clone()], &v[own.clone()], &mut r[own]);
+            link.elastic.force(&q[own.clone()], &v[own.clone()], &mut r[own.clone()]);
+            link.strong.force(&mut r[own]);
         }
         self.force_at_work = self.size_of_forces_n(q);
     }

@@ -19,7 +19,7 @@ impl<const W: usize> Chain<W> {
             let velocity = |f: usize| add_scaled(link.du[f], frame.chord.rate, quarter(link.u[f]));
             energy.kinetic_j += link.kinetic_j(frame.direction.to_local(frame.first.velocity), velocity);
             if let Some(strain) = &mut energy.strain_j {
-                *strain += link.elastic.energy_j(&q[link.own()]);
+                *strain += link.elastic.energy_j(&q[link.own()]) + link.strong.energy_j();
             }
             let means = link.shapes.mean.iter().zip(&link.u);
             let centre = means.fold([0.0; 2], |sum: Vector, (k, u)| add_scaled(sum, *k, *u));

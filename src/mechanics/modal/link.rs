@@ -4,8 +4,8 @@ use std::array::from_fn;
 
 use super::elastic::Elastic;
 use super::plane::{Vector, add_scaled, cross, dot, quarter};
-use super::quartic::Quartic;
 use super::shapes::Shapes;
+use super::strong::Strong;
 use crate::scene;
 
 /// Least number of sines that carry axial displacement in a bent link: `∫ w'²` of the first mode needs the second sine.
@@ -30,14 +30,11 @@ pub(super) struct Link<const W: usize> {
     /// Axial coordinates `e_0, e_1, …`.
     pub(super) axial: usize,
     pub(super) elastic: Elastic,
-    /// What strong bending takes from the chord, `c₄ = −⅛ ∫ w'⁴ ds = −¼ U_ijkl η_i η_j η_k η_l`, and `U_ijkl η_k η_l`,
-    /// `U_ijkl η_k η̇_l` at present.
-    pub(super) strong: Quartic,
-    pub(super) bow: Vec<f64>,
-    dbow: Vec<f64>,
-    /// The present η and η̇ of the sines.
-    eta: Vec<f64>,
-    deta: Vec<f64>,
+    /// What strong bending adds to the energy and takes from the chord.
+    pub(super) strong: Strong,
+    /// Room for the shapes' sums.
+    series: Vec<f64>,
+    pub(super) pulls: Vec<f64>,
     /// Field, velocities and accelerations in the frame of the chord, as if it stood still.
     pub(super) u: [Vector; W],
     pub(super) du: [Vector; W],
@@ -76,12 +73,10 @@ impl<const W: usize> Link<W> {
         let zero = [[0.0; 2]; W];
         let mut u = zero;
         u[0][0] = length;
-        let strong = Quartic::slope(shapes.modes, 0.125 / length.powi(3));
+        let strong = Strong::new(shapes.modes, length, bar.map_or(0.0, |bar| bar.bending_stiffness_nm2()));
         Self {
-            bow: strong.matrix(),
-            dbow: strong.matrix(),
-            eta: vec![0.0; shapes.modes],
-            deta: vec![0.0; shapes.modes],
+            series: shapes.room(),
+            pulls: shapes.room(),
             strong,
             shapes,
             length_m: length,
@@ -115,16 +110,17 @@ impl<const W: usize> Link<W> {
         let n = self.bending;
         let own = self.at..self.at + n;
         let (eta, deta, ddeta) = (&q[own.clone()], &v[own.clone()], &a[own]);
-        self.grad.fill([0.0; W]);
-        self.dgrad.fill([0.0; W]);
-        let taken = self.bow(eta, deta);
+        self.shapes.gradient(eta, &mut self.series, &mut self.grad);
+        self.shapes.gradient(deta, &mut self.series, &mut self.dgrad);
+        self.strong.advance(eta, deta);
+        let mut taken = 0.0;
+        for (i, [gradient, rate]) in self.strong.gradient().enumerate() {
+            taken += gradient * eta[i];
+            self.grad[i][0] += gradient;
+            self.dgrad[i][0] += rate;
+        }
         let [mut u, mut du, mut ddu] = [[0.0; W]; 3];
-        let gradients = self.grad.iter_mut().zip(&mut self.dgrad);
-        for (i, (grad, dgrad)) in gradients.enumerate() {
-            for (j, row) in self.shapes.shortening[i * n..(i + 1) * n].iter().enumerate() {
-                *grad = from_fn(|f| grad[f] - row[f] * eta[j]);
-                *dgrad = from_fn(|f| dgrad[f] - row[f] * deta[j]);
-            }
+        for (i, (grad, dgrad)) in self.grad.iter().zip(&self.dgrad).enumerate() {
             u = from_fn(|f| u[f] + 0.5 * grad[f] * eta[i]);
             du = from_fn(|f| du[f] + grad[f] * deta[i]);
             ddu = from_fn(|f| ddu[f] + grad[f] * ddeta[i] + dgrad[f] * deta[i]);
@@ -132,7 +128,8 @@ impl<const W: usize> Link<W> {
         for (vectors, along) in [(&mut self.u, u), (&mut self.du, du), (&mut self.ddu, ddu)] {
             vectors.iter_mut().zip(along).for_each(|(vector, along)| vector[0] = along);
         }
-        self.u[0][0] += self.length_m + taken;
+        // Of c₄, of fourth degree in η, half the gradient along η is 2c₄.
+        self.u[0][0] += self.length_m - 0.25 * taken;
         for i in 0..n {
             let f = self.shapes.function_of(i);
             self.u[f][1] = eta[i];
@@ -147,32 +144,12 @@ impl<const W: usize> Link<W> {
         }
     }
 
-    /// Sets the fourth-order part of the chord's gradient, `∂c₄/∂η = −Bη` with `B = Uηη`, and its rate `−3 Bη̇`.
-    /// Returns what makes `½ ∂c₄/∂η · η` into `c₄`.
-    #[inline]
-    fn bow(&mut self, eta: &[f64], deta: &[f64]) -> f64 {
-        let (strong, modes) = (&self.strong, self.shapes.modes);
-        self.eta.copy_from_slice(&eta[..modes]);
-        self.deta.copy_from_slice(&deta[..modes]);
-        strong.contract(eta, eta, &mut self.bow);
-        strong.apply(&self.bow, eta, |i, x| self.grad[i][0] -= x);
-        strong.apply(&self.bow, deta, |i, x| self.dgrad[i][0] -= 3.0 * x);
-        -0.25 * self.eta.iter().zip(&self.grad).map(|(eta, grad)| eta * grad[0]).sum::<f64>()
-    }
-
-    /// The second time derivative of the gradient, `−Q_fη̈`, and for the chord `−3 (Bη̈ + Ḃη̇)`.
+    /// The second time derivative of the gradient, `−Q_fη̈` and, for the chord, that of strong bending's.
     pub(super) fn deform_gradient(&mut self, a: &[f64]) {
-        let n = self.bending;
-        let ddeta = &a[self.at..self.at + n];
-        self.ddgrad.fill([0.0; W]);
-        for (i, ddgrad) in self.ddgrad.iter_mut().enumerate() {
-            for (row, ddeta) in self.shapes.shortening[i * n..(i + 1) * n].iter().zip(ddeta) {
-                *ddgrad = from_fn(|f| ddgrad[f] - row[f] * ddeta);
-            }
-        }
-        self.strong.apply(&self.bow, ddeta, |i, x| self.ddgrad[i][0] -= 3.0 * x);
-        self.strong.contract(&self.eta, &self.deta, &mut self.dbow);
-        self.strong.apply(&self.dbow, &self.deta, |i, x| self.ddgrad[i][0] -= 6.0 * x);
+        let ddeta = &a[self.at..self.at + self.bending];
+        self.shapes.gradient(ddeta, &mut self.series, &mut self.ddgrad);
+        let ddgrad = &mut self.ddgrad;
+        self.strong.gradient_acceleration(ddeta, |i, x| ddgrad[i][0] += x);
     }
 
     /// Accelerations `R⁻¹ d²(R u)/dt² = ü + 2ωJu̇ + εJu − ω²u` of all functions, in the frame of the chord.

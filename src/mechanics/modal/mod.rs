@@ -6,7 +6,7 @@
 //!
 //! **Foreshortening.** An inextensible line has `x' = √(1 − w'²)`: chord and axial field follow from the bending, von Kármán's
 //! `−½ w'²` in all of the field and `−⅛ w'⁴` in the chord, so that compression softens and buckles, rotation and tension
-//! stiffen (`link`). Bending energy has the exact curvature to fourth order, `½ EJ ∫ w''² (1 + w'²)` (`elastic`). With
+//! stiffen (`link`). Bending energy has the exact curvature to fourth order, `½ EJ ∫ w''² (1 + w'²)` (`strong`). With
 //! `axial` the chord and one half-wave may stretch as well.
 //!
 //! **Equations.** With the global vectors `z = (A, R u_f)` of pins and functions the kinetic energy is `½ żᵀMż` with a constant
@@ -38,10 +38,10 @@ mod link;
 mod loads;
 mod observe;
 mod plane;
-mod quartic;
 mod shapes;
 mod start;
 mod station;
+mod strong;
 mod tangent;
 mod variation;
 
@@ -63,6 +63,9 @@ impl Modal {
             None | Some(..=4) => Box::new(Fitted::<4>::new(chain, prescribed)),
             Some(5..=6) => Box::new(Fitted::<6>::new(chain, prescribed)),
             Some(7..=8) => Box::new(Fitted::<8>::new(chain, prescribed)),
+            Some(9..=10) => Box::new(Fitted::<10>::new(chain, prescribed)),
+            Some(11..=12) => Box::new(Fitted::<12>::new(chain, prescribed)),
+            Some(13..=14) => Box::new(Fitted::<14>::new(chain, prescribed)),
             Some(_) => Box::new(Fitted::<MOST_FUNCTIONS>::new(chain, prescribed)),
         };
         Self { fitted }

@@ -1,5 +1,6 @@
 //! The displacement field of one link about its chord, and its integrals in closed form.
 
+use std::array::from_fn;
 use std::f64::consts::PI;
 
 /// Shape functions of `ξ = s/L` and their integrals over `0 ≤ ξ ≤ 1`.
@@ -41,8 +42,11 @@ pub(super) struct Shapes<const W: usize> {
     pub(super) square: [f64; W],
     /// `∫ χ sin fπξ` for each sine; zero without χ.
     pub(super) with_root: [f64; W],
-    /// `Q_f[i][j]` at `i n + j` for each of the chord and the sines, 1/m.
-    pub(super) shortening: Vec<[f64; W]>,
+    /// `Q_f[χ][j]` for each bending shape j and each of the chord and the sines, 1/m; empty without χ.
+    root_shortening: Vec<[f64; W]>,
+    /// `1/(2fπL)` for each sine, 1/m.
+    per_wave: [f64; W],
+    length_m: f64,
     /// `∫ φ_i''² dξ` for each bending shape.
     pub(super) curvature: Vec<f64>,
     /// `φ_i'(0)` (d/dξ) for each bending shape.
@@ -61,7 +65,9 @@ impl<const W: usize> Shapes<W> {
             first: [0.0; W],
             square: [0.0; W],
             with_root: [0.0; W],
-            shortening: Vec::new(),
+            root_shortening: Vec::new(),
+            per_wave: [0.0; W],
+            length_m,
             curvature: (1..=modes).map(|k| 0.5 * wave(k).powi(4)).collect(),
             root_slope: (1..=modes).map(wave).collect(),
         };
@@ -70,12 +76,13 @@ impl<const W: usize> Shapes<W> {
             shapes.mean[k] = (1.0 - sign(k)) / wave(k);
             shapes.first[k] = -sign(k) / wave(k);
             shapes.square[k] = 0.5;
+            shapes.per_wave[k] = 0.5 / (wave(k) * length_m);
             shapes.with_root[k] = if root && k > modes { 0.5 * root_sine(k) } else { 0.0 };
         }
         if root {
             shapes.add_root();
+            shapes.root_shortening = shapes.root_shortening();
         }
-        shapes.shortening = shapes.shortening(length_m);
         shapes
     }
 
@@ -105,7 +112,7 @@ impl<const W: usize> Shapes<W> {
         let psi = [xi * (1.0 - xi) * (1.0 - 0.5 * xi), 1.0 + xi * (-3.0 + 1.5 * xi), 3.0 * (xi - 1.0)];
         (1..=self.modes).fold(psi, |chi, m| {
             let (c, s) = (root_sine(m), sine(m, xi));
-            std::array::from_fn(|d| chi[d] - c * s[d])
+            from_fn(|d| chi[d] - c * s[d])
         })
     }
 
@@ -122,29 +129,86 @@ impl<const W: usize> Shapes<W> {
         self.root_slope.push(slope);
     }
 
-    fn shortening(&self, length_m: f64) -> Vec<[f64; W]> {
-        let n = self.bending();
-        let entry = |f: usize, i: usize, j: usize| {
-            let factor = if f == 0 { 1.0 } else { 2.0 / wave(f) } / length_m;
-            if f <= self.sines { factor * self.slopes_with_cosine(f, i, j) } else { 0.0 }
-        };
-        (0..n * n).map(|ij| std::array::from_fn(|f| entry(f, ij / n, ij % n))).collect()
+    /// Room, of zeros, that [`Shapes::gradient`] and [`Shapes::pulled`] need, each its own: they set what is not always zero.
+    pub(super) fn room(&self) -> Vec<f64> {
+        vec![0.0; 2 * self.modes + W]
     }
 
-    /// `∫ φ_i' φ_j' cos fπξ dξ`, from the cosine series of the slopes.
-    fn slopes_with_cosine(&self, f: usize, i: usize, j: usize) -> f64 {
-        let (i, j) = (i.min(j) + 1, i.max(j) + 1);
-        let is = |a: usize, b: usize| if a == b { 1.0 } else { 0.0 };
-        match (i > self.modes, j > self.modes, f) {
-            (false, false, 0) => 0.5 * wave(i) * wave(j) * is(i, j),
-            (false, false, _) => 0.25 * wave(i) * wave(j) * (is(f, i + j) + is(f, j - i)),
-            (false, true, 0) => 0.0,
-            (false, true, _) => 0.25 * wave(i) * (self.root_cosine(i + f) + self.root_cosine(i.abs_diff(f))),
-            (true, _, 0) => {
+    /// `−Q_fη` for each bending shape and function.
+    ///
+    /// With the cosine series `w' = Σ p_m cos mπξ`, `p_m = mπη_m` for the sines and `d_m η_χ` beyond, and `p_−m = p_m`:
+    ///
+    /// ```text
+    /// (Q_0η)_i = iπ p_i/(2L)          (Q_fη)_i = iπ (p_{i+f} + p_{i−f})/(2fπL)
+    /// ```
+    #[inline]
+    pub(super) fn gradient(&self, eta: &[f64], p: &mut [f64], out: &mut [[f64; W]]) {
+        let n = self.modes;
+        for m in 1..=n {
+            let p_m = wave(m) * eta[m - 1];
+            (p[n + m], p[n - m]) = (p_m, p_m);
+        }
+        if self.root {
+            for m in n + 1..=n + self.sines {
+                p[n + m] = self.root_cosine(m) * eta[n];
+            }
+            out[n] = [0.0; W];
+            for (row, eta) in self.root_shortening.iter().zip(eta) {
+                out[n] = from_fn(|f| out[n][f] - row[f] * eta);
+            }
+        }
+        for (i, out) in (1..=n).zip(out) {
+            let (sum, difference) = (&p[n + i..n + i + W], &p[n - i..n - i + W]);
+            *out = from_fn(|f| -wave(i) * self.per_wave[f] * (sum[f] + difference[f]));
+            out[0] = -0.5 * wave(i) * p[n + i] / self.length_m;
+        }
+    }
+
+    /// Calls `add` with i, j and `Σ F_f Q_f[i][j]`, for forces along the chord.
+    ///
+    /// With `g_0 = 2F_0/L` and `g_m = 2F_m/(mπL)` it is `¼ iπ jπ (g_{i+j} + g_{i−j})` of the sines.
+    pub(super) fn pulled(&self, force: impl Fn(usize) -> f64, g: &mut [f64], mut add: impl FnMut(usize, usize, f64)) {
+        let n = self.modes;
+        g[0] = 2.0 * force(0) / self.length_m;
+        for (m, g) in g.iter_mut().enumerate().take(self.sines + 1).skip(1) {
+            *g = 4.0 * self.per_wave[m] * force(m);
+        }
+        for i in 1..=n {
+            for j in 1..=n {
+                add(i - 1, j - 1, 0.25 * wave(i) * wave(j) * (g[i + j] + g[i.abs_diff(j)]));
+            }
+        }
+        for (j, row) in self.root_shortening.iter().enumerate() {
+            let along = (0..=self.sines).map(|f| row[f] * force(f)).sum();
+            add(n, j, along);
+            if j != n {
+                add(j, n, along);
+            }
+        }
+    }
+
+    /// `∫ χ' φ_j' dξ/L` and `2/(fπL) ∫ χ' φ_j' cos fπξ dξ` for each bending shape j.
+    fn root_shortening(&self) -> Vec<[f64; W]> {
+        let row = |j: usize| {
+            from_fn(|f| match f {
+                0 => self.root_slopes_with_cosine(j, 0) / self.length_m,
+                _ if f <= self.sines => 4.0 * self.per_wave[f] * self.root_slopes_with_cosine(j, f),
+                _ => 0.0,
+            })
+        };
+        (1..=self.bending()).map(row).collect()
+    }
+
+    /// `∫ χ' φ_j' cos fπξ dξ`, from the cosine series of the slopes; j from 1, χ the last.
+    fn root_slopes_with_cosine(&self, j: usize, f: usize) -> f64 {
+        match (j > self.modes, f) {
+            (false, 0) => 0.0,
+            (false, _) => 0.25 * wave(j) * (self.root_cosine(j + f) + self.root_cosine(j.abs_diff(f))),
+            (true, 0) => {
                 let tail = PI.powi(4) / 90.0 - (1..=self.modes).map(|m| (m as f64).powi(-4)).sum::<f64>();
                 18.0 / PI.powi(4) * tail
             }
-            (true, _, _) => {
+            (true, _) => {
                 let sums = (1..f).map(|m| self.root_cosine(m) * self.root_cosine(f - m)).sum::<f64>();
                 0.25 * (sums + 2.0 * 36.0 / PI.powi(4) * tail_of_products(self.modes, f))
             }
@@ -219,15 +283,26 @@ mod tests {
                     near(if is_root { s.with_root[g] } else { 0.0 }, expected, "product");
                 }
             }
+            let (mut room, mut gradient) = (s.room(), vec![[0.0; 8]; s.bending()]);
             for i in 0..s.bending() {
                 let fi = s.function_of(i);
                 near(s.curvature[i], integral(|x| s.at(fi, x)[2].powi(2)), "curvature");
                 near(s.root_slope[i], s.at(fi, 0.0)[1], "slope");
+                let mut one = vec![0.0; s.bending()];
                 for j in 0..s.bending() {
-                    for f in 0..=s.sines {
+                    one.fill(0.0);
+                    one[j] = 1.0;
+                    s.gradient(&one, &mut room, &mut gradient);
+                    for (f, got) in gradient[i].iter().enumerate().take(s.sines + 1) {
                         let cosine = |x: f64| if f == 0 { 1.0 } else { 2.0 / wave(f) * (wave(f) * x).cos() };
                         let expected = integral(|x| s.at(fi, x)[1] * s.at(s.function_of(j), x)[1] * cosine(x)) / length;
-                        near(s.shortening[i * s.bending() + j][f], expected, "shortening");
+                        near(-got, expected, "gradient");
+                        let only = |g: usize| if g == f { 1.0 } else { 0.0 };
+                        s.pulled(only, &mut s.room(), |a, b, got| {
+                            if (a, b) == (i, j) {
+                                near(got, expected, "pulled");
+                            }
+                        });
                     }
                 }
             }

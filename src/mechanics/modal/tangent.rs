@@ -113,10 +113,10 @@ impl<const W: usize> Tangent<W> {
     }
 
     /// Adds the stiffness of elasticity, of the base, and of the forces present.
-    fn stiffness(&mut self, chain: &Chain<W>, w: Weights) {
+    fn stiffness(&mut self, chain: &mut Chain<W>, w: Weights) {
         let n = chain.degrees_of_freedom;
         let k = &mut self.lu.matrix;
-        for (b, link) in chain.links.iter().enumerate() {
+        for (b, link) in chain.links.iter_mut().enumerate() {
             link.geometric(&chain.forces[b].functions, &self.angle_rows[b], w.position, &mut self.scratch, k);
             link.elastic.tangent(w.position, w.velocity, link.at, n, k);
         }

@@ -67,11 +67,11 @@ impl<const W: usize> Link<W> {
         column
     }
 
-    /// Adds `weight Σ F_f · ∂²(R u_f)/∂q_i∂q_j` to the `n × n` matrix `k`; `angle` holds `∂β/∂q_j`.
+    /// Adds `weight (Σ F_f · ∂²(R u_f)/∂q_i∂q_j + ∂²V₄/∂q_i∂q_j)` to the `n × n` matrix `k`; `angle` holds `∂β/∂q_j`.
     ///
-    /// With `p_j = Σ F_f · J ∂u_f/∂q_j` and `s = −Σ F_f · u_f` it is `p_i β_j + p_j β_i + s β_i β_j − Σ F_f,x Q_f,ij`, but for
+    /// V₄ is the energy of strong bending. With `p_j = Σ F_f · J ∂u_f/∂q_j` and `s = −Σ F_f · u_f` it is `p_i β_j + p_j β_i + s β_i β_j − Σ F_f,x Q_f,ij`, but for
     /// `Σ u_f × F_f ∂²β/∂q_i∂q_j`, which is nil: β is linear in `q`, or the force of the guide makes the moment nil.
-    pub(super) fn geometric(&self, force: &[Vector; W], angle: &[f64], weight: f64, p: &mut [f64], k: &mut [f64]) {
+    pub(super) fn geometric(&mut self, force: &[Vector; W], angle: &[f64], weight: f64, p: &mut [f64], k: &mut [f64]) {
         let (n, all) = (self.bending, angle.len());
         p.fill(0.0);
         for i in 0..self.coordinates() {
@@ -90,15 +90,8 @@ impl<const W: usize> Link<W> {
                 *k += by_angle * angle_j + by_p * p_j;
             }
         }
-        for (ij, row) in self.shapes.shortening.iter().enumerate() {
-            let along: f64 = row.iter().zip(force).map(|(q, force)| q * force[0]).sum();
-            k[(self.at + ij / n) * all + self.at + ij % n] -= weight * along;
-        }
-        for (&[i, j], bow) in self.strong.pairs.iter().zip(&self.bow) {
-            k[(self.at + i) * all + self.at + j] -= 3.0 * weight * bow * force[0][0];
-            if i != j {
-                k[(self.at + j) * all + self.at + i] -= 3.0 * weight * bow * force[0][0];
-            }
-        }
+        let at = self.at;
+        self.shapes.pulled(|f| force[f][0], &mut self.pulls, |i, j, along| k[(at + i) * all + at + j] -= weight * along);
+        self.strong.stiffness(weight, force[0][0], at, all, k);
     }
 }

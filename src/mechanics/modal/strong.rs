@@ -1,0 +1,255 @@
+//! Terms of fourth order in the bending modes: what strong bending adds to the strain energy and takes from the chord.
+
+use std::array::from_fn;
+use std::f64::consts::PI;
+
+/// Strong bending of a link by its sines `w = Σ η_i sin iπξ`, with slopes `σ = dw/dξ` and curvatures `κ = d²w/dξ²`:
+///
+/// ```text
+/// c₄ = −1/(8 L³) ∫ σ⁴ dξ            of the chord: x' = √(1 − w'²) = 1 − ½ w'² − ⅛ w'⁴ …
+/// V₄ = EJ/(2 L⁵) ∫ κ² σ² dξ         of the energy: θ'² = w''²/(1 − w'²) = w''² (1 + w'²) …
+/// ```
+///
+/// Both integrands are cosine series up to `4nπξ`, so the midpoint rule over more than `2n` stations is exact: all sums here are
+/// closed forms.
+#[derive(Debug, Clone)]
+pub(super) struct Strong {
+    /// `1/(2 L³)` over the number of stations, 1/m³.
+    shortening: f64,
+    /// `EJ/L⁵` over the number of stations, N/m³.
+    stiffness: f64,
+    /// `φ_i'` and `φ_i''` of all modes at each group of stations in turn.
+    shapes: Vec<[Group; 2]>,
+    /// σ, σ̇ and κ at present, m and m/s.
+    present: Vec<[Group; 3]>,
+    /// Room for what is summed over the stations.
+    sums: Vec<[Group; 4]>,
+    /// `∂c₄/∂η_i`, its rate (1/s), and `∂V₄/∂η_i`, N, at present.
+    gradients: Vec<[f64; 3]>,
+}
+
+/// A value at each of some stations, side by side.
+type Group = [f64; 4];
+
+impl Strong {
+    /// For `modes` sines on a link of length `length_m` and bending stiffness `ej_nm2`.
+    pub(super) fn new(modes: usize, length_m: f64, ej_nm2: f64) -> Self {
+        let zero = [0.0; 4];
+        let groups = if modes == 0 { 0 } else { (2 * modes + 1).div_ceil(zero.len()) };
+        let count = (groups * zero.len()).max(1) as f64;
+        let at = |i: usize, g: usize| {
+            let (wave, xi) = (i as f64 * PI, |s: usize| ((g * zero.len() + s) as f64 + 0.5) / count);
+            [from_fn(|s| wave * (wave * xi(s)).cos()), from_fn(|s| -wave * wave * (wave * xi(s)).sin())]
+        };
+        Self {
+            shortening: 0.5 / (length_m.powi(3) * count),
+            stiffness: ej_nm2 / (length_m.powi(5) * count),
+            shapes: (0..groups).flat_map(|g| (1..=modes).map(move |i| at(i, g))).collect(),
+            present: vec![[zero; 3]; groups],
+            sums: vec![[zero; 4]; groups],
+            gradients: vec![[0.0; 3]; modes],
+        }
+    }
+
+    /// Takes the present η and η̇, the sines' first.
+    #[inline]
+    pub(super) fn advance(&mut self, eta: &[f64], deta: &[f64]) {
+        for (present, shapes) in self.present.iter_mut().zip(self.shapes.chunks_exact(self.gradients.len().max(1))) {
+            let mut sum = [[0.0; 4]; 3];
+            for ([slopes, curvatures], (eta, deta)) in shapes.iter().zip(eta.iter().zip(deta)) {
+                sum[0] = from_fn(|s| sum[0][s] + eta * slopes[s]);
+                sum[1] = from_fn(|s| sum[1][s] + deta * slopes[s]);
+                sum[2] = from_fn(|s| sum[2][s] + eta * curvatures[s]);
+            }
+            *present = sum;
+        }
+        self.set_gradients();
+    }
+
+    #[inline]
+    fn set_gradients(&mut self) {
+        for (sums, [slope, rate, curvature]) in self.sums.iter_mut().zip(&self.present) {
+            let square: Group = from_fn(|s| -self.shortening * slope[s] * slope[s]);
+            let product: Group = from_fn(|s| self.stiffness * slope[s] * curvature[s]);
+            *sums = [
+                from_fn(|s| square[s] * slope[s]),
+                from_fn(|s| 3.0 * square[s] * rate[s]),
+                from_fn(|s| product[s] * curvature[s]),
+                from_fn(|s| product[s] * slope[s]),
+            ];
+        }
+        let modes = self.gradients.len();
+        for (i, gradients) in self.gradients.iter_mut().enumerate() {
+            let mut parts = [[0.0; 4]; 3];
+            for ([slopes, curvatures], sums) in self.shapes.iter().skip(i).step_by(modes).zip(&self.sums) {
+                parts[0] = from_fn(|s| parts[0][s] + slopes[s] * sums[0][s]);
+                parts[1] = from_fn(|s| parts[1][s] + slopes[s] * sums[1][s]);
+                parts[2] = from_fn(|s| parts[2][s] + slopes[s] * sums[2][s] + curvatures[s] * sums[3][s]);
+            }
+            *gradients = parts.map(total);
+        }
+    }
+
+    /// `∂c₄/∂η_i` of each mode and its rate, 1/s.
+    #[inline]
+    pub(super) fn gradient(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.gradients.iter().map(|[gradient, rate, _]| [*gradient, *rate])
+    }
+
+    /// Adds `∂V₄/∂η` to `r`.
+    #[inline]
+    pub(super) fn force(&self, r: &mut [f64]) {
+        for (r, [.., force]) in r.iter_mut().zip(&self.gradients) {
+            *r += force;
+        }
+    }
+
+    /// Calls `add` with the mode and the second time derivative of `∂c₄/∂η_i`, for the accelerations η̈.
+    pub(super) fn gradient_acceleration(&mut self, ddeta: &[f64], mut add: impl FnMut(usize, f64)) {
+        let modes = self.gradients.len();
+        let groups = self.shapes.chunks_exact(modes.max(1));
+        for ((sums, [slope, rate, _]), shapes) in self.sums.iter_mut().zip(&self.present).zip(groups) {
+            let mut acceleration = [0.0; 4];
+            for ([slopes, _], ddeta) in shapes.iter().zip(ddeta) {
+                acceleration = from_fn(|s| acceleration[s] + ddeta * slopes[s]);
+            }
+            let along = |s: usize| slope[s] * acceleration[s] + 2.0 * rate[s] * rate[s];
+            sums[0] = from_fn(|s| -3.0 * self.shortening * slope[s] * along(s));
+        }
+        for i in 0..modes {
+            let mut part = [0.0; 4];
+            for ([slopes, _], sums) in self.shapes.iter().skip(i).step_by(modes).zip(&self.sums) {
+                part = from_fn(|s| part[s] + slopes[s] * sums[0][s]);
+            }
+            add(i, total(part));
+        }
+    }
+
+    /// Adds `weight ∂²(V₄ + F c₄)/∂η_i∂η_j`, with the force F along the chord, to the square matrix `k` of `all` rows, at row and
+    /// column `at`.
+    pub(super) fn stiffness(&mut self, weight: f64, along_n: f64, at: usize, all: usize, k: &mut [f64]) {
+        let (bend, chord) = (weight * self.stiffness, 3.0 * weight * along_n * self.shortening);
+        let modes = self.gradients.len();
+        let of = |i: usize| self.shapes.iter().skip(i).step_by(modes);
+        for i in 0..modes {
+            for (([slopes, curvatures], sums), [slope, _, curvature]) in of(i).zip(&mut self.sums).zip(&self.present) {
+                let mixed: Group = from_fn(|s| 2.0 * bend * slope[s] * curvature[s]);
+                let both: Group = from_fn(|s| bend * curvature[s] * curvature[s] - chord * slope[s] * slope[s]);
+                sums[0] = from_fn(|s| both[s] * slopes[s] + mixed[s] * curvatures[s]);
+                sums[1] = from_fn(|s| mixed[s] * slopes[s] + bend * slope[s] * slope[s] * curvatures[s]);
+            }
+            for j in i..modes {
+                let mut entry = [0.0; 4];
+                for ([slopes, curvatures], sums) in of(j).zip(&self.sums) {
+                    entry = from_fn(|s| entry[s] + slopes[s] * sums[0][s] + curvatures[s] * sums[1][s]);
+                }
+                let entry = total(entry);
+                k[(at + i) * all + at + j] += entry;
+                if i != j {
+                    k[(at + j) * all + at + i] += entry;
+                }
+            }
+        }
+    }
+
+    /// `V₄`, J.
+    pub(super) fn energy_j(&self) -> f64 {
+        let squares = |[slope, _, curvature]: &[Group; 3]| -> f64 { (0..4).map(|s| (slope[s] * curvature[s]).powi(2)).sum() };
+        0.5 * self.stiffness * self.present.iter().map(squares).sum::<f64>()
+    }
+}
+
+/// Sum over the stations of a group.
+#[inline]
+fn total([a, b, c, d]: Group) -> f64 {
+    (a + b) + (c + d)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ETA: [f64; 3] = [0.07, -0.04, 0.03];
+    const DETA: [f64; 3] = [0.4, 0.7, -0.9];
+    const DDETA: [f64; 3] = [-3.0, 8.0, 5.0];
+    const LENGTH_M: f64 = 1.7;
+    const EJ_NM2: f64 = 20.0;
+
+    fn bent(eta: [f64; 3], deta: [f64; 3]) -> Strong {
+        let mut strong = Strong::new(3, LENGTH_M, EJ_NM2);
+        strong.advance(&eta, &deta);
+        strong
+    }
+
+    /// `c₄`, of fourth degree in η, from its gradient.
+    fn shortening_m(strong: &Strong, eta: [f64; 3]) -> f64 {
+        0.25 * strong.gradient().zip(eta).map(|([gradient, _], eta)| gradient * eta).sum::<f64>()
+    }
+
+    fn moved(by: [f64; 3], t: f64) -> [f64; 3] {
+        std::array::from_fn(|i| ETA[i] + t * by[i] + 0.5 * t * t * DDETA[i])
+    }
+
+    #[test]
+    fn val_shortening_and_energy_equal_quadrature() {
+        let n = 4000;
+        let (mut shortening, mut energy) = (0.0, 0.0);
+        for s in 0..n {
+            let xi = (s as f64 + 0.5) / n as f64;
+            let terms = |f: &dyn Fn(f64) -> f64| -> f64 { (1..=3).map(|k| ETA[k - 1] * f(k as f64 * PI)).sum() };
+            let slope = terms(&|w| w * (w * xi).cos());
+            let curvature = terms(&|w| -w * w * (w * xi).sin());
+            shortening -= slope.powi(4) / (8.0 * LENGTH_M.powi(3) * n as f64);
+            energy += 0.5 * EJ_NM2 * (curvature * slope).powi(2) / (LENGTH_M.powi(5) * n as f64);
+        }
+        let strong = bent(ETA, DETA);
+        let got = shortening_m(&strong, ETA);
+        assert!((got / shortening - 1.0).abs() < 1e-12, "{got} {shortening}");
+        assert!((strong.energy_j() / energy - 1.0).abs() < 1e-12, "{} {energy}", strong.energy_j());
+    }
+
+    #[test]
+    fn val_forces_and_stiffness_are_derivatives_of_energy_and_shortening() {
+        let (d, along_n) = (1e-5, 30.0);
+        let near = |got: f64, expected: f64| assert!((got - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{got} {expected}");
+        let force = |eta: [f64; 3]| {
+            let mut r = [0.0; 3];
+            let strong = bent(eta, DETA);
+            strong.force(&mut r);
+            (r, strong.gradient().map(|[gradient, _]| gradient).collect::<Vec<_>>())
+        };
+        let (r, gradient) = force(ETA);
+        let mut k = [0.0; 25];
+        bent(ETA, DETA).stiffness(2.0, along_n, 1, 5, &mut k);
+        for i in 0..3 {
+            let mut ends = [ETA; 2];
+            ends[0][i] -= d;
+            ends[1][i] += d;
+            let [low, high] = ends.map(|eta| (bent(eta, DETA).energy_j(), shortening_m(&bent(eta, DETA), eta)));
+            near(r[i], (high.0 - low.0) / (2.0 * d));
+            near(gradient[i], (high.1 - low.1) / (2.0 * d));
+            let [low, high] = ends.map(force);
+            for j in 0..3 {
+                let expected = (high.0[j] - low.0[j] + along_n * (high.1[j] - low.1[j])) / d;
+                near(k[(1 + i) * 5 + 1 + j], expected);
+            }
+        }
+    }
+
+    #[test]
+    fn val_rates_of_the_gradient_are_its_time_derivatives() {
+        let t = 1e-4;
+        let at = |t: f64| {
+            let deta = std::array::from_fn(|i| DETA[i] + t * DDETA[i]);
+            bent(moved(DETA, t), deta).gradient().collect::<Vec<_>>()
+        };
+        let (before, after, now) = (at(-t), at(t), at(0.0));
+        let near = |got: f64, expected: f64| assert!((got - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{got} {expected}");
+        let mut second = [0.0; 3];
+        bent(ETA, DETA).gradient_acceleration(&DDETA, |i, x| second[i] = x);
+        for i in 0..3 {
+            near(now[i][1], (after[i][0] - before[i][0]) / (2.0 * t));
+            near(second[i], (after[i][1] - before[i][1]) / (2.0 * t));
+        }
+    }
+}
