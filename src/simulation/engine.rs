@@ -13,8 +13,9 @@ pub(super) type Ledger = [f64; 3];
 pub(super) trait Engine: Send {
     /// Back to t = 0.
     fn reset(&mut self);
-    /// From `t_s` to `t_s + h_s` under `law`; returns the effort and the work. On error the state is unchanged.
-    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<(Effort, Ledger), StepError>;
+    /// From `t_s`, where there is `energy_j` by the ledger, to `t_s + h_s` under `law`; returns the effort and the work. On error the
+    /// state is unchanged.
+    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, energy_j: f64) -> Result<(Effort, Ledger), StepError>;
     /// Fills `out` for `t_s`, where the last step ended.
     fn observe(&mut self, law: &DriveLaw, t_s: f64, out: &mut Observation) -> Result<(), StepError>;
     /// Appends everything that is carried from one step to the next.

@@ -22,7 +22,7 @@ impl Engine for IncrementalEngine {
         self.state = self.model.start();
     }
 
-    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<(Effort, Ledger), StepError> {
+    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, _energy_j: f64) -> Result<(Effort, Ledger), StepError> {
         let input = law.input(t_s);
         let mut after = self.state.clone();
         self.model.step(&input, h_s, &mut after).map_err(|_| StepError::Singular)?;

@@ -3,11 +3,15 @@
 use super::drive::DriveLaw;
 use super::engine::{Engine, Ledger};
 use crate::integrate::{Effort, Integrator, Singular, State, StepError, System, Weights, solve_acceleration};
-use crate::mechanics::{self, Mechanism, NoEquilibrium, Observation};
+use crate::mechanics::{self, Energy, Mechanism, NoEquilibrium, Observation};
 
-/// Largest excess of energy over the kinetic energy that is taken away: more is no error of high order, and left for the ledger to
-/// show.
-const LARGEST_EXCESS: f64 = 0.01;
+/// Largest part of the velocities that a step gives or takes for the energy's sake: what asks for more is no error of high order. The
+/// rest is left to the steps that follow, and the ledger shows it until they have taken it.
+const LARGEST_SHARE: f64 = 0.005;
+/// Energies below this part of what is there are rounding.
+const ROUNDING: f64 = 1e-12;
+/// Corrections of a step's energy at most.
+const CORRECTIONS: usize = 5;
 
 /// A mechanism, its integrator and their state.
 pub(super) struct Integrated<M> {
@@ -74,20 +78,54 @@ impl<M: Mechanism> Integrated<M> {
         [put_in, dissipated, put_in.abs().max(by_rates.abs())]
     }
 
-    /// Brings the state back to the surface `E(q₁, v₁) = E(q₀, v₀) + work put in − work dissipated`, along its own momentum:
-    /// `v₁ ← v₁ √(1 − e/T₁)` with the excess e of energy and the kinetic energy T₁, homogeneous in v of second degree (Hairer,
-    /// Lubich & Wanner, *Geometric Numerical Integration*, IV.4). An excess of order p + 1 in the step moves the state by no more,
-    /// so the scheme keeps its order p.
-    fn project(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, [put_in, dissipated, _]: Ledger) {
-        let Integrated { mechanism, state, before, .. } = self;
-        let first = mechanism.energy(&law.input(t_s), &before.q, &before.v, &state.a);
-        let last = mechanism.energy(&law.input(t_s + h_s), &state.q, &state.v, &state.a);
-        let excess = (last.total_j() - first.total_j() - put_in + dissipated) / last.kinetic_j;
-        if excess.abs() <= LARGEST_EXCESS {
-            let factor = (1.0 - excess).sqrt();
-            state.v.iter_mut().for_each(|v| *v *= factor);
+    /// Brings the state at `t_s` back to the surface `E(q, v) = E` of the energy that the ledger asks for, along the energy's gradient
+    /// (Hairer, Lubich & Wanner, *Geometric Numerical Integration*, IV.4):
+    ///
+    /// ```text
+    /// q ← q + λ τ² a,   v ← v − λ v,   dE/dλ = −2 (T(v) + τ² T(a))
+    /// ```
+    ///
+    /// with the kinetic energy T, homogeneous of second degree, and the accelerations a of the mechanism at rest and left alone. So
+    /// velocities give where energy is kinetic, and strains near standstill, where no scaling of velocities takes anything:
+    /// `τ² = U/T(a)` with the strain energy U, the 1/ω² of a single vibration, but no more than h². An excess of order p + 1 in the step moves the state by no more, so the scheme keeps
+    /// its order p. What one step could not take is part of the next one's excess.
+    fn project(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, energy_j: f64) {
+        let Integrated { mechanism, state, middle, .. } = self;
+        let State { q: q0, v: v0, a, alpha: scratch, .. } = middle;
+        let input = law.input(t_s);
+        let mut there = mechanism.energy(&input, &state.q, &state.v, &state.a);
+        let excess_j =
+            |there: &Energy| Some(there.total_j() - energy_j).filter(|excess_j| excess_j.abs() > ROUNDING * size_j(there));
+        if excess_j(&there).is_none() {
+            return;
+        }
+        q0.copy_from_slice(&state.q);
+        v0.fill(0.0);
+        let mut left_alone = Driven { mechanism: &mut *mechanism, law: &DriveLaw::none() };
+        // Without accelerations the next step is refused.
+        if solve_acceleration(&mut left_alone, t_s, q0, v0, a, scratch).is_err() {
+            return;
+        }
+        v0.copy_from_slice(&state.v);
+        let pull = mechanism.energy(&input, q0, a, a).kinetic_j;
+        let square_s2 = (there.strain_j.unwrap_or(0.0) / pull).min(h_s * h_s);
+        let mut share = 0.0;
+        for _ in 0..CORRECTIONS {
+            let Some(excess_j) = excess_j(&there) else { return };
+            share += 0.5 * excess_j / (there.kinetic_j + square_s2 * pull);
+            share = share.clamp(-LARGEST_SHARE, LARGEST_SHARE);
+            for i in 0..q0.len() {
+                state.q[i] = q0[i] + share * square_s2 * a[i];
+                state.v[i] = v0[i] - share * v0[i];
+            }
+            there = mechanism.energy(&input, &state.q, &state.v, a);
         }
     }
+}
+
+/// How much energy there is, wherever potential energy is counted from.
+fn size_j(energy: &Energy) -> f64 {
+    energy.kinetic_j + energy.strain_j.unwrap_or(0.0) + energy.potential_j.unwrap_or(0.0).abs()
 }
 
 impl<M: Mechanism> Engine for Integrated<M> {
@@ -95,14 +133,14 @@ impl<M: Mechanism> Engine for Integrated<M> {
         self.state.clone_from(&self.start);
     }
 
-    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<(Effort, Ledger), StepError> {
+    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, energy_j: f64) -> Result<(Effort, Ledger), StepError> {
         self.before.q.copy_from_slice(&self.state.q);
         self.before.v.copy_from_slice(&self.state.v);
         let mut system = Driven { mechanism: &mut self.mechanism, law };
         let effort = self.integrator.step(&mut system, t_s, h_s, &mut self.state)?;
         let ledger = self.work(law, t_s, h_s);
         if self.integrator.is_projected() && !law.is_motion() {
-            self.project(law, t_s, h_s, ledger);
+            self.project(law, t_s + h_s, h_s, energy_j + ledger[0] - ledger[1]);
         }
         Ok((effort, ledger))
     }

@@ -283,7 +283,7 @@ impl Simulation {
         let finite = |(effort, work_j): (Effort, Ledger)| {
             if work_j.iter().all(|work| work.is_finite()) { Ok((effort, work_j)) } else { Err(StepError::NotFinite) }
         };
-        let taken = self.advance(from_s, self.step_s, 0).and_then(finite);
+        let taken = self.advance(from_s, self.step_s, self.energy_due_j(), 0).and_then(finite);
         let (effort, work_j) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
             self.diverged(cause.into())
@@ -305,19 +305,21 @@ impl Simulation {
         self.constant_nm + self.pulses.mean_nm(from_s, to_s)
     }
 
-    /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep.
-    fn advance(&mut self, from_s: f64, h_s: f64, depth: u32) -> Result<(Effort, Ledger), StepError> {
+    /// Goes on by `h_s` from where the ledger says `energy_j`; a step that fails is tried in halves, those in halves again, and so on,
+    /// [`HALVINGS`] deep.
+    fn advance(&mut self, from_s: f64, h_s: f64, energy_j: f64, depth: u32) -> Result<(Effort, Ledger), StepError> {
         let to_s = from_s + h_s;
         let rise_nm_per_s = if self.rises { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
         self.law.torque = Torque { mean_nm: self.mean_torque_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s };
-        let failed = match self.engine.step(&self.law, from_s, h_s) {
+        let failed = match self.engine.step(&self.law, from_s, h_s, energy_j) {
             Err(failed) if depth < HALVINGS => failed,
             taken => return taken,
         };
         self.retried += 1;
         let half_s = 0.5 * h_s;
-        let first = self.advance(from_s, half_s, depth + 1).map_err(|_| failed)?;
-        let second = self.advance(from_s + half_s, half_s, depth + 1).map_err(|_| failed)?;
+        let first = self.advance(from_s, half_s, energy_j, depth + 1).map_err(|_| failed)?;
+        let [put_in, dissipated, _] = first.1;
+        let second = self.advance(from_s + half_s, half_s, energy_j + put_in - dissipated, depth + 1).map_err(|_| failed)?;
         let effort = Effort {
             newton_iterations: first.0.newton_iterations + second.0.newton_iterations,
             factorizations: first.0.factorizations + second.0.factorizations,
@@ -395,8 +397,12 @@ impl Simulation {
     pub fn ledger(&self) -> EnergyLedger {
         let energy = self.observation.energy;
         let [work_in_j, dissipated_j] = self.work_j;
-        let balance_error_j = energy.total_j() - self.start.energy.total_j() - work_in_j + dissipated_j;
-        EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j }
+        EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j: energy.total_j() - self.energy_due_j() }
+    }
+
+    /// The energy that there should be: what was there at the start, and what was put in and dissipated since, J.
+    fn energy_due_j(&self) -> f64 {
+        self.start.energy.total_j() + self.work_j[0] - self.work_j[1]
     }
 
     /// Everything needed to go on from here.

@@ -42,6 +42,8 @@ def main():
     expect("sound, and equal to the bit", verified.returncode == 0, verified.stderr.strip())
     steps, pulses, factor = map(int, re.search(r"(\d+) steps from \d+ checkpoints? with (\d+) pulses?.*\((\d+) times real", verified.stdout).groups())
     expect("all of it", pulses == PULSES and steps == SECONDS * 1000, f"{pulses} pulses, {steps} steps")
+    balance_j = float(re.search(r"energy balance to (\S+) J", verified.stdout).group(1))
+    expect("the energy of some 15 J is balanced within 1e-6", balance_j < 1.5e-5, f"{balance_j} J")
     others = (all_s - own_s) / took_s
     print(f"     everything else took {others:.2f} of a core meanwhile")
     quiet = others < 0.1

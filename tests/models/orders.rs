@@ -44,7 +44,7 @@ fn order_of_time_is_two() {
     }
 }
 
-/// The projection onto the ledger's energy, which every step ends with, takes nothing of the order; it is 4.29, 4.28 at 0.5 and
+/// The projection onto the ledger's energy, which every step ends with, takes nothing of the order; it is 4.30, 4.03 at 0.5 and
 /// 0.25 ms.
 #[test]
 fn order_of_the_composed_midpoint_rule_is_at_least_four() {
