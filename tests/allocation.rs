@@ -14,6 +14,8 @@ fn allocations(model: ModelKind, integrator: IntegratorKind, elements: u32) -> u
         format!("crank.elements={elements}"),
         format!("rod.elements={elements}"),
         "solver.step_s=1e-4".to_owned(),
+        "crank.axial=false".to_owned(),
+        "rod.axial=false".to_owned(),
     ];
     let mut run = Simulation::new(&SceneSource::open("crank-slider", &overrides).unwrap().scene).unwrap();
     let counted = allocation_counter::measure(|| {

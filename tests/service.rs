@@ -2,12 +2,15 @@
 
 mod common;
 
+use std::time::Duration;
+
 use common::{Outcome, Service, scene};
-use flexcrank::bus::client;
+use flexcrank::bus::{Topic, client};
 use flexcrank::recording::{Export, Messages, export};
 use flexcrank::runtime::{Ending, Pace, PublishRate};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{self, Angles, AppliedCommand, Loads, Status, TorquePulse, control::Action};
+use prost::Message;
 
 fn pulse(id: &str, torque_nm: f64, duration_s: f64) -> TorquePulse {
     TorquePulse { id: id.to_owned(), torque_nm, duration_s, ..TorquePulse::default() }
@@ -20,8 +23,14 @@ fn control(action: Action) -> wire::Control {
 #[test]
 fn prop_a_pulse_travels_from_client_to_recording() -> Outcome {
     let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let mut loads = client::join(&service.client, &service.name, Topic::Loads)?;
     let reply = client::pulse(&service.client, &service.name, &pulse("p1", 5.0, 0.37e-3))?;
     assert!(reply.accepted, "{}", reply.reason);
+    let mut seen = 0;
+    while seen <= reply.effective_step {
+        let (payload, _) = loads.next(Duration::from_secs(10)).ok_or("nothing comes")?;
+        seen = Loads::decode(payload.as_slice())?.stamp.ok_or("no stamp")?.step;
+    }
     let again = client::pulse(&service.client, &service.name, &pulse("p1", 5.0, 0.37e-3))?;
     assert!(again.accepted && again.effective_step == reply.effective_step, "a retry is acknowledged with the same step");
     let refused = client::pulse(&service.client, &service.name, &pulse("p2", f64::NAN, 0.1))?;
