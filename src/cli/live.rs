@@ -36,7 +36,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     if let Some(Member { live, .. }) = members.first() {
         board.head(heading(live, count));
     }
-    let spin = args.spin.unwrap_or(if count == 1 { Spin::Measured } else { Spin::NONE });
+    let spin = args.spin.unwrap_or(if count == 1 { Spin::Following } else { Spin::NONE });
     let waking = Waking { spin, realtime: !args.no_realtime };
     let reports = runtime()?.block_on(async {
         let session = args.bus.options().open_service()?;

@@ -8,7 +8,7 @@ use super::approach::{Approach, approach};
 use super::misses::Round;
 use super::realtime;
 use super::stepper::{Ending, Next, Stepper};
-use super::waiting::Spin;
+use super::waiting::{Spin, Spinning};
 
 /// Longer waits can be ended by a command.
 const FAR: Duration = Duration::from_millis(5);
@@ -37,30 +37,31 @@ pub type Finish = Box<dyn FnOnce(Ending, u64) + Send>;
 pub fn drive(steppers: Vec<(Stepper, Finish)>, waking: Waking) {
     let paced = steppers.iter().any(|(stepper, _)| stepper.has_deadlines());
     let granted = (paced && waking.realtime).then(realtime::ask);
-    let spin = if paced { ready(waking, granted.as_ref()) } else { Duration::ZERO };
-    let mut thread = Stepping { steppers, clock: Instant::now(), spin };
+    if paced {
+        ready(waking, granted.as_ref());
+    }
+    let mut thread = Stepping { steppers, clock: Instant::now(), spin: Spinning::new(waking.spin), stepped: Duration::ZERO };
     thread.begin();
     while !thread.steppers.is_empty() {
         thread.go_on();
     }
 }
 
-/// Readies the thread for deadlines, and says how; returns the length of its spins.
-fn ready(waking: Waking, granted: Option<&realtime::Granted>) -> Duration {
+/// Readies the thread for deadlines, and says how.
+fn ready(waking: Waking, granted: Option<&realtime::Granted>) {
     realtime::exact_timers();
-    let spin = waking.spin.length();
     if let Some(granted) = granted {
-        let spins = if spin.is_zero() { "never spins".to_owned() } else { format!("spins for the last {spin:?}") };
-        TOLD.call_once(|| tracing::info!("stepping thread: {granted}; {spins}"));
+        TOLD.call_once(|| tracing::info!("stepping thread: {granted}; {}", waking.spin));
     }
-    spin
 }
 
 /// The thread's state.
 struct Stepping {
     steppers: Vec<(Stepper, Finish)>,
     clock: Instant,
-    spin: Duration,
+    spin: Spinning,
+    /// The deadline of the steps taken last.
+    stepped: Duration,
 }
 
 impl Stepping {
@@ -77,22 +78,24 @@ impl Stepping {
     /// To the next deadline, or the next look at what there is to do.
     fn go_on(&mut self) {
         let next = self.steppers.iter().map(|(stepper, _)| stepper.next().at()).min().unwrap_or_default();
-        match approach(self.clock.elapsed(), next, self.spin) {
+        let (now, spin) = (self.clock.elapsed(), self.spin.length(next.saturating_sub(self.stepped)));
+        match approach(now, next, spin) {
             Approach::Sleep(time) if time > FAR => {
                 thread::park_timeout(time - NEAR);
                 self.chores();
             }
             Approach::Sleep(time) => {
                 thread::sleep(time);
+                self.spin.woke(self.clock.elapsed().saturating_sub(now + time));
                 let until = next.saturating_sub(COMMAND);
                 self.steppers.iter_mut().for_each(|(stepper, _)| stepper.listen(until));
                 self.retire();
             }
             Approach::Watch => {
                 let round = self.watch(next);
-                self.step(round);
+                self.step(next, round);
             }
-            Approach::Due => self.step(Round { woke: self.clock.elapsed(), processor: realtime::processor_time() }),
+            Approach::Due => self.step(next, Round { woke: self.clock.elapsed(), processor: realtime::processor_time() }),
         }
     }
 
@@ -110,17 +113,19 @@ impl Stepping {
         }
     }
 
-    fn step(&mut self, round: Round) {
+    fn step(&mut self, deadline: Duration, round: Round) {
         for (stepper, _) in &mut self.steppers {
             if matches!(stepper.next(), Next::Step(due) if due <= round.woke) {
                 stepper.step(round);
             }
         }
+        self.stepped = deadline;
         self.chores();
     }
 
     fn chores(&mut self) {
-        self.steppers.iter_mut().for_each(|(stepper, _)| stepper.tend());
+        let spin = self.spin.length(Duration::MAX);
+        self.steppers.iter_mut().for_each(|(stepper, _)| stepper.tend(spin));
         self.retire();
     }
 

@@ -111,6 +111,8 @@ pub struct Stepper {
     pacer: Pacer,
     clock: Instant,
     next: Next,
+    /// How long its thread spins before a deadline.
+    spin: Duration,
     ending: Option<Ending>,
     lateness: Spread,
     step_cost: Spread,
@@ -155,6 +157,7 @@ impl Stepper {
             pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
             clock: Instant::now(),
             next: Next::Step(Duration::ZERO),
+            spin: Duration::ZERO,
             ending: None,
             lateness: Spread::new()?,
             step_cost: Spread::new()?,
@@ -232,9 +235,10 @@ impl Stepper {
         self.ending = taken.err().map(Ending::Diverged).or(self.ending.take());
     }
 
-    /// Sees to everything but steps.
-    pub(super) fn tend(&mut self) {
+    /// Sees to everything but steps; its thread spins for so long.
+    pub(super) fn tend(&mut self, spin: Duration) {
         let begun = self.clock.elapsed();
+        self.spin = spin;
         self.status_if_due();
         self.tell_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
@@ -293,8 +297,10 @@ impl Stepper {
 
     /// Takes the steps that are due together.
     pub(super) fn step(&mut self, round: Round) {
+        // First of all the clock: what is reckoned from here on is the step's own.
+        let now = self.clock.elapsed();
         let count = if self.paused { self.singles.min(BURST) } else { self.batch() };
-        if let Err(ending) = self.account_lateness(round, count) {
+        if let Err(ending) = self.account_lateness(now, round, count) {
             return self.ending = Some(ending);
         }
         for _ in 0..count {

@@ -1,24 +1,28 @@
 //! How a stepping thread waits for a deadline: it sleeps most of the time, and spins the last stretch.
 
+use std::fmt;
 use std::str::FromStr;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// No spin is longer.
 pub(super) const LONGEST_SPIN: Duration = Duration::from_millis(10);
-/// No measured spin is longer: what is left, the machine may lose.
-const LONGEST_MEASURED: Duration = Duration::from_micros(200);
+/// No spin that follows the wake-ups is longer: what comes later, the machine has lost.
+const LONGEST_FOLLOWING: Duration = Duration::from_micros(200);
 /// Nor shorter.
-const SHORTEST_MEASURED: Duration = Duration::from_micros(10);
-/// Sleeps by which a spin is measured, and how long each is.
-const TRIALS: usize = 32;
-const TRIAL: Duration = Duration::from_micros(200);
+const SHORTEST_FOLLOWING: Duration = Duration::from_micros(10);
+/// Nor does one take more than this part of the time between two deadlines.
+const SHARE: u32 = 5;
+/// One wake-up in so many may come later.
+const RARE: f64 = 1000.0;
+/// By how much a spin gets longer after one that does.
+const LONGER: f64 = 1.25;
 
 /// How long before a deadline a thread stops sleeping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Spin {
-    /// As long as this machine usually wakes late, found out at the start.
+    /// As long as this machine wakes late, as seen at every wake-up.
     #[default]
-    Measured,
+    Following,
     /// So long.
     For(Duration),
 }
@@ -26,28 +30,54 @@ pub enum Spin {
 impl Spin {
     /// Never.
     pub const NONE: Spin = Spin::For(Duration::ZERO);
+}
 
-    /// How long it is; finding out takes a few milliseconds.
-    pub(super) fn length(self) -> Duration {
+impl fmt::Display for Spin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Spin::For(length) => length,
-            Spin::Measured => enough(std::array::from_fn::<_, TRIALS, _>(|_| oversleep())),
+            &Spin::NONE => f.write_str("never spins"),
+            Spin::For(length) => write!(f, "spins for the last {length:?}"),
+            Spin::Following => write!(f, "spins for {SHORTEST_FOLLOWING:?} to {LONGEST_FOLLOWING:?}, as late as it wakes"),
         }
     }
 }
 
-/// How late the thread wakes from one sleep.
-fn oversleep() -> Duration {
-    let begun = Instant::now();
-    std::thread::sleep(TRIAL);
-    begun.elapsed().saturating_sub(TRIAL)
+/// How long a thread spins before a deadline.
+///
+/// One that follows gets longer by a quarter after every wake-up that was later, and shorter after every other by so little that
+/// both cancel out when one in [`RARE`] is later: stochastic approximation (Robbins and Monro 1951) of that quantile's logarithm.
+/// It begins at its longest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spinning {
+    length_s: f64,
+    follows: bool,
 }
 
-/// A quarter more than nine in ten sleeps are late by.
-fn enough<const N: usize>(mut late: [Duration; N]) -> Duration {
-    late.sort_unstable();
-    let usual = late.get(N * 9 / 10).copied().unwrap_or_default();
-    (usual * 5 / 4).clamp(SHORTEST_MEASURED, LONGEST_MEASURED)
+impl Spinning {
+    /// As `spin` says.
+    pub(super) fn new(spin: Spin) -> Self {
+        let (length, follows) = match spin {
+            Spin::For(length) => (length, false),
+            Spin::Following => (LONGEST_FOLLOWING, true),
+        };
+        Spinning { length_s: length.as_secs_f64(), follows }
+    }
+
+    /// How long it is when the deadline before was so long ago.
+    pub(super) fn length(&self, period: Duration) -> Duration {
+        let length = Duration::from_secs_f64(self.length_s);
+        if self.follows { length.min(period / SHARE) } else { length }
+    }
+
+    /// The thread woke so late.
+    pub(super) fn woke(&mut self, late: Duration) {
+        // What no spin would have caught teaches nothing of how long one should be.
+        if !self.follows || late > LONGEST_FOLLOWING {
+            return;
+        }
+        let factor = if late.as_secs_f64() > self.length_s { LONGER } else { LONGER.powf(-1.0 / (RARE - 1.0)) };
+        self.length_s = (self.length_s * factor).clamp(SHORTEST_FOLLOWING.as_secs_f64(), LONGEST_FOLLOWING.as_secs_f64());
+    }
 }
 
 /// Not a spin.
@@ -60,7 +90,7 @@ impl FromStr for Spin {
 
     fn from_str(text: &str) -> Result<Self, BadSpin> {
         match text {
-            "auto" => Ok(Spin::Measured),
+            "auto" => Ok(Spin::Following),
             "0" => Ok(Spin::NONE),
             text => {
                 let length = humantime::parse_duration(text).map_err(|_| BadSpin)?;
@@ -74,18 +104,66 @@ impl FromStr for Spin {
 mod tests {
     use super::*;
 
+    const PERIOD: Duration = Duration::from_millis(1);
+    const US: f64 = 1e-6;
+
+    /// Wake-ups as late as `late` makes of numbers that are spread evenly from 0 to 1; how many were later than the spin.
+    fn wake(spin: &mut Spinning, count: u32, late: impl Fn(f64) -> f64) -> u32 {
+        // Steps of the golden ratio.
+        let even = (1..=count).map(|n| (f64::from(n) * 0.618_033_988_749_894_9).fract());
+        even.map(|at| Duration::from_secs_f64(late(at))).fold(0, |missed, late| {
+            let length = spin.length(PERIOD);
+            spin.woke(late);
+            missed + u32::from(late > length)
+        })
+    }
+
+    /// Exponentially distributed: one in a thousand is later than ln(1000) = 6.9 times the mean.
+    fn exponential(mean_s: f64) -> impl Fn(f64) -> f64 {
+        move |at| -mean_s * (1.0 - at).ln()
+    }
+
     #[test]
-    fn val_a_spin_covers_the_usual_and_not_the_rare() {
-        let mut late = [Duration::from_micros(60); 32];
-        late[7] = Duration::from_millis(12);
-        assert_eq!(enough(late), Duration::from_micros(75));
-        assert_eq!(enough([Duration::from_millis(3); 32]), LONGEST_MEASURED);
-        assert_eq!(enough([Duration::ZERO; 32]), SHORTEST_MEASURED);
+    fn val_one_wake_up_in_a_thousand_is_later_than_the_spin() {
+        let mut spin = Spinning::new(Spin::Following);
+        wake(&mut spin, 20_000, exponential(8.0 * US));
+        let missed = wake(&mut spin, 1_000_000, exponential(8.0 * US));
+        assert!((900..1100).contains(&missed), "{missed}");
+        let (length_s, exact_s) = (spin.length(PERIOD).as_secs_f64(), 8.0 * US * 1000_f64.ln());
+        assert!((length_s / exact_s - 1.0).abs() < 0.3, "{length_s} for {exact_s}");
+    }
+
+    #[test]
+    fn val_a_spin_follows_a_machine_that_wakes_later_at_once_and_a_better_one_in_seconds() {
+        let mut spin = Spinning::new(Spin::Following);
+        wake(&mut spin, 20_000, |_| 20.0 * US);
+        assert!(spin.length(PERIOD) < Duration::from_micros(26), "{spin:?}");
+        assert!(wake(&mut spin, 100, |_| 80.0 * US) <= 7, "five times as long within seven wake-ups");
+        wake(&mut spin, 10_000, |_| 20.0 * US);
+        assert!(spin.length(PERIOD) < Duration::from_micros(26), "{spin:?}");
+    }
+
+    #[test]
+    fn prop_a_spin_stays_in_its_bounds() {
+        let mut spin = Spinning::new(Spin::Following);
+        wake(&mut spin, 100_000, |_| 0.0);
+        assert_eq!(spin.length(PERIOD), SHORTEST_FOLLOWING);
+        wake(&mut spin, 1000, |_| 3e-3);
+        assert_eq!(spin.length(PERIOD), SHORTEST_FOLLOWING, "no spin would have caught these");
+        for _ in 0..1000 {
+            wake(&mut spin, 1, |_| 200.0 * US);
+            assert!(spin.length(PERIOD) <= LONGEST_FOLLOWING, "{spin:?}");
+        }
+        assert!(spin.length(PERIOD) > LONGEST_FOLLOWING * 99 / 100, "{spin:?}");
+        assert_eq!(spin.length(PERIOD / 2), PERIOD / 10, "a fifth of the time");
+        let mut told = Spinning::new(Spin::For(PERIOD));
+        wake(&mut told, 100, |_| 100.0 * US);
+        assert_eq!(told.length(PERIOD), PERIOD);
     }
 
     #[test]
     fn val_spins_are_read() {
-        assert_eq!(("0".parse(), "auto".parse()), (Ok(Spin::NONE), Ok(Spin::Measured)));
+        assert_eq!(("0".parse(), "auto".parse()), (Ok(Spin::NONE), Ok(Spin::Following)));
         assert_eq!("50us".parse(), Ok(Spin::For(Duration::from_micros(50))));
         for text in ["", "-1us", "1s", "50", "fast"] {
             assert_eq!(text.parse::<Spin>(), Err(BadSpin), "{text}");

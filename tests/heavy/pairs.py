@@ -1,10 +1,16 @@
-"""Lateness of the stepping thread in runs with a disturbance and without, in turn."""
+"""Lateness of the stepping thread in runs with a disturbance and without, in turn.
+
+Deadlines that are missed are left out (`--overrun skip`): else one stall of the machine, of which no run knows how many it gets,
+would count once for every step that it covers, and ten of 6 ms would make up the 99th percentile of six seconds. That time is caught
+up with is for a run without these options to show.
+"""
 
 import statistics
 
 from check import expect_if
 
 LIMIT = 0.25
+OPTIONS = ("--overrun", "skip")
 
 
 def of(status):
@@ -12,7 +18,7 @@ def of(status):
 
 
 def told(status):
-    return " / ".join(f"{x * 1e6:.2f}" for x in of(status)) + " us"
+    return " / ".join(f"{x * 1e6:.2f}" for x in of(status)) + f" us ({status.given_up_s * 1e3:.0f} ms lost)"
 
 
 def expect_alike(quiet, without, disturbed):

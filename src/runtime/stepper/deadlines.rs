@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{BURST, Ending, Stepper};
+use super::{BURST, Ending, Next, Stepper};
 use crate::runtime::misses::{Doings, Round};
 use crate::runtime::output::Output;
 use crate::runtime::pacer::{Overrun, Pace, Pacer};
@@ -26,10 +26,9 @@ impl Stepper {
         self.pacer.deadline(self.epoch_start_s + last as f64 * self.simulation.step_s())
     }
 
-    /// Counts how late `count` steps begin, and does what is to be done about it.
-    pub(super) fn account_lateness(&mut self, round: Round, count: u64) -> Result<(), Ending> {
-        let (Pace::Factor(factor), Some(due), false) = (self.stepping.pace, self.due(), self.paused) else { return Ok(()) };
-        let now = self.clock.elapsed();
+    /// Counts how late `count` steps begin that begin `now`, and does what is to be done about it.
+    pub(super) fn account_lateness(&mut self, now: Duration, round: Round, count: u64) -> Result<(), Ending> {
+        let (Pace::Factor(factor), Next::Step(due), false) = (self.stepping.pace, self.next, self.paused) else { return Ok(()) };
         let late = now.saturating_sub(due);
         self.lateness.record(late);
         let period = Duration::from_secs_f64(count as f64 * self.simulation.step_s() / factor);

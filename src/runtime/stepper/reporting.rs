@@ -69,6 +69,7 @@ impl Stepper {
             pacing_epoch: self.pacing_epoch,
             given_up_s: self.given_up.as_secs_f64(),
             drops: Vec::new(),
+            spin_s: self.has_deadlines().then_some(self.spin.as_secs_f64()),
             replay: None,
         };
         self.send(Output::Status(Box::new(status), stamp));
