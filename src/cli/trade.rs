@@ -23,8 +23,7 @@ Examples:
   flexcrank trade                                        the default scene, everything that suits it
   flexcrank trade ref-r2s --models modal,finite-element --steps 1e-3,5e-4,1e-4 --csv trade.csv --plot trade.svg
   flexcrank trade ref-r2s --tolerance 1e-3 --real-time-factor 5 --outputs angle,slider
-  flexcrank trade --tolerance 1e-3 --real-time-factor 20                  what the default scene has
-  flexcrank trade --tolerance 1e-3 --outputs angle,slider,energy          over ten minutes, too
+  flexcrank trade --tolerance 1e-3 --real-time-factor 20 --outputs angle,slider,deflection,energy
   flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
 
 Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint \

@@ -7,7 +7,7 @@ use crate::mechanics::mechanism::Input;
 use crate::mechanics::observation::Energy;
 
 impl<const W: usize> Chain<W> {
-    /// Energies of the motion present, after a residual.
+    /// Energies of the motion present.
     pub(super) fn energy(&self, q: &[f64]) -> Energy {
         let [tangent, _] = self.tangent();
         let mut energy = Energy {

@@ -75,7 +75,11 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
-        self.evaluate(input, q, v, a);
+        if self.last.changes(input, q, v, a) {
+            self.chain.advance(input, q, v, a);
+            // Without its forces.
+            self.last.forget();
+        }
         self.chain.energy(q)
     }
 
