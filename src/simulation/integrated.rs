@@ -87,8 +87,9 @@ impl<M: Mechanism> Integrated<M> {
     ///
     /// with the kinetic energy T, homogeneous of second degree, and the accelerations a of the mechanism at rest and left alone. So
     /// velocities give where energy is kinetic, and strains near standstill, where no scaling of velocities takes anything:
-    /// `τ² = U/T(a)` with the strain energy U, the 1/ω² of a single vibration, but no more than h². An excess of order p + 1 in the step moves the state by no more, so the scheme keeps
-    /// its order p. What one step could not take is part of the next one's excess.
+    /// `τ² = U/T(a)` with the strain energy U, the 1/ω² of a single vibration, but no more than h². An excess of order p + 1 in the
+    /// step moves the state by no more, so the scheme keeps its order p. What one step could not take is part of the next one's
+    /// excess.
     fn project(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, energy_j: f64) {
         let Integrated { mechanism, state, middle, .. } = self;
         let State { q: q0, v: v0, a, alpha: scratch, .. } = middle;

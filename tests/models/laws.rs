@@ -50,8 +50,9 @@ fn val_the_energy_of_the_default_scene_is_what_was_put_in() {
     }
 }
 
-/// Thirty pulses to and fro on the default scene, undamped and without stretch, energy looked at after every step. Some end near standstill with nearly all of it in the strain; what
-/// was not taken away there, because velocities had none to give, was lost to the balance: 1e-2 and 4e-2 of the most there was.
+/// Thirty pulses to and fro on the default scene, undamped and without stretch, energy looked at after every step. Some end near
+/// standstill with nearly all of it in the strain; what was not taken away there, because velocities had none to give, was lost to
+/// the balance: 1e-2 and 4e-2 of the most there was.
 #[test]
 fn regress_energy_is_balanced_through_many_pulses() {
     for torque_nm in [1.0, 5.0] {
