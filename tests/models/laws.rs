@@ -70,7 +70,6 @@ fn regress_energy_is_balanced_through_many_pulses() {
             most_j = most_j.max(energy_j(look(&mut run)));
             worst_j = worst_j.max(run.ledger().balance_error_j.abs());
         }
-        println!("{torque_nm} N·m: off by {worst_j:e} J of {most_j} J");
         assert!(worst_j < 1e-8 * most_j, "{torque_nm} N·m: off by {worst_j:e} J of {most_j} J");
     }
 }
