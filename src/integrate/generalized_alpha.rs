@@ -83,7 +83,7 @@ impl GeneralizedAlpha {
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
         state.a.copy_from_slice(&self.a);
-        state.residual.copy_from_slice(&self.newton.residual);
+        system.residual(t_s + h_s, &state.q, &state.v, &state.a, &mut state.residual);
         Ok(effort)
     }
 

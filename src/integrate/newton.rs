@@ -13,6 +13,10 @@ pub struct NewtonSettings {
 
 /// A residual that is not below this fraction of the one before calls for a new factorization.
 const SLOW: f64 = 0.05;
+/// A residual expected to be below this fraction of the tolerance is not evaluated.
+const SURE: f64 = 0.1;
+/// None is expected to fall to less than this fraction of the one before: a first one that fell further, fell as a prediction's does.
+const FASTEST: f64 = 1e-3;
 /// A correction that is not below this fraction of the one before makes no progress.
 const STAGNANT: f64 = 0.5;
 /// Corrections of the coordinates below this fraction of the largest of them are rounding.
@@ -28,8 +32,7 @@ pub(super) struct Newton {
     settings: NewtonSettings,
     /// What the residual is to become: a load that the system does not know of.
     pub(super) load: Vec<f64>,
-    /// The system's residual at the end of a successful [`Newton::solve`].
-    pub(super) residual: Vec<f64>,
+    residual: Vec<f64>,
     correction: Vec<f64>,
     /// The weights of this step's last factors.
     factored: Option<Weights>,
@@ -54,8 +57,9 @@ impl Newton {
     }
 
     /// Iterates from the prediction in `trial`, which is corrected at least once, so that a linear system is solved to rounding
-    /// whatever the tolerance. Converged when the residual is within tolerance; or when corrections no longer shrink and are
-    /// rounding in the coordinates, so that no iteration could do better.
+    /// whatever the tolerance. Converged when the residual is within tolerance, or will be after a second or later correction as
+    /// its geometric progression says (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.8); or when corrections no
+    /// longer shrink and are rounding in the coordinates, so that no iteration could do better.
     pub(super) fn solve<S: System>(
         &mut self,
         system: &mut S,
@@ -94,6 +98,9 @@ impl Newton {
             }
             self.correct(w, trial);
             effort.newton_iterations += 1;
+            if effort.newton_iterations > 1 && size * (size / last_size).max(FASTEST) <= SURE * self.settings.tolerance {
+                return Ok(effort);
+            }
             (last_size, last_correction) = (size, correction);
         }
     }

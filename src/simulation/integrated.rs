@@ -10,6 +10,8 @@ use crate::mechanics::{self, Energy, Mechanism, NoEquilibrium, Observation};
 const LARGEST_SHARE: f64 = 0.005;
 /// Energies below this part of what is there are rounding.
 const ROUNDING: f64 = 1e-12;
+/// What a share so small leaves is of second order in it.
+const LITTLE: f64 = 1e-9;
 /// Corrections of a step's energy at most.
 const CORRECTIONS: usize = 5;
 
@@ -78,48 +80,49 @@ impl<M: Mechanism> Integrated<M> {
         [put_in, dissipated, put_in.abs().max(by_rates.abs())]
     }
 
-    /// Brings the state at `t_s` back to the surface `E(q, v) = E` of the energy that the ledger asks for, along the energy's gradient
-    /// (Hairer, Lubich & Wanner, *Geometric Numerical Integration*, IV.4):
+    /// Brings the state at `t_s` back to the surface `E(q, v) = E` of the energy that the ledger asks for (Hairer, Lubich & Wanner,
+    /// *Geometric Numerical Integration*, IV.4), with velocities and strains sharing what is to be given or taken:
     ///
     /// ```text
-    /// q ← q + λ τ² a,   v ← v − λ v,   dE/dλ = −2 (T(v) + τ² T(a))
+    /// q ← q − λ τ² x,   v ← v − λ v,   dE/dλ = −(2T + τ² g·x)     S x = g = ∂(E − T)/∂q
     /// ```
     ///
-    /// with the kinetic energy T, homogeneous of second degree, and the accelerations a of the mechanism at rest and left alone. So
-    /// velocities give where energy is kinetic, and strains near standstill, where no scaling of velocities takes anything:
-    /// `τ² = U/T(a)` with the strain energy U, the 1/ω² of a single vibration, but no more than h². An excess of order p + 1 in the
-    /// step moves the state by no more, so the scheme keeps its order p. What one step could not take is part of the next one's
-    /// excess.
+    /// with the kinetic energy T, homogeneous of second degree; g is the residual at rest, and S the matrix that the step factored
+    /// last, `M + ½h′D + ¼h′²K` of a part h′ of it, which leaves what vibrates too fast for the step no more to do than the rest. So
+    /// strains give near standstill, where no scaling of velocities takes anything. `τ² = 2U/(g·x)` with the strain energy U scales
+    /// a single vibration as its velocity, but is no more than h². An excess of order p + 1 in the step moves the state by no more,
+    /// so the scheme keeps its order p. What one step could not take is part of the next one's excess.
     fn project(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, energy_j: f64) {
         let Integrated { mechanism, state, middle, .. } = self;
-        let State { q: q0, v: v0, a, alpha: scratch, .. } = middle;
+        let State { q: q0, v: v0, a: pull, alpha: still, residual: gradient } = middle;
         let input = law.input(t_s);
-        let mut there = mechanism.energy(&input, &state.q, &state.v, &state.a);
-        let excess_j =
-            |there: &Energy| Some(there.total_j() - energy_j).filter(|excess_j| excess_j.abs() > ROUNDING * size_j(there));
-        if excess_j(&there).is_none() {
+        let there = mechanism.energy(&input, &state.q, &state.v, &state.a);
+        let mut excess_j = there.total_j() - energy_j;
+        if excess_j.abs() <= ROUNDING * size_j(&there) {
             return;
         }
         q0.copy_from_slice(&state.q);
-        v0.fill(0.0);
-        let mut left_alone = Driven { mechanism: &mut *mechanism, law: &DriveLaw::none() };
-        // Without accelerations the next step is refused.
-        if solve_acceleration(&mut left_alone, t_s, q0, v0, a, scratch).is_err() {
-            return;
-        }
         v0.copy_from_slice(&state.v);
-        let pull = mechanism.energy(&input, q0, a, a).kinetic_j;
-        let square_s2 = (there.strain_j.unwrap_or(0.0) / pull).min(h_s * h_s);
+        still.fill(0.0);
+        Driven { mechanism: &mut *mechanism, law: &DriveLaw::none() }.residual(t_s, q0, still, still, gradient);
+        pull.copy_from_slice(gradient);
+        mechanism.solve(pull);
+        let along: f64 = gradient.iter().zip(pull.iter()).map(|(g, x)| g * x).sum();
+        // Nil where nothing strains, or where what strains is about to buckle.
+        let square_s2 = (2.0 * there.strain_j.unwrap_or(0.0) / along).max(0.0).min(h_s * h_s);
+        let slope_j = 2.0 * there.kinetic_j + square_s2 * along;
         let mut share = 0.0;
         for _ in 0..CORRECTIONS {
-            let Some(excess_j) = excess_j(&there) else { return };
-            share += 0.5 * excess_j / (there.kinetic_j + square_s2 * pull);
-            share = share.clamp(-LARGEST_SHARE, LARGEST_SHARE);
+            let more = excess_j / slope_j;
+            share = (share + more).clamp(-LARGEST_SHARE, LARGEST_SHARE);
             for i in 0..q0.len() {
-                state.q[i] = q0[i] + share * square_s2 * a[i];
+                state.q[i] = q0[i] - share * square_s2 * pull[i];
                 state.v[i] = v0[i] - share * v0[i];
             }
-            there = mechanism.energy(&input, &state.q, &state.v, a);
+            if more.abs() <= LITTLE {
+                return;
+            }
+            excess_j = mechanism.energy(&input, &state.q, &state.v, pull).total_j() - energy_j;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Laws: conserved quantities, exact impulses, resuming bit for bit.
 
 use crate::problems::{Crank, Linear, SpringPendulum, composed_midpoint, generalized_alpha, run, runge_kutta, two_point};
-use flexcrank::integrate::{GeneralizedAlpha, Integrator, NewtonSettings, State, System, TwoPoint};
+use flexcrank::integrate::{GeneralizedAlpha, Integrator, NewtonSettings, Singular, State, System, TwoPoint, Weights};
 use nalgebra::{DMatrix, DVector};
 
 fn exact_impulse_schemes(n: usize) -> Vec<Integrator> {
@@ -177,6 +177,54 @@ fn prop_rounding_is_accepted_where_no_iteration_could_do_better() {
         let mut system = SpringPendulum::new(1e12);
         run(integrator, &mut system, 1e-3, 2000, &mut state, |_, _, _| {}).unwrap();
         assert!((SpringPendulum::angular_momentum(&state) - 1.0).abs() < 1e-6, "{state:?}");
+    }
+}
+
+/// A residual that the two before foretell to be small enough is not evaluated, and is.
+#[test]
+fn prop_foretold_residuals_are_within_tolerance() {
+    let settings = NewtonSettings { tolerance: 1e-9, max_iterations: 10 };
+    for h_s in [0.02, 0.05, 0.1, 0.2] {
+        let mut system = Counting { pendulum: SpringPendulum::new(1e3), residuals: 0 };
+        let mut state = State::new(vec![1.3, 0.0], vec![0.0, 2.0]);
+        let (steps, mut r) = (500, [0.0; 2]);
+        // Implicit Euler: it solves at the end of the step.
+        let mut integrator = Integrator::TwoPoint(TwoPoint::new(2, 1.0, settings));
+        let (mut corrections, mut evaluated) = (0, 0);
+        for step in 0..steps {
+            corrections += integrator.step(&mut system, f64::from(step) * h_s, h_s, &mut state).unwrap().newton_iterations;
+            evaluated += std::mem::take(&mut system.residuals);
+            system.residual(0.0, &state.q, &state.v, &state.a, &mut r);
+            let size = system.residual_size(&r);
+            assert!(size <= settings.tolerance, "h {h_s}, step {step}: {size:e}");
+            system.residuals = 0;
+        }
+        assert!(evaluated < corrections + steps, "h {h_s}: {evaluated} for {corrections}");
+    }
+}
+
+/// A pendulum that counts how often its residual is asked for.
+struct Counting {
+    pendulum: SpringPendulum,
+    residuals: u32,
+}
+
+impl System for Counting {
+    fn degrees_of_freedom(&self) -> usize {
+        self.pendulum.degrees_of_freedom()
+    }
+    fn residual(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
+        self.residuals += 1;
+        self.pendulum.residual(t_s, q, v, a, r);
+    }
+    fn residual_size(&self, r: &[f64]) -> f64 {
+        self.pendulum.residual_size(r)
+    }
+    fn factor(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
+        self.pendulum.factor(t_s, q, v, a, w)
+    }
+    fn solve(&mut self, x: &mut [f64]) {
+        self.pendulum.solve(x);
     }
 }
 

@@ -72,17 +72,21 @@ fn prop_looks_and_checkpoints_change_no_bit() {
     }
 }
 
-/// The default scene without damping: the crank's angle goes on without a jump, time is steps times step, and the rod's deflection
+/// The default scene without damping and stretch: the crank's angle goes on without a jump, time is steps times step, and the rod's deflection
 /// and the energy stay what they are once the pulse's ringing has settled, after a tenth of the turns.
 ///
 /// The pulse is made rectangular: as long as the rod's first period, it leaves little of it, where the scene's own leaves the rod
 /// vibrating by 4 % of its length and trading energy with the rotation for good.
 ///
+/// With stretch, links that nothing damps take the energy of the rotation for good, by axial vibration and the sooner the finer the
+/// step resolves it, by whatever scheme: within 300 revolutions the deflection is three times what it was (h = 0.2 ms).
+///
 /// In 10,000 revolutions the rod's largest deflection falls by 1.3 % and the energy by 0.2 % with generalised-α, which damps what the
 /// step does not resolve; with the midpoint rule they keep within 0.3 %.
 #[test]
 fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
-    const UNDAMPED: [&str; 3] = ["pulse.0.shape=rectangular", "crank.damping_s=0", "rod.damping_s=0"];
+    const UNDAMPED: [&str; 5] =
+        ["pulse.0.shape=rectangular", "crank.damping_s=0", "rod.damping_s=0", "crank.axial=false", "rod.axial=false"];
     let cases = [
         ("the scene's own", UNDAMPED.to_vec(), 300.0, 1e-9),
         (
