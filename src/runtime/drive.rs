@@ -40,7 +40,7 @@ pub fn drive(steppers: Vec<(Stepper, Finish)>, waking: Waking) {
     if paced {
         ready(waking, granted.as_ref());
     }
-    let mut thread = Stepping { steppers, clock: Instant::now(), spin: Spinning::new(waking.spin), stepped: Duration::ZERO };
+    let mut thread = Stepping { steppers, clock: realtime::clock(), spin: Spinning::new(waking.spin), stepped: Duration::ZERO };
     thread.begin();
     while !thread.steppers.is_empty() {
         thread.go_on();
@@ -114,9 +114,12 @@ impl Stepping {
     }
 
     fn step(&mut self, deadline: Duration, round: Round) {
+        // The look at the clock that ended the wait says when the first step begins.
+        let mut now = round.woke;
         for (stepper, _) in &mut self.steppers {
             if matches!(stepper.next(), Next::Step(due) if due <= round.woke) {
-                stepper.step(round);
+                stepper.step(now, round);
+                now = self.clock.elapsed();
             }
         }
         self.stepped = deadline;

@@ -26,6 +26,9 @@ pub enum Overrun {
 /// Further behind than this, deadlines are moved rather than chased.
 pub const GIVE_UP: Duration = Duration::from_secs(1);
 
+/// What anchors and given up times are whole multiples of: deadlines keep their place beside what the system does periodically.
+pub(super) const MILLISECOND: Duration = Duration::from_millis(1);
+
 /// Deadlines of simulated instants: `anchor + (t − t_anchor) / factor`, never accumulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pacer {
@@ -37,9 +40,9 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// Simulated time `session_s` is due at `now`; what follows, at `pace`.
+    /// Simulated time `session_s` is due at `now`, or at the whole millisecond that follows; what comes then, at `pace`.
     pub fn new(pace: Pace, now: Duration, session_s: f64) -> Self {
-        Pacer { pace, anchor: now, anchor_s: session_s, given_up: Duration::ZERO }
+        Pacer { pace, anchor: whole(now), anchor_s: session_s, given_up: Duration::ZERO }
     }
 
     /// When simulated time `session_s` is due; `None` when at once.
@@ -58,12 +61,13 @@ impl Pacer {
         *self = Pacer::new(self.pace, now, session_s);
     }
 
-    /// By how much deadlines are to be moved when one was missed by `late`; `None` when they stay.
+    /// By how much deadlines are to be moved when one was missed by `late`, in whole milliseconds; `None` when they stay.
     pub fn verdict(policy: Overrun, late: Duration) -> Option<Duration> {
-        match policy {
-            Overrun::Skip => Some(late),
-            Overrun::CatchUp | Overrun::Stop => (late > GIVE_UP).then_some(late),
-        }
+        let moved = match policy {
+            Overrun::Skip => true,
+            Overrun::CatchUp | Overrun::Stop => late > GIVE_UP,
+        };
+        moved.then(|| whole(late))
     }
 
     /// Moves all deadlines from here on.
@@ -76,6 +80,12 @@ impl Pacer {
         let wall_s = now.saturating_sub(self.anchor).as_secs_f64();
         (wall_s > 0.0).then(|| (session_s - self.anchor_s) / wall_s)
     }
+}
+
+/// The next whole millisecond.
+fn whole(time: Duration) -> Duration {
+    let beyond = time.subsec_nanos() % MILLISECOND.subsec_nanos();
+    if beyond == 0 { time } else { time + MILLISECOND - Duration::from_nanos(beyond.into()) }
 }
 
 #[cfg(test)]
@@ -119,6 +129,16 @@ mod tests {
         assert_eq!(Pacer::verdict(Overrun::CatchUp, little), None);
         assert_eq!(Pacer::verdict(Overrun::CatchUp, much), Some(much));
         assert_eq!(Pacer::verdict(Overrun::Skip, little), Some(little));
+    }
+
+    #[test]
+    fn prop_deadlines_stay_on_whole_milliseconds() {
+        let mut pacer = Pacer::new(Pace::Factor(1.0), Duration::from_nanos(1_999_999_999), 0.0);
+        assert_eq!(pacer.deadline(1.0), Some(Duration::from_secs(3)));
+        let late = Duration::from_micros(4_001);
+        assert_eq!(Pacer::verdict(Overrun::Skip, late), Some(Duration::from_millis(5)));
+        pacer.anchor(Duration::from_micros(2_500_001), 1.0);
+        assert_eq!(pacer.deadline(1.0), Some(Duration::from_millis(2_501)));
     }
 
     #[test]

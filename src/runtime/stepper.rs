@@ -295,10 +295,8 @@ impl Stepper {
         self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
     }
 
-    /// Takes the steps that are due together.
-    pub(super) fn step(&mut self, round: Round) {
-        // First of all the clock: what is reckoned from here on is the step's own.
-        let now = self.clock.elapsed();
+    /// Takes the steps that are due together; it is `now`.
+    pub(super) fn step(&mut self, now: Duration, round: Round) {
         let count = if self.paused { self.singles.min(BURST) } else { self.batch() };
         if let Err(ending) = self.account_lateness(now, round, count) {
             return self.ending = Some(ending);
