@@ -41,6 +41,7 @@ pub struct GeneralizedAlpha {
     q: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
+    residual: Vec<f64>,
 }
 
 impl GeneralizedAlpha {
@@ -57,7 +58,8 @@ impl GeneralizedAlpha {
             newton: Newton::new(degrees_of_freedom, settings),
             q: zero.clone(),
             v: zero.clone(),
-            a: zero,
+            a: zero.clone(),
+            residual: zero,
         }
     }
 
@@ -73,7 +75,8 @@ impl GeneralizedAlpha {
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
         self.newton.begin_step();
         let effort = self.newton.solve(system, t_s + h_s, weights, &mut trial)?;
-        for x in [&self.q, &self.v, &self.a] {
+        system.residual(t_s + h_s, &self.q, &self.v, &self.a, &mut self.residual);
+        for x in [&self.q, &self.v, &self.a, &self.residual] {
             all_finite(x)?;
         }
         for i in 0..self.a.len() {
@@ -83,7 +86,7 @@ impl GeneralizedAlpha {
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
         state.a.copy_from_slice(&self.a);
-        system.residual(t_s + h_s, &state.q, &state.v, &state.a, &mut state.residual);
+        state.residual.copy_from_slice(&self.residual);
         Ok(effort)
     }
 

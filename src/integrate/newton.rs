@@ -57,8 +57,8 @@ impl Newton {
     }
 
     /// Iterates from the prediction in `trial`, which is corrected at least once, so that a linear system is solved to rounding
-    /// whatever the tolerance. Converged when the residual is within tolerance, or will be after a second or later correction as
-    /// its geometric progression says (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.8); or when corrections no
+    /// whatever the tolerance. Converged when the residual is within tolerance, or by its
+    /// geometric progression is expected to be after a second or later correction (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.8); or when corrections no
     /// longer shrink and are rounding in the coordinates, so that no iteration could do better.
     pub(super) fn solve<S: System>(
         &mut self,
@@ -68,8 +68,7 @@ impl Newton {
         trial: &mut Trial<'_>,
     ) -> Result<Effort, StepError> {
         let mut effort = Effort::default();
-        let mut last_size = if self.factored == Some(w) { f64::INFINITY } else { 0.0 };
-        let mut last_correction = f64::INFINITY;
+        let (mut last_size, mut last_correction) = (f64::INFINITY, f64::INFINITY);
         loop {
             system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
             for (i, x) in self.correction.iter_mut().enumerate() {
@@ -84,7 +83,7 @@ impl Newton {
             if effort.newton_iterations as usize >= self.settings.max_iterations {
                 return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
             }
-            if size > SLOW * last_size {
+            if self.factored != Some(w) || size > SLOW * last_size {
                 self.factored = None;
                 system.factor(t_s, trial.q, trial.v, trial.a, w)?;
                 self.factored = Some(w);

@@ -95,7 +95,7 @@ impl Stepping {
                 let round = self.watch(next);
                 self.step(next, round);
             }
-            Approach::Due => self.step(next, Round { woke: self.clock.elapsed(), processor: realtime::processor_time() }),
+            Approach::Due => self.step(next, Round { processor: realtime::processor_time(), woke: self.clock.elapsed() }),
         }
     }
 

@@ -26,8 +26,9 @@ pub enum Overrun {
 /// Further behind than this, deadlines are moved rather than chased.
 pub const GIVE_UP: Duration = Duration::from_secs(1);
 
-/// What anchors and given up times are whole multiples of: deadlines keep their place beside what the system does periodically.
-pub(super) const MILLISECOND: Duration = Duration::from_millis(1);
+/// A thread wakes for steps at most so often: shorter ones are taken several at a time. Where deadlines begin, and by how much they are
+/// moved, are whole multiples of it, so that they keep their place beside what the system does periodically.
+pub(super) const WAKE_UP_PERIOD: Duration = Duration::from_micros(500);
 
 /// Deadlines of simulated instants: `anchor + (t − t_anchor) / factor`, never accumulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,9 +41,13 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// Simulated time `session_s` is due at `now`, or at the whole millisecond that follows; what comes then, at `pace`.
+    /// Simulated time `session_s` is due `now`, or at the multiple of [`WAKE_UP_PERIOD`] that follows; what comes then, at `pace`.
     pub fn new(pace: Pace, now: Duration, session_s: f64) -> Self {
-        Pacer { pace, anchor: whole(now), anchor_s: session_s, given_up: Duration::ZERO }
+        let anchor = match pace {
+            Pace::Max => now,
+            Pace::Factor(_) => whole(now),
+        };
+        Pacer { pace, anchor, anchor_s: session_s, given_up: Duration::ZERO }
     }
 
     /// When simulated time `session_s` is due; `None` when at once.
@@ -61,7 +66,8 @@ impl Pacer {
         *self = Pacer::new(self.pace, now, session_s);
     }
 
-    /// By how much deadlines are to be moved when one was missed by `late`, in whole milliseconds; `None` when they stay.
+    /// By how much deadlines are to be moved when one was missed by `late`, a multiple of [`WAKE_UP_PERIOD`]; `None` when
+    /// they stay.
     pub fn verdict(policy: Overrun, late: Duration) -> Option<Duration> {
         let moved = match policy {
             Overrun::Skip => true,
@@ -82,10 +88,10 @@ impl Pacer {
     }
 }
 
-/// The next whole millisecond.
+/// The next whole multiple of [`WAKE_UP_PERIOD`].
 fn whole(time: Duration) -> Duration {
-    let beyond = time.subsec_nanos() % MILLISECOND.subsec_nanos();
-    if beyond == 0 { time } else { time + MILLISECOND - Duration::from_nanos(beyond.into()) }
+    let beyond = time.subsec_nanos() % WAKE_UP_PERIOD.subsec_nanos();
+    if beyond == 0 { time } else { time + WAKE_UP_PERIOD - Duration::from_nanos(beyond.into()) }
 }
 
 #[cfg(test)]
@@ -132,13 +138,13 @@ mod tests {
     }
 
     #[test]
-    fn prop_deadlines_stay_on_whole_milliseconds() {
+    fn prop_deadlines_keep_their_place() {
         let mut pacer = Pacer::new(Pace::Factor(1.0), Duration::from_nanos(1_999_999_999), 0.0);
         assert_eq!(pacer.deadline(1.0), Some(Duration::from_secs(3)));
         let late = Duration::from_micros(4_001);
-        assert_eq!(Pacer::verdict(Overrun::Skip, late), Some(Duration::from_millis(5)));
+        assert_eq!(Pacer::verdict(Overrun::Skip, late), Some(Duration::from_micros(4_500)));
         pacer.anchor(Duration::from_micros(2_500_001), 1.0);
-        assert_eq!(pacer.deadline(1.0), Some(Duration::from_millis(2_501)));
+        assert_eq!(pacer.deadline(1.0), Some(Duration::from_micros(2_500_500)));
     }
 
     #[test]

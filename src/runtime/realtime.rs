@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
-use super::pacer::MILLISECOND;
+use super::pacer::WAKE_UP_PERIOD;
 
 /// Priority of a stepping thread among real-time threads, 1 to 99.
 const PRIORITY: u8 = 80;
@@ -44,12 +44,14 @@ pub(crate) fn exact_timers() {
     system::exact_timers();
 }
 
-/// A clock whose whole milliseconds, where deadlines are, lie halfway between those of the system's, where the scheduler's tick is
-/// (on Linux since 6.4: whole multiples of 1 to 10 ms of `CLOCK_MONOTONIC`). A deadline that falls on the tick is as late as that takes,
-/// 15 µs measured, every time that both meet. It begins at most a millisecond ago.
+/// A clock by which deadlines of steps that last whole or half milliseconds keep off the scheduler's tick (on Linux since 6.4: at whole
+/// multiples of 1 to 10 ms of `CLOCK_MONOTONIC`): one that falls on it is as late as that takes, 15 µs measured, every time that both
+/// meet. Its multiples of [`WAKE_UP_PERIOD`] come 100 to 400 µs after those of the system's, different for the processes that share
+/// the processors. It begins at most such a period ago.
 pub(super) fn clock() -> Instant {
+    let after = Duration::from_micros(100) * (1 + std::process::id() % 4);
     let now = Instant::now();
-    let since = (system::time() + MILLISECOND / 2).subsec_nanos() % MILLISECOND.subsec_nanos();
+    let since = (system::time() + WAKE_UP_PERIOD - after).subsec_nanos() % WAKE_UP_PERIOD.subsec_nanos();
     now.checked_sub(Duration::from_nanos(since.into())).unwrap_or(now)
 }
 
@@ -142,12 +144,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_whole_milliseconds_of_the_clock_lie_between_those_of_the_system() {
+    fn val_deadlines_keep_off_the_tick() {
         // Something may come between two looks at the time, but not every time.
-        let beyond_ns = || {
+        let after_ns = || {
             let clock = clock();
-            system::time().saturating_sub(clock.elapsed()).subsec_nanos() % MILLISECOND.subsec_nanos()
+            system::time().saturating_sub(clock.elapsed()).subsec_nanos() % WAKE_UP_PERIOD.subsec_nanos()
         };
-        assert!((0..100).any(|_| beyond_ns().abs_diff(500_000) < 5_000));
+        assert!((0..100).any(|_| (after_ns() + 5_000) % 100_000 < 10_000), "{} ns", after_ns());
+        assert!((90_000..410_000).contains(&after_ns()));
     }
 }

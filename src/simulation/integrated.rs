@@ -10,7 +10,7 @@ use crate::mechanics::{self, Energy, Mechanism, NoEquilibrium, Observation};
 const LARGEST_SHARE: f64 = 0.005;
 /// Energies below this part of what is there are rounding.
 const ROUNDING: f64 = 1e-12;
-/// What a share so small leaves is of second order in it.
+/// What a share so small leaves is not worth another look at the energy.
 const LITTLE: f64 = 1e-9;
 /// Corrections of a step's energy at most.
 const CORRECTIONS: usize = 5;
@@ -84,14 +84,16 @@ impl<M: Mechanism> Integrated<M> {
     /// *Geometric Numerical Integration*, IV.4), with velocities and strains sharing what is to be given or taken:
     ///
     /// ```text
-    /// q ← q − λ τ² x,   v ← v − λ v,   dE/dλ = −(2T + τ² g·x)     S x = g = ∂(E − T)/∂q
+    /// q ← q − λ τ² x,   v ← v − λ v,   dE/dλ ≈ −(2T + τ² g·x)     S x = g
     /// ```
     ///
     /// with the kinetic energy T, homogeneous of second degree; g is the residual at rest, and S the matrix that the step factored
-    /// last, `M + ½h′D + ¼h′²K` of a part h′ of it, which leaves what vibrates too fast for the step no more to do than the rest. So
-    /// strains give near standstill, where no scaling of velocities takes anything. `τ² = 2U/(g·x)` with the strain energy U scales
-    /// a single vibration as its velocity, but is no more than h². An excess of order p + 1 in the step moves the state by no more,
-    /// so the scheme keeps its order p. What one step could not take is part of the next one's excess.
+    /// last, `M + ½h′D + ¼h′²K` of a part h′ of it, by which a vibration too fast for the step gives 4τ²/h′² of λ at most. So strains
+    /// give near standstill, where no scaling of velocities takes anything. `τ² = 2U/(g·x)` with the strain energy U scales a single
+    /// vibration as its velocity, but is no more than h². The slope leaves out what q changes of T, and takes the loads that g has
+    /// and E has not (resistance) for forces that have a potential: so λ is sought by looks at the energy. An excess of order p + 1
+    /// in the step moves the state by no more, so the scheme keeps its order p. What one step could not take is part of the next
+    /// one's excess.
     fn project(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, energy_j: f64) {
         let Integrated { mechanism, state, middle, .. } = self;
         let State { q: q0, v: v0, a: pull, alpha: still, residual: gradient } = middle;
@@ -114,6 +116,10 @@ impl<M: Mechanism> Integrated<M> {
         let mut share = 0.0;
         for _ in 0..CORRECTIONS {
             let more = excess_j / slope_j;
+            // Nothing to give, or no energy to be told.
+            if !more.is_finite() {
+                return;
+            }
             share = (share + more).clamp(-LARGEST_SHARE, LARGEST_SHARE);
             for i in 0..q0.len() {
                 state.q[i] = q0[i] - share * square_s2 * pull[i];
@@ -143,7 +149,8 @@ impl<M: Mechanism> Engine for Integrated<M> {
         let mut system = Driven { mechanism: &mut self.mechanism, law };
         let effort = self.integrator.step(&mut system, t_s, h_s, &mut self.state)?;
         let ledger = self.work(law, t_s, h_s);
-        if self.integrator.is_projected() && !law.is_motion() {
+        // What was taken without factors was taken at rest.
+        if self.integrator.is_projected() && !law.is_motion() && effort.factorizations > 0 {
             self.project(law, t_s + h_s, h_s, energy_j + ledger[0] - ledger[1]);
         }
         Ok((effort, ledger))

@@ -45,7 +45,13 @@ fn regress_effort() {
 fn prop_looks_and_checkpoints_change_no_bit() {
     const FINE: [&str; 3] = ["solver.step_s=1e-4", "crank.axial=false", "rod.axial=false"];
     let loaded = ["slider.friction_n_s_per_m=3.0", "slider.resistance_n=2.0", "base.damper_nm_s_per_rad=0.1"];
-    let scenes = [("ref-r2s", FINE.to_vec()), ("crank-slider", [&FINE[..], &loaded].concat()), ("ref-r3", FINE.to_vec())];
+    let scenes = [
+        ("ref-r2s", FINE.to_vec()),
+        ("crank-slider", [&FINE[..], &loaded].concat()),
+        ("ref-r3", FINE.to_vec()),
+        // At rest, but for rounding.
+        ("crank-slider", [&FINE[..], &["pulse=[]", "start.angle_rad=0.7"]].concat()),
+    ];
     for (name, overrides) in &scenes {
         for model in [ModelKind::Rigid, ModelKind::Modal, ModelKind::FiniteElement] {
             for integrator in model.integrators() {

@@ -5,11 +5,8 @@ use std::time::Duration;
 use super::{BURST, Ending, Next, Stepper};
 use crate::runtime::misses::{Doings, Round};
 use crate::runtime::output::Output;
-use crate::runtime::pacer::{Overrun, Pace, Pacer};
+use crate::runtime::pacer::{Overrun, Pace, Pacer, WAKE_UP_PERIOD};
 use crate::wire::Overruns;
-
-/// A thread wakes for steps at most so often: shorter ones are taken several at a time.
-const WAKE_UP_PERIOD: Duration = Duration::from_micros(500);
 
 impl Stepper {
     /// How many steps are taken at a wake-up.
