@@ -41,7 +41,7 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// Simulated time `session_s` is due `now`, or at the multiple of [`WAKE_UP_PERIOD`] that follows; what comes then, at `pace`.
+    /// Simulated time `session_s` is due `now`, or at the next multiple of half a millisecond; what comes then, at `pace`.
     pub fn new(pace: Pace, now: Duration, session_s: f64) -> Self {
         let anchor = match pace {
             Pace::Max => now,
@@ -66,7 +66,7 @@ impl Pacer {
         *self = Pacer::new(self.pace, now, session_s);
     }
 
-    /// By how much deadlines are to be moved when one was missed by `late`, a multiple of [`WAKE_UP_PERIOD`]; `None` when
+    /// By how much deadlines are to be moved when one was missed by `late`, in whole half milliseconds; `None` when
     /// they stay.
     pub fn verdict(policy: Overrun, late: Duration) -> Option<Duration> {
         let moved = match policy {

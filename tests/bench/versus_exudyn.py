@@ -112,6 +112,7 @@ def flexcrank_ways(program, scene, quick):
         ("composed-midpoint", ()),
         ("composed-midpoint", ("tolerance=1e-6",)),
         ("composed-midpoint", ("tolerance=1e-5",)),
+        ("composed-midpoint", ("tolerance=1e-4",)),
     ]
     links = [("modal", *modes(*counts)) for counts in MODES]
     links += [("finite-element", *elements(count)) for count in ELEMENTS]
