@@ -19,7 +19,7 @@ use super::two_point::TwoPoint;
 /// Composed of steps that are symmetric but, where the mass matrix changes, not symplectic, it lets the energy of strongly vibrating
 /// chains wander (the default scene undamped, with 1 and 3 modes, at 1 ms: by 1.7e-3 of what was put in, within 10 minutes). So a
 /// simulation projects every whole step back onto the energy that its ledger asks for
-/// ([`Integrator::is_projected`](super::Integrator)), which leaves 8e-13 there. It moves the state by no more than the error of the
+/// ([`Integrator::is_projected`](super::Integrator)), which leaves 2e-11 there. It moves the state by no more than the error of the
 /// step.
 ///
 /// A load constant during the step, or one that rises linearly about the step's middle, delivers its impulse exactly.

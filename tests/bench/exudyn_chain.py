@@ -29,7 +29,7 @@ class Settings(NamedTuple):
 
 
 def chain(elements, reduced_integration):
-    """The mechanism, its load (torque at the pivot's tangent), and a sensor of the crank pin's position."""
+    """The mechanism of so many elements for crank and rod, its load (torque at the pivot's tangent), and a sensor of the crank pin's position."""
     mbs = exu.SystemContainer().AddSystem()
     cable = ObjectANCFCable2D(
         physicsMassPerLength=DENSITY * AREA_M2,
@@ -38,15 +38,15 @@ def chain(elements, reduced_integration):
         useReducedOrderIntegration=reduced_integration,
     )
 
-    def link(start_m, end_m, fixed_start, fixed_end):
+    def link(start_m, end_m, fixed_start, fixed_end, elements):
         ends = [[start_m, 0, 0], [end_m, 0, 0]]
         return GenerateStraightLineANCFCable2D(
             mbs, *ends, elements, cable, fixedConstraintsNode0=fixed_start, fixedConstraintsNode1=fixed_end
         )[0]
 
     free = [0, 0, 0, 0]
-    crank = link(0.0, 0.5, [1, 1, 0, 0], free)
-    rod = link(0.5, 2.0, free, [0, 1, 0, 0])
+    crank = link(0.0, 0.5, [1, 1, 0, 0], free, elements[0])
+    rod = link(0.5, 2.0, free, [0, 1, 0, 0], elements[1])
     pins = [mbs.AddMarker(MarkerNodePosition(nodeNumber=node)) for node in (crank[-1], rod[0])]
     mbs.AddObject(RevoluteJoint2D(markerNumbers=pins))
     load = mbs.AddLoad(Torque(markerNumber=mbs.AddMarker(MarkerNodeRigid(nodeNumber=crank[0])), loadVector=[0, 0, 0]))

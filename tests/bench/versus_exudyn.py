@@ -28,8 +28,9 @@ ROUNDS, NEAR = 5, 1.4
 GAIN, IDLE = 0.9, 3
 # Instants are compared every 0.01 s; steps divide that.
 DIVISORS = (1, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 50, 70, 100, 140, 200, 280, 400, 700, 1000)
-# Likely ones first: what they reach tells which others cannot pay.
-ELEMENTS = (4, 8, 16, 2, 6, 12, 3, 24, 1, 32)
+# Elements of crank and rod: as many for each, or of one length (the rod is three times as long). Likely ones first: what they reach
+# tells which others cannot pay.
+ELEMENTS = [(n, n) for n in (4, 8, 16, 2, 6, 12, 3, 24, 1, 32)] + [(-(-n // 3), n) for n in (2, 6, 3, 9, 12, 24)]
 # Modes of crank and rod, and whether both may stretch: as many for each, or up to one frequency (the rod is three times as long).
 MODES = [(n, n, False) for n in (2, 1, 3, 4, 5, 6)] + [(n // 3, n, True) for n in (6, 8, 9, 10, 11, 12)]
 
@@ -89,14 +90,15 @@ def exudyn_ways(scene, quick):
         Settings(spectral_radius=0.9, relative_tolerance=1e-6, reduced_integration=2),
         Settings(spectral_radius=0.9, relative_tolerance=1e-4, reduced_integration=2),
         Settings(spectral_radius=0.6, relative_tolerance=1e-6, reduced_integration=2),
+        Settings(spectral_radius=0.6, relative_tolerance=1e-4, reduced_integration=2),
         Settings(spectral_radius=0.8, relative_tolerance=1e-6),
         Settings(spectral_radius=0.6, relative_tolerance=1e-8),
     ]
-    for chosen, count in itertools.product(tuned[: 1 if quick else None], ELEMENTS[: 3 if quick else None]):
-        chosen = chosen._replace(solver="EigenDense" if count <= 4 else "EigenSparse")
-        links = f"{count} elements, ρ {chosen.spectral_radius}, tolerance {chosen.relative_tolerance:g}"
+    for chosen, counts in itertools.product(tuned[: 1 if quick else None], ELEMENTS[: 3 if quick else None]):
+        chosen = chosen._replace(solver="EigenDense" if max(counts) <= 4 else "EigenSparse")
+        links = f"{named(*counts, 'element')}, ρ {chosen.spectral_radius}, tolerance {chosen.relative_tolerance:g}"
         links += ", reduced integration" if chosen.reduced_integration else ""
-        run = lambda step_s, count=count, chosen=chosen: lambda: exudyn_chain.solve(scene, count, step_s, chosen)
+        run = lambda step_s, counts=counts, chosen=chosen: lambda: exudyn_chain.solve(scene, counts, step_s, chosen)
         yield ("Exudyn ANCF", "generalized-alpha", links), run
 
 
@@ -109,13 +111,14 @@ def flexcrank_ways(program, scene, quick):
         ("two-point", ("tolerance=1e-4",)),
         ("generalized-alpha", ("tolerance=1e-4", "rho_infinity=1")),
         ("generalized-alpha", ("tolerance=1e-6", "rho_infinity=0.6")),
+        ("generalized-alpha", ("tolerance=1e-4", "rho_infinity=0.6")),
         ("composed-midpoint", ()),
         ("composed-midpoint", ("tolerance=1e-6",)),
         ("composed-midpoint", ("tolerance=1e-5",)),
         ("composed-midpoint", ("tolerance=1e-4",)),
     ]
     links = [("modal", *modes(*counts)) for counts in MODES]
-    links += [("finite-element", *elements(count)) for count in ELEMENTS]
+    links += [("finite-element", *elements(*counts)) for counts in ELEMENTS]
     links += [("rigid", "", ())]
     for integrator, solver in integrators[: 1 if quick else None]:
         for model, size, keys in links[::4] if quick else links:
@@ -126,13 +129,16 @@ def flexcrank_ways(program, scene, quick):
 
 def modes(crank, rod, axial):
     """What they are called, and the scene's keys for them."""
-    name = f"{rod} mode{'s' * (rod > 1)}" if crank == rod else f"{crank} and {rod} modes"
-    return name + ", axial" * axial, (f"crank.modes={crank}", f"rod.modes={rod}", *(f"{link}.axial={str(axial).lower()}" for link in ("crank", "rod")))
+    return named(crank, rod, "mode") + ", axial" * axial, (f"crank.modes={crank}", f"rod.modes={rod}", *(f"{link}.axial={str(axial).lower()}" for link in ("crank", "rod")))
 
 
-def elements(count):
+def elements(crank, rod):
     """The same of finite elements."""
-    return f"{count} element{'s' * (count > 1)}", (f"crank.elements={count}", f"rod.elements={count}")
+    return named(crank, rod, "element"), (f"crank.elements={crank}", f"rod.elements={rod}")
+
+
+def named(crank, rod, what):
+    return (f"{rod} {what}" if crank == rod else f"{crank} and {rod} {what}") + "s" * (rod > 1)
 
 
 def sweep(families, levels):
