@@ -57,9 +57,9 @@ impl Newton {
     }
 
     /// Iterates from the prediction in `trial`, which is corrected at least once, so that a linear system is solved to rounding
-    /// whatever the tolerance. Converged when the residual is within tolerance, or by its
-    /// geometric progression is expected to be after a second or later correction (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.8); or when corrections no
-    /// longer shrink and are rounding in the coordinates, so that no iteration could do better.
+    /// whatever the tolerance. Converged when the residual is within tolerance, or by its geometric progression is expected to be
+    /// after a second or later correction (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.8); or when corrections
+    /// no longer shrink and are rounding in the coordinates, so that no iteration could do better.
     pub(super) fn solve<S: System>(
         &mut self,
         system: &mut S,

@@ -145,12 +145,13 @@ mod tests {
 
     #[test]
     fn val_deadlines_keep_off_the_tick() {
-        // Something may come between two looks at the time, but not every time.
+        // Something may come between two looks at the time, but seldom.
         let after_ns = || {
             let clock = clock();
             system::time().saturating_sub(clock.elapsed()).subsec_nanos() % WAKE_UP_PERIOD.subsec_nanos()
         };
         let off = |after_ns: u32| [1, 2, 3, 4].iter().any(|k| after_ns.abs_diff(k * 100_000) < 5_000);
-        assert!((0..100).any(|_| off(after_ns())), "{} ns", after_ns());
+        let count = (0..100).filter(|_| off(after_ns())).count();
+        assert!(count > 80, "{count} of 100, {} ns", after_ns());
     }
 }
