@@ -60,7 +60,7 @@ fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
 
 #[test]
 fn regress_what_does_not_go_together_is_refused_never_ignored() {
-    const SOLVER: &str = "model = \"modal\"\nintegrator = \"composed-midpoint\"";
+    const SOLVER: &str = "model = \"modal\"\nintegrator = \"esdirk\"";
     let cases = [
         (
             with("[slider]", "[oscillator]\nmasses_kg = [1.0]\n\n[slider]").replace("\"modal\"", "\"mass-spring\""),

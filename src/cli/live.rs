@@ -13,10 +13,10 @@ use super::signals::interrupted;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
-use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking};
+use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking, unbalanced};
 use crate::scene::{MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport, Member};
-use crate::simulation::Simulation;
+use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
@@ -129,9 +129,10 @@ fn gravity(done: Done) -> u8 {
     match done {
         Done::Well => 0,
         Done::Lossy => 1,
-        Done::Refused => 2,
-        Done::Late => 3,
-        Done::Diverged => 4,
+        Done::Untrusted => 2,
+        Done::Refused => 3,
+        Done::Late => 4,
+        Done::Diverged => 5,
     }
 }
 
@@ -163,6 +164,10 @@ fn conclude_one(report: &LiveReport, many: bool) -> Done {
     }
     if lossy && done == Done::Well {
         done = Done::Lossy;
+    }
+    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, Done::Well | Done::Lossy) = (report.verdict, done) {
+        say!("warning: {}", unbalanced(worst_j, in_play_j));
+        done = Done::Untrusted;
     }
     done
 }

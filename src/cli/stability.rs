@@ -100,7 +100,7 @@ fn schemes(args: &Args) -> anyhow::Result<()> {
         ("two-point", "two-point", "weight", weights),
         ("generalized-alpha", "generalized-alpha", "rho_infinity", rhos),
         ("runge-kutta", "runge-kutta", "", vec![Scheme::RungeKutta]),
-        ("composed-midpoint", "composed-midpoint", "", vec![Scheme::ComposedMidpoint]),
+        ("esdirk", "esdirk", "", vec![Scheme::Esdirk]),
     ] {
         let radii = radius_table(&schemes, &omegas_h())?;
         let orders = order_table(&schemes)?;

@@ -31,18 +31,20 @@
 //! not resolve took its order: 1.7e-4, 1.1e-4, 5.3e-5, 1.5e-5 at 2, 1, 0.5 and 0.25 ms. On
 //! modal chains [`ComposedMidpoint`] does as well without a solver of its own; on finely meshed ones it rings likewise.
 
-mod composed_midpoint;
+mod esdirk;
 mod generalized_alpha;
 mod newton;
 mod runge_kutta;
 mod system;
 mod two_point;
 
-pub use composed_midpoint::ComposedMidpoint;
+pub use esdirk::Esdirk;
 pub use generalized_alpha::GeneralizedAlpha;
 pub use newton::NewtonSettings;
 pub use runge_kutta::RungeKutta;
-pub use system::{Effort, Singular, State, StepError, System, Weights, solve_acceleration};
+pub use system::{
+    Effort, ErrorTerm, LocalError, Power, Singular, State, StepError, System, Taken, Weights, Work, solve_acceleration,
+};
 pub use two_point::TwoPoint;
 
 /// One of the schemes, chosen at run time.
@@ -54,14 +56,31 @@ pub enum Integrator {
     GeneralizedAlpha(GeneralizedAlpha),
     /// Classical explicit Runge–Kutta, fourth order.
     RungeKutta(RungeKutta),
-    /// The implicit midpoint rule composed to fourth order.
-    ComposedMidpoint(ComposedMidpoint),
+    /// Diagonally implicit Runge–Kutta, fourth order.
+    Esdirk(Esdirk),
 }
 
 impl Integrator {
-    /// Whether its steps end on the surface of the energy that the ledger asks for: the owner, who keeps the ledger, projects them.
-    pub fn is_projected(&self) -> bool {
-        matches!(self, Self::ComposedMidpoint(_))
+    /// Gives a new state what the scheme needs to begin from it under the loads present; those that come with the first step are
+    /// loads that begin there.
+    ///
+    /// # Errors
+    /// [`StepError`] when accelerations cannot be solved for.
+    pub fn begin<S: System>(&mut self, system: &mut S, t_s: f64, state: &mut State) -> Result<(), StepError> {
+        match self {
+            Self::Esdirk(scheme) => scheme.begin(system, t_s, state),
+            Self::TwoPoint(_) | Self::GeneralizedAlpha(_) | Self::RungeKutta(_) => Ok(()),
+        }
+    }
+
+    /// Leading error of the last step, of `h_s`.
+    pub fn local_error(&self, h_s: f64) -> LocalError<'_> {
+        match self {
+            Self::TwoPoint(scheme) => scheme.local_error(h_s),
+            Self::GeneralizedAlpha(scheme) => scheme.local_error(h_s),
+            Self::RungeKutta(scheme) => scheme.local_error(),
+            Self::Esdirk(scheme) => scheme.local_error(),
+        }
     }
 
     /// Advances `state` from `t_s` to `t_s + h_s`.
@@ -69,12 +88,12 @@ impl Integrator {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     #[inline]
-    pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Effort, StepError> {
+    pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
         match self {
             Self::TwoPoint(scheme) => scheme.step(system, t_s, h_s, state),
             Self::GeneralizedAlpha(scheme) => scheme.step(system, t_s, h_s, state),
             Self::RungeKutta(scheme) => scheme.step(system, t_s, h_s, state),
-            Self::ComposedMidpoint(scheme) => scheme.step(system, t_s, h_s, state),
+            Self::Esdirk(scheme) => scheme.step(system, t_s, h_s, state),
         }
     }
 }

@@ -9,7 +9,7 @@
 
 use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use super::joints;
-use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
 use super::resistance::{resistance, resistance_n};
 use super::rigid_bar::RigidBar;
@@ -336,6 +336,10 @@ impl Mechanism for Rigid {
         let [theta, rate, _] = self.state(input, q, v, a);
         let Evaluated { pose, equation, .. } = *self.evaluate(theta, rate);
         self.energies(&pose, theta, rate, equation.mass)
+    }
+
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
+        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), deflection_m: 0.0 }
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -162,21 +162,15 @@ impl Course {
         })
     }
 
-    /// A status with its energies and works computed anew.
+    /// A status with energies, works, verdict and estimated error computed anew.
     fn status(&self, recorded: &wire::Status) -> wire::Status {
-        let ledger = self.simulation.ledger();
-        wire::Status {
+        let status = wire::Status {
             stamp: Some(wire::Stamp {
                 wall_time: recorded.stamp.and_then(|stamp| stamp.wall_time),
                 ..wire::stamp(&self.stamp())
             }),
-            kinetic_j: Some(ledger.energy.kinetic_j),
-            strain_j: ledger.energy.strain_j,
-            potential_j: ledger.energy.potential_j,
-            work_in_j: Some(ledger.work_in_j),
-            dissipated_j: Some(ledger.dissipated_j),
-            balance_error_j: Some(ledger.balance_error_j),
             ..recorded.clone()
-        }
+        };
+        status.with_account(&self.simulation)
     }
 }

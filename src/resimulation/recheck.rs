@@ -8,14 +8,8 @@ use super::finding::Finding;
 use super::source::Source;
 use super::survey::Survey;
 use crate::recording::{Found, Going, Recorded, walk};
-use crate::simulation::PulseRefused;
+use crate::simulation::{EnergyVerdict, PulseRefused};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
-
-/// An energy balance off by more than this many times the energy that was ever there or put in is wrong: a run that goes on
-/// has at most twice that.
-const BALANCE: f64 = 3.0;
-/// Energies below this are rounding, J.
-const ENERGY_FLOOR_J: f64 = 1e-9;
 
 /// What was computed again.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -32,8 +26,10 @@ pub struct Recomputed {
     pub skipped: u64,
     /// Largest |error of the energy balance| of any status, J.
     pub balance_error_j: f64,
-    /// Most energy that was there, was put in, or fell in gravity by any status, J.
+    /// The energy in play at the last status, J.
     pub energy_j: f64,
+    /// The verdict on the energy balance at the last status that had left its tolerance, or else at the last.
+    pub verdict: Option<EnergyVerdict>,
 }
 
 /// Reads a recording a second time; `progress` is told the byte reached.
@@ -166,8 +162,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Err(diverged) => return self.lost(at, &diverged.into()),
         };
         self.done.messages += u64::from(!matches!(event, Event::Checkpoint(_)));
-        if let Event::Status(status) = event {
-            self.balance(status, at);
+        if let Event::Status(_) = event {
+            self.account();
         }
         let computed = self.forgiven(event, computed, at);
         if computed != message.data.as_ref() {
@@ -175,14 +171,14 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    fn balance(&mut self, status: &wire::Status, (epoch, step): Instant) {
-        let error_j = status.balance_error_j.unwrap_or(0.0).abs();
-        let accounted_j = self.course.simulation().energy_accounted_j();
-        self.done.balance_error_j = self.done.balance_error_j.max(error_j);
-        self.done.energy_j = self.done.energy_j.max(accounted_j);
-        if error_j > BALANCE * accounted_j + ENERGY_FLOOR_J {
-            let what = format!("the energy balance is off by {error_j} J, where there were {accounted_j} J");
-            self.findings.push(Finding::Physics { topic: "status", epoch, step, what });
+    /// The computed account: what the file says is compared with it message by message.
+    fn account(&mut self) {
+        let simulation = self.course.simulation();
+        let ledger = simulation.ledger();
+        self.done.balance_error_j = self.done.balance_error_j.max(ledger.worst_balance_j);
+        self.done.energy_j = self.done.energy_j.max(ledger.in_play_j);
+        if !matches!(self.done.verdict, Some(EnergyVerdict::Unbalanced { .. })) {
+            self.done.verdict = Some(simulation.energy_verdict());
         }
     }
 

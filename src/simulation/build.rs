@@ -5,7 +5,7 @@ use super::engine::Engine;
 use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
 use super::{BuildError, PulseRefused};
-use crate::integrate::{ComposedMidpoint, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
+use crate::integrate::{Esdirk, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
 use crate::mechanics::{
     ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NoEquilibrium, NodeObservation, Observation,
     Oscillator, Rigid,
@@ -56,7 +56,7 @@ fn integrator(solver: &Solver, unknowns: usize) -> Integrator {
             Integrator::GeneralizedAlpha(GeneralizedAlpha::new(unknowns, solver.rho_infinity, newton))
         }
         IntegratorKind::RungeKutta => Integrator::RungeKutta(RungeKutta::new(unknowns)),
-        IntegratorKind::ComposedMidpoint => Integrator::ComposedMidpoint(ComposedMidpoint::new(unknowns, newton)),
+        IntegratorKind::Esdirk => Integrator::Esdirk(Esdirk::new(unknowns, newton)),
     }
 }
 

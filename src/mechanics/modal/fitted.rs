@@ -5,7 +5,7 @@ use super::observe::Observer;
 use super::start;
 use super::tangent::Tangent;
 use crate::mechanics::last_state::LastState;
-use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::mechanics::observation::{Energy, Observation};
 use crate::scene;
 
@@ -36,6 +36,14 @@ impl<const W: usize> Fitted<W> {
     fn evaluate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
         if self.last.changes(input, q, v, a) {
             self.chain.residual(input, q, v, a, &mut self.residual);
+        }
+    }
+
+    /// Brings the chain to a state, without its forces, unless both are there.
+    fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+        if self.last.changes(input, q, v, a) {
+            self.chain.advance(input, q, v, a);
+            self.last.forget();
         }
     }
 }
@@ -75,19 +83,23 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
-        if self.last.changes(input, q, v, a) {
-            self.chain.advance(input, q, v, a);
-            // Without its forces.
-            self.last.forget();
-        }
+        self.locate(input, q, v, a);
         self.chain.energy(q)
     }
 
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
+        Measure { angle_rad: self.chain.chord_change(dq), deflection_m: self.observer.deflection_change(&self.chain, dq) }
+    }
+
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
-        if self.chain.needs_forces_for_power() {
-            self.evaluate(input, q, v, a);
-            return self.chain.power_w(input, v);
+        if self.chain.power_follows_from_rates() {
+            return self.chain.power_of_rates_w(input, v);
         }
-        self.chain.power_of_rates_w(input, v)
+        if self.chain.is_prescribed() {
+            self.evaluate(input, q, v, a);
+        } else {
+            self.locate(input, q, v, a);
+        }
+        self.chain.power_w(input, v)
     }
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::Stepper;
 use crate::runtime::output::Output;
+use crate::simulation::EnergyVerdict;
 use crate::wire::{self, Status, status::State};
 
 /// Wall time between two statuses.
@@ -29,9 +30,8 @@ impl Stepper {
         self.tell_missed();
         let now = self.clock.elapsed();
         self.next_status = now + STATUS_PERIOD;
-        let observed = self.simulation.observe().is_ok();
         let message = if message.is_empty() { self.warning() } else { message };
-        let ledger = self.simulation.ledger();
+        let errors = self.step_errors.quantiles_rad();
         let quantiles = self.lateness.quantiles_s();
         let at = |k: usize| quantiles.map(|all| all[k]);
         let costs = self.step_cost.quantiles_s();
@@ -47,12 +47,9 @@ impl Stepper {
             lateness_max_s: at(3),
             overruns: self.overruns,
             dropped_samples: self.dropped + self.ports.counts.dropped(),
-            kinetic_j: observed.then_some(ledger.energy.kinetic_j),
-            strain_j: ledger.energy.strain_j,
-            potential_j: ledger.energy.potential_j,
-            work_in_j: Some(ledger.work_in_j),
-            dissipated_j: Some(ledger.dissipated_j),
-            balance_error_j: Some(ledger.balance_error_j),
+            step_error_p50_rad: errors.map(|all| all[0]),
+            step_error_p99_rad: errors.map(|all| all[1]),
+            step_error_max_rad: errors.map(|all| all[2]),
             solver_iterations: self.simulation.newton_iterations(),
             message,
             commands_accepted: self.accepted,
@@ -70,8 +67,9 @@ impl Stepper {
             given_up_s: self.given_up.as_secs_f64(),
             drops: Vec::new(),
             spin_s: self.has_deadlines().then_some(self.spin.as_secs_f64()),
-            replay: None,
-        };
+            ..Status::default()
+        }
+        .with_account(&self.simulation);
         self.send(Output::Status(Box::new(status), stamp));
     }
 
@@ -80,9 +78,18 @@ impl Stepper {
         if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
             return format!("the shadow {diverged}");
         }
-        if self.bent == 0.0 {
-            return String::new();
+        if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = self.simulation.energy_verdict() {
+            return unbalanced(worst_j, in_play_j);
         }
-        format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent)
+        if self.bent > 0.0 {
+            return format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent);
+        }
+        String::new()
     }
+}
+
+/// Why a run is not to be trusted.
+pub(crate) fn unbalanced(worst_j: f64, in_play_j: f64) -> String {
+    let part = worst_j / in_play_j;
+    format!("not to be trusted: the energy balance was off by {worst_j:.2e} J, {part:.1e} of the {in_play_j:.2e} J in play")
 }

@@ -76,7 +76,7 @@ impl Family {
             (ModelKind::FiniteElement, _) => 1.0 + 0.65 * flexible * size,
             (ModelKind::Incremental | ModelKind::MassSpring, _) => 0.7,
         };
-        if self.integrator == IntegratorKind::ComposedMidpoint { 5.0 * once } else { once }
+        if self.integrator == IntegratorKind::Esdirk { 5.0 * once } else { once }
     }
 
     /// What a table says of the discretization.
