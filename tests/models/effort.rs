@@ -30,7 +30,7 @@ fn regress_effort() {
         let mut effort = [0; 2];
         while run.time_s() < 0.5 - 1e-9 {
             run.step().unwrap();
-            let Effort { newton_iterations, factorizations } = run.effort();
+            let Effort { newton_iterations, factorizations, .. } = run.effort();
             effort = [effort[0] + newton_iterations, effort[1] + factorizations];
         }
         effort
