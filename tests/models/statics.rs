@@ -247,3 +247,25 @@ fn prop_no_equilibrium_within_reach_is_refused() {
         assert!(refused.contains("start.static_equilibrium"), "{model}: {refused}");
     }
 }
+
+#[test]
+fn regress_a_constant_torque_acts_from_the_first_sample_on() {
+    for model in [RIGID, MODAL, FINITE] {
+        let mut run = sprung(&[model, "torque.constant_nm=2.0", "base.torsion_spring_nm_per_rad=0.0", "start.angle_rad=0.0"]);
+        let moment = look(&mut run).links[0].elements[0].moment_start_nm;
+        assert!((moment + 2.0).abs() < 1e-9, "{model}: {moment} N m");
+        assert_eq!(run.take_driving_torque_nm(), 2.0, "{model}");
+    }
+}
+
+/// `k θ = τ` without a weight.
+#[test]
+fn val_a_spring_balances_a_constant_torque() {
+    for model in [RIGID, MODAL, FINITE] {
+        let mut run = sprung(&[model, "torque.constant_nm=2.0", "gravity.y_m_per_s2=0.0"]);
+        let angle = root(look(&mut run));
+        assert!((angle - 2.0 / 3.0).abs() < 1e-12, "{model}: {angle} rad");
+        let moved = moved_in_a_second_m(&mut run);
+        assert!(moved < 1e-12, "{model}: {moved:e} m");
+    }
+}
