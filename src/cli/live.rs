@@ -14,7 +14,7 @@ use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
 use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking, unbalanced};
-use crate::scene::{MODELS, SceneSource};
+use crate::scene::{IntegratorKind, MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport, Member};
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
@@ -35,6 +35,9 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     }
     if let Some(Member { live, .. }) = members.first() {
         board.head(heading(live, count));
+    }
+    for member in &members {
+        warn_of_weight(&member.live);
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Following } else { Spin::NONE });
     let waking = Waking { spin, realtime: !args.no_realtime };
@@ -93,6 +96,18 @@ fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
 
 fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
     split.map_or_else(|| record.to_owned(), |_| place::part(record, 1))
+}
+
+/// Every weight below ½ makes vibrations grow, at any step.
+fn warn_of_weight(live: &Live) {
+    let solver = &live.scene.scene.solver;
+    if solver.integrator == IntegratorKind::TwoPoint && solver.weight < 0.5 {
+        tracing::warn!(
+            scene = live.scene.origin,
+            "solver.weight = {}: two-point is unstable below 0.5; it is there for comparison with the thesis",
+            solver.weight
+        );
+    }
 }
 
 /// What is said of the first of so many.

@@ -1,5 +1,7 @@
 //! Why a simulation could not be built, or stopped.
 
+use std::borrow::Cow;
+
 use crate::integrate::StepError;
 
 /// The scene asks for what its model cannot compute.
@@ -9,7 +11,7 @@ pub struct BuildError {
     /// The model asked for.
     pub model: &'static str,
     /// What stands against it.
-    pub why: &'static str,
+    pub why: Cow<'static, str>,
 }
 
 /// What a simulation stops for.

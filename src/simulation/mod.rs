@@ -23,6 +23,7 @@ mod integrated;
 mod ledger;
 mod pulses;
 mod sample;
+mod step_limit;
 
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use error_estimate::ErrorEstimate;
@@ -157,9 +158,10 @@ impl Simulation {
             retried: 0,
         };
         simulation.engine.save(&mut simulation.saved);
-        simulation
-            .begin()
-            .map_err(|_| BuildError { model: scene.solver.model.as_str(), why: "its start has no finite accelerations" })?;
+        simulation.begin().map_err(|_| BuildError {
+            model: scene.solver.model.as_str(),
+            why: "its start has no finite accelerations".into(),
+        })?;
         Ok(simulation)
     }
 
