@@ -47,7 +47,7 @@ fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
         (with("\"modal\"", "\"modla\""), "did you mean \"modal\"?"),
         (with("shape = \"rectangle\"", "shape = \"square\""), "unknown value"),
         (with("torque_nm = 20.0", "torque_nm = inf"), "scene.toml:29: pulse.0.torque_nm = inf: must be a number"),
-        (with("step_s = 0.001", "step_s = 0"), "solver.step_s = 0: must be a number from 1e-9 to 10"),
+        (with("step_s = 0.002", "step_s = 0"), "solver.step_s = 0: must be a number from 1e-9 to 10"),
         (with("mass_kg = 0.2", "mass_kg = 0.2\nresistance_n = 1e300"), "slider.resistance_n = 1e300: must be a number"),
         (with("[crank]", "[crank"), "scene.toml:4: not TOML"),
         (String::new(), "scene.toml: no links"),

@@ -109,8 +109,7 @@ fn regress_a_small_error_of_the_energy_balance_is_told_too() -> Outcome {
     let file = folder.path().join("run.mcap");
     let statuses = common::decoded::<Status>(&file, "status")?;
     let last = statuses.last().ok_or("no status")?;
-    let error_j =
-        statuses.iter().filter_map(|status| status.balance_error_j).fold(0.0_f64, |most, error_j| most.max(error_j.abs()));
+    let error_j = last.worst_balance_j.ok_or("no balance")?;
     let found = verified(&file)?;
     assert_eq!(last.state(), wire::status::State::Finished);
     assert_eq!((found.recomputed.balance_error_j, found.recomputed.energy_j), (error_j, last.work_in_j.ok_or("no work")?));

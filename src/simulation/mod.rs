@@ -5,7 +5,7 @@
 //! use flexcrank::{scene::SceneSource, simulation::Simulation};
 //! let source = SceneSource::open("crank-slider", &[])?;
 //! let mut simulation = Simulation::new(&source.scene)?;
-//! for _ in 0..100 {
+//! for _ in 0..50 {
 //!     simulation.step()?;
 //! }
 //! assert!((simulation.time_s() - 0.1).abs() < 1e-15);

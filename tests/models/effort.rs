@@ -78,23 +78,15 @@ fn prop_looks_and_checkpoints_change_no_bit() {
     }
 }
 
-/// The default scene without damping and stretch: the crank's angle goes on without a jump, time is steps times step, and the rod's deflection
-/// and the energy stay what they are once the pulse's ringing has settled, after a tenth of the turns.
-///
-/// The pulse is made rectangular: as long as the rod's first period, it leaves little of it, where the scene's own leaves the rod
-/// vibrating by 4 % of its length and trading energy with the rotation for good.
-///
-/// With stretch, links that nothing damps take the energy of the rotation for good, by axial vibration and the sooner the finer the
-/// step resolves it, by whatever scheme: within 300 revolutions the deflection is three times what it was (h = 0.2 ms).
-///
-/// In 10,000 revolutions the rod's largest deflection falls by 1.3 % and the energy by 0.2 % with generalised-α, which damps what the
-/// step does not resolve; with the midpoint rule they keep within 0.3 %.
+/// Undamped chains on long turns, with the schemes that are made for them; ESDIRK fades what the step does not resolve, 2 % of this
+/// energy in 300 turns at 1 ms. The last two stretch as the default scene does, at half its pulse: at the whole of it the motion is
+/// chaotic, and the vibration takes up the rotation's energy, converged solutions and other codes alike.
 #[test]
 fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
     const UNDAMPED: [&str; 5] =
         ["pulse.0.shape=rectangular", "crank.damping_s=0", "rod.damping_s=0", "crank.axial=false", "rod.axial=false"];
+    const STRETCHING: [&str; 3] = ["pulse.0.torque_nm=10", "crank.damping_s=0", "rod.damping_s=0"];
     let cases = [
-        ("the scene's own", UNDAMPED.to_vec(), 300.0, 1e-9),
         (
             "generalized-alpha",
             [&UNDAMPED[..], &["solver.integrator=generalized-alpha", "crank.modes=2", "rod.modes=2"]].concat(),
@@ -102,10 +94,17 @@ fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
             2e-3,
         ),
         ("midpoint", [&UNDAMPED[..], &MIDPOINT].concat(), 300.0, 2e-3),
+        ("midpoint, stretching", [&STRETCHING[..], &MIDPOINT].concat(), 300.0, 1e-3),
+        (
+            "generalized-alpha, stretching",
+            [&STRETCHING[..], &["solver.integrator=generalized-alpha", "solver.rho_infinity=1.0"]].concat(),
+            300.0,
+            2e-3,
+        ),
         ("rigid", vec![RIGID, "solver.integrator=runge-kutta"], 1000.0, 2e-6),
     ];
     for (name, overrides, turns, bound) in cases {
-        let mut run = simulation("crank-slider", &overrides);
+        let mut run = simulation("crank-slider", &[&overrides[..], &["solver.step_s=0.001"]].concat());
         let (mut last, mut settled, mut bows) = (chord(look(&mut run)), None, [0.0_f64; 10]);
         while last < turns * TAU {
             run.step().unwrap();

@@ -34,14 +34,31 @@ impl FiniteElement {
         });
         let Some((first, elements, swapped)) = bent else { return 0.0 };
         let [start, middle, end] = [first, first + elements, first + 2 * elements + usize::from(swapped)];
-        let chord = self.vector(end, q) - self.vector(start, q);
-        let [d0, dm, d1] = [start, middle, end].map(|slot| self.vector(slot, dq));
+        let chord = self.position(end, q) - self.position(start, q);
+        let [d0, dm, d1] = [start, middle, end].map(|slot| self.moved(slot, q, dq));
         left(&chord).dot(&(dm - (d0 + d1) * 0.5)) / chord.norm()
     }
 
-    /// A position's slot in the unknowns; what is held is 0.
+    /// What `dq` changes of a position: of a rigid first link's end, `l J e dθ` with its direction e.
+    fn moved(&self, slot: usize, q: &[f64], dq: &[f64]) -> Vector2<f64> {
+        match self.layout.root.filter(|_| slot == ROOT) {
+            Some(root) => left(&self.position(slot, q)) * dq[root],
+            None if slot == ROOT => Vector2::zeros(),
+            None => self.vector(slot, dq),
+        }
+    }
+
+    fn position(&self, slot: usize, q: &[f64]) -> Vector2<f64> {
+        match self.layout.root.filter(|_| slot == ROOT) {
+            Some(root) => Vector2::new(q[root].cos(), q[root].sin()) * self.chain.links[0].length_m,
+            // Prescribed: where it was evaluated last.
+            None if slot == ROOT => self.motion.p[ROOT],
+            None => self.vector(slot, q),
+        }
+    }
+
+    /// A slot in the unknowns; what is held is 0.
     fn vector(&self, slot: usize, unknowns: &[f64]) -> Vector2<f64> {
-        debug_assert_ne!(slot, ROOT);
         Vector2::from_fn(|component, _| self.layout.unknown(2 * slot + component).map_or(0.0, |i| unknowns[i]))
     }
 }
