@@ -189,7 +189,7 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
     assert_eq!(by_angle.row.configuration.family.integrator, IntegratorKind::RungeKutta);
     assert!(by_angle.trial.errors.energy < 1e-4 && by_angle.trial.long_energy.is_none(), "a short run shows none of it");
     assert_eq!(by_energy.row.configuration.family.integrator, IntegratorKind::Esdirk);
-    assert!(by_energy.passed_over == 1 && by_energy.trial.long_energy.unwrap() < 1e-6, "{:?}", by_energy.trial);
+    assert!(by_energy.passed_over == 1 && by_energy.trial.long_energy.unwrap() < 1e-4, "{:?}", by_energy.trial);
 }
 
 #[test]

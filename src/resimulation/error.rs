@@ -15,6 +15,14 @@ pub enum ResimulationError {
     /// Its scene is refused.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// Its scene is refused, and another build recorded it.
+    #[error("{refused} (recorded by another build: {build})")]
+    OtherBuild {
+        /// Why.
+        refused: SceneError,
+        /// How that build differs from this one.
+        build: String,
+    },
     /// The change to its scene is refused.
     #[error("{0}")]
     Change(SceneError),

@@ -34,7 +34,10 @@ impl Source {
     pub fn open(path: &Path) -> Result<Self, ResimulationError> {
         let about = About::read(path)?;
         let text = about.scene.as_deref().unwrap_or_default();
-        let scene = SceneSource::parse(&format!("{}: scene.toml", path.display()), text, &[])?;
+        let scene = SceneSource::parse(&format!("{}: scene.toml", path.display()), text, &[]).map_err(|refused| {
+            let build = about.other_build().join("; ");
+            if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused, build } }
+        })?;
         let started = about.started().ok_or_else(|| ResimulationError::NoStart(path.to_owned()))?;
         Ok(Source {
             path: path.to_owned(),
