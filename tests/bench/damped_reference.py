@@ -4,7 +4,7 @@
 2. Exudyn's cubic ANCF cables with generalized-alpha, extrapolated in the step.
 
 Prints how far the runs of each lie apart, and the two programs; takes about half an hour.
-Usage, in the environment of `versus-exudyn`, with scipy: python tests/bench/damped_reference.py [FILE]
+Usage, in the environment that `versus-exudyn` makes: python tests/bench/damped_reference.py [FILE]
 """
 
 import sys

@@ -62,7 +62,7 @@ class Settings(NamedTuple):
 
 
 def chain(bars, elements, reduced_integration):
-    """The mechanism of so many elements for crank and rod, its loads (the torque on the tangent at the pivot), and each link's nodes.
+    """The mechanism of so many elements for crank and rod, its loads (the torque on the tangent at the pivot), and the links' nodes.
 
     Damping is Kelvin and Voigt's: `N = EA (ε + c ε̇)`, `M = EJ (κ + c κ̇)`.
     """
