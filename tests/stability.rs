@@ -41,7 +41,7 @@ fn every_scheme() -> Vec<Scheme> {
 
 #[test]
 fn prop_every_scheme_is_stable_on_the_left_half_plane() -> Tried {
-    let points = Point::grid(20, 1);
+    let points = [Point::axes(1000), Point::grid(20, 1)].concat();
     for scheme in every_scheme() {
         let mut grows = 0;
         for &at in &points {
