@@ -191,7 +191,8 @@ impl Esdirk {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
-        let (mut effort, mut work) = (Effort::default(), Work::default());
+        // At its beginning, and at its end.
+        let (mut effort, mut work) = (Effort { residuals: 2, ..Effort::default() }, Work::default());
         self.first_stage(system, t_s, state);
         work.add(B[0] * h_s, system.power(t_s, &state.q, &state.v, &state.a));
         let weights = Weights { acceleration: 1.0, velocity: GAMMA * h_s, position: (GAMMA * h_s).powi(2) };

@@ -80,7 +80,9 @@ impl GeneralizedAlpha {
         let weights = Weights { acceleration: 1.0, velocity: h_s * self.gamma * share, position: h_s * h_s * self.beta * share };
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
         self.newton.begin_step();
-        let effort = self.newton.solve(system, t_s + h_s, weights, &mut trial)?;
+        let mut effort = self.newton.solve(system, t_s + h_s, weights, &mut trial)?;
+        // At its beginning, and at its end.
+        effort.residuals += 2;
         system.residual(t_s + h_s, &self.q, &self.v, &self.a, &mut self.residual);
         for x in [&self.q, &self.v, &self.a, &self.residual] {
             all_finite(x)?;

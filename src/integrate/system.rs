@@ -142,6 +142,8 @@ impl State {
 /// What a step cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Effort {
+    /// Evaluations of the residual.
+    pub residuals: u32,
     /// Newton iterations: corrections solved for.
     pub newton_iterations: u32,
     /// Factorizations.
@@ -150,6 +152,7 @@ pub struct Effort {
 
 impl AddAssign for Effort {
     fn add_assign(&mut self, other: Effort) {
+        self.residuals += other.residuals;
         self.newton_iterations += other.newton_iterations;
         self.factorizations += other.factorizations;
     }

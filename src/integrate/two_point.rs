@@ -11,7 +11,8 @@ use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Weig
 /// ```
 ///
 /// ϑ = 0 is explicit Euler, 1 implicit Euler, ½ the implicit midpoint rule: second order, unconditionally stable on linear
-/// systems, it keeps quadratic invariants and damps nothing. Any other ϑ is first order; ϑ < ½ is unstable without damping,
+/// systems, it keeps quadratic invariants and damps nothing. With a mass matrix that
+/// varies with q, vibrations of `ωh > 1` may gain or lose energy. Any other ϑ is first order; ϑ < ½ is unstable without damping,
 /// ϑ > ½ damps. Per eigenvalue μ of a linear system, `g = (1 + (1 − ϑ) h μ) / (1 − ϑ h μ)`.
 ///
 /// A load constant during the step gives `M (v₁ − v₀) = p h` whatever ϑ is. Functions of time enter at `t + ϑh`.

@@ -46,7 +46,9 @@ pub struct NoEquilibrium;
 pub trait Mechanism: Send {
     /// n, the number of degrees of freedom (0 is possible: rigid links with prescribed motion).
     fn degrees_of_freedom(&self) -> usize;
-    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks; static equilibrium holds the tangent at the pivot.
+    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks. Static equilibrium holds the tangent at the pivot at
+    /// `start.angle_rad`, unless a base spring is there: then the tangent turns from that angle to where spring, weight, constant
+    /// loads and `input.torque_nm` balance.
     ///
     /// # Errors
     /// [`NoEquilibrium`] when the scene asks for static equilibrium and none is found.

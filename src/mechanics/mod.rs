@@ -2,6 +2,7 @@
 
 mod beam;
 pub(crate) mod crank_slider;
+mod equilibrium;
 mod finite_element;
 mod incremental;
 mod joints;

@@ -8,6 +8,7 @@
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
 use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
+use super::equilibrium::{Pivot, settle};
 use super::joints;
 use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
@@ -256,10 +257,14 @@ impl Mechanism for Rigid {
         usize::from(!self.prescribed)
     }
 
-    fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
         q.fill(self.chain.start.angle_rad);
         v.fill(self.chain.start.rate_rad_per_s);
-        Ok(())
+        let free = Pivot::of(&self.chain, input) == Pivot::Free;
+        if !(self.chain.start.static_equilibrium && free) {
+            return Ok(());
+        }
+        settle(self, input, q, |_, x| x.iter().map(|x| x.abs()).sum())
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {

@@ -103,6 +103,11 @@ impl Course {
         Ok(())
     }
 
+    /// Whether the present state can be looked at, and another step be taken from it. It is, so the course ends here.
+    pub(super) fn can_go_on(&mut self) -> bool {
+        self.look().is_ok() && self.simulation.step().is_ok()
+    }
+
     /// Lets the simulation be seen at the present instant.
     pub(super) fn visit(&mut self, see: impl FnOnce(&mut Simulation)) {
         see(&mut self.simulation);
@@ -137,7 +142,9 @@ impl Course {
     /// What would be recorded at the present instant in place of `recorded`: computed anew but for what only the wall clock and
     /// the service know. `None` for what is not computed.
     pub(super) fn instead_of(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
-        self.look()?;
+        if matches!(recorded, Event::Displacements(_) | Event::Angles(_) | Event::Loads(_)) {
+            self.look()?;
+        }
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
         let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });
         Ok(match recorded {

@@ -98,7 +98,6 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Event::Command(command) if !self.anchored && is_control(command) => {}
             _ if !self.anchored => self.done.skipped += 1,
             Event::Command(command) => self.command(command, at),
-            Event::Status(status) if status.state() == State::Diverged => {}
             _ => self.compare(message, &event, at),
         }
     }
@@ -169,6 +168,17 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if computed != message.data.as_ref() {
             self.differs(message, &computed, at);
         }
+        if matches!(event, Event::Status(status) if status.state() == State::Diverged) {
+            self.diverges(at);
+        }
+    }
+
+    /// Where the file says that the simulation could not go on, it cannot when computed again.
+    fn diverges(&mut self, at: Instant) {
+        if self.course.can_go_on() {
+            self.astray(at, "the file says that it diverged here; computed again, it goes on".to_owned());
+        }
+        self.anchored = false;
     }
 
     /// The computed account: what the file says is compared with it message by message.

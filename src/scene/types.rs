@@ -194,7 +194,8 @@ pub struct Start {
     pub angle_rad: f64,
     /// Crank rate, rad/s.
     pub rate_rad_per_s: f64,
-    /// Whether elastic deformation starts in static equilibrium with gravity, springs and constant loads (crank angle held).
+    /// Whether the chain starts in static equilibrium with gravity and constant loads. With a base spring, the crank turns from
+    /// `angle_rad` to where that balances them, too; without one, or with its motion prescribed, it is held there.
     pub static_equilibrium: bool,
 }
 

@@ -197,6 +197,10 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
         let problem = "the second link of an open chain swings: static equilibrium is for a beam or a crank-slider";
         return Err(check.refuse("start.static_equilibrium", problem));
     }
+    if model == ModelKind::Incremental && chain.start.static_equilibrium {
+        let problem = "the incremental model starts with straight links: use modal, finite-element or rigid";
+        return Err(check.refuse("start.static_equilibrium", problem));
+    }
     if model == ModelKind::Incremental
         && let Some(link) = chain.links.iter().find(|link| link.elements != 1 || link.rigid)
     {

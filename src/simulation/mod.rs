@@ -126,11 +126,12 @@ impl Simulation {
     /// # Errors
     /// [`BuildError`] when the model cannot compute the scene.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
+        let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let (constant_nm, own_pulses) = match &scene.drive {
             Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
             Drive::Motion(_) => (0.0, Vec::new()),
         };
+        law.torque = Torque::constant(constant_nm);
         let mut simulation = Simulation {
             engine: build::engine(scene, &law)?,
             law,
@@ -171,7 +172,7 @@ impl Simulation {
         for pulse in &self.own_pulses {
             self.pulses.push(*pulse);
         }
-        self.law.torque = Torque::default();
+        self.law.torque = Torque::constant(self.constant_nm);
         self.take_mean_torque_nm();
         self.observe()?;
         self.start.clone_from(&self.observation);
@@ -323,9 +324,9 @@ impl Simulation {
         Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: self.ledger.energies().energy.total_j(), cause }
     }
 
-    /// Mean torque since this was last asked (or the epoch began), N·m.
+    /// Mean torque since this was last asked (or the epoch began), N·m; the torque at this instant if no time has passed.
     pub fn take_mean_torque_nm(&mut self) -> f64 {
-        let mean = if self.impulse_over_s > 0.0 { self.impulse_nm_s / self.impulse_over_s } else { 0.0 };
+        let mean = if self.impulse_over_s > 0.0 { self.impulse_nm_s / self.impulse_over_s } else { self.law.torque.mean_nm };
         (self.impulse_nm_s, self.impulse_over_s) = (0.0, 0.0);
         mean
     }

@@ -2,7 +2,6 @@
 
 use super::chain::Chain;
 use super::observe::Observer;
-use super::start;
 use super::tangent::Tangent;
 use crate::mechanics::last_state::LastState;
 use crate::mechanics::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
@@ -12,8 +11,8 @@ use crate::scene;
 /// The model.
 #[derive(Debug, Clone)]
 pub(super) struct Fitted<const W: usize> {
-    scene: scene::Chain,
-    chain: Chain<W>,
+    pub(super) scene: scene::Chain,
+    pub(super) chain: Chain<W>,
     tangent: Tangent<W>,
     observer: Observer<W>,
     last: LastState,
@@ -54,7 +53,7 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
-        start::start(&self.scene, &self.chain, input, q, v)
+        self.set_start(input, q, v)
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
