@@ -55,6 +55,18 @@ fn regress_names_that_nothing_has() -> Result<(), Box<dyn Error>> {
 }
 
 #[test]
+fn prop_an_unstable_weight_is_warned_of() -> Result<(), Box<dyn Error>> {
+    let run = |weight: &str| {
+        let given =
+            ["run", "thesis-two-masses", "--set", weight, "--until", "0.01", "--pace", "max", "--no-record", "--listen", ALONE];
+        flexcrank(&given).map(|(_, _, said)| said)
+    };
+    assert!(run("solver.weight=0.3")?.contains("two-point is unstable below 0.5"));
+    assert!(!run("solver.weight=0.5")?.contains("unstable"));
+    Ok(())
+}
+
+#[test]
 fn regress_files_for_folders_and_folders_for_files() -> Result<(), Box<dyn Error>> {
     refused(&["verify", "src"], 1, &["src: is a folder"])?;
     refused(&["replay", "src"], 1, &["src: is a folder"])?;

@@ -107,7 +107,7 @@ fn schemes(args: &Args) -> anyhow::Result<()> {
     ] {
         let radii = radius_table(&schemes, &omegas_h())?;
         let orders = order_table(&schemes)?;
-        let plane = left_half_plane_table(&schemes, &Point::grid(10, 5))?;
+        let plane = left_half_plane_table(&schemes, &[Point::axes(100), Point::grid(10, 5)].concat())?;
         show_scheme(title, parameter, &schemes, &radii, &orders)?;
         show_left_half_plane(parameter, &schemes, &plane)?;
         write(folder, &format!("left-half-plane-{name}"), &plane)?;

@@ -27,6 +27,11 @@ impl Point {
         magnitudes.flat_map(|magnitude| angles().map(move |angle_deg| Point { magnitude, angle_deg })).collect()
     }
 
+    /// The same |z|, on the imaginary and the negative real axis only: a pole makes a step grow only within a part in a hundred of it.
+    pub fn axes(per_decade: u32) -> Vec<Point> {
+        Self::grid(per_decade, 90)
+    }
+
     fn eigenvalues(self) -> [Complex<f64>; 2] {
         let r = self.magnitude;
         if self.angle_deg == 180.0 {

@@ -246,7 +246,7 @@ impl Builder<'_> {
         } else if esdirk {
             (FINITE_ELEMENT.meshed(8), 2e-5)
         } else {
-            (FINITE_ELEMENT_ESDIRK.meshed(8), 1e-4)
+            (FINITE_ELEMENT_ESDIRK.meshed(8), 8e-5)
         };
         let steps = self.count(step_s);
         self.plan.reference([fine.overrides(), mechanism.to_vec(), vec![set("solver.step_s", step_s)]].concat(), steps)
