@@ -158,3 +158,89 @@ fn moving_j(energy: &Energy) -> f64 {
 fn potential_j(energy: &Energy) -> f64 {
     energy.potential_j.unwrap_or(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kinetic(kinetic_j: f64) -> Energy {
+        Energy { kinetic_j, ..Energy::default() }
+    }
+
+    fn work(put_in_j: f64, dissipated_j: f64) -> Work {
+        Work { put_in_j, dissipated_j, magnitude_j: put_in_j.abs() }
+    }
+
+    /// An account that began with 10 J.
+    fn ten() -> Ledger {
+        Ledger::new(kinetic(10.0))
+    }
+
+    #[test]
+    fn prop_a_balanced_step_is_taken_and_counted() -> Result<(), Cause> {
+        let ledger = ten().after(work(3.0, 1.0), kinetic(12.0), true)?.after(work(-2.0, 0.5), kinetic(9.4), true)?;
+        let energies = ledger.energies();
+        assert_eq!((energies.work_in_j, energies.dissipated_j, energies.in_play_j), (1.0, 1.5, 15.0));
+        assert!((energies.balance_error_j + 0.1).abs() < 1e-12 && (energies.worst_balance_j - 0.1).abs() < 1e-12, "{energies:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn prop_energy_that_more_than_doubles_is_divergence() {
+        assert!(matches!(ten().after(work(0.0, 0.0), kinetic(20.1), true), Err(Cause::EnergyGrew { .. })));
+        // It is when it is put in that is not.
+        assert!(ten().after(work(10.1, 0.0), kinetic(20.1), true).is_ok());
+        // Of an energy that is known in part only, a hundred times.
+        assert!(ten().after(work(0.0, 0.0), kinetic(999.0), false).is_ok());
+        assert!(matches!(ten().after(work(0.0, 0.0), kinetic(1001.0), false), Err(Cause::EnergyGrew { .. })));
+    }
+
+    #[test]
+    fn prop_a_step_that_dissipates_more_than_there_was_is_divergence() {
+        assert!(matches!(ten().after(work(0.0, 10.1), kinetic(0.0), true), Err(Cause::Dissipated { .. })));
+        assert!(ten().after(work(0.0, 9.9), kinetic(0.0), true).is_ok());
+        assert!(ten().after(work(0.0, 10.1), kinetic(0.0), false).is_ok());
+    }
+
+    #[test]
+    fn prop_a_balance_that_moves_by_half_the_energy_in_one_step_is_divergence() {
+        for (energy_j, moves) in [(15.1, true), (14.9, false), (5.1, false), (4.9, true)] {
+            let judged = ten().after(work(0.0, 0.0), kinetic(energy_j), true);
+            assert_eq!(matches!(judged, Err(Cause::BalanceMoved { .. })), moves, "{energy_j} J: {judged:?}");
+        }
+        // It is the step that is judged, not where the balance stands.
+        let drifted =
+            ten().after(work(0.0, 0.0), kinetic(5.1), true).and_then(|ledger| ledger.after(work(0.0, 0.0), kinetic(0.2), true));
+        assert!(drifted.is_ok_and(|ledger| matches!(ledger.verdict(0.5), EnergyVerdict::Unbalanced { .. })));
+    }
+
+    #[test]
+    fn prop_the_verdict_remembers_the_worst_balance() -> Result<(), Cause> {
+        let away = ten().after(work(0.0, 0.0), kinetic(10.2), true)?;
+        let back = away.after(work(0.0, 0.0), kinetic(10.0), true)?;
+        assert!(
+            matches!(back.verdict(1e-2), EnergyVerdict::Unbalanced { worst_j, in_play_j } if (worst_j - 0.2).abs() < 1e-12 && in_play_j == 10.0)
+        );
+        assert_eq!(back.verdict(3e-2), EnergyVerdict::Balanced);
+        assert_eq!(ten().verdict(1e-2), EnergyVerdict::Balanced);
+        Ok(())
+    }
+
+    #[test]
+    fn prop_what_falls_in_gravity_is_in_play() -> Result<(), Cause> {
+        let at = |kinetic_j, potential_j| Energy { kinetic_j, potential_j: Some(potential_j), ..Energy::default() };
+        let fallen = Ledger::new(at(0.0, 5.0)).after(work(0.0, 0.0), at(5.0, 0.0), true)?;
+        assert_eq!(fallen.energies().in_play_j, 5.0);
+        let risen = fallen.after(work(0.0, 0.0), at(0.0, 5.0), true)?;
+        assert_eq!((risen.energies().in_play_j, risen.energies().balance_error_j), (5.0, 0.0));
+        Ok(())
+    }
+
+    #[test]
+    fn regress_an_account_goes_on_from_its_entries() -> Result<(), Cause> {
+        let before = ten().after(work(3.0, 1.0), kinetic(12.3), true)?;
+        let resumed = ten().at(&before.entries(), kinetic(12.3));
+        assert_eq!(resumed, before);
+        Ok(())
+    }
+}

@@ -39,13 +39,33 @@ fn regress_effort() {
     assert_eq!(found, [[998, 500], [5000, 5000], [1122, 500], [5000, 5000]]);
 }
 
+/// The default scene as it stands, to 1 s, and by finite elements.
+#[test]
+fn regress_effort_of_the_default_scene() {
+    let effort = |keys: &[&str]| {
+        let mut run = simulation("crank-slider", keys);
+        let (mut newton_iterations, mut factorizations) = (0, 0);
+        while run.time_s() < 1.0 - 1e-9 {
+            run.step().unwrap();
+            newton_iterations += run.effort().newton_iterations;
+            factorizations += run.effort().factorizations;
+        }
+        assert_eq!(run.retried(), 0);
+        [newton_iterations, factorizations]
+    };
+    let found = [&[][..], &["solver.step_s=1e-3"], &["solver.step_s=1e-4"], &[FINITE, "solver.step_s=1e-3"]].map(effort);
+    assert_eq!(found, [[5737, 554], [9048, 1022], [50296, 10000], [16677, 3384]]);
+}
+
 /// What a model remembers of the last state saves it work and changes nothing: neither looks between steps nor a fresh start from
 /// a checkpoint.
 #[test]
 fn prop_looks_and_checkpoints_change_no_bit() {
-    const FINE: [&str; 3] = ["solver.step_s=1e-4", "crank.axial=false", "rod.axial=false"];
+    const FINE: [&str; 1] = ["solver.step_s=1e-5"];
     let loaded = ["slider.friction_n_s_per_m=3.0", "slider.resistance_n=2.0", "base.damper_nm_s_per_rad=0.1"];
     let scenes = [
+        // As it stands, but for the explicit scheme's step.
+        ("crank-slider", Vec::new()),
         ("ref-r2s", FINE.to_vec()),
         ("crank-slider", [&FINE[..], &loaded].concat()),
         ("ref-r3", FINE.to_vec()),
@@ -57,6 +77,8 @@ fn prop_looks_and_checkpoints_change_no_bit() {
             for integrator in model.integrators() {
                 let kinds = [("model", model.as_str()), ("integrator", integrator.as_str())];
                 let kinds = kinds.map(|(key, word)| format!("solver.{key}={word}"));
+                let explicit = integrator.as_str() == "runge-kutta";
+                let overrides = if explicit { [overrides, &FINE[..]].concat() } else { overrides.clone() };
                 let scene = scene(name, &[overrides.as_slice(), &kinds.each_ref().map(String::as_str)].concat());
                 let (mut plain, mut looked) = (start(&scene), start(&scene));
                 for _ in 0..40 {
@@ -78,39 +100,42 @@ fn prop_looks_and_checkpoints_change_no_bit() {
     }
 }
 
-/// Undamped chains on long turns, with the schemes that are made for them; ESDIRK fades what the step does not resolve, 2 % of this
-/// energy in 300 turns at 1 ms. The last two stretch as the default scene does, at half its pulse: at the whole of it the motion is
-/// chaotic, and the vibration takes up the rotation's energy, converged solutions and other codes alike.
+/// The default scene without damping and stretch: the crank's angle goes on without a jump, time is steps times step, and the rod's deflection
+/// and the energy stay what they are once the pulse's ringing has settled, after a tenth of the turns.
+///
+/// The pulse is made rectangular: as long as the rod's first period, it leaves little of it, where the scene's own leaves the rod
+/// vibrating by 4 % of its length and trading energy with the rotation for good.
+///
+/// With stretch, links that nothing damps take the energy of the rotation for good, by axial vibration and the sooner the finer the
+/// step resolves it, by whatever scheme: within 300 revolutions the deflection is three times what it was (h = 0.2 ms).
+///
+/// In 10,000 revolutions the rod's largest deflection falls by 1.3 % and the energy by 0.2 % with generalised-α, which damps what the
+/// step does not resolve; with the midpoint rule they keep within 0.3 %.
 #[test]
 fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
     const UNDAMPED: [&str; 5] =
         ["pulse.0.shape=rectangular", "crank.damping_s=0", "rod.damping_s=0", "crank.axial=false", "rod.axial=false"];
-    const STRETCHING: [&str; 3] = ["pulse.0.torque_nm=10", "crank.damping_s=0", "rod.damping_s=0"];
     let cases = [
+        ("ESDIRK", [&UNDAMPED[..], &["solver.step_s=5e-4"]].concat(), 300.0, 2e-3),
         (
             "generalized-alpha",
-            [&UNDAMPED[..], &["solver.integrator=generalized-alpha", "crank.modes=2", "rod.modes=2"]].concat(),
+            [&UNDAMPED[..], &["solver.integrator=generalized-alpha", "solver.step_s=1e-3", "crank.modes=2", "rod.modes=2"]]
+                .concat(),
             300.0,
             2e-3,
         ),
-        ("midpoint", [&UNDAMPED[..], &MIDPOINT].concat(), 300.0, 2e-3),
-        ("midpoint, stretching", [&STRETCHING[..], &MIDPOINT].concat(), 300.0, 1e-3),
-        (
-            "generalized-alpha, stretching",
-            [&STRETCHING[..], &["solver.integrator=generalized-alpha", "solver.rho_infinity=1.0"]].concat(),
-            300.0,
-            2e-3,
-        ),
-        ("rigid", vec![RIGID, "solver.integrator=runge-kutta"], 1000.0, 2e-6),
+        ("midpoint", [&UNDAMPED[..], &MIDPOINT, &["solver.step_s=1e-3"]].concat(), 300.0, 2e-3),
+        ("rigid", vec![RIGID, "solver.integrator=runge-kutta", "solver.step_s=1e-3"], 1000.0, 2e-6),
     ];
     for (name, overrides, turns, bound) in cases {
-        let mut run = simulation("crank-slider", &[&overrides[..], &["solver.step_s=0.001"]].concat());
+        let mut run = simulation("crank-slider", &overrides);
+        let run_step_s = run.step_s();
         let (mut last, mut settled, mut bows) = (chord(look(&mut run)), None, [0.0_f64; 10]);
         while last < turns * TAU {
             run.step().unwrap();
             let seen = look(&mut run);
             let crank = &seen.links[0];
-            let jump = crank.chord_rad - last - crank.rate_rad_per_s * 1e-3;
+            let jump = crank.chord_rad - last - crank.rate_rad_per_s * run_step_s;
             assert!(jump.abs() < 0.02, "{name}: {} rad after {last} rad", crank.chord_rad);
             last = crank.chord_rad;
             let tenth = (last / TAU / turns * 10.0).clamp(0.0, 9.0) as usize;
@@ -119,8 +144,9 @@ fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
                 settled.get_or_insert(energy_j(seen));
             }
         }
+        println!("{name}: {bows:?}");
         let kept = energy_j(run.observation()) / settled.unwrap() - 1.0;
-        assert_eq!(run.time_s(), run.step_count() as f64 * 1e-3);
+        assert_eq!(run.time_s(), run.step_count() as f64 * run_step_s);
         assert!(kept.abs() < bound, "{name}: energy changes by {kept:e}");
         assert!((bows[9] - bows[1]).abs() <= 0.02 * bows[1], "{name}: deflections {bows:?} m");
     }

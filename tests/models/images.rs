@@ -142,8 +142,16 @@ fn every_scene() -> Vec<(String, Scene)> {
         for (driven, rigid) in [(false, [false; 2]), (true, [false; 2]), (false, [true, false]), (false, [false, true])] {
             let text = Kind { driven, rigid, damped: true, axial: true, ..Kind::plain(shape) }.toml();
             for model in [RIGID, MODAL, FINITE] {
-                let scene = scene(&text, &[model, "solver.step_s=2e-4"]);
-                scenes.push((format!("{shape:?} {rigid:?}, driven {driven}, {model}"), scene));
+                let mut schemes = vec!["solver.integrator=esdirk"];
+                schemes.push(if model == RIGID {
+                    "solver.integrator=runge-kutta"
+                } else {
+                    "solver.integrator=generalized-alpha"
+                });
+                for scheme in schemes {
+                    let scene = scene(&text, &[model, scheme, "solver.step_s=2e-4"]);
+                    scenes.push((format!("{shape:?} {rigid:?}, driven {driven}, {model}, {scheme}"), scene));
+                }
             }
         }
     }

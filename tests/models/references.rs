@@ -9,9 +9,12 @@ fn val_r1_practically_rigid() {
     let [angle, x] = worst(&mut simulation("ref-r1", &rigid), &reference, [(10, chord), (12, slider)]);
     assert!(angle < 1e-7 && x < 1e-7, "rigid: {angle:e} rad, {x:e} m");
     for model in [MODAL, FINITE] {
-        let [angle] = worst(&mut simulation("ref-r1", &[model, "solver.step_s=0.0005"]), &reference, [(4, chord)]);
-        println!("R1 {model} {angle:e}");
-        assert!(angle < 1e-5, "{model}: {angle:e} rad");
+        for (scheme, step) in [("generalized-alpha", "0.0005"), ("esdirk", "0.001")] {
+            let solver = [format!("solver.integrator={scheme}"), format!("solver.step_s={step}")];
+            let [angle] = worst(&mut simulation("ref-r1", &[model, &solver[0], &solver[1]]), &reference, [(4, chord)]);
+            println!("R1 {scheme} {model} {angle:e}");
+            assert!(angle < 1e-5, "{scheme}, {model}: {angle:e} rad");
+        }
     }
 }
 
@@ -33,14 +36,39 @@ fn val_r2s_smooth_pulse() {
     }
 }
 
+/// ESDIRK at steps that the second order needs a tenth of.
+#[test]
+fn val_r2s_by_esdirk() {
+    let reference = rows("R2s.csv");
+    for (keys, step_s, bound) in [
+        (&[FINITE, "crank.elements=16", "rod.elements=16"][..], "5e-4", 3e-5),
+        (&[FINITE, "crank.elements=8", "rod.elements=8"], "1e-3", 5e-4),
+        (&[MODAL, "crank.modes=3", "rod.modes=9", "crank.axial=true", "rod.axial=true"], "1e-3", 2e-4),
+    ] {
+        let step = format!("solver.step_s={step_s}");
+        let keys = [keys, &["solver.integrator=esdirk", &step]].concat();
+        let mut run = simulation("ref-r2s", &keys);
+        let [angle, x] = worst(&mut run, &reference, [(4, chord), (3, slider)]);
+        println!("R2s by ESDIRK {keys:?}: {angle:e} rad, {x:e} m");
+        assert!(angle < bound && run.retried() == 0, "{keys:?}: {angle:e} rad, {} retried", run.retried());
+    }
+}
+
 #[test]
 fn val_r3_fast_rod() {
     let reference = rows("R3.csv");
-    let step = format!("solver.step_s={}", reference[1][0] / 20.0);
-    for (model, bound) in [(FINITE, 1e-5), (MODAL, 0.02 * 0.01554 * 0.3)] {
-        let mut run = simulation("ref-r3", &[model, &step, "rod.elements=8"]);
+    let modal = 0.02 * 0.01554 * 0.3;
+    let cases = [
+        ("generalized-alpha", 20.0, FINITE, 1e-5),
+        ("generalized-alpha", 20.0, MODAL, modal),
+        ("esdirk", 2.0, FINITE, 1e-5),
+        ("esdirk", 2.0, MODAL, modal),
+    ];
+    for (integrator, parts, model, bound) in cases {
+        let (scheme, step) = (format!("solver.integrator={integrator}"), format!("solver.step_s={}", reference[1][0] / parts));
+        let mut run = simulation("ref-r3", &[model, &scheme, &step, "rod.elements=8"]);
         let [bow, x] = worst(&mut run, &reference, [(5, rod_middle), (4, slider)]);
-        println!("R3 {model}: {bow:e} m, x {x:e} m");
+        println!("R3 {integrator} {model}: {bow:e} m, x {x:e} m");
         assert!(bow < bound, "{model}: {bow:e} m");
         assert!(run.observation().out_of_range.is_none(), "{model} is within its range");
     }
@@ -74,14 +102,25 @@ fn val_r5_hinged_beam() {
     }
 }
 
+/// No step fails, not even at first. To 2 s; where that would take seconds, to 0.2 s, past both edges of the torque.
 #[test]
 fn val_r2_no_step_fails_under_a_step_torque() {
-    for (elements, step_s) in [(4, 1e-3), (8, 1e-3), (16, 1e-3), (32, 1e-3), (64, 1e-3), (4, 1e-4), (16, 1e-4), (64, 1e-4)] {
-        let mesh = [format!("crank.elements={elements}"), format!("rod.elements={elements}"), format!("solver.step_s={step_s}")];
-        let mesh: Vec<&str> = mesh.iter().map(String::as_str).collect();
-        let mut run = simulation("ref-r2", &mesh);
-        while run.time_s() < 2.0 {
-            run.step().unwrap_or_else(|error| panic!("{elements} elements, {step_s} s: {error}"));
+    for (scheme, long) in [("generalized-alpha", 32), ("esdirk", 8)] {
+        for elements in [4, 8, 16, 32, 64] {
+            for step_s in [1e-3, 1e-4] {
+                let until_s = if step_s > 2e-4 || elements <= long { 2.0 } else { 0.2 };
+                let keys = [
+                    format!("solver.integrator={scheme}"),
+                    format!("crank.elements={elements}"),
+                    format!("rod.elements={elements}"),
+                    format!("solver.step_s={step_s}"),
+                ];
+                let mut run = simulation("ref-r2", &keys.each_ref().map(String::as_str));
+                while run.time_s() < until_s - 1e-9 {
+                    run.step().unwrap_or_else(|error| panic!("{keys:?}: {error}"));
+                }
+                assert_eq!(run.retried(), 0, "{keys:?}");
+            }
         }
     }
 }

@@ -48,7 +48,7 @@ fn prop_a_chain_of_rigid_links_equals_rigid() {
     for shape in [Shape::Slider, Shape::Free, Shape::Beam] {
         for (driven, table) in [(false, false), (false, true), (true, false), (true, true)] {
             let text = Kind { rigid: [true; 2], driven, table, ..Kind::plain(shape) }.toml();
-            for integrator in ["two-point", "generalized-alpha"] {
+            for integrator in ["two-point", "generalized-alpha", "esdirk"] {
                 for model in [MODAL, FINITE] {
                     let scheme = [&format!("solver.integrator={integrator}"), "solver.step_s=5e-4", "solver.tolerance=1e-12"];
                     let run = |model| simulation(&text, &[model, scheme[0], scheme[1], scheme[2]]);
@@ -61,7 +61,7 @@ fn prop_a_chain_of_rigid_links_equals_rigid() {
 }
 
 /// Chord angles a while after a pulse.
-fn angles(shape: Shape, rigid: [bool; 2], stiff: [f64; 2], model: &str) -> [f64; 2] {
+fn angles(shape: Shape, rigid: [bool; 2], stiff: [f64; 2], [model, scheme]: [&str; 2]) -> [f64; 2] {
     let link = |name: &str, length: f64, rigid: bool, by: f64| {
         format!(
             "[{name}]\nlength_m = {length}\narea_m2 = 1e-4\nsecond_moment_m4 = 8.333e-10\ndensity_kg_per_m3 = 7700.0\n\
@@ -72,29 +72,32 @@ fn angles(shape: Shape, rigid: [bool; 2], stiff: [f64; 2], model: &str) -> [f64;
     let end = if shape == Shape::Slider { "[slider]\nmass_kg = 0.2\n" } else { "[tip]\nmass_kg = 0.2\n" };
     let text = link("crank", 0.5, rigid[0], stiff[0]) + &link("rod", 1.5, rigid[1], stiff[1]) + end;
     let pulse = "pulse=[{ start_s = 0.0, torque_nm = 10.0, duration_s = 0.1, shape = \"raised-cosine\" }]";
-    let mut run = simulation(&text, &[model, pulse, "solver.step_s=2e-4"]);
+    let mut run = simulation(&text, &[model, pulse, scheme, "solver.step_s=2e-4", "solver.tolerance=1e-11"]);
     run_to(&mut run, 0.4);
     [0, 1].map(|k| look(&mut run).links[k].chord_rad)
 }
 
+/// ESDIRK loses some of its order on a membrane 10⁴ times as stiff as steel's, and comes less near.
 #[test]
 fn prop_a_stiffened_link_converges_to_a_rigid_one() {
     for shape in [Shape::Slider, Shape::Free] {
         for model in [MODAL, FINITE] {
-            for stiffened in 0..2 {
-                let mut rigid = [false; 2];
-                rigid[stiffened] = true;
-                let limit = angles(shape, rigid, [1.0; 2], model);
-                let distance = |by: f64| {
-                    let mut stiff = [1.0; 2];
-                    stiff[stiffened] = by;
-                    let found = angles(shape, [false; 2], stiff, model);
-                    (found[0] - limit[0]).abs().max((found[1] - limit[1]).abs())
-                };
-                let [soft, stiff, stiffer] = [1.0, 1e2, 1e4].map(distance);
-                let name = format!("{shape:?}, {model}, link {stiffened}");
-                assert!(soft > 1e-4, "{name}: the link bends, {soft:e} rad");
-                assert!(stiff < 0.02 * soft && stiffer < 5e-4 * soft, "{name}: {soft:e} {stiff:e} {stiffer:e} rad");
+            for (scheme, near) in [("solver.integrator=generalized-alpha", 5e-4), ("solver.integrator=esdirk", 1e-2)] {
+                for stiffened in 0..2 {
+                    let mut rigid = [false; 2];
+                    rigid[stiffened] = true;
+                    let limit = angles(shape, rigid, [1.0; 2], [model, scheme]);
+                    let distance = |by: f64| {
+                        let mut stiff = [1.0; 2];
+                        stiff[stiffened] = by;
+                        let found = angles(shape, [false; 2], stiff, [model, scheme]);
+                        (found[0] - limit[0]).abs().max((found[1] - limit[1]).abs())
+                    };
+                    let [soft, stiff, stiffer] = [1.0, 1e2, 1e4].map(distance);
+                    let name = format!("{shape:?}, {model}, {scheme}, link {stiffened}");
+                    assert!(soft > 1e-4, "{name}: the link bends, {soft:e} rad");
+                    assert!(stiff < 0.02 * soft && stiffer < near * soft, "{name}: {soft:e} {stiff:e} {stiffer:e} rad");
+                }
             }
         }
     }
