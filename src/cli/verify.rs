@@ -63,7 +63,7 @@ fn balance(&Recomputed { balance_error_j, energy_j, .. }: &Recomputed) -> String
             balance_error_j / energy_j
         )
     } else {
-        "no status tells of any energy".to_owned()
+        "no message has energies".to_owned()
     }
 }
 

@@ -47,7 +47,13 @@ impl Course {
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
         let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-        let sample = Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone() };
+        let sample = Sample {
+            stamp,
+            driving_torque_nm: 0.0,
+            observation: simulation.observation().clone(),
+            ledger: simulation.ledger(),
+            energy_in_play_j: simulation.energy_accounted_j(),
+        };
         let telemetry = Telemetry::new(&scene.system, simulation.start());
         Ok(Course { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
@@ -128,6 +134,7 @@ impl Course {
     pub(super) fn look(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
             self.sample.observation.clone_from(self.simulation.observe()?);
+            (self.sample.ledger, self.sample.energy_in_play_j) = (self.simulation.ledger(), self.simulation.energy_accounted_j());
             self.sample.stamp = self.stamp();
             self.observed = Some(self.instant());
         }
@@ -153,6 +160,7 @@ impl Course {
                 self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
                 Some(wire::Loads { stamp, ..self.telemetry.loads(&self.sample) }.encode_to_vec())
             }
+            Event::Energies(_) => Some(wire::Energies { stamp, ..self.telemetry.energies(&self.sample) }.encode_to_vec()),
             Event::Checkpoint(_) => {
                 let computed = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
                 Some(wire::Checkpoint { stamp, ..computed }.encode_to_vec())

@@ -30,9 +30,9 @@ pub struct Recomputed {
     pub pulses: u64,
     /// Messages that could not be computed again, because what leads to them is lost.
     pub skipped: u64,
-    /// Largest |error of the energy balance| of any status, J.
+    /// Largest |error of the energy balance| that any message tells, J.
     pub balance_error_j: f64,
-    /// Most energy that was there, was put in, or fell in gravity by any status, J.
+    /// Most energy that was there, was put in, or fell in gravity by any of them, J.
     pub energy_j: f64,
 }
 
@@ -166,8 +166,10 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Err(diverged) => return self.lost(at, &diverged.into()),
         };
         self.done.messages += u64::from(!matches!(event, Event::Checkpoint(_)));
-        if let Event::Status(status) = event {
-            self.balance(status, at);
+        match event {
+            Event::Energies(energies) => self.balance("energies", energies.balance_error_j, at),
+            Event::Status(status) => self.balance("status", status.balance_error_j, at),
+            _ => {}
         }
         let computed = self.forgiven(event, computed, at);
         if computed != message.data.as_ref() {
@@ -175,14 +177,14 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    fn balance(&mut self, status: &wire::Status, (epoch, step): Instant) {
-        let error_j = status.balance_error_j.unwrap_or(0.0).abs();
+    fn balance(&mut self, topic: &'static str, balance_error_j: Option<f64>, (epoch, step): Instant) {
+        let error_j = balance_error_j.unwrap_or(0.0).abs();
         let accounted_j = self.course.simulation().energy_accounted_j();
         self.done.balance_error_j = self.done.balance_error_j.max(error_j);
         self.done.energy_j = self.done.energy_j.max(accounted_j);
         if error_j > BALANCE * accounted_j + ENERGY_FLOOR_J {
             let what = format!("the energy balance is off by {error_j} J, where there were {accounted_j} J");
-            self.findings.push(Finding::Physics { topic: "status", epoch, step, what });
+            self.findings.push(Finding::Physics { topic, epoch, step, what });
         }
     }
 
