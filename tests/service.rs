@@ -277,3 +277,33 @@ fn prop_energies_reach_who_subscribes_to_them_and_the_snapshot() -> Outcome {
     service.stop()?;
     Ok(())
 }
+
+#[test]
+fn regress_a_run_at_full_pace_has_a_status_in_every_half_second_of_simulated_time() -> Outcome {
+    let folder = recorded(scene(&[])?, 300.0, "1")?;
+    let statuses = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
+    let at = steps(statuses.iter().map(|status| status.stamp));
+    assert!(at.is_sorted());
+    let by_simulated_time = (0..=600).filter(|n| at.contains(&(500 * n))).count();
+    assert_eq!(by_simulated_time, 601, "{} statuses", at.len());
+    // On a machine that is slow, more come by the wall clock, of which none is in place of those.
+    assert!(at.len() < 1000, "{} statuses", at.len());
+    assert_eq!(statuses.last().map(Status::state), Some(wire::status::State::Finished));
+    Ok(())
+}
+
+#[test]
+fn prop_statuses_by_simulated_time_move_nothing() -> Outcome {
+    let run = |pace: Pace| -> Outcome<_> {
+        let modal = SceneSource::open("crank-slider", &[])?;
+        let (_, folder) = Service::start(modal, pace, Some(3.0), PublishRate::Hz(10.0))?.finish()?;
+        let file = folder.path().join("run.mcap");
+        let rows = common::decoded::<Energies>(&file, "energies")?;
+        let timeless: Vec<Energies> = rows.into_iter().map(|row| Energies { stamp: None, ..row }).collect();
+        Ok((timeless, common::payloads(&file, "status")?.len()))
+    };
+    let (real, fast, slow) = (run(Pace::Factor(1.0))?, run(Pace::Max)?, run(Pace::Factor(0.75))?);
+    assert!(real.0 == fast.0 && real.0 == slow.0, "the same bits, whoever looks at them when");
+    assert!(fast.1 >= 7 && slow.1 > fast.1, "{} statuses at full pace, {} at less than real time", fast.1, slow.1);
+    Ok(())
+}

@@ -324,7 +324,10 @@ impl Stepper {
         }
         self.checkpoint_if_due();
         let due = self.due_topics();
-        if due.any() { self.publish(due) } else { Ok(()) }
+        if due.any() {
+            self.publish(due)?;
+        }
+        self.status_by_simulated_time()
     }
 
     /// What the present step is published on.

@@ -22,7 +22,7 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1e5), Some(steps as f64 * 1e-3), |live| {
         live.stepping.publish = PublishRate::All.into();
         // Whoever takes the samples is held up again and again.
-        live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(500)));
+        live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(25)));
     })?;
     let (report, folder) = service.finish()?;
     assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
