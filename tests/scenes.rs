@@ -60,7 +60,7 @@ fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
 
 #[test]
 fn regress_what_does_not_go_together_is_refused_never_ignored() {
-    const SOLVER: &str = "model = \"modal\"\nintegrator = \"composed-midpoint\"";
+    const SOLVER: &str = "model = \"modal\"\nintegrator = \"esdirk\"";
     let cases = [
         (
             with("[slider]", "[oscillator]\nmasses_kg = [1.0]\n\n[slider]").replace("\"modal\"", "\"mass-spring\""),
@@ -72,6 +72,10 @@ fn regress_what_does_not_go_together_is_refused_never_ignored() {
         (with("mass_kg = 0.2", "resistance_n = 1.0\nresistance_table = [[0.0, 1.0], [1.0, 2.0]]"), "not both"),
         (with("mass_kg = 0.2", "resistance_table = [[1.0, 1.0], [0.0, 2.0]]"), "ascending"),
         (with(SOLVER, "model = \"incremental\""), "one element each"),
+        (
+            with("[slider]", "[start]\nstatic_equilibrium = true\n\n[slider]").replace(SOLVER, "model = \"incremental\""),
+            "start.static_equilibrium = true: the incremental model starts with straight links",
+        ),
         (with(SOLVER, "model = \"finite-element\"\nintegrator = \"runge-kutta\""), "finite-element goes with"),
         (with(SOLVER, "model = \"mass-spring\""), "goes with an [oscillator]"),
     ];

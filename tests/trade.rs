@@ -105,7 +105,7 @@ fn order_integrators_have_theirs_on_a_smooth_problem() {
         (&weighted, IntegratorKind::TwoPoint, 1.0, 0.1, [1e-3, 5e-4, 2.5e-4]),
         (&pulsed, IntegratorKind::GeneralizedAlpha, 2.0, 0.1, [5e-3, 2.5e-3, 1.25e-3]),
         (&pulsed, IntegratorKind::RungeKutta, 4.0, 0.15, [1e-2, 5e-3, 2.5e-3]),
-        (&pulsed, IntegratorKind::ComposedMidpoint, 4.0, 0.15, [1e-2, 5e-3, 2.5e-3]),
+        (&pulsed, IntegratorKind::Esdirk, 4.0, 0.15, [1e-2, 5e-3, 2.5e-3]),
     ] {
         let selection = Selection {
             models: vec![ModelKind::Rigid],
@@ -175,7 +175,7 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
     let source = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true"]);
     let selection = Selection {
         models: vec![ModelKind::Rigid],
-        integrators: vec![IntegratorKind::RungeKutta, IntegratorKind::ComposedMidpoint],
+        integrators: vec![IntegratorKind::RungeKutta, IntegratorKind::Esdirk],
         steps_s: vec![5e-3],
         ..Selection::default()
     };
@@ -188,7 +188,7 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
     println!("{:?} {:?}", by_angle.trial, by_energy.trial);
     assert_eq!(by_angle.row.configuration.family.integrator, IntegratorKind::RungeKutta);
     assert!(by_angle.trial.errors.energy < 1e-4 && by_angle.trial.long_energy.is_none(), "a short run shows none of it");
-    assert_eq!(by_energy.row.configuration.family.integrator, IntegratorKind::ComposedMidpoint);
+    assert_eq!(by_energy.row.configuration.family.integrator, IntegratorKind::Esdirk);
     assert!(by_energy.passed_over == 1 && by_energy.trial.long_energy.unwrap() < 1e-6, "{:?}", by_energy.trial);
 }
 

@@ -13,10 +13,10 @@ use super::signals::interrupted;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
-use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking};
-use crate::scene::{MODELS, SceneSource};
+use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking, unbalanced};
+use crate::scene::{IntegratorKind, MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport, Member};
-use crate::simulation::Simulation;
+use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 
 pub(super) fn run(args: Run) -> anyhow::Result<Done> {
@@ -35,6 +35,9 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     }
     if let Some(Member { live, .. }) = members.first() {
         board.head(heading(live, count));
+    }
+    for member in &members {
+        warn_of_weight(&member.live);
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Following } else { Spin::NONE });
     let waking = Waking { spin, realtime: !args.no_realtime };
@@ -95,6 +98,18 @@ fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
     split.map_or_else(|| record.to_owned(), |_| place::part(record, 1))
 }
 
+/// Every weight below ½ makes vibrations grow, at any step.
+fn warn_of_weight(live: &Live) {
+    let solver = &live.scene.scene.solver;
+    if solver.integrator == IntegratorKind::TwoPoint && solver.weight < 0.5 {
+        tracing::warn!(
+            scene = live.scene.origin,
+            "solver.weight = {}: two-point is unstable below 0.5; it is there for comparison with the thesis",
+            solver.weight
+        );
+    }
+}
+
 /// What is said of the first of so many.
 fn heading(Live { name, scene, record, split, .. }: &Live, count: usize) -> String {
     let solver = &scene.scene.solver;
@@ -129,9 +144,10 @@ fn gravity(done: Done) -> u8 {
     match done {
         Done::Well => 0,
         Done::Lossy => 1,
-        Done::Refused => 2,
-        Done::Late => 3,
-        Done::Diverged => 4,
+        Done::Untrusted => 2,
+        Done::Refused => 3,
+        Done::Late => 4,
+        Done::Diverged => 5,
     }
 }
 
@@ -163,6 +179,10 @@ fn conclude_one(report: &LiveReport, many: bool) -> Done {
     }
     if lossy && done == Done::Well {
         done = Done::Lossy;
+    }
+    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, Done::Well | Done::Lossy) = (report.verdict, done) {
+        say!("warning: {}", unbalanced(worst_j, in_play_j));
+        done = Done::Untrusted;
     }
     done
 }

@@ -59,11 +59,14 @@ enum Done {
     Diverged,
     /// A deadline was missed, and that was to end it: 5.
     Late,
+    /// Finished, but the energy balance says that the motion is not to be trusted: 6.
+    Untrusted,
 }
 
 /// Runs the program on the process's arguments.
 ///
-/// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late.
+/// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late, 6 finished, not to be
+/// trusted (energy).
 pub fn main() -> ExitCode {
     let cli = Cli::of_process();
     log::begin(cli.log_format);
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
         Ok(Done::Lossy) => ExitCode::from(3),
         Ok(Done::Diverged) => ExitCode::from(4),
         Ok(Done::Late) => ExitCode::from(5),
+        Ok(Done::Untrusted) => ExitCode::from(6),
         // Whoever read our output has seen enough.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {

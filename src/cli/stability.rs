@@ -12,21 +12,24 @@ use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
-    BOUND, Base, Category, Extent, Plan, Scheme, Swept, causes, counts, order_table, radius_table, sweep, table, write_ends,
+    BOUND, Base, Category, Extent, Plan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
+    left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
 };
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank stability                                  spectral radius and order of every scheme, theory beside measured
-  flexcrank stability crank-slider --quick             a few hundred cells of the extremes sweep
+  flexcrank stability crank-slider --quick             a thousand cells of the sweep, short runs
   flexcrank stability crank-slider --csv maps --plot maps   all of it: thousands of cells, some minutes
   flexcrank stability mine.toml --only stiffness --set rod.length_m=1.2
 
 Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle \
-    of the rod is once further than 1 % of crank and rod together from the same mechanism at a fine step (8 finite elements a \
-    link; rigid for rigid cells); or, where that does not reach, the energy balance is off by 1 % of the energy put in; or the \
-    model says that the links bend too much for it. CSV files number the categories from 0 in that order; cells.csv tells of every \
-    cell what was said and how to reach it again.
+    of the rod is once too far from the same mechanism at another step by another scheme. Maps of damping, modes and mesh run \
+    the scene as it stands against the same model; too far is 1 % of the way gone by then. The others run two elements a link \
+    against 8 finite elements (rigid against rigid); too far is 1 % of crank and rod together. Where no reference reaches, 1 % \
+    of the energy put in is too much for the energy balance; and a run is wrong when the model says that the links bend too \
+    much for it. Scenes that run at one step and fail at the next finer one are listed. CSV files number the categories from 0 \
+    in that order; cells.csv tells of every cell what was said and how to reach it again, finer-fails.csv holds that list.
 
 Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene.";
 
@@ -100,14 +103,18 @@ fn schemes(args: &Args) -> anyhow::Result<()> {
         ("two-point", "two-point", "weight", weights),
         ("generalized-alpha", "generalized-alpha", "rho_infinity", rhos),
         ("runge-kutta", "runge-kutta", "", vec![Scheme::RungeKutta]),
-        ("composed-midpoint", "composed-midpoint", "", vec![Scheme::ComposedMidpoint]),
+        ("esdirk", "esdirk", "", vec![Scheme::Esdirk]),
     ] {
         let radii = radius_table(&schemes, &omegas_h())?;
         let orders = order_table(&schemes)?;
+        let plane = left_half_plane_table(&schemes, &Point::grid(10, 5))?;
         show_scheme(title, parameter, &schemes, &radii, &orders)?;
+        show_left_half_plane(parameter, &schemes, &plane)?;
+        write(folder, &format!("left-half-plane-{name}"), &plane)?;
         write(folder, &format!("spectral-radius-{name}"), &radii)?;
         write(folder, &format!("order-{name}"), &orders)?;
-        for (file, picture) in plot::stability::scheme(name, &radii, &orders) {
+        let plane = plot::stability::left_half_plane(name, &plane);
+        for (file, picture) in plot::stability::scheme(name, &radii, &orders).into_iter().chain([plane]) {
             draw(args.plot.as_deref(), &file, &picture)?;
         }
     }
@@ -147,6 +154,41 @@ fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, 
     Ok(writeln!(out)?)
 }
 
+/// The largest radius as run of every scheme on the left half-plane, and what that makes of it.
+fn show_left_half_plane(parameter: &str, schemes: &[Scheme], plane: &Table) -> anyhow::Result<()> {
+    let mut out = std::io::stdout();
+    writeln!(
+        out,
+        "{parameter:>13}  largest radius as run on the left half-plane, |z| = ωh from 1e-3 to 1e6, damping from 0 to beyond critical"
+    )?;
+    let [magnitudes, angles, radii] =
+        ["magnitude", "angle_deg", "radius_as_run"].map(|name| plane.column(name).unwrap_or_default());
+    let count = plane.rows() / schemes.len().max(1);
+    for (n, scheme) in schemes.iter().enumerate() {
+        let rows =
+            || (n * count..(n + 1) * count).map(|row| (Point { magnitude: magnitudes[row], angle_deg: angles[row] }, radii[row]));
+        let largest = |rows: &mut dyn Iterator<Item = (Point, f64)>| rows.map(|(_, radius)| radius).fold(0.0, f64::max);
+        let all = largest(&mut rows());
+        let within = largest(&mut rows().filter(|(at, _)| scheme.is_within(*at)));
+        let from =
+            rows().filter(|(_, radius)| *radius > 1.0 + ROUNDING).map(|(at, _)| at.magnitude).fold(f64::INFINITY, f64::min);
+        let verdict = match (scheme, all <= 1.0 + ROUNDING) {
+            (_, true) => "stable".to_owned(),
+            (Scheme::RungeKutta, false) => {
+                format!("stable within its region ({}), which |z| leaves from {} on", short(within), short(from))
+            }
+            (_, false) => "unstable".to_owned(),
+        };
+        writeln!(
+            out,
+            "{:>13}  {:>9}  {verdict}",
+            scheme.parameter().map(|value| value.to_string()).unwrap_or_default(),
+            short(all)
+        )?;
+    }
+    Ok(writeln!(out)?)
+}
+
 fn short(value: f64) -> String {
     if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
 }
@@ -163,7 +205,9 @@ fn extremes(base: &Base, plan: Plan, args: &Args) -> anyhow::Result<Done> {
     }
     if let Some(folder) = &args.csv {
         write_ends(&folder.join("cells.csv"), &swept)?;
+        fails_finer_table(&fails_finer(&swept)).write_csv(&folder.join("finer-fails.csv"))?;
     }
+    show_fails_finer(&swept)?;
     conclude(&swept)
 }
 
@@ -183,6 +227,25 @@ fn show_map(swept: &Swept) -> anyhow::Result<()> {
     Ok(writeln!(out)?)
 }
 
+/// Scenes that run at one step and fail at the next finer one, by name.
+fn show_fails_finer(swept: &[Swept]) -> anyhow::Result<()> {
+    let mut out = std::io::stdout();
+    for one in fails_finer(swept) {
+        let error = one.finer.error.map(|error| format!(", error {}", figure(error))).unwrap_or_default();
+        writeln!(
+            out,
+            "{}: {} = {} runs at step {} s, and is {} at {} s{error}",
+            one.map.name,
+            one.map.y.name,
+            figure(one.value),
+            figure(one.step_s),
+            one.finer.category.as_str(),
+            figure(one.finer_step_s),
+        )?;
+    }
+    Ok(())
+}
+
 fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
     let mut out = std::io::stdout();
     let counts = counts(swept);
@@ -195,6 +258,7 @@ fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
             writeln!(out, "{count:>16}  {cause}")?;
         }
     }
+    writeln!(out, "{:>8}  run at one step and fail at the next finer one", fails_finer(swept).len())?;
     let unclean =
         swept.iter().flat_map(|map| map.outcomes.iter().zip(&map.map.cells)).filter(|(end, _)| !end.category.is_clean());
     let mut bad = 0;

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 use super::progress::over_file;
 use super::{Done, counted};
 use crate::resimulation::{Finding, Recomputed, Source, Verification, verify as verify_source};
+use crate::runtime::unbalanced;
+use crate::simulation::EnergyVerdict;
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -55,15 +57,17 @@ fn one(file: &Path) -> anyhow::Result<Done> {
     })
 }
 
-/// The error of the energy balance beside the most energy that there was.
-fn balance(&Recomputed { balance_error_j, energy_j, .. }: &Recomputed) -> String {
-    if energy_j > 0.0 {
-        format!(
-            "energy balance to {balance_error_j:.0e} J, {:.0e} of the {energy_j:.1e} J there were",
-            balance_error_j / energy_j
-        )
-    } else {
-        "no message has energies".to_owned()
+/// The largest error of the energy balance beside the energy in play, and the verdict on it.
+fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) -> String {
+    match verdict {
+        None => "no message has energies".to_owned(),
+        Some(EnergyVerdict::NotJudged) => "energy balance not judged: the method does not know all of its energy".to_owned(),
+        Some(EnergyVerdict::Unbalanced { worst_j, in_play_j }) => unbalanced(worst_j, in_play_j),
+        Some(EnergyVerdict::Balanced) if energy_j == 0.0 => "no energy was in play".to_owned(),
+        Some(EnergyVerdict::Balanced) => {
+            let part = balance_error_j / energy_j;
+            format!("energy balance to {balance_error_j:.0e} J, {part:.0e} of the {energy_j:.1e} J in play")
+        }
     }
 }
 

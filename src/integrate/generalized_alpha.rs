@@ -1,7 +1,7 @@
 //! The generalised-α method: second order, with a chosen damping of frequencies too high for the step.
 
 use super::newton::{Newton, NewtonSettings, Trial};
-use super::system::{Effort, State, StepError, System, Weights, all_finite};
+use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Weights, Work, all_finite};
 
 /// Chung & Hulbert (J. Appl. Mech. 60, 1993) in the form of Arnold & Brüls (Multibody Syst. Dyn. 18, 2007), which stays second
 /// order when `M` depends on `q`. With the auxiliary accelerations α beside the true ones `a`,
@@ -42,6 +42,10 @@ pub struct GeneralizedAlpha {
     v: Vec<f64>,
     a: Vec<f64>,
     residual: Vec<f64>,
+    /// Between its two ends.
+    middle: State,
+    /// Change of the acceleration over the step.
+    change: Vec<f64>,
 }
 
 impl GeneralizedAlpha {
@@ -59,7 +63,9 @@ impl GeneralizedAlpha {
             q: zero.clone(),
             v: zero.clone(),
             a: zero.clone(),
-            residual: zero,
+            middle: State::new(zero.clone(), zero.clone()),
+            residual: zero.clone(),
+            change: zero,
         }
     }
 
@@ -67,19 +73,23 @@ impl GeneralizedAlpha {
     ///
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
-    pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Effort, StepError> {
+    pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
         self.carry_load(system, t_s, state);
         self.predict(h_s, state);
         let share = (1.0 - self.alpha_f) / (1.0 - self.alpha_m); // ∂α₁/∂a₁
         let weights = Weights { acceleration: 1.0, velocity: h_s * self.gamma * share, position: h_s * h_s * self.beta * share };
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
         self.newton.begin_step();
-        let effort = self.newton.solve(system, t_s + h_s, weights, &mut trial)?;
+        let mut effort = self.newton.solve(system, t_s + h_s, weights, &mut trial)?;
+        // At its beginning, and at its end.
+        effort.residuals += 2;
         system.residual(t_s + h_s, &self.q, &self.v, &self.a, &mut self.residual);
         for x in [&self.q, &self.v, &self.a, &self.residual] {
             all_finite(x)?;
         }
+        let work = self.work(system, t_s, h_s, state);
         for i in 0..self.a.len() {
+            self.change[i] = self.a[i] - state.a[i];
             state.alpha[i] = ((1.0 - self.alpha_f) * self.a[i] + self.alpha_f * state.a[i] - self.alpha_m * state.alpha[i])
                 / (1.0 - self.alpha_m);
         }
@@ -87,7 +97,36 @@ impl GeneralizedAlpha {
         state.v.copy_from_slice(&self.v);
         state.a.copy_from_slice(&self.a);
         state.residual.copy_from_slice(&self.residual);
-        Ok(effort)
+        Ok(Taken { effort, work })
+    }
+
+    /// Of coordinates `(β − δ/2 − ⅙) h³ ȧ`, of velocities `(1/12 − δ² + δ/2 − α_m δ) h³ ä` with `δ = α_f − α_m`: expand the recurrences
+    /// with `α(t) = a(t − δh) + (δ/2 − δ²/2 − α_m δ) h² ä`. Derivatives by differences.
+    pub(super) fn local_error(&self, h_s: f64) -> LocalError<'_> {
+        let delta = self.alpha_f - self.alpha_m;
+        let of_q = self.beta - 0.5 * delta - 1.0 / 6.0;
+        let of_v = 1.0 / 12.0 - delta * delta + 0.5 * delta - self.alpha_m * delta;
+        LocalError { q: ErrorTerm::Direct(&self.change, of_q * h_s * h_s), v: ErrorTerm::Difference(&self.change, of_v * h_s) }
+    }
+
+    /// Simpson's rule, with the middle of the step by Hermite's cubic between its ends:
+    /// `q_m = (q₀ + q₁)/2 + h (v₀ − v₁)/8`, `v_m = 3 (q₁ − q₀)/(2h) − (v₀ + v₁)/4`, `a_m = (a₀ + a₁)/2`. Of a constant torque it is
+    /// the torque times the angle turned through.
+    fn work<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &State) -> Work {
+        for i in 0..self.a.len() {
+            let (q0, q1, v0, v1) = (state.q[i], self.q[i], state.v[i], self.v[i]);
+            self.middle.q[i] = 0.5 * (q0 + q1) + 0.125 * h_s * (v0 - v1);
+            self.middle.v[i] = 1.5 * (q1 - q0) / h_s - 0.25 * (v0 + v1);
+            self.middle.a[i] = 0.5 * (state.a[i] + self.a[i]);
+        }
+        let first = system.power(t_s, &state.q, &state.v, &state.a);
+        let halfway = system.power(t_s + 0.5 * h_s, &self.middle.q, &self.middle.v, &self.middle.a);
+        let last = system.power(t_s + h_s, &self.q, &self.v, &self.a);
+        let mut work = Work::default();
+        for (weight, power) in [(1.0, first), (4.0, halfway), (1.0, last)] {
+            work.add(weight * h_s / 6.0, power);
+        }
+        work.with_magnitude(0.5 * h_s * (first.put_in_w + last.put_in_w))
     }
 
     /// `½ Δp`.

@@ -71,6 +71,7 @@ impl Newton {
         let (mut last_size, mut last_correction) = (f64::INFINITY, f64::INFINITY);
         loop {
             system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
+            effort.residuals += 1;
             for (i, x) in self.correction.iter_mut().enumerate() {
                 *x = self.residual[i] - self.load[i];
             }

@@ -1,6 +1,7 @@
 //! What an integrator needs to know of the system that it advances, and what it says about a step.
 
 use std::fmt;
+use std::ops::AddAssign;
 
 /// A second-order system of n unknowns, `r(t, q, v, a) = M(t, q) a + g(t, q, v) = 0` with `v = q̇`, `a = q̈`.
 ///
@@ -21,6 +22,74 @@ pub trait System {
     fn factor(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular>;
     /// Solves the last factored system for `x` in place.
     fn solve(&mut self, x: &mut [f64]);
+    /// Power put in from outside and power dissipated, which the scheme integrates beside the motion; nil for a system that keeps no
+    /// account of it.
+    fn power(&mut self, _t_s: f64, _q: &[f64], _v: &[f64], _a: &[f64]) -> Power {
+        Power::default()
+    }
+}
+
+/// Power at one instant, W.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Power {
+    /// By loads from outside.
+    pub put_in_w: f64,
+    /// Lost to damping and friction.
+    pub dissipated_w: f64,
+}
+
+/// Work of one step, J: the power, integrated by the scheme as it integrates the motion, and so to its order.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Work {
+    /// By loads from outside.
+    pub put_in_j: f64,
+    /// Lost to damping and friction.
+    pub dissipated_j: f64,
+    /// Magnitude of what was put in, by the motion of the step or by the rates at its ends, whichever is larger. They differ where a
+    /// scheme lets the motion lag behind the rates: ϑ = 0 from rest has gained energy before it has moved.
+    pub magnitude_j: f64,
+}
+
+impl Work {
+    /// Adds that of a power over `weight_s`.
+    pub(super) fn add(&mut self, weight_s: f64, power: Power) {
+        self.put_in_j += weight_s * power.put_in_w;
+        self.dissipated_j += weight_s * power.dissipated_w;
+    }
+
+    /// The magnitude, where motion and rates belong together.
+    pub(super) fn with_magnitude(self, by_rates_j: f64) -> Self {
+        Work { magnitude_j: self.put_in_j.abs().max(by_rates_j.abs()), ..self }
+    }
+
+    /// Whether all of it is finite.
+    pub fn is_finite(&self) -> bool {
+        [self.put_in_j, self.dissipated_j, self.magnitude_j].iter().all(|work| work.is_finite())
+    }
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, other: Work) {
+        self.put_in_j += other.put_in_j;
+        self.dissipated_j += other.dissipated_j;
+        self.magnitude_j += other.magnitude_j;
+    }
+}
+
+/// What a step took.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Taken {
+    /// What it cost.
+    pub effort: Effort,
+    /// The work done in it.
+    pub work: Work,
+}
+
+impl AddAssign for Taken {
+    fn add_assign(&mut self, other: Taken) {
+        self.effort += other.effort;
+        self.work += other.work;
+    }
 }
 
 /// Weights of the tangent `a ∂r/∂a + v ∂r/∂v + q ∂r/∂q`.
@@ -50,14 +119,15 @@ pub struct State {
     pub q: Vec<f64>,
     /// Velocities at the present time.
     pub v: Vec<f64>,
-    /// Accelerations last solved for. Generalised-α: at the present time, under the load carried on to it; publish these.
-    /// Two-point: at the last point of collocation. Runge–Kutta: at the beginning of the last step. With these two, what is
-    /// published comes from [`solve_acceleration`].
+    /// Accelerations last solved for. ESDIRK: at the present time. Generalised-α: at the present time, under the load carried on to
+    /// it. Two-point: at the last point of collocation. Runge–Kutta: at the beginning of the last step. What is published comes from
+    /// [`solve_acceleration`].
     pub a: Vec<f64>,
-    /// Generalised-α's auxiliary accelerations; the two-point method's mean accelerations between the last two collocation
-    /// points; zero with Runge–Kutta.
+    /// ESDIRK's prediction of accelerations at the middle of the next step; generalised-α's auxiliary accelerations; the two-point
+    /// method's mean accelerations between the last two collocation points; velocities of Runge–Kutta's last stage.
     pub alpha: Vec<f64>,
-    /// Generalised-α's residual at the end of the last step, against which a jump of the load shows; zero with the others.
+    /// Residual at the end of the last step of ESDIRK and generalised-α, against which a jump of the load shows; accelerations
+    /// of Runge–Kutta's last stage; zero with the two-point method.
     pub residual: Vec<f64>,
 }
 
@@ -67,23 +137,43 @@ impl State {
         let zero = vec![0.0; q.len()];
         Self { q, v, a: zero.clone(), alpha: zero.clone(), residual: zero }
     }
-
-    /// Takes over another state of the same size without allocating.
-    pub(super) fn copy_from(&mut self, other: &State) {
-        let State { q, v, a, alpha, residual } = self;
-        for (own, other) in [(q, &other.q), (v, &other.v), (a, &other.a), (alpha, &other.alpha), (residual, &other.residual)] {
-            own.copy_from_slice(other);
-        }
-    }
 }
 
 /// What a step cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Effort {
+    /// Evaluations of the residual.
+    pub residuals: u32,
     /// Newton iterations: corrections solved for.
     pub newton_iterations: u32,
     /// Factorizations.
     pub factorizations: u32,
+}
+
+impl AddAssign for Effort {
+    fn add_assign(&mut self, other: Effort) {
+        self.residuals += other.residuals;
+        self.newton_iterations += other.newton_iterations;
+        self.factorizations += other.factorizations;
+    }
+}
+
+/// How the error of one step follows from a vector that the scheme leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ErrorTerm<'a> {
+    /// The vector times the factor.
+    Direct(&'a [f64], f64),
+    /// The change of the vector since the step before, times the factor: one order more.
+    Difference(&'a [f64], f64),
+}
+
+/// Leading error of the last step, solution less truth, of coordinates and velocities: exact for linear systems, as the step goes to 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalError<'a> {
+    /// Of the coordinates.
+    pub q: ErrorTerm<'a>,
+    /// Of the velocities.
+    pub v: ErrorTerm<'a>,
 }
 
 /// Why a step was not taken.

@@ -312,7 +312,7 @@ impl Incremental {
 
     /// Kinetic energy and the base spring's. The links' own strain energy is not known: the method drops their stretch at every
     /// step and counts their bending again.
-    fn energy(&self, state: &IncrementalState) -> Energy {
+    pub fn energy(&self, state: &IncrementalState) -> Energy {
         let (mass, _) = self.assemble(state);
         let v = Vector::from(state.velocity);
         let spring = self.chain.base.torsion_spring_nm_per_rad;

@@ -24,6 +24,15 @@ pub struct Weights {
     pub position: f64,
 }
 
+/// A small change of the first link's chord angle and of a deflection.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Measure {
+    /// Of the first link's chord, rad; of an oscillator's first mass, m.
+    pub angle_rad: f64,
+    /// Of the last flexible link's middle from its chord, m; 0 where it has no node there.
+    pub deflection_m: f64,
+}
+
 /// The tangent could not be factored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Singular;
@@ -37,7 +46,9 @@ pub struct NoEquilibrium;
 pub trait Mechanism: Send {
     /// n, the number of degrees of freedom (0 is possible: rigid links with prescribed motion).
     fn degrees_of_freedom(&self) -> usize;
-    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks; static equilibrium holds the tangent at the pivot.
+    /// Coordinates and velocities at t = 0 as the scene's `[start]` asks. Static equilibrium holds the tangent at the pivot at
+    /// `start.angle_rad`, unless a base spring is there: then the tangent turns from that angle to where spring, weight, constant
+    /// loads and `input.torque_nm` balance.
     ///
     /// # Errors
     /// [`NoEquilibrium`] when the scene asks for static equilibrium and none is found.
@@ -55,6 +66,8 @@ pub trait Mechanism: Send {
     /// Kinetic, strain and potential energy of the state given, J; the kinetic is homogeneous in the velocities, of second degree,
     /// unless motion is prescribed.
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
+    /// What a small change `dq` of the coordinates at `q` changes of what users look at first.
+    fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];
 }

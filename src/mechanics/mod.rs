@@ -2,6 +2,7 @@
 
 mod beam;
 pub(crate) mod crank_slider;
+mod equilibrium;
 mod finite_element;
 mod incremental;
 mod joints;
@@ -17,7 +18,7 @@ mod rigid_bar;
 
 pub use finite_element::FiniteElement;
 pub use incremental::{Incremental, IncrementalState};
-pub use mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+pub use mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;

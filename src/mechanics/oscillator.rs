@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::lu::Lu;
-use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 
@@ -99,6 +99,10 @@ impl Mechanism for Oscillator {
         let kinetic_j = self.masses_kg.iter().zip(v).map(|(m, v)| 0.5 * m * v * v).sum();
         let strain_j = (0..q.len()).map(|i| 0.5 * q[i] * self.elastic_n(i, q)).sum();
         Energy { kinetic_j, strain_j: Some(strain_j), potential_j: None }
+    }
+
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
+        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), deflection_m: 0.0 }
     }
 
     fn power(&mut self, _input: &Input, _q: &[f64], v: &[f64], _a: &[f64]) -> [f64; 2] {

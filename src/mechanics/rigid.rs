@@ -8,8 +8,9 @@
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
 use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
+use super::equilibrium::{Pivot, settle};
 use super::joints;
-use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
 use super::resistance::{resistance, resistance_n};
 use super::rigid_bar::RigidBar;
@@ -256,10 +257,14 @@ impl Mechanism for Rigid {
         usize::from(!self.prescribed)
     }
 
-    fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
+    fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
         q.fill(self.chain.start.angle_rad);
         v.fill(self.chain.start.rate_rad_per_s);
-        Ok(())
+        let free = Pivot::of(&self.chain, input) == Pivot::Free;
+        if !(self.chain.start.static_equilibrium && free) {
+            return Ok(());
+        }
+        settle(self, input, q, |_, x| x.iter().map(|x| x.abs()).sum())
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
@@ -336,6 +341,10 @@ impl Mechanism for Rigid {
         let [theta, rate, _] = self.state(input, q, v, a);
         let Evaluated { pose, equation, .. } = *self.evaluate(theta, rate);
         self.energies(&pose, theta, rate, equation.mass)
+    }
+
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
+        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), deflection_m: 0.0 }
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

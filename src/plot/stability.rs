@@ -33,6 +33,32 @@ fn shorter(one: String, other: String) -> String {
     if other.len() < one.len() { other } else { one }
 }
 
+/// The spectral radii as run on the left half-plane over |z|, and upwards the direction of z; where the scheme has a parameter,
+/// the parameter, and the largest radius of all directions. With the name of its file.
+pub fn left_half_plane(name: &str, radii: &Table) -> (String, Picture) {
+    let column = |name| radii.column(name).unwrap_or_default();
+    let (magnitudes, run) = (column("magnitude"), column("radius_as_run"));
+    let (y, places) = match radii.column("parameter") {
+        Some(parameters) => (Axis::new(parameter(name), ""), parameters),
+        None => (Axis::new("direction of z", "°"), column("angle_deg")),
+    };
+    let (xs, ys) = (distinct(magnitudes), distinct(places));
+    let mut values = vec![vec![0.0_f64; xs.len()]; ys.len()];
+    let place = |among: &[f64], value: f64| among.partition_point(|other| *other < value);
+    for ((magnitude, at), radius) in magnitudes.iter().zip(places).zip(run) {
+        let cell = values.get_mut(place(&ys, *at)).and_then(|row| row.get_mut(place(&xs, *magnitude)));
+        cell.into_iter().for_each(|cell| *cell = cell.max(*radius));
+    }
+    let title = format!("{name}: spectral radius on the left half-plane");
+    let key = Key::Quantity(Axis::log("spectral radius", ""));
+    let map = HeatMap { title, x: Axis::log("|z|", ""), y, xs, ys, values, key };
+    (format!("left-half-plane-{name}"), map.into())
+}
+
+fn parameter(name: &str) -> &'static str {
+    if name == "two-point" { "weight ϑ" } else { "ρ∞" }
+}
+
 /// The spectral radii of a scheme's table over ωh: maps over its parameter, one of theory and one as run; curves of both where it
 /// has none. The order over the parameter, too. Each with the name of its file.
 pub fn scheme(name: &str, radii: &Table, orders: &Table) -> Vec<(String, Picture)> {
@@ -45,7 +71,7 @@ pub fn scheme(name: &str, radii: &Table, orders: &Table) -> Vec<(String, Picture
         let figure = figure.line(words[0], omegas, theory).line(words[1], omegas, run);
         return vec![(format!("spectral-radius-{name}"), figure.into())];
     };
-    let parameter = if name == "two-point" { "weight ϑ" } else { "ρ∞" };
+    let parameter = parameter(name);
     let ys = distinct(parameters);
     let xs = distinct(&omegas[..omegas.len() / ys.len().max(1)]);
     let map = |word: &str, radii: &[f64]| {

@@ -14,6 +14,18 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
+/// Of categories of a map, the best first: blue, orange, red, grey, purple, black, green. To those who see no red or no green they differ in
+/// lightness.
+const CATEGORIES: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(240, 168, 48),
+    RGBColor(192, 24, 32),
+    RGBColor(190, 190, 190),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 0, 0),
+    RGBColor(0, 158, 115),
+];
+
 /// Lengths of strokes and gaps in turn, px; none for an unbroken line.
 const DASHES: [&[f64]; 6] =
     [&[], &[9.0, 4.0], &[11.0, 3.5, 2.0, 3.5], &[2.5, 3.0], &[18.0, 4.0], &[11.0, 3.0, 2.0, 3.0, 2.0, 3.0]];
@@ -70,6 +82,6 @@ impl Style {
 
     /// The colour of category `place` of a map.
     pub fn category(place: usize) -> RGBColor {
-        COLOURS[place % COLOURS.len()]
+        CATEGORIES[place % CATEGORIES.len()]
     }
 }

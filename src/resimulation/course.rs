@@ -47,13 +47,8 @@ impl Course {
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
         let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-        let sample = Sample {
-            stamp,
-            driving_torque_nm: 0.0,
-            observation: simulation.observation().clone(),
-            ledger: simulation.ledger(),
-            energy_in_play_j: simulation.energy_accounted_j(),
-        };
+        let sample =
+            Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
         let telemetry = Telemetry::new(&scene.system, simulation.start());
         Ok(Course { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
@@ -109,6 +104,11 @@ impl Course {
         Ok(())
     }
 
+    /// Whether the present state can be looked at, and another step be taken from it. It is, so the course ends here.
+    pub(super) fn can_go_on(&mut self) -> bool {
+        self.look().is_ok() && self.simulation.step().is_ok()
+    }
+
     /// Lets the simulation be seen at the present instant.
     pub(super) fn visit(&mut self, see: impl FnOnce(&mut Simulation)) {
         see(&mut self.simulation);
@@ -134,7 +134,7 @@ impl Course {
     pub(super) fn look(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
             self.sample.observation.clone_from(self.simulation.observe()?);
-            (self.sample.ledger, self.sample.energy_in_play_j) = (self.simulation.ledger(), self.simulation.energy_accounted_j());
+            self.sample.ledger = self.simulation.ledger();
             self.sample.stamp = self.stamp();
             self.observed = Some(self.instant());
         }
@@ -144,7 +144,9 @@ impl Course {
     /// What would be recorded at the present instant in place of `recorded`: computed anew but for what only the wall clock and
     /// the service know. `None` for what is not computed.
     pub(super) fn instead_of(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
-        self.look()?;
+        if recorded.is_of_sample() {
+            self.look()?;
+        }
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
         let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });
         Ok(match recorded {
@@ -170,21 +172,15 @@ impl Course {
         })
     }
 
-    /// A status with its energies and works computed anew.
+    /// A status with energies, works, verdict and estimated error computed anew.
     fn status(&self, recorded: &wire::Status) -> wire::Status {
-        let ledger = self.simulation.ledger();
-        wire::Status {
+        let status = wire::Status {
             stamp: Some(wire::Stamp {
                 wall_time: recorded.stamp.and_then(|stamp| stamp.wall_time),
                 ..wire::stamp(&self.stamp())
             }),
-            kinetic_j: Some(ledger.energy.kinetic_j),
-            strain_j: ledger.energy.strain_j,
-            potential_j: ledger.energy.potential_j,
-            work_in_j: Some(ledger.work_in_j),
-            dissipated_j: Some(ledger.dissipated_j),
-            balance_error_j: Some(ledger.balance_error_j),
             ..recorded.clone()
-        }
+        };
+        status.with_account(&self.simulation)
     }
 }

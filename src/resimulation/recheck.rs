@@ -8,14 +8,8 @@ use super::finding::Finding;
 use super::source::Source;
 use super::survey::Survey;
 use crate::recording::{Found, Going, Recorded, walk};
-use crate::simulation::PulseRefused;
+use crate::simulation::{EnergyVerdict, PulseRefused};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
-
-/// An energy balance off by more than this many times the energy that was ever there or put in is wrong: a run that goes on
-/// has at most twice that.
-const BALANCE: f64 = 3.0;
-/// Energies below this are rounding, J.
-const ENERGY_FLOOR_J: f64 = 1e-9;
 
 /// What was computed again.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,10 +24,12 @@ pub struct Recomputed {
     pub pulses: u64,
     /// Messages that could not be computed again, because what leads to them is lost.
     pub skipped: u64,
-    /// Largest |error of the energy balance| that any message tells, J.
+    /// Largest |error of the energy balance| by any status or energies, J.
     pub balance_error_j: f64,
-    /// Most energy that was there, was put in, or fell in gravity by any of them, J.
+    /// Most energy in play at any of them, J.
     pub energy_j: f64,
+    /// The verdict on the energy balance at the last of them that had left its tolerance, or else at the last.
+    pub verdict: Option<EnergyVerdict>,
 }
 
 /// Reads a recording a second time; `progress` is told the byte reached.
@@ -102,7 +98,6 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Event::Command(command) if !self.anchored && is_control(command) => {}
             _ if !self.anchored => self.done.skipped += 1,
             Event::Command(command) => self.command(command, at),
-            Event::Status(status) if status.state() == State::Diverged => {}
             _ => self.compare(message, &event, at),
         }
     }
@@ -166,25 +161,34 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Err(diverged) => return self.lost(at, &diverged.into()),
         };
         self.done.messages += u64::from(!matches!(event, Event::Checkpoint(_)));
-        match event {
-            Event::Energies(energies) => self.balance("energies", energies.balance_error_j, at),
-            Event::Status(status) => self.balance("status", status.balance_error_j, at),
-            _ => {}
+        if let Event::Status(_) | Event::Energies(_) = event {
+            self.account();
         }
         let computed = self.forgiven(event, computed, at);
         if computed != message.data.as_ref() {
             self.differs(message, &computed, at);
         }
+        if matches!(event, Event::Status(status) if status.state() == State::Diverged) {
+            self.diverges(at);
+        }
     }
 
-    fn balance(&mut self, topic: &'static str, balance_error_j: Option<f64>, (epoch, step): Instant) {
-        let error_j = balance_error_j.unwrap_or(0.0).abs();
-        let accounted_j = self.course.simulation().energy_accounted_j();
-        self.done.balance_error_j = self.done.balance_error_j.max(error_j);
-        self.done.energy_j = self.done.energy_j.max(accounted_j);
-        if error_j > BALANCE * accounted_j + ENERGY_FLOOR_J {
-            let what = format!("the energy balance is off by {error_j} J, where there were {accounted_j} J");
-            self.findings.push(Finding::Physics { topic, epoch, step, what });
+    /// Where the file says that the simulation could not go on, it cannot when computed again.
+    fn diverges(&mut self, at: Instant) {
+        if self.course.can_go_on() {
+            self.astray(at, "the file says that it diverged here; computed again, it goes on".to_owned());
+        }
+        self.anchored = false;
+    }
+
+    /// The computed account: what the file says is compared with it message by message.
+    fn account(&mut self) {
+        let simulation = self.course.simulation();
+        let ledger = simulation.ledger();
+        self.done.balance_error_j = self.done.balance_error_j.max(ledger.worst_balance_j);
+        self.done.energy_j = self.done.energy_j.max(ledger.in_play_j);
+        if !matches!(self.done.verdict, Some(EnergyVerdict::Unbalanced { .. })) {
+            self.done.verdict = Some(simulation.energy_verdict());
         }
     }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::approach::{Approach, approach};
 use super::misses::Round;
 use super::realtime;
-use super::stepper::{Ending, Next, Stepper};
+use super::stepper::{Ended, Next, Stepper};
 use super::waiting::{Spin, Spinning};
 
 /// Longer waits can be ended by a command.
@@ -30,8 +30,8 @@ pub struct Waking {
     pub realtime: bool,
 }
 
-/// Told how a run ended, and how many samples were left out.
-pub type Finish = Box<dyn FnOnce(Ending, u64) + Send>;
+/// Called with how a run ended.
+pub type Finish = Box<dyn FnOnce(Ended) + Send>;
 
 /// Steps all of them to their ends, on this thread.
 pub fn drive(steppers: Vec<(Stepper, Finish)>, waking: Waking) {
@@ -135,8 +135,7 @@ impl Stepping {
     /// Takes leave of those that are at their ends.
     fn retire(&mut self) {
         for (mut stepper, finish) in self.steppers.extract_if(.., |(stepper, _)| matches!(stepper.next(), Next::Over)) {
-            let (ending, dropped) = stepper.end();
-            finish(ending, dropped);
+            finish(stepper.end());
         }
     }
 }

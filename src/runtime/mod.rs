@@ -12,6 +12,7 @@ mod rates;
 mod realtime;
 mod shadow;
 mod spread;
+mod step_error;
 mod stepper;
 mod waiting;
 
@@ -26,5 +27,6 @@ pub use rates::{BadRates, Due, PublishRates, TELEMETRY};
 pub(crate) use realtime::exact_timers;
 pub use shadow::Shadow;
 pub use spread::Spread;
-pub use stepper::{Ending, Ports, Stepper, Stepping};
+pub(crate) use stepper::unbalanced;
+pub use stepper::{Ended, Ending, Ports, Stepper, Stepping};
 pub use waiting::{BadSpin, Spin};

@@ -18,10 +18,12 @@ use super::rate::PublishRate;
 use super::rates::{Due, PublishRates};
 use super::shadow::Shadow;
 use super::spread::Spread;
+use super::step_error::StepErrors;
 use super::waiting::Spin;
-use crate::simulation::{Diverged, Sample, Simulation, Stamp};
+use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 use reporting::STATUS_PERIOD;
+pub(crate) use reporting::unbalanced;
 
 /// Simulated time between two checkpoints, s.
 const CHECKPOINT_PERIOD_S: f64 = 10.0;
@@ -67,6 +69,17 @@ pub enum Ending {
         /// By how much.
         late: Duration,
     },
+}
+
+/// A run that is over.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ended {
+    /// How it ended.
+    pub ending: Ending,
+    /// Samples that were left out.
+    pub dropped: u64,
+    /// What the energy balance says of its last epoch.
+    pub verdict: EnergyVerdict,
 }
 
 /// What a simulator needs next of its thread.
@@ -116,6 +129,7 @@ pub struct Stepper {
     ending: Option<Ending>,
     lateness: Spread,
     step_cost: Spread,
+    step_errors: StepErrors,
     doings: Doings,
     misses: Misses,
     pacing_epoch: u64,
@@ -161,6 +175,7 @@ impl Stepper {
             ending: None,
             lateness: Spread::new()?,
             step_cost: Spread::new()?,
+            step_errors: StepErrors::new()?,
             doings: Doings::default(),
             misses: Misses::default(),
             pacing_epoch: 0,
@@ -192,13 +207,12 @@ impl Stepper {
 
     /// Steps until the end on this thread, without any claim on it.
     ///
-    /// Returns how it ended, and how many samples were left out.
-    pub fn run(self) -> (Ending, u64) {
+    /// Returns how it ended; `None` only if the thread that steps is gone.
+    pub fn run(self) -> Option<Ended> {
         let (told, heard) = channel();
-        // Nobody else can hang up.
-        let finish = Box::new(move |ending, dropped| drop(told.send((ending, dropped))));
+        let finish = Box::new(move |ended| drop(told.send(ended)));
         drive(vec![(self, finish)], Waking { spin: Spin::NONE, realtime: false });
-        heard.recv().unwrap_or((Ending::Stopped, 0))
+        heard.recv().ok()
     }
 
     /// Whether it has to wait for any.
@@ -271,8 +285,8 @@ impl Stepper {
         }
     }
 
-    /// Ends; the last good state is published whatever the rate. How it ended, and how many samples were left out.
-    pub(super) fn end(&mut self) -> (Ending, u64) {
+    /// Ends; the last good state is published whatever the rate.
+    pub(super) fn end(&mut self) -> Ended {
         let ending = self.ending.take().unwrap_or(Ending::Stopped);
         let (state, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
@@ -287,7 +301,7 @@ impl Stepper {
         self.tell_overruns();
         self.status(state, message);
         self.send(Output::Over);
-        (ending, self.dropped)
+        Ended { ending, dropped: self.dropped, verdict: self.simulation.energy_verdict() }
     }
 
     fn finished(&self) -> bool {
@@ -318,6 +332,9 @@ impl Stepper {
         self.simulation.step()?;
         let cost = begun.elapsed();
         self.step_cost.record(cost);
+        if let Some(error) = self.simulation.error_estimate() {
+            self.step_errors.record(error.last_step_rad);
+        }
         self.doings.solving += cost;
         if let Some(shadow) = &mut self.shadow {
             shadow.follow(cost);
@@ -327,7 +344,8 @@ impl Stepper {
         if due.any() {
             self.publish(due)?;
         }
-        self.status_by_simulated_time()
+        self.status_by_simulated_time();
+        Ok(())
     }
 
     /// What the present step is published on.
@@ -379,7 +397,7 @@ impl Stepper {
         sample.observation.clone_from(self.simulation.observe()?);
         self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
-        (sample.ledger, sample.energy_in_play_j) = (self.simulation.ledger(), self.simulation.energy_accounted_j());
+        sample.ledger = self.simulation.ledger();
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }

@@ -147,5 +147,6 @@ pub(super) struct Solver {
     pub weight: Option<f64>,
     pub rho_infinity: Option<f64>,
     pub tolerance: Option<f64>,
+    pub balance_tolerance: Option<f64>,
     pub max_iterations: Option<i64>,
 }

@@ -194,7 +194,8 @@ pub struct Start {
     pub angle_rad: f64,
     /// Crank rate, rad/s.
     pub rate_rad_per_s: f64,
-    /// Whether elastic deformation starts in static equilibrium with gravity, springs and constant loads (crank angle held).
+    /// Whether the chain starts in static equilibrium with gravity and constant loads. With a base spring, the crank turns from
+    /// `angle_rad` to where that balances them, too; without one, or with its motion prescribed, it is held there.
     pub static_equilibrium: bool,
 }
 
@@ -274,6 +275,8 @@ pub struct Solver {
     pub rho_infinity: f64,
     /// Newton's tolerance on the residual, relative to the forces at work.
     pub tolerance: f64,
+    /// Largest energy balance, as a part of the energy in play, at which a run is still to be trusted.
+    pub balance_tolerance: f64,
     /// Most Newton iterations in one step.
     pub max_iterations: usize,
 }
@@ -302,8 +305,8 @@ pub enum IntegratorKind {
     GeneralizedAlpha,
     /// Classical explicit Runge–Kutta, fourth order.
     RungeKutta,
-    /// The implicit midpoint rule composed to fourth order (Suzuki 1990).
-    ComposedMidpoint,
+    /// Diagonally implicit Runge–Kutta of fourth order, ESDIRK4(3)6L[2]SA (Kennedy & Carpenter 2003).
+    Esdirk,
 }
 
 impl ModelKind {
@@ -320,13 +323,13 @@ impl ModelKind {
 
     /// The integrators that suit the model, the usual one first.
     pub fn integrators(self) -> &'static [IntegratorKind] {
-        use IntegratorKind::{ComposedMidpoint, GeneralizedAlpha, RungeKutta, TwoPoint};
+        use IntegratorKind::{Esdirk, GeneralizedAlpha, RungeKutta, TwoPoint};
         match self {
-            ModelKind::Rigid => &[RungeKutta, TwoPoint, GeneralizedAlpha, ComposedMidpoint],
+            ModelKind::Rigid => &[RungeKutta, TwoPoint, GeneralizedAlpha, Esdirk],
             ModelKind::Incremental => &[TwoPoint],
-            ModelKind::Modal => &[GeneralizedAlpha, TwoPoint, RungeKutta, ComposedMidpoint],
-            ModelKind::FiniteElement => &[GeneralizedAlpha, TwoPoint, ComposedMidpoint],
-            ModelKind::MassSpring => &[TwoPoint, GeneralizedAlpha, RungeKutta, ComposedMidpoint],
+            ModelKind::Modal => &[GeneralizedAlpha, TwoPoint, RungeKutta, Esdirk],
+            ModelKind::FiniteElement => &[GeneralizedAlpha, TwoPoint, Esdirk],
+            ModelKind::MassSpring => &[TwoPoint, GeneralizedAlpha, RungeKutta, Esdirk],
         }
     }
 
@@ -343,15 +346,15 @@ impl IntegratorKind {
             IntegratorKind::TwoPoint => "two-point",
             IntegratorKind::GeneralizedAlpha => "generalized-alpha",
             IntegratorKind::RungeKutta => "runge-kutta",
-            IntegratorKind::ComposedMidpoint => "composed-midpoint",
+            IntegratorKind::Esdirk => "esdirk",
         }
     }
 
-    /// Its order on smooth problems; of the two-point method, with ϑ = ½.
+    /// Its order on smooth problems; that of the two-point method holds for ϑ = ½.
     pub fn order(self) -> u32 {
         match self {
             IntegratorKind::TwoPoint | IntegratorKind::GeneralizedAlpha => 2,
-            IntegratorKind::RungeKutta | IntegratorKind::ComposedMidpoint => 4,
+            IntegratorKind::RungeKutta | IntegratorKind::Esdirk => 4,
         }
     }
 }

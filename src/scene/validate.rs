@@ -16,7 +16,7 @@ pub const INTEGRATORS: [(&str, IntegratorKind); 4] = [
     ("two-point", IntegratorKind::TwoPoint),
     ("generalized-alpha", IntegratorKind::GeneralizedAlpha),
     ("runge-kutta", IntegratorKind::RungeKutta),
-    ("composed-midpoint", IntegratorKind::ComposedMidpoint),
+    ("esdirk", IntegratorKind::Esdirk),
 ];
 
 /// The words for pulse shapes in scene files.
@@ -174,6 +174,7 @@ fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver
         weight: check.number_or("solver.weight", raw.weight, 0.5, 0.0, 1.0)?,
         rho_infinity: check.number_or("solver.rho_infinity", raw.rho_infinity, 0.8, 0.0, 1.0)?,
         tolerance: check.number_or("solver.tolerance", raw.tolerance, 1e-9, 1e-15, 1e-2)?,
+        balance_tolerance: check.number_or("solver.balance_tolerance", raw.balance_tolerance, 1e-2, 1e-15, 1e9)?,
         max_iterations: check.count_or("solver.max_iterations", raw.max_iterations, 20, 1, 1000)?,
     })
 }
@@ -194,6 +195,10 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
     }
     if let (true, End::Free { .. }, [_, _]) = (chain.start.static_equilibrium, &chain.end, chain.links.as_slice()) {
         let problem = "the second link of an open chain swings: static equilibrium is for a beam or a crank-slider";
+        return Err(check.refuse("start.static_equilibrium", problem));
+    }
+    if model == ModelKind::Incremental && chain.start.static_equilibrium {
+        let problem = "the incremental model starts with straight links: use modal, finite-element or rigid";
         return Err(check.refuse("start.static_equilibrium", problem));
     }
     if model == ModelKind::Incremental

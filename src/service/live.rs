@@ -16,10 +16,11 @@ use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Name, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
-    Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, Shadow, Spin, Stepper, Stepping, Waking, drive, inbox,
+    Command, Ended, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, Shadow, Spin, Stepper, Stepping, Waking, drive,
+    inbox,
 };
 use crate::scene::SceneSource;
-use crate::simulation::{Sample, Simulation, Stamp};
+use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{self, Angles, Telemetry, control};
 
 /// Samples that may be on their way from one simulation at once; fewer where many run.
@@ -83,6 +84,8 @@ pub struct LiveReport {
     pub angles: Option<Angles>,
     /// The recordings it made.
     pub recordings: Vec<Result<Written, RecordingError>>,
+    /// What the energy balance says of its last epoch.
+    pub verdict: EnergyVerdict,
     /// Samples and messages that full queues kept from bus or recording.
     pub dropped: u64,
     /// Messages that were made, since somebody listened or they were recorded.
@@ -155,17 +158,17 @@ pub async fn run_all(
 /// What is to be heard of a simulation that runs.
 struct Run {
     inbox: Inbox,
-    ending: oneshot::Receiver<(Ending, u64)>,
+    ended: oneshot::Receiver<Ended>,
     closed: oneshot::Receiver<Closed>,
 }
 
 impl Run {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let (ending, lost) = self.ending.await.map_err(|_| ServiceError::Died("stepping"))?;
+        let Ended { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.counts().dropped();
-        Ok(LiveReport { ending, angles: closed.angles, recordings: closed.recordings, dropped, made: closed.made })
+        Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, made: closed.made })
     }
 }
 
@@ -223,12 +226,12 @@ impl Group {
         if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
             stepper = stepper.resumed(epoch_start_s, &answers);
         }
-        let (finish, ending) = oneshot::channel();
+        let (finish, ended) = oneshot::channel();
         let (close, closed) = oneshot::channel();
         // Nobody waits for these only when the service is being torn down.
-        self.steppers.push((stepper, Box::new(move |ending, dropped| drop(finish.send((ending, dropped))))));
+        self.steppers.push((stepper, Box::new(move |ended| drop(finish.send(ended)))));
         self.desks.push((desk, close));
-        Ok(Run { inbox, ending, closed })
+        Ok(Run { inbox, ended, closed })
     }
 }
 
@@ -282,13 +285,7 @@ fn desk(
 /// A sample to be filled.
 fn blank(simulation: &Simulation) -> Sample {
     let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-    Sample {
-        stamp,
-        driving_torque_nm: 0.0,
-        observation: simulation.observation().clone(),
-        ledger: simulation.ledger(),
-        energy_in_play_j: simulation.energy_accounted_j(),
-    }
+    Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() }
 }
 
 /// Asks the stepping thread to end.

@@ -4,8 +4,9 @@ use super::drive::DriveLaw;
 use super::engine::Engine;
 use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
+use super::step_limit::{StepLimit, step_limit};
 use super::{BuildError, PulseRefused};
-use crate::integrate::{ComposedMidpoint, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
+use crate::integrate::{Esdirk, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
 use crate::mechanics::{
     ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NoEquilibrium, NodeObservation, Observation,
     Oscillator, Rigid,
@@ -13,7 +14,7 @@ use crate::mechanics::{
 use crate::scene::{Chain, Drive, End, IntegratorKind, Link, ModelKind, Scene, Solver, System};
 
 pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
-    let refuse = |why| BuildError { model: scene.solver.model.as_str(), why };
+    let refuse = |why: &'static str| BuildError { model: scene.solver.model.as_str(), why: why.into() };
     let chain = match &scene.system {
         System::Chain(chain) => chain,
         System::Oscillator(oscillator) => return integrated(Oscillator::new(oscillator), scene, law),
@@ -41,11 +42,31 @@ fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>
     integrated(Rigid::new(chain, law.is_motion()), scene, law)
 }
 
-fn integrated<M: Mechanism + 'static>(mechanism: M, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
+fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
+    let refuse = |why| BuildError { model: scene.solver.model.as_str(), why };
+    let no_equilibrium = |NoEquilibrium| refuse("no static equilibrium was found (start.static_equilibrium)".into());
+    if scene.solver.integrator == IntegratorKind::RungeKutta {
+        let (input, n) = (law.input(0.0), mechanism.degrees_of_freedom());
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        mechanism.start(&input, &mut q, &mut v).map_err(no_equilibrium)?;
+        if let Some(limit) = step_limit(&mut mechanism, &input, &q).filter(|limit| scene.solver.step_s > limit.longest_s) {
+            return Err(refuse(beyond(&limit, &scene.solver).into()));
+        }
+    }
     let integrator = integrator(&scene.solver, mechanism.degrees_of_freedom());
-    let why = "no static equilibrium was found (start.static_equilibrium)";
-    let refused = |NoEquilibrium| BuildError { model: scene.solver.model.as_str(), why };
-    Ok(Box::new(Integrated::new(mechanism, integrator, law).map_err(refused)?))
+    Ok(Box::new(Integrated::new(mechanism, integrator, law).map_err(no_equilibrium)?))
+}
+
+/// Says that the step is too long for the explicit scheme, and which one is not: the next below 0.9 of the limit with one digit.
+fn beyond(limit: &StepLimit, solver: &Solver) -> String {
+    let StepLimit { longest_s, fastest_per_s } = limit;
+    let digit = 10.0_f64.powf((0.9 * longest_s).log10().floor());
+    let suggested_s = (0.9 * longest_s / digit).floor() * digit;
+    format!(
+        "solver.step_s = {} is beyond the stability limit of runge-kutta, {longest_s:.2e} s (its fastest motion at the start: \
+         {fastest_per_s:.2e} rad/s); solver.step_s={suggested_s:.0e} would do, or an implicit integrator",
+        solver.step_s
+    )
 }
 
 fn integrator(solver: &Solver, unknowns: usize) -> Integrator {
@@ -56,7 +77,7 @@ fn integrator(solver: &Solver, unknowns: usize) -> Integrator {
             Integrator::GeneralizedAlpha(GeneralizedAlpha::new(unknowns, solver.rho_infinity, newton))
         }
         IntegratorKind::RungeKutta => Integrator::RungeKutta(RungeKutta::new(unknowns)),
-        IntegratorKind::ComposedMidpoint => Integrator::ComposedMidpoint(ComposedMidpoint::new(unknowns, newton)),
+        IntegratorKind::Esdirk => Integrator::Esdirk(Esdirk::new(unknowns, newton)),
     }
 }
 

@@ -62,11 +62,6 @@ impl DriveLaw {
         DriveLaw { torque: Torque::default(), motion }
     }
 
-    /// Nothing: neither torque nor motion.
-    pub(super) fn none() -> Self {
-        DriveLaw { torque: Torque::default(), motion: None }
-    }
-
     pub(super) fn is_motion(&self) -> bool {
         self.motion.is_some()
     }

@@ -1,5 +1,7 @@
 //! Why a simulation could not be built, or stopped.
 
+use std::borrow::Cow;
+
 use crate::integrate::StepError;
 
 /// The scene asks for what its model cannot compute.
@@ -9,7 +11,7 @@ pub struct BuildError {
     /// The model asked for.
     pub model: &'static str,
     /// What stands against it.
-    pub why: &'static str,
+    pub why: Cow<'static, str>,
 }
 
 /// What a simulation stops for.
@@ -27,6 +29,22 @@ pub enum Cause {
         accounted_j: f64,
         /// How much more is taken for divergence.
         factor: f64,
+    },
+    /// A step's balance moved by a large part of the energy in play.
+    #[error("the energy balance moved by {moved_j:.6} J in this step, where {accounted_j:.6} J were there and put in")]
+    BalanceMoved {
+        /// By how much, J.
+        moved_j: f64,
+        /// What was there at the start, was put in, or fell in gravity, J.
+        accounted_j: f64,
+    },
+    /// A step dissipated more than there was.
+    #[error("this step dissipated {dissipated_j:.6} J, where {accounted_j:.6} J were there and put in")]
+    Dissipated {
+        /// In the step, J.
+        dissipated_j: f64,
+        /// What was there at the start, was put in, or fell in gravity, J.
+        accounted_j: f64,
     },
 }
 

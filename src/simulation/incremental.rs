@@ -1,9 +1,10 @@
 //! The thesis's incremental method, which is its own integrator.
 
 use super::drive::DriveLaw;
-use super::engine::{Engine, Ledger};
-use crate::integrate::{Effort, StepError};
-use crate::mechanics::{Incremental, IncrementalState, Observation};
+use super::engine::Engine;
+use super::error_estimate::Term;
+use crate::integrate::{Effort, StepError, Taken, Work};
+use crate::mechanics::{Energy, Incremental, IncrementalState, Observation};
 
 /// The incremental model and its state.
 pub(super) struct IncrementalEngine {
@@ -22,18 +23,30 @@ impl Engine for IncrementalEngine {
         self.state = self.model.start();
     }
 
-    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64, _energy_j: f64) -> Result<(Effort, Ledger), StepError> {
+    fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError> {
         let input = law.input(t_s);
         let mut after = self.state.clone();
         self.model.step(&input, h_s, &mut after).map_err(|_| StepError::Singular)?;
         if !after.numbers().iter().all(|number| number.is_finite()) {
             return Err(StepError::NotFinite);
         }
-        let [put_in, dissipated] = self.model.work_j(&input, h_s, &self.state, &after);
+        let [put_in_j, dissipated_j] = self.model.work_j(&input, h_s, &self.state, &after);
         let [by_rates, _] = self.model.work_by_mean_rates_j(&input, h_s, &self.state, &after);
         self.state = after;
-        let work = [put_in, dissipated, put_in.abs().max(by_rates.abs())];
-        Ok((Effort { newton_iterations: 0, factorizations: 1 }, work))
+        let work = Work { put_in_j, dissipated_j, magnitude_j: put_in_j.abs().max(by_rates.abs()) };
+        Ok(Taken { effort: Effort { factorizations: 1, ..Effort::default() }, work })
+    }
+
+    fn local_error(&self, _h_s: f64) -> Option<[Term; 2]> {
+        None
+    }
+
+    fn energy(&mut self, _law: &DriveLaw, _t_s: f64) -> Energy {
+        self.model.energy(&self.state)
+    }
+
+    fn keeps_energy(&self) -> bool {
+        false
     }
 
     fn observe(&mut self, _law: &DriveLaw, _t_s: f64, out: &mut Observation) -> Result<(), StepError> {

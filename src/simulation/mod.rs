@@ -17,27 +17,30 @@ mod build;
 mod drive;
 mod engine;
 mod error;
+mod error_estimate;
 mod incremental;
 mod integrated;
+mod ledger;
 mod pulses;
 mod sample;
+mod step_limit;
 
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
+pub use error_estimate::ErrorEstimate;
+pub use ledger::{EnergyLedger, EnergyVerdict, LedgerEntries};
 pub use pulses::Pulses;
 pub use sample::{Sample, Stamp};
 
-use crate::integrate::{Effort, StepError};
+pub use crate::integrate::Work;
+use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
 use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
 use drive::{DriveLaw, Torque};
-use engine::{Engine, Ledger};
+use engine::Engine;
+use ledger::Ledger;
 
 /// How often a step that fails is halved before the simulation gives up.
 const HALVINGS: u32 = 4;
-/// Energy over this many times what is accounted for is divergence.
-const ENERGY_FACTOR: f64 = 2.0;
-/// Energies below this are rounding, J.
-const ENERGY_FLOOR_J: f64 = 1e-9;
 
 /// Longest duration and longest delay of a commanded pulse, s.
 const HOUR_S: f64 = 3600.0;
@@ -64,19 +67,6 @@ pub struct Effective {
     pub sim_time_s: f64,
 }
 
-/// Energy and work since the epoch began.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct EnergyLedger {
-    /// Energies now, J.
-    pub energy: Energy,
-    /// Work put in by torque, motion and resistance, J.
-    pub work_in_j: f64,
-    /// Work dissipated, J.
-    pub dissipated_j: f64,
-    /// Energy now − energy at the start − work put in + work dissipated, J.
-    pub balance_error_j: f64,
-}
-
 /// Everything needed to go on from where the simulation is, alike to the bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checkpoint {
@@ -88,10 +78,10 @@ pub struct Checkpoint {
     pub state: Vec<f64>,
     /// Pulses that wait or act.
     pub pulses: Vec<Pulse>,
-    /// Work put in and dissipated so far, J.
-    pub work_j: [f64; 2],
-    /// Sum of the magnitudes of the work put in by every step, by travel or by rates, whichever is larger, J.
-    pub work_put_in_j: f64,
+    /// The account of energy and work.
+    pub ledger: LedgerEntries,
+    /// The estimated error; `None` where the method cannot tell.
+    pub error: Option<ErrorEstimate>,
     /// Torque at the pivot at this instant, N·m.
     pub torque_nm: f64,
     /// Angular impulse (N·m·s) delivered since the mean torque was last taken, and the time since then (s).
@@ -115,9 +105,10 @@ pub struct Simulation {
     rises: bool,
     /// Why torque has no effect on this scene, if so.
     deaf: Option<PulseRefused>,
-    work_j: [f64; 2],
-    /// Sum of the magnitudes of the work put in by every step, by travel or by rates, whichever is larger, J.
-    work_put_in_j: f64,
+    ledger: Ledger,
+    balance_tolerance: f64,
+    /// `None` where the method cannot tell.
+    error: Option<ErrorEstimate>,
     start: Observation,
     impulse_nm_s: f64,
     impulse_over_s: f64,
@@ -135,11 +126,12 @@ impl Simulation {
     /// # Errors
     /// [`BuildError`] when the model cannot compute the scene.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
+        let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let (constant_nm, own_pulses) = match &scene.drive {
             Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
             Drive::Motion(_) => (0.0, Vec::new()),
         };
+        law.torque = Torque::constant(constant_nm);
         let mut simulation = Simulation {
             engine: build::engine(scene, &law)?,
             law,
@@ -154,8 +146,9 @@ impl Simulation {
             iterates: scene.solver.iterates(),
             rises: scene.solver.integrator.order() == 4,
             deaf: build::deaf(scene),
-            work_j: [0.0; 2],
-            work_put_in_j: 0.0,
+            ledger: Ledger::default(),
+            balance_tolerance: scene.solver.balance_tolerance,
+            error: None,
             start: Observation::default(),
             impulse_nm_s: 0.0,
             impulse_over_s: 0.0,
@@ -165,25 +158,26 @@ impl Simulation {
             retried: 0,
         };
         simulation.engine.save(&mut simulation.saved);
-        simulation
-            .begin()
-            .map_err(|_| BuildError { model: scene.solver.model.as_str(), why: "its start has no finite accelerations" })?;
+        simulation.begin().map_err(|_| BuildError {
+            model: scene.solver.model.as_str(),
+            why: "its start has no finite accelerations".into(),
+        })?;
         Ok(simulation)
     }
 
     fn begin(&mut self) -> Result<(), Diverged> {
         self.engine.reset();
         self.step = 0;
-        self.work_j = [0.0; 2];
-        self.work_put_in_j = 0.0;
         self.pulses.clear();
         for pulse in &self.own_pulses {
             self.pulses.push(*pulse);
         }
-        self.law.torque = Torque::default();
+        self.law.torque = Torque::constant(self.constant_nm);
         self.take_mean_torque_nm();
         self.observe()?;
         self.start.clone_from(&self.observation);
+        self.ledger = Ledger::new(self.observation.energy);
+        self.error = self.engine.local_error(self.step_s).map(|_| ErrorEstimate::default());
         Ok(())
     }
 
@@ -275,24 +269,29 @@ impl Simulation {
     /// Advances by one step.
     ///
     /// # Errors
-    /// [`Diverged`] when the step could not be taken; the last good state stays.
+    /// [`Diverged`] when the step could not be taken, or its energies say that it went wrong; the last good state stays.
     pub fn step(&mut self) -> Result<(), Diverged> {
         let (from_s, to_s) = (self.time_s(), (self.step + 1) as f64 * self.step_s);
+        let torque = self.law.torque;
         self.saved.clear();
         self.engine.save(&mut self.saved);
-        let finite = |(effort, work_j): (Effort, Ledger)| {
-            if work_j.iter().all(|work| work.is_finite()) { Ok((effort, work_j)) } else { Err(StepError::NotFinite) }
-        };
-        let taken = self.advance(from_s, self.step_s, self.energy_due_j(), 0).and_then(finite);
-        let (effort, work_j) = taken.map_err(|cause| {
+        let taken = self.advance(from_s, self.step_s, 0).map_err(Cause::from).and_then(|taken| {
+            let energy = self.engine.energy(&self.law, to_s);
+            let ledger = finite(&taken.work, &energy).and(self.ledger.after(taken.work, energy, self.engine.keeps_energy()))?;
+            Ok((taken.effort, ledger))
+        });
+        let (effort, ledger) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
-            self.diverged(cause.into())
+            self.law.torque = torque;
+            self.diverged(cause)
         })?;
         self.step += 1;
         self.effort = effort;
-        self.work_j[0] += work_j[0];
-        self.work_j[1] += work_j[1];
-        self.work_put_in_j += work_j[2];
+        self.ledger = ledger;
+        self.error = self.error.zip(self.engine.local_error(self.step_s)).map(|(mut error, terms)| {
+            error.add(self.step_s, terms);
+            error
+        });
         self.impulse_nm_s += self.mean_torque_nm(from_s, to_s) * self.step_s;
         self.law.torque = Torque::constant(self.constant_nm + self.pulses.value_nm(to_s));
         self.impulse_over_s += self.step_s;
@@ -305,35 +304,29 @@ impl Simulation {
         self.constant_nm + self.pulses.mean_nm(from_s, to_s)
     }
 
-    /// Goes on by `h_s` from where the ledger says `energy_j`; a step that fails is tried in halves, those in halves again, and so on,
-    /// [`HALVINGS`] deep.
-    fn advance(&mut self, from_s: f64, h_s: f64, energy_j: f64, depth: u32) -> Result<(Effort, Ledger), StepError> {
+    /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep.
+    fn advance(&mut self, from_s: f64, h_s: f64, depth: u32) -> Result<Taken, StepError> {
         let to_s = from_s + h_s;
         let rise_nm_per_s = if self.rises { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
         self.law.torque = Torque { mean_nm: self.mean_torque_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s };
-        let failed = match self.engine.step(&self.law, from_s, h_s, energy_j) {
+        let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < HALVINGS => failed,
             taken => return taken,
         };
         self.retried += 1;
         let half_s = 0.5 * h_s;
-        let first = self.advance(from_s, half_s, energy_j, depth + 1).map_err(|_| failed)?;
-        let [put_in, dissipated, _] = first.1;
-        let second = self.advance(from_s + half_s, half_s, energy_j + put_in - dissipated, depth + 1).map_err(|_| failed)?;
-        let effort = Effort {
-            newton_iterations: first.0.newton_iterations + second.0.newton_iterations,
-            factorizations: first.0.factorizations + second.0.factorizations,
-        };
-        Ok((effort, [0, 1, 2].map(|k| first.1[k] + second.1[k])))
+        let mut taken = self.advance(from_s, half_s, depth + 1).map_err(|_| failed)?;
+        taken += self.advance(from_s + half_s, half_s, depth + 1).map_err(|_| failed)?;
+        Ok(taken)
     }
 
     fn diverged(&self, cause: Cause) -> Diverged {
-        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: self.observation.energy.total_j(), cause }
+        Diverged { step: self.step + 1, sim_time_s: self.time_s(), energy_j: self.ledger.energies().energy.total_j(), cause }
     }
 
-    /// Mean torque since this was last asked (or the epoch began), N·m.
+    /// Mean torque since this was last asked (or the epoch began), N·m; the torque at this instant if no time has passed.
     pub fn take_mean_torque_nm(&mut self) -> f64 {
-        let mean = if self.impulse_over_s > 0.0 { self.impulse_nm_s / self.impulse_over_s } else { 0.0 };
+        let mean = if self.impulse_over_s > 0.0 { self.impulse_nm_s / self.impulse_over_s } else { self.law.torque.mean_nm };
         (self.impulse_nm_s, self.impulse_over_s) = (0.0, 0.0);
         mean
     }
@@ -352,35 +345,26 @@ impl Simulation {
     pub fn observe(&mut self) -> Result<&Observation, Diverged> {
         let time_s = self.time_s();
         self.engine.observe(&self.law, time_s, &mut self.next).map_err(|cause| self.diverged(cause.into()))?;
-        self.judge(&self.next)?;
+        if !self.next.is_finite() {
+            return Err(self.diverged(StepError::NotFinite.into()));
+        }
         std::mem::swap(&mut self.observation, &mut self.next);
         Ok(&self.observation)
     }
 
-    /// Whether an observation can be: all of it finite, and its energy not over [`ENERGY_FACTOR`] times what is accounted for.
-    fn judge(&self, seen: &Observation) -> Result<(), Diverged> {
-        let energy = &seen.energy;
-        let energy_j = energy.kinetic_j + energy.strain_j.unwrap_or(0.0);
-        if !energy_j.is_finite() || !seen.is_finite() {
-            return Err(self.diverged(StepError::NotFinite.into()));
-        }
-        let accounted_j = self.accounted_j(energy);
-        if self.step > 0 && energy_j > ENERGY_FACTOR * accounted_j + ENERGY_FLOOR_J {
-            return Err(self.diverged(Cause::EnergyGrew { energy_j, accounted_j, factor: ENERGY_FACTOR }));
-        }
-        Ok(())
+    /// What the energy balance says of the epoch so far.
+    pub fn energy_verdict(&self) -> EnergyVerdict {
+        if self.engine.keeps_energy() { self.ledger.verdict(self.balance_tolerance) } else { EnergyVerdict::NotJudged }
     }
 
-    /// What was there at the start, was put in, or fell in gravity, J.
-    fn accounted_j(&self, energy: &Energy) -> f64 {
-        let fallen_j = (self.start.energy.potential_j.unwrap_or(0.0) - energy.potential_j.unwrap_or(0.0)).max(0.0);
-        let start_j = self.start.energy.kinetic_j + self.start.energy.strain_j.unwrap_or(0.0);
-        start_j + fallen_j + self.work_put_in_j
+    /// Estimated error of the time discretization; `None` where the method cannot tell.
+    pub fn error_estimate(&self) -> Option<ErrorEstimate> {
+        self.error
     }
 
-    /// Kinetic and strain energy that was there at the start, was put in, or fell in gravity by what was observed last, J.
+    /// The energy in play: see [`EnergyLedger::in_play_j`].
     pub fn energy_accounted_j(&self) -> f64 {
-        self.accounted_j(&self.observation.energy)
+        self.ledger().in_play_j
     }
 
     /// What was observed at t = 0.
@@ -393,16 +377,9 @@ impl Simulation {
         &self.observation
     }
 
-    /// Energies as last observed, and works.
+    /// Energies and works of the present state.
     pub fn ledger(&self) -> EnergyLedger {
-        let energy = self.observation.energy;
-        let [work_in_j, dissipated_j] = self.work_j;
-        EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j: energy.total_j() - self.energy_due_j() }
-    }
-
-    /// The energy that there should be: what was there at the start, and what was put in and dissipated since, J.
-    fn energy_due_j(&self) -> f64 {
-        self.start.energy.total_j() + self.work_j[0] - self.work_j[1]
+        self.ledger.energies()
     }
 
     /// Everything needed to go on from here.
@@ -415,8 +392,8 @@ impl Simulation {
             epoch: self.epoch,
             state,
             pulses,
-            work_j: self.work_j,
-            work_put_in_j: self.work_put_in_j,
+            ledger: self.ledger.entries(),
+            error: self.error,
             torque_nm: self.law.torque.mean_nm,
             impulse: [self.impulse_nm_s, self.impulse_over_s],
         }
@@ -427,12 +404,20 @@ impl Simulation {
         if !self.engine.restore(&checkpoint.state) {
             return false;
         }
-        (self.step, self.epoch, self.work_j) = (checkpoint.step, checkpoint.epoch, checkpoint.work_j);
-        self.work_put_in_j = checkpoint.work_put_in_j;
+        (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
         self.pulses.clear();
         checkpoint.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
         self.law.torque = Torque::constant(checkpoint.torque_nm);
         [self.impulse_nm_s, self.impulse_over_s] = checkpoint.impulse;
+        self.error = checkpoint.error;
+        let energy = self.engine.energy(&self.law, self.time_s());
+        self.ledger = self.ledger.at(&checkpoint.ledger, energy);
         true
     }
+}
+
+fn finite(work: &Work, energy: &Energy) -> Result<(), Cause> {
+    let energies = [energy.kinetic_j, energy.strain_j.unwrap_or(0.0), energy.potential_j.unwrap_or(0.0)];
+    let all = work.is_finite() && energies.iter().all(|energy| energy.is_finite());
+    if all { Ok(()) } else { Err(StepError::NotFinite.into()) }
 }

@@ -38,6 +38,4 @@ pub struct Sample {
     pub observation: Observation,
     /// Energies and works.
     pub ledger: EnergyLedger,
-    /// The size against which the balance is judged, J: [`super::Simulation::energy_accounted_j`].
-    pub energy_in_play_j: f64,
 }

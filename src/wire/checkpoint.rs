@@ -2,7 +2,7 @@
 
 use super::{ActivePulse, BadCommand};
 use crate::scene::Pulse;
-use crate::simulation::{Checkpoint, Stamp};
+use crate::simulation::{Checkpoint, ErrorEstimate, LedgerEntries, Stamp, Work};
 
 /// A checkpoint as it is recorded.
 pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
@@ -12,14 +12,18 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         duration_s: pulse.duration_s,
         shape: super::shape(pulse.shape).into(),
     };
-    let ([work_in_j, dissipated_j], [impulse_nm_s, impulse_over_s]) = (checkpoint.work_j, checkpoint.impulse);
+    let [impulse_nm_s, impulse_over_s] = checkpoint.impulse;
+    let LedgerEntries { work, fallen_j, worst_balance_j } = checkpoint.ledger;
     super::Checkpoint {
         stamp: Some(super::stamp(stamp)),
         state: checkpoint.state.clone(),
         pulses: checkpoint.pulses.iter().map(pulse).collect(),
-        work_in_j,
-        dissipated_j,
-        work_put_in_j: checkpoint.work_put_in_j,
+        work_in_j: work.put_in_j,
+        dissipated_j: work.dissipated_j,
+        work_put_in_j: work.magnitude_j,
+        fallen_j,
+        worst_balance_j,
+        error_estimate: checkpoint.error.map_or(Vec::new(), |error| error.numbers().to_vec()),
         torque_nm: checkpoint.torque_nm,
         impulse_nm_s,
         impulse_over_s,
@@ -42,8 +46,12 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
         epoch: stamp.epoch,
         state: message.state.clone(),
         pulses: message.pulses.iter().map(pulse).collect::<Result<_, _>>()?,
-        work_j: [message.work_in_j, message.dissipated_j],
-        work_put_in_j: message.work_put_in_j,
+        ledger: LedgerEntries {
+            work: Work { put_in_j: message.work_in_j, dissipated_j: message.dissipated_j, magnitude_j: message.work_put_in_j },
+            fallen_j: message.fallen_j,
+            worst_balance_j: message.worst_balance_j,
+        },
+        error: message.error_estimate.as_slice().try_into().ok().map(ErrorEstimate::from_numbers),
         torque_nm: message.torque_nm,
         impulse: [message.impulse_nm_s, message.impulse_over_s],
     })

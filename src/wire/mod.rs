@@ -1,5 +1,6 @@
 //! The messages: generated from `proto/flexcrank.proto`, and their conversion to and from domain types.
 
+mod account;
 mod checkpoint;
 mod commands;
 mod scene_update;

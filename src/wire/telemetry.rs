@@ -116,7 +116,7 @@ impl Telemetry {
 
     /// Energies, works, and their balance.
     pub fn energies(&self, sample: &Sample) -> Energies {
-        let EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j } = sample.ledger;
+        let EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j, in_play_j, .. } = sample.ledger;
         Energies {
             stamp: Some(stamp(&sample.stamp)),
             kinetic_j: Some(energy.kinetic_j),
@@ -125,7 +125,7 @@ impl Telemetry {
             work_in_j: Some(work_in_j),
             dissipated_j: Some(dissipated_j),
             balance_error_j: Some(balance_error_j),
-            energy_in_play_j: Some(sample.energy_in_play_j),
+            energy_in_play_j: Some(in_play_j),
         }
     }
 }

@@ -90,8 +90,8 @@ fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
     let wall = SystemTime::UNIX_EPOCH;
     let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, epoch_start_s: 0.0, wall };
     let telemetry = Telemetry::new(&scene.system, &observation);
-    let (ledger, energy_in_play_j) = (simulation.ledger(), simulation.energy_accounted_j());
-    (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation, ledger, energy_in_play_j })
+    let ledger = simulation.ledger();
+    (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation, ledger })
 }
 
 /// From the state to an observation and its messages.

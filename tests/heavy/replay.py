@@ -140,6 +140,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "take.mcap"
         run = ["run", "--pace", "max", "--until", str(SECONDS), "--publish-hz", "1000", "--record", str(path)]
+        run += ["--set", "solver.step_s=1e-3"]
         run += ["--name", "heavy-replay", "--listen", free_endpoint()]
         subprocess.run([BINARY, *run], check=True, stderr=subprocess.DEVNULL)
         faithful(path)

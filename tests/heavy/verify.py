@@ -10,6 +10,8 @@ from check import BINARY, PATIENCE_S, expect, service, spent_s
 
 PULSES = 600
 SECONDS = 600
+# Of the default scene.
+STEPS_PER_S = 500
 
 
 def record(path):
@@ -41,9 +43,9 @@ def main():
     print("     " + verified.stdout.strip().replace("\n", "\n     "))
     expect("sound, and equal to the bit", verified.returncode == 0, verified.stderr.strip())
     steps, pulses, factor = map(int, re.search(r"(\d+) steps from \d+ checkpoints? with (\d+) pulses?.*\((\d+) times real", verified.stdout).groups())
-    expect("all of it", pulses == PULSES and steps == SECONDS * 1000, f"{pulses} pulses, {steps} steps")
-    balance_j = float(re.search(r"energy balance to (\S+) J", verified.stdout).group(1))
-    expect("the energy of some 15 J is balanced within 1e-6", balance_j < 1.5e-5, f"{balance_j} J")
+    expect("all of it", pulses == PULSES and steps == SECONDS * STEPS_PER_S, f"{pulses} pulses, {steps} steps")
+    balance_j, part = map(float, re.search(r"energy balance to (\S+) J, (\S+) of the", verified.stdout).groups())
+    expect("energy is balanced within 1e-3 of that in play", part < 1e-3, f"{balance_j} J, {part}")
     others = (all_s - own_s) / took_s
     print(f"     everything else took {others:.2f} of a core meanwhile")
     quiet = others < 0.1

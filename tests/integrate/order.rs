@@ -1,6 +1,6 @@
 //! Observed orders of convergence on nonlinear problems, at a configuration-dependent inertia.
 
-use crate::problems::{Crank, SpringPendulum, composed_midpoint, generalized_alpha, run, runge_kutta, two_point};
+use crate::problems::{Crank, SpringPendulum, esdirk, generalized_alpha, run, runge_kutta, two_point};
 use flexcrank::integrate::{Integrator, State};
 
 /// Free crank from θ = 0 at 1 rad/s, at t = 3 s, by its first integral: `t = ∫₀^θ sqrt(I(s)/I(0)) ds`.
@@ -49,7 +49,7 @@ fn order_on_a_free_crank() {
         ("generalised-α 0.8", generalized_alpha(1, 0.8), [800, 1600], 2.0, 0.1),
         ("generalised-α 1", generalized_alpha(1, 1.0), [800, 1600], 2.0, 0.1),
         ("Runge–Kutta", runge_kutta(1), [800, 1600], 4.0, 0.15),
-        ("composed midpoint", composed_midpoint(1), [100, 200], 4.0, 0.15),
+        ("ESDIRK", esdirk(1), [100, 200], 4.0, 0.15),
     ] {
         let observed = free_crank(integrator, steps);
         println!("{name}: {observed:.3}");

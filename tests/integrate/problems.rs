@@ -1,8 +1,8 @@
 //! Test problems and the schemes to run them with.
 
 use flexcrank::integrate::{
-    ComposedMidpoint, Effort, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System,
-    TwoPoint, Weights,
+    Effort, Esdirk, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System, TwoPoint,
+    Weights,
 };
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
@@ -20,8 +20,8 @@ pub(crate) fn runge_kutta(n: usize) -> Integrator {
     Integrator::RungeKutta(RungeKutta::new(n))
 }
 
-pub(crate) fn composed_midpoint(n: usize) -> Integrator {
-    Integrator::ComposedMidpoint(ComposedMidpoint::new(n, SETTINGS))
+pub(crate) fn esdirk(n: usize) -> Integrator {
+    Integrator::Esdirk(Esdirk::new(n, SETTINGS))
 }
 
 /// Steps `steps` times with `before` telling the system what the coming step brings.
@@ -37,9 +37,7 @@ pub(crate) fn run<S: System>(
     for n in 0..steps {
         let t_s = n as f64 * h_s;
         before(system, t_s, h_s);
-        let effort = integrator.step(system, t_s, h_s, state)?;
-        total.newton_iterations += effort.newton_iterations;
-        total.factorizations += effort.factorizations;
+        total += integrator.step(system, t_s, h_s, state)?.effort;
     }
     Ok(total)
 }

@@ -158,6 +158,7 @@ def live(folder):
     """Run, push, look: over the bus and in the recording."""
     path, name, step_s = folder / "live.mcap", "interop", 5e-4
     arguments = ["run", "--publish-hz", "all", "--record", str(path), "--set", f"solver.step_s={step_s}", "--set", "solver.model=rigid"]
+    arguments += ["--set", "solver.integrator=runge-kutta"]
     with service(arguments, name) as (process, client):
         client.learn()
         wait_for(lambda: client.newest("angles") and client.newest("status"), "telemetry arrives")

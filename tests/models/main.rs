@@ -4,6 +4,7 @@
 mod assembled;
 mod bench;
 mod chains;
+mod damped;
 mod effort;
 mod images;
 mod internal_forces;

@@ -47,8 +47,8 @@ fn order_of_time_is_two() {
 /// The projection onto the ledger's energy, which every step ends with, takes nothing of the order; it is 4.30, 4.03 at 0.5 and
 /// 0.25 ms.
 #[test]
-fn order_of_the_composed_midpoint_rule_is_at_least_four() {
-    let run = |step_s: f64| angles(&[MODAL, "solver.integrator=composed-midpoint"], step_s);
+fn order_of_the_esdirk_rule_is_at_least_four() {
+    let run = |step_s: f64| angles(&[MODAL, "solver.integrator=esdirk"], step_s);
     let [coarse, middle, fine] = [5e-4, 2.5e-4, 1.25e-4].map(run);
     let order = (apart(&coarse, &middle) / apart(&middle, &fine)).log2();
     assert!(order > 3.85, "order {order:.3}");

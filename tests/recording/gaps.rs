@@ -52,7 +52,7 @@ fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
     let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: door.counts() };
     let publish = "all,loads=100,energies=10".parse::<PublishRates>()?;
     let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..Stepping::default() };
-    let (_, dropped) = Stepper::new(simulation, None, stepping, ports)?.run();
+    let dropped = Stepper::new(simulation, None, stepping, ports)?.run().map_or(0, |ended| ended.dropped);
     let missed: Vec<_> = told
         .try_iter()
         .filter_map(|(_, output)| if let Output::Missed(missed, _) = output { Some(missed) } else { None })

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 
 use super::state::View;
 use super::{chart, mechanism};
-use crate::wire::{Status, status::State};
+use crate::wire::{Status, status, status::State};
 
 /// From this width on, charts are beside the mechanism instead of below it.
 const WIDE: u16 = 110;
@@ -89,7 +89,6 @@ fn figures(status: Option<&Status>) -> Line<'static> {
     if let (Some(p50), Some(p99), Some(max)) = (status.lateness_p50_s, status.lateness_p99_s, status.lateness_max_s) {
         parts.push(format!("late {:.2}/{:.2}/{:.1} ms", 1e3 * p50, 1e3 * p99, 1e3 * max));
     }
-    parts.extend(status.balance_error_j.map(|error| format!("balance {error:+.1e} J")));
     parts.push(format!("overruns {}", status.overruns));
     if status.dropped_samples > 0 {
         parts.push(format!("dropped {}", status.dropped_samples));
@@ -97,5 +96,14 @@ fn figures(status: Option<&Status>) -> Line<'static> {
     if status.pulses_pending > 0 {
         parts.push(format!("pulses {}", status.pulses_pending));
     }
-    Line::from(parts.join("  "))
+    let mut spans = vec![Span::raw(parts.join("  "))];
+    if let Some(error) = status.balance_error_j {
+        let style = if status.energy_verdict() == status::EnergyVerdict::Unbalanced {
+            Style::new().fg(Color::Red).bold()
+        } else {
+            Style::new()
+        };
+        spans.push(Span::styled(format!("  balance {error:+.1e} J"), style));
+    }
+    Line::from(spans)
 }

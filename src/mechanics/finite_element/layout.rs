@@ -88,6 +88,11 @@ impl Layout {
         Self { kinds, root, pin, second, end, active, held }
     }
 
+    /// The unknown that stands at `2 slot + component`; `active` ascends.
+    pub(super) fn unknown(&self, place: usize) -> Option<usize> {
+        self.active.binary_search(&place).ok()
+    }
+
     /// Number of slots.
     pub(super) fn slots(&self) -> usize {
         self.kinds.len()

@@ -36,6 +36,7 @@ mod beam;
 mod energy;
 mod layout;
 mod loads;
+mod measure;
 mod member;
 mod motion;
 mod observe;
@@ -56,7 +57,7 @@ use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
 use super::last_state::LastState;
-use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene::Chain;
 
@@ -115,6 +116,14 @@ impl FiniteElement {
             self.add_forces();
         }
     }
+
+    /// Brings motion to a state, without its forces, unless both are there.
+    fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+        if self.last.changes(input, q, v, a) {
+            self.motion.load(&self.layout, input, q, v, a);
+            self.last.forget();
+        }
+    }
 }
 
 impl Mechanism for FiniteElement {
@@ -153,15 +162,23 @@ impl Mechanism for FiniteElement {
     }
 
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
-        self.evaluate(input, q, v, a);
+        self.locate(input, q, v, a);
         self.energies()
+    }
+
+    fn measure(&self, q: &[f64], dq: &[f64]) -> Measure {
+        self.measured(q, dq)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
         if let (true, Some(root)) = (self.only_torque_works(), self.layout.root) {
             return [input.torque_nm * v[root], 0.0];
         }
-        self.evaluate(input, q, v, a);
+        if input.motion.is_some() {
+            self.evaluate(input, q, v, a);
+        } else {
+            self.locate(input, q, v, a);
+        }
         self.powers(input)
     }
 }

@@ -3,21 +3,12 @@
 use nalgebra::Vector2;
 
 use super::FiniteElement;
-
 use super::layout::Kind;
 use super::member::{Member, windows};
 use super::strain::left;
-use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::equilibrium::{Pivot, settle};
+use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium};
 use crate::scene::End;
-
-/// Most iterations towards static equilibrium.
-const ITERATIONS: usize = 400;
-/// Most that a tangent may turn in one of them, rad.
-const MOST_TURN: f64 = 0.2;
-/// Beyond this the inertia of a step is nothing.
-const LONGEST_STEP_S: f64 = 1e4;
-/// Residual, relative to the forces at work, at which it is reached.
-const TOLERANCE: f64 = 1e-11;
 
 impl FiniteElement {
     /// Straight links, or bent by static loads, each moving as a rigid body.
@@ -26,7 +17,7 @@ impl FiniteElement {
         let [angle, rate, _] = input.motion.unwrap_or([start.angle_rad, start.rate_rad_per_s, 0.0]);
         self.place_straight(angle);
         if start.static_equilibrium {
-            self.bend(angle)?;
+            self.bend(input, angle)?;
         }
         self.set_rates(rate);
         for (i, &place) in self.layout.active.iter().enumerate() {
@@ -75,42 +66,25 @@ impl FiniteElement {
         }
     }
 
-    /// Static equilibrium with the root held: steps of implicit Euler without memory, each twice as long as the last unless it
-    /// would turn a tangent too far, so that they begin as a careful descent and end as Newton's iteration.
-    fn bend(&mut self, angle: f64) -> Result<(), NoEquilibrium> {
-        let mut held = Self::new(&self.chain, true);
-        let input = Input { motion: Some([angle, 0.0, 0.0]), ..Input::default() };
-        held.motion.clone_from(&self.motion);
-        let n = held.degrees_of_freedom();
-        let (mut q, zero, mut x) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        held.store(&mut q);
-        let mut step_s: f64 = 1e-3;
-        for _ in 0..ITERATIONS {
-            held.residual(&input, &q, &zero, &zero, &mut x);
-            if held.residual_size(&x) <= TOLERANCE {
-                held.motion.load(&held.layout, &input, &q, &zero, &zero);
-                self.motion.clone_from(&held.motion);
-                return Ok(());
-            }
-            let w = Weights { acceleration: step_s.powi(-2), velocity: 0.0, position: 1.0 };
-            held.factor(&input, &q, &zero, &zero, w).map_err(|Singular| NoEquilibrium)?;
-            held.solve(&mut x);
-            if held.largest_turn(&x) > MOST_TURN {
-                step_s *= 0.25;
-                continue;
-            }
-            step_s = (step_s * 2.0).min(LONGEST_STEP_S);
-            for (q, x) in q.iter_mut().zip(&x) {
-                *q -= x;
-            }
-        }
-        Err(NoEquilibrium)
+    /// Static equilibrium, with the root held at `angle` or turned to where the base spring balances the chain.
+    fn bend(&mut self, input: &Input, angle: f64) -> Result<(), NoEquilibrium> {
+        let held = Pivot::of(&self.chain, input) == Pivot::Held;
+        let mut bent = Self::new(&self.chain, held);
+        let input = if held { Input { motion: Some([angle, 0.0, 0.0]), ..Input::default() } } else { *input };
+        bent.motion.clone_from(&self.motion);
+        let mut q = vec![0.0; bent.degrees_of_freedom()];
+        let still = q.clone();
+        bent.store(&mut q);
+        settle(&mut bent, &input, &mut q, Self::largest_turn)?;
+        bent.motion.load(&bent.layout, &input, &q, &still, &still);
+        self.motion.clone_from(&bent.motion);
+        Ok(())
     }
 
     /// Largest change of a direction among the changes `x` of the unknowns.
     fn largest_turn(&self, x: &[f64]) -> f64 {
         let turns = self.layout.active.iter().zip(x).filter(|(place, _)| self.layout.kinds[**place / 2] == Kind::Direction);
-        turns.fold(0.0, |most, (_, x)| x.abs().max(most))
+        turns.fold(0.0, |most, (_, x)| if x.abs() <= most { most } else { x.abs() })
     }
 
     fn store(&self, q: &mut [f64]) {

@@ -37,12 +37,12 @@ impl<const W: usize> Chain<W> {
         self.links[0].moment(&self.forces[0].functions) + base_torque_nm(self.base, tangent, rate) - input.torque_nm
     }
 
-    /// Whether power takes a residual: where motion is prescribed or the end is loaded.
-    pub(super) fn needs_forces_for_power(&self) -> bool {
-        self.is_prescribed() || self.tip.is_loaded()
+    /// Whether rates alone say the power: no prescribed motion, no load on the end.
+    pub(super) fn power_follows_from_rates(&self) -> bool {
+        !self.is_prescribed() && !self.tip.is_loaded()
     }
 
-    /// The same as [`Chain::power_w`] where rates alone say it.
+    /// The same as [`Chain::power_w`] where [`Chain::power_follows_from_rates`].
     pub(super) fn power_of_rates_w(&self, input: &Input, v: &[f64]) -> [f64; 2] {
         let rate: f64 = self.tangent_row.iter().zip(v).map(|(row, v)| row * v).sum();
         [input.torque_nm * rate, self.damping_w(rate, v)]
@@ -54,7 +54,8 @@ impl<const W: usize> Chain<W> {
         links + self.base.damper_nm_s_per_rad * rate * rate
     }
 
-    /// Power put in by torque, prescribed motion and resistance, and power dissipated, W; after a residual.
+    /// Power put in by torque, prescribed motion and resistance, and power dissipated, W; of prescribed motion
+    /// after a residual.
     pub(super) fn power_w(&self, input: &Input, v: &[f64]) -> [f64; 2] {
         let [_, rate] = self.tangent();
         let motion = if self.is_prescribed() { self.motion_torque_nm(input) } else { 0.0 };

@@ -2,18 +2,17 @@
 
 use super::chain::Chain;
 use super::observe::Observer;
-use super::start;
 use super::tangent::Tangent;
 use crate::mechanics::last_state::LastState;
-use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::mechanics::observation::{Energy, Observation};
 use crate::scene;
 
 /// The model.
 #[derive(Debug, Clone)]
 pub(super) struct Fitted<const W: usize> {
-    scene: scene::Chain,
-    chain: Chain<W>,
+    pub(super) scene: scene::Chain,
+    pub(super) chain: Chain<W>,
     tangent: Tangent<W>,
     observer: Observer<W>,
     last: LastState,
@@ -38,6 +37,14 @@ impl<const W: usize> Fitted<W> {
             self.chain.residual(input, q, v, a, &mut self.residual);
         }
     }
+
+    /// Brings the chain to a state, without its forces, unless both are there.
+    fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+        if self.last.changes(input, q, v, a) {
+            self.chain.advance(input, q, v, a);
+            self.last.forget();
+        }
+    }
 }
 
 impl<const W: usize> Mechanism for Fitted<W> {
@@ -46,7 +53,7 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
-        start::start(&self.scene, &self.chain, input, q, v)
+        self.set_start(input, q, v)
     }
 
     fn residual(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
@@ -75,19 +82,23 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
-        if self.last.changes(input, q, v, a) {
-            self.chain.advance(input, q, v, a);
-            // Without its forces.
-            self.last.forget();
-        }
+        self.locate(input, q, v, a);
         self.chain.energy(q)
     }
 
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
+        Measure { angle_rad: self.chain.chord_change(dq), deflection_m: self.observer.deflection_change(&self.chain, dq) }
+    }
+
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
-        if self.chain.needs_forces_for_power() {
-            self.evaluate(input, q, v, a);
-            return self.chain.power_w(input, v);
+        if self.chain.power_follows_from_rates() {
+            return self.chain.power_of_rates_w(input, v);
         }
-        self.chain.power_of_rates_w(input, v)
+        if self.chain.is_prescribed() {
+            self.evaluate(input, q, v, a);
+        } else {
+            self.locate(input, q, v, a);
+        }
+        self.chain.power_w(input, v)
     }
 }

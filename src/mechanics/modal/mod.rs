@@ -45,7 +45,7 @@ mod strong;
 mod tangent;
 mod variation;
 
-use super::mechanism::{Input, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 use fitted::Fitted;
@@ -106,6 +106,10 @@ impl Mechanism for Modal {
 
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
         self.fitted.energy(input, q, v, a)
+    }
+
+    fn measure(&self, q: &[f64], dq: &[f64]) -> Measure {
+        self.fitted.measure(q, dq)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -112,6 +112,15 @@ impl<const W: usize> Observer<W> {
         (scale(-1.0, force), -moment)
     }
 
+    /// What `dq` changes of the middle of the last link that bends, from its chord, m.
+    pub(super) fn deflection_change(&self, chain: &Chain<W>, dq: &[f64]) -> f64 {
+        let bent = self.links.iter().zip(&chain.links).rev().find(|(_, link)| link.bending > 0);
+        bent.map_or(0.0, |(places, link)| {
+            let (middle, own) = (&places.range[RANGE_INTERVALS / 2], &dq[link.at..link.at + link.bending]);
+            own.iter().enumerate().map(|(i, d)| middle.value[link.shapes.function_of(i)] * d).sum()
+        })
+    }
+
     fn largest_deflection(&self, chain: &Chain<W>) -> f64 {
         let mut largest = 0.0_f64;
         for (places, link) in self.links.iter().zip(&chain.links) {
@@ -124,6 +133,11 @@ impl<const W: usize> Observer<W> {
 }
 
 impl<const W: usize> Chain<W> {
+    /// What `dq` changes of the first link's chord angle, rad.
+    pub(super) fn chord_change(&self, dq: &[f64]) -> f64 {
+        self.angle_rows[0].iter().zip(dq).map(|(row, d)| row * d).sum()
+    }
+
     /// Whether the tangent at the pivot is prescribed.
     pub(super) fn is_prescribed(&self) -> bool {
         self.angles[0] == ChordAngle::Prescribed

@@ -6,7 +6,7 @@ use super::Stepper;
 use crate::runtime::output::Output;
 use crate::runtime::pacer::Pace;
 use crate::runtime::rate::PublishRate;
-use crate::simulation::Diverged;
+use crate::simulation::EnergyVerdict;
 use crate::wire::{self, Status, status::State};
 
 /// Wall time between two statuses.
@@ -23,17 +23,15 @@ impl Stepper {
 
     /// At another pace than real time, publishes a status at the first step of every half second of simulated time. The clock does
     /// not decide which steps those are. At the last step, the end of the run publishes it.
-    pub(super) fn status_by_simulated_time(&mut self) -> Result<(), Diverged> {
+    pub(super) fn status_by_simulated_time(&mut self) {
         let real = self.stepping.pace == Pace::Factor(1.0) && !self.paused;
         let due = !real && STATUS_RATE.takes(self.simulation.step_count(), self.simulation.step_s());
         if !due || self.finished() {
-            return Ok(());
+            return;
         }
         let begun = self.clock.elapsed();
-        self.simulation.observe()?;
         self.status(if self.paused { State::Paused } else { State::Running }, String::new());
         self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
-        Ok(())
     }
 
     /// Tells which samples were left out since this was last told.
@@ -49,9 +47,8 @@ impl Stepper {
         self.tell_missed();
         let now = self.clock.elapsed();
         self.next_status = now + STATUS_PERIOD;
-        let observed = self.simulation.observe().is_ok();
         let message = if message.is_empty() { self.warning() } else { message };
-        let ledger = self.simulation.ledger();
+        let errors = self.step_errors.quantiles_rad();
         let quantiles = self.lateness.quantiles_s();
         let at = |k: usize| quantiles.map(|all| all[k]);
         let costs = self.step_cost.quantiles_s();
@@ -67,12 +64,9 @@ impl Stepper {
             lateness_max_s: at(3),
             overruns: self.overruns,
             dropped_samples: self.dropped + self.ports.counts.dropped(),
-            kinetic_j: observed.then_some(ledger.energy.kinetic_j),
-            strain_j: ledger.energy.strain_j,
-            potential_j: ledger.energy.potential_j,
-            work_in_j: Some(ledger.work_in_j),
-            dissipated_j: Some(ledger.dissipated_j),
-            balance_error_j: Some(ledger.balance_error_j),
+            step_error_p50_rad: errors.map(|all| all[0]),
+            step_error_p99_rad: errors.map(|all| all[1]),
+            step_error_max_rad: errors.map(|all| all[2]),
             solver_iterations: self.simulation.newton_iterations(),
             message,
             commands_accepted: self.accepted,
@@ -90,8 +84,9 @@ impl Stepper {
             given_up_s: self.given_up.as_secs_f64(),
             drops: Vec::new(),
             spin_s: self.has_deadlines().then_some(self.spin.as_secs_f64()),
-            replay: None,
-        };
+            ..Status::default()
+        }
+        .with_account(&self.simulation);
         self.send(Output::Status(Box::new(status), stamp));
     }
 
@@ -100,9 +95,18 @@ impl Stepper {
         if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
             return format!("the shadow {diverged}");
         }
-        if self.bent == 0.0 {
-            return String::new();
+        if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = self.simulation.energy_verdict() {
+            return unbalanced(worst_j, in_play_j);
         }
-        format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent)
+        if self.bent > 0.0 {
+            return format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent);
+        }
+        String::new()
     }
+}
+
+/// Why a run is not to be trusted.
+pub(crate) fn unbalanced(worst_j: f64, in_play_j: f64) -> String {
+    let part = worst_j / in_play_j;
+    format!("not to be trusted: the energy balance was off by {worst_j:.2e} J, {part:.1e} of the {in_play_j:.2e} J in play")
 }

@@ -2,18 +2,20 @@
 
 use super::base::Base;
 use super::outcome::{Category, Outcome};
-use super::plan::Cell;
-use super::trajectory::{Points, Trajectory, distance_m, points};
+use super::plan::{Cell, Measure};
+use super::trajectory::{Trajectory, distance_m, points};
 use crate::scene::SceneSource;
 use crate::simulation::{Diverged, EnergyLedger, Simulation};
 
-/// A cell is wrong when a pin or the middle of the rod is ever further from its reference than this part of crank and rod
-/// together; where no reference reaches, when the energy balance is off by this part of the energy that was there and put in.
+/// A cell is wrong when a pin or the middle of the rod is ever further from its reference than this part of its [`Measure`]; where
+/// no reference reaches, when the energy balance is off by this part of the energy that was there and put in.
 pub const BOUND: f64 = 0.01;
 /// A run is looked at about so many times.
 const LOOKS: u64 = 400;
 /// A reference keeps about so many samples.
 const SAMPLES: u64 = 4000;
+/// The least way that errors are a part of, over the length of crank and rod.
+const LEAST_WAY: f64 = 1e-3;
 
 /// Runs a cell; every end is an outcome.
 pub(super) fn run(base: &Base, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
@@ -21,13 +23,13 @@ pub(super) fn run(base: &Base, cell: &Cell, reference: Option<&Trajectory>) -> O
         Ok(built) => built,
         Err(message) => return refused(message),
     };
-    let mut judge = Judge { reference, length_m, error: None, bent: false };
+    let mut judge = Judge { reference, length_m, measure: cell.measure, distance_m: None, way_m: 0.0, bent: false };
     let every = (cell.steps / LOOKS).max(1);
     for n in 1..=cell.steps {
         let look = n % every == 0 || n == cell.steps;
         let taken = simulation.step().and_then(|()| if look { simulation.observe().map(drop) } else { Ok(()) });
         if let Err(diverged) = taken {
-            return ended(diverged, judge.error, &simulation);
+            return ended(diverged, judge.error(), &simulation);
         }
         if look {
             if !all_finite(&simulation) {
@@ -36,7 +38,7 @@ pub(super) fn run(base: &Base, cell: &Cell, reference: Option<&Trajectory>) -> O
             judge.look(&simulation);
         }
     }
-    let error = judge.error.or_else(|| unbalanced(&simulation.ledger(), simulation.energy_accounted_j()));
+    let error = judge.error().or_else(|| unbalanced(&simulation.ledger(), simulation.energy_accounted_j()));
     let wrong = judge.bent || error.is_some_and(|error| error > BOUND);
     Outcome { category: if wrong { Category::Wrong } else { Category::Stable }, ..reached(&simulation, error) }
 }
@@ -73,7 +75,11 @@ fn build(base: &Base, cell: &Cell) -> Result<(Simulation, f64), String> {
 struct Judge<'a> {
     reference: Option<&'a Trajectory>,
     length_m: f64,
-    error: Option<f64>,
+    measure: Measure,
+    /// Largest from the reference.
+    distance_m: Option<f64>,
+    /// Largest of the reference from its start.
+    way_m: f64,
     bent: bool,
 }
 
@@ -81,11 +87,23 @@ impl Judge<'_> {
     fn look(&mut self, simulation: &Simulation) {
         let seen = simulation.observation();
         self.bent |= seen.out_of_range.is_some();
-        let there: Option<Points> = self.reference.and_then(|reference| reference.at(simulation.time_s()));
-        if let (Some(there), Some(here)) = (there, points(seen)) {
-            let error = distance_m(&here, &there) / self.length_m;
-            self.error = Some(self.error.map_or(error, |before| before.max(error)));
+        let Some(reference) = self.reference else { return };
+        if let (Some(start), Some(there), Some(here)) =
+            (reference.points.first(), reference.at(simulation.time_s()), points(seen))
+        {
+            self.way_m = self.way_m.max(distance_m(&there, start));
+            let distance_m = distance_m(&here, &there);
+            self.distance_m = Some(self.distance_m.map_or(distance_m, |before| before.max(distance_m)));
         }
+    }
+
+    /// The largest distance over what it is measured by.
+    fn error(&self) -> Option<f64> {
+        let whole_m = match self.measure {
+            Measure::Length => self.length_m,
+            Measure::Way => self.way_m.clamp(LEAST_WAY * self.length_m, self.length_m),
+        };
+        self.distance_m.map(|distance_m| distance_m / whole_m)
     }
 }
 
@@ -101,7 +119,16 @@ fn all_finite(simulation: &Simulation) -> bool {
 }
 
 fn refused(message: String) -> Outcome {
-    Outcome { category: Category::Refused, error: None, step: 0, sim_time_s: 0.0, energy_j: None, cause: None, message }
+    Outcome {
+        category: Category::Refused,
+        error: None,
+        step: 0,
+        sim_time_s: 0.0,
+        energy_j: None,
+        verdict: None,
+        cause: None,
+        message,
+    }
 }
 
 /// A divergence is clean when all that it says is finite, and so is the last good state.
@@ -115,6 +142,7 @@ fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Out
         step: diverged.step,
         sim_time_s: diverged.sim_time_s,
         energy_j: Some(diverged.energy_j),
+        verdict: Some(simulation.energy_verdict()),
         cause: Some(diverged.cause),
         message,
     }
@@ -128,6 +156,7 @@ fn reached(simulation: &Simulation, error: Option<f64>) -> Outcome {
         step: simulation.step_count(),
         sim_time_s: simulation.time_s(),
         energy_j: Some(energy.kinetic_j + energy.strain_j.unwrap_or(0.0)),
+        verdict: Some(simulation.energy_verdict()),
         cause: None,
         message: String::new(),
     }

@@ -2,12 +2,18 @@
 //!
 //! What is not swept is the base scene's, but that every link has two elements (one for the incremental model), so that the
 //! middle of the rod is seen. References are the finite-element model with eight elements a link, or the rigid model for rigid
-//! cells, at a fine step; one reference serves every model and every step of the same mechanism.
+//! cells, at a fine step by another scheme; one reference serves every model and every step of the same mechanism.
+//! `damping` has the maps of the scene as it stands.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::base::Base;
-use super::plan::{Axis, Cell, Map, Plan, Spacing};
+use super::plan::{Axis, Cell, Map, Measure, Plan, Spacing};
+use super::ways::{
+    FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK, FINITE_ELEMENT_TWO_POINT, INCREMENTAL, MODAL, MODAL_ESDIRK, MODAL_EXPLICIT,
+    MODAL_TWO_POINT, RIGID, RIGID_TWO_POINT, Way,
+};
+use crate::scene::{IntegratorKind, ModelKind};
 use Spacing::{Linear, Listed, Log};
 
 /// How much of it.
@@ -19,64 +25,20 @@ pub enum Extent {
     Quick,
 }
 
-/// What is fixed for a map or varies within it: the overrides of model and solver.
-struct Way {
-    name: &'static str,
-    overrides: &'static [&'static str],
-}
-
-impl Way {
-    fn overrides(&self) -> Vec<String> {
-        self.overrides.iter().map(|&given| given.to_owned()).collect()
-    }
-
-    fn is_rigid(&self) -> bool {
-        self.name.starts_with("rigid")
-    }
-}
-
-const RIGID: Way = Way {
-    name: "rigid",
-    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=rigid", "solver.integrator=runge-kutta"],
-};
-const RIGID_TWO_POINT: Way = Way {
-    name: "rigid two-point",
-    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=rigid", "solver.integrator=two-point", "solver.weight=0.5"],
-};
-const INCREMENTAL: Way = Way {
-    name: "incremental",
-    overrides: &[
-        "crank.elements=1",
-        "rod.elements=1",
-        "solver.model=incremental",
-        "solver.integrator=two-point",
-        "solver.weight=0.55",
-    ],
-};
-const MODAL: Way = Way {
-    name: "modal",
-    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=modal", "solver.integrator=generalized-alpha"],
-};
-const MODAL_EXPLICIT: Way = Way {
-    name: "modal explicit",
-    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=modal", "solver.integrator=runge-kutta"],
-};
-const FINITE_ELEMENT: Way = Way {
-    name: "finite-element",
-    overrides: &["crank.elements=2", "rod.elements=2", "solver.model=finite-element", "solver.integrator=generalized-alpha"],
-};
-
 /// Builds the maps.
-struct Builder<'a> {
+pub(super) struct Builder<'a> {
     base: &'a Base,
-    extent: Extent,
-    plan: Plan,
+    pub(super) extent: Extent,
+    pub(super) plan: Plan,
 }
 
 impl Plan {
     /// The extremes of a crank-slider.
     pub fn extremes(base: &Base, extent: Extent) -> Self {
         let mut builder = Builder { base, extent, plan: Plan::default() };
+        builder.damping();
+        builder.modes();
+        builder.fine_meshes();
         builder.stiffness();
         builder.crank_speed();
         builder.slenderness();
@@ -95,7 +57,7 @@ impl Plan {
 impl Builder<'_> {
     fn stiffness(&mut self) {
         let moduli = self.axis("youngs_modulus_pa", decades(4, 15, 2));
-        for way in [MODAL, MODAL_EXPLICIT, FINITE_ELEMENT, INCREMENTAL] {
+        for way in [MODAL, MODAL_EXPLICIT, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK, INCREMENTAL] {
             self.by_step("stiffness", way, &moduli, |modulus| {
                 ["crank", "rod"].map(|link| set(&format!("{link}.youngs_modulus_pa"), modulus)).to_vec()
             });
@@ -107,7 +69,7 @@ impl Builder<'_> {
         let parts = vec![0.01, 0.1, 0.25, 0.5, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.25, 2.0, 4.0, 10.0, 100.0];
         let speeds = self.axis("speed_over_resonance", parts);
         let resonance = self.base.rod_resonance_rad_per_s;
-        for way in [MODAL, FINITE_ELEMENT] {
+        for way in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("crank-speed", way, &speeds, |part| {
                 vec!["pulse=[]".to_owned(), set("drive.speed_rad_per_s", part * resonance)]
             });
@@ -117,7 +79,7 @@ impl Builder<'_> {
     fn slenderness(&mut self) {
         let slenderness = self.axis("length_over_depth", decades(0, 6, 2));
         let base = self.base;
-        for way in [MODAL, FINITE_ELEMENT] {
+        for way in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("slenderness", way, &slenderness, |slenderness| base.square_sections(slenderness));
         }
     }
@@ -137,7 +99,7 @@ impl Builder<'_> {
         masses.extend(decades(-6, 6, 1));
         let masses = Axis { spacing: Listed, ..self.axis("slider_over_rod_mass", masses) };
         let rod_kg = self.base.rod_mass_kg;
-        for way in [MODAL, FINITE_ELEMENT] {
+        for way in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("slider-mass", way, &masses, |part| vec![set("slider.mass_kg", part * rod_kg)]);
         }
     }
@@ -154,7 +116,7 @@ impl Builder<'_> {
                 let overrides = [FINITE_ELEMENT.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
                 // The work of a cell stays the same: fewer steps of more elements.
                 let steps = self.thinned(self.count(step_s)).min((20_000.0 / count.max(1.0)) as u64);
-                cells.push(Cell { overrides, steps, reference: Some(reference) });
+                cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
             }
         }
         self.add("elements", &FINITE_ELEMENT, &x, &counts, cells);
@@ -162,10 +124,8 @@ impl Builder<'_> {
 
     fn weight(&mut self) {
         let weights = self.axis("weight", (0..=10).map(|n| f64::from(n) / 10.0).collect());
-        for way in [RIGID_TWO_POINT, INCREMENTAL, MODAL, FINITE_ELEMENT] {
-            self.by_step("weight", way, &weights, |weight| {
-                vec!["solver.integrator=two-point".to_owned(), set("solver.weight", weight)]
-            });
+        for way in [RIGID_TWO_POINT, INCREMENTAL, MODAL_TWO_POINT, FINITE_ELEMENT_TWO_POINT] {
+            self.by_step("weight", way, &weights, |weight| vec![set("solver.weight", weight)]);
         }
     }
 
@@ -190,7 +150,12 @@ impl Builder<'_> {
                     let reference = self.reference(&way, std::slice::from_ref(&pulse));
                     let overrides = [way.overrides(), vec![pulse, set("solver.step_s", step_s)]].concat();
                     let steps = self.count(step_s).max((1.1 * length) as u64);
-                    cells.push(Cell { overrides, steps: self.thinned(steps), reference: Some(reference) });
+                    cells.push(Cell {
+                        overrides,
+                        steps: self.thinned(steps),
+                        reference: Some(reference),
+                        measure: Measure::Length,
+                    });
                 }
             }
             self.add("pulses", &way, &lengths, &torques, cells);
@@ -215,7 +180,7 @@ impl Builder<'_> {
                     let reference = self.reference(&way, &given);
                     let overrides = [way.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
                     let steps = self.thinned(self.count(step_s));
-                    cells.push(Cell { overrides, steps, reference: Some(reference) });
+                    cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
                 }
             }
             self.add("starts", &way, &ratios, &angles, cells);
@@ -238,7 +203,12 @@ impl Builder<'_> {
                         set("solver.step_s", 0.1 / part),
                     ];
                     let steps = revolutions * part as u64;
-                    cells.push(Cell { overrides: [way.overrides(), turning.to_vec()].concat(), steps, reference: None });
+                    cells.push(Cell {
+                        overrides: [way.overrides(), turning.to_vec()].concat(),
+                        steps,
+                        reference: None,
+                        measure: Measure::Length,
+                    });
                 }
             }
             self.add("revolutions", &way, &parts, &ratios, cells);
@@ -256,30 +226,30 @@ impl Builder<'_> {
             for &step_s in &x.values {
                 let overrides = [way.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
                 let steps = self.thinned(self.count(step_s));
-                cells.push(Cell { overrides, steps, reference: Some(reference) });
+                cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
             }
         }
         self.add(name, &way, &x, y, cells);
     }
 
-    fn add(&mut self, name: &str, way: &Way, x: &Axis, y: &Axis, cells: Vec<Cell>) {
-        let name = format!("{name}-{}", way.name.replace(' ', "-"));
-        let title = format!("{}, {} model", y.name.replace('_', " "), way.name);
+    pub(super) fn add(&mut self, name: &str, way: &Way, x: &Axis, y: &Axis, cells: Vec<Cell>) {
+        let name = format!("{name}-{}", way.name());
+        let title = format!("{}, {}", y.name.replace('_', " "), way.title());
         self.plan.maps.push(Map { name, title, x: x.clone(), y: y.clone(), cells });
     }
 
-    /// The same mechanism at a fine step.
-    fn reference(&mut self, way: &Way, mechanism: &[String]) -> usize {
-        let (fine, step_s) = if way.is_rigid() {
-            (RIGID.overrides(), 2e-5)
+    /// The same mechanism at a fine step, by another scheme than the way's.
+    pub(super) fn reference(&mut self, way: &Way, mechanism: &[String]) -> usize {
+        let esdirk = way.integrator == IntegratorKind::Esdirk;
+        let (fine, step_s) = if way.model == ModelKind::Rigid {
+            (Way::of(ModelKind::Rigid, IntegratorKind::Esdirk), 2e-5)
+        } else if esdirk {
+            (FINITE_ELEMENT.meshed(8), 2e-5)
         } else {
-            let mut fine = FINITE_ELEMENT.overrides();
-            fine.retain(|given| !given.contains(".elements="));
-            fine.extend(["crank.elements=8".to_owned(), "rod.elements=8".to_owned()]);
-            (fine, 1e-4)
+            (FINITE_ELEMENT_ESDIRK.meshed(8), 1e-4)
         };
         let steps = self.count(step_s);
-        self.plan.reference([fine, mechanism.to_vec(), vec![set("solver.step_s", step_s)]].concat(), steps)
+        self.plan.reference([fine.overrides(), mechanism.to_vec(), vec![set("solver.step_s", step_s)]].concat(), steps)
     }
 
     fn step_axis(&self) -> Axis {
@@ -287,7 +257,7 @@ impl Builder<'_> {
     }
 
     /// All values, or a few of them, the ends included.
-    fn axis(&self, name: &'static str, values: Vec<f64>) -> Axis {
+    pub(super) fn axis(&self, name: &'static str, values: Vec<f64>) -> Axis {
         let most = 4;
         let last = values.len() - 1;
         let values = match self.extent {
@@ -299,18 +269,18 @@ impl Builder<'_> {
     }
 
     /// Steps over the time that every cell covers, or twenty of long ones.
-    fn count(&self, step_s: f64) -> u64 {
+    pub(super) fn count(&self, step_s: f64) -> u64 {
         let time_s = if self.extent == Extent::Whole { 0.25 } else { 0.05 };
         ((time_s / step_s).round() as u64).max(20)
     }
 
-    fn thinned(&self, steps: u64) -> u64 {
+    pub(super) fn thinned(&self, steps: u64) -> u64 {
         if self.extent == Extent::Whole { steps } else { steps.min(200) }
     }
 }
 
 /// From 10^`from` to 10^`to`, `parts` a decade.
-fn decades(from: i32, to: i32, parts: i32) -> Vec<f64> {
+pub(super) fn decades(from: i32, to: i32, parts: i32) -> Vec<f64> {
     let value = |n: i32| {
         if n % parts == 0 {
             format!("1e{}", n / parts).parse().unwrap_or(f64::NAN)
@@ -321,6 +291,6 @@ fn decades(from: i32, to: i32, parts: i32) -> Vec<f64> {
     (from * parts..=to * parts).map(value).collect()
 }
 
-fn set(key: &str, value: f64) -> String {
+pub(super) fn set(key: &str, value: f64) -> String {
     format!("{key}={value:?}")
 }

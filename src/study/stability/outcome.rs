@@ -1,6 +1,6 @@
 //! How a cell of the sweep ended.
 
-use crate::simulation::Cause;
+use crate::simulation::{Cause, EnergyVerdict};
 
 /// What became of a cell. The first four are clean ends; the others are faults of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -73,8 +73,8 @@ impl Category {
 pub struct Outcome {
     /// What became of it.
     pub category: Category,
-    /// Largest error over the run: of position over the chain's length, or, where no reference reaches, of the energy balance
-    /// over the energy put in. `None` when it did not get that far.
+    /// Largest error over the run: of position over the cell's [`Measure`](super::Measure), or, where no reference reaches, of the
+    /// energy balance over the energy put in. `None` when it did not get that far.
     pub error: Option<f64>,
     /// Steps taken; of a diverged cell, the step that failed.
     pub step: u64,
@@ -82,8 +82,22 @@ pub struct Outcome {
     pub sim_time_s: f64,
     /// Energy last observed, J; `None` when refused.
     pub energy_j: Option<f64>,
+    /// What the energy balance says of it, or said before it diverged; `None` when refused.
+    pub verdict: Option<EnergyVerdict>,
     /// Why it diverged.
     pub cause: Option<Cause>,
     /// What was said on refusal or divergence.
     pub message: String,
+}
+
+impl Outcome {
+    /// The verdict on its energy in words; empty when there is none.
+    pub fn verdict_as_str(&self) -> &'static str {
+        match self.verdict {
+            Some(EnergyVerdict::Balanced) => "balanced",
+            Some(EnergyVerdict::Unbalanced { .. }) => "unbalanced",
+            Some(EnergyVerdict::NotJudged) => "not judged",
+            None => "",
+        }
+    }
 }

@@ -44,6 +44,15 @@ impl Axis {
     }
 }
 
+/// What a cell's error is a part of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// Crank and rod together.
+    Length,
+    /// The way that a point of the reference has gone by then; at least a thousandth of crank and rod, at most both.
+    Way,
+}
+
 /// A run of the base scene under overrides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
@@ -53,6 +62,8 @@ pub struct Cell {
     pub steps: u64,
     /// Its reference's place in [`Plan::references`].
     pub reference: Option<usize>,
+    /// What its error is a part of.
+    pub measure: Measure,
 }
 
 /// A category for every pair of an x and a y.
@@ -92,7 +103,7 @@ impl Plan {
 
     /// The place of this reference, which is added unless it is there.
     pub(super) fn reference(&mut self, overrides: Vec<String>, steps: u64) -> usize {
-        let reference = Cell { overrides, steps, reference: None };
+        let reference = Cell { overrides, steps, reference: None, measure: Measure::Length };
         self.references.iter().position(|known| *known == reference).unwrap_or_else(|| {
             self.references.push(reference);
             self.references.len() - 1

@@ -2,21 +2,23 @@
 
 use std::path::Path;
 
-use super::outcome::Category;
+use super::outcome::{Category, Outcome};
+use super::plan::Map;
 use super::sweep::Swept;
 use crate::integrate::StepError;
 use crate::simulation::Cause;
 use crate::study::Table;
 
-/// One row a cell: the axes' values, the category's number (its place in [`Category::ALL`]), the error over its bound's scale,
+/// One row a cell: the verdict on its energy, the axes' values, the category's number (its place in [`Category::ALL`]), the error over its bound's scale,
 /// steps, time and energy reached. NaN where there is nothing to tell.
 pub fn table(swept: &Swept) -> Table {
     let (x, y) = (&swept.map.x, &swept.map.y);
     let columns = x.values.len();
     let value = |axis: &[f64], place: usize| axis.get(place).copied().unwrap_or(f64::NAN);
     let cells = 0..swept.outcomes.len();
-    let each = |of: &dyn Fn(&super::Outcome) -> f64| swept.outcomes.iter().map(of).collect::<Vec<f64>>();
+    let each = |of: &dyn Fn(&Outcome) -> f64| swept.outcomes.iter().map(of).collect::<Vec<f64>>();
     let mut table = Table::default();
+    table.push_words("energy_verdict", swept.outcomes.iter().map(|end| end.verdict_as_str().to_owned()).collect());
     table.push(x.name, cells.clone().map(|n| value(&x.values, n % columns)).collect());
     table.push(y.name, cells.map(|n| value(&y.values, n / columns)).collect());
     table.push("category", each(&|end| end.category.number() as f64));
@@ -29,7 +31,7 @@ pub fn table(swept: &Swept) -> Table {
 
 /// The categories' numbers row by row, as a heat map takes them: `grid[j][i]` at the map's `x.values[i]`, `y.values[j]`.
 pub fn grid(swept: &Swept) -> Vec<Vec<f64>> {
-    let row = |cells: &[super::Outcome]| cells.iter().map(|end| end.category.number() as f64).collect();
+    let row = |cells: &[Outcome]| cells.iter().map(|end| end.category.number() as f64).collect();
     swept.outcomes.chunks(swept.map.x.values.len().max(1)).map(row).collect()
 }
 
@@ -43,15 +45,72 @@ pub fn counts(swept: &[Swept]) -> [usize; Category::ALL.len()] {
 }
 
 /// How many cells diverged for each kind of cause, with its words.
-pub fn causes(swept: &[Swept]) -> [(&'static str, usize); 4] {
+pub fn causes(swept: &[Swept]) -> [(&'static str, usize); 6] {
     let causes = || swept.iter().flat_map(|swept| &swept.outcomes).filter_map(|end| end.cause);
     let count = |of: fn(&Cause) -> bool| causes().filter(of).count();
     [
         ("more energy than was put in", count(|cause| matches!(cause, Cause::EnergyGrew { .. }))),
+        ("a step that moved the balance", count(|cause| matches!(cause, Cause::BalanceMoved { .. }))),
+        ("a step that dissipated more than there was", count(|cause| matches!(cause, Cause::Dissipated { .. }))),
         ("Newton's iteration did not converge", count(|cause| matches!(cause, Cause::Step(StepError::NotConverged { .. })))),
         ("a singular matrix", count(|cause| matches!(cause, Cause::Step(StepError::Singular)))),
         ("a number stopped being finite", count(|cause| matches!(cause, Cause::Step(StepError::NotFinite)))),
     ]
+}
+
+/// A scene that runs at one step and fails at the next finer one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FailsFiner<'a> {
+    /// The map.
+    pub map: &'a Map,
+    /// Value of the map's y axis.
+    pub value: f64,
+    /// The step at which it is stable, s.
+    pub step_s: f64,
+    /// The next finer step, s.
+    pub finer_step_s: f64,
+    /// What became of it there: wrong, diverged, or worse.
+    pub finer: &'a Outcome,
+}
+
+/// All scenes that run at one step and fail at the next finer one.
+pub fn fails_finer(swept: &[Swept]) -> Vec<FailsFiner<'_>> {
+    let by_step = swept.iter().filter(|swept| swept.map.x.name == "step_s");
+    by_step
+        .flat_map(|swept| swept.map.y.values.iter().enumerate().flat_map(|(row, value)| row_fails_finer(swept, row, *value)))
+        .collect()
+}
+
+fn row_fails_finer(swept: &Swept, row: usize, value: f64) -> impl Iterator<Item = FailsFiner<'_>> {
+    let (map, steps) = (&swept.map, &swept.map.x.values);
+    let ends = swept.outcomes.iter().skip(row * steps.len());
+    let finer = ends.clone().zip(steps);
+    finer.zip(ends.zip(steps).take(steps.len()).skip(1)).filter_map(move |((finer, finer_step_s), (end, step_s))| {
+        let fails = !matches!(finer.category, Category::Stable | Category::Refused);
+        (fails && end.category == Category::Stable).then_some(FailsFiner {
+            map,
+            value,
+            step_s: *step_s,
+            finer_step_s: *finer_step_s,
+            finer,
+        })
+    })
+}
+
+/// The same as a table.
+pub fn fails_finer_table(all: &[FailsFiner<'_>]) -> Table {
+    let words = |of: fn(&FailsFiner<'_>) -> String| all.iter().map(of).collect::<Vec<String>>();
+    let each = |of: &dyn Fn(&FailsFiner<'_>) -> f64| all.iter().map(of).collect::<Vec<f64>>();
+    let mut table = Table::default();
+    table.push_words("map", words(|one| one.map.name.clone()));
+    table.push_words("varied", words(|one| one.map.y.name.to_owned()));
+    table.push_words("finer", words(|one| one.finer.category.as_str().to_owned()));
+    table.push_words("energy_verdict", words(|one| one.finer.verdict_as_str().to_owned()));
+    table.push("value", each(&|one| one.value));
+    table.push("step_s", each(&|one| one.step_s));
+    table.push("finer_step_s", each(&|one| one.finer_step_s));
+    table.push("finer_error", each(&|one| one.finer.error.unwrap_or(f64::NAN)));
+    table
 }
 
 /// Writes one row a cell of every map, with what was said and the overrides that reach it again.
@@ -60,12 +119,12 @@ pub fn causes(swept: &[Swept]) -> [(&'static str, usize); 4] {
 /// When the file cannot be written.
 pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
     let mut writer = csv::Writer::from_path(path)?;
-    writer.write_record(["map", "category", "step", "sim_time_s", "message", "overrides"])?;
+    writer.write_record(["map", "category", "step", "sim_time_s", "energy_verdict", "message", "overrides"])?;
     for Swept { map, outcomes } in swept {
         for (end, cell) in outcomes.iter().zip(&map.cells) {
             let (step, time) = (end.step.to_string(), end.sim_time_s.to_string());
             let given = cell.overrides.join(" ");
-            writer.write_record([&map.name, end.category.as_str(), &step, &time, &end.message, &given])?;
+            writer.write_record([&map.name, end.category.as_str(), &step, &time, end.verdict_as_str(), &end.message, &given])?;
         }
     }
     Ok(writer.flush()?)

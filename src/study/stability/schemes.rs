@@ -1,10 +1,9 @@
-//! The integrators on one mass, `ẍ + ω² x = 0`: spectral radius by theory and as they run, and their order.
+//! The integrators on one mass, `ẍ + d ẋ + k x = 0`: spectral radius by theory and as they run, and their order.
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::{Complex, DMatrix, Matrix3};
 
 use crate::integrate::{
-    ComposedMidpoint, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System, TwoPoint,
-    Weights,
+    Esdirk, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System, TwoPoint, Weights,
 };
 use crate::study::Table;
 
@@ -19,31 +18,55 @@ pub enum Scheme {
     GeneralizedAlpha(f64),
     /// Runge–Kutta of fourth order.
     RungeKutta,
-    /// The midpoint rule composed to fourth order.
-    ComposedMidpoint,
+    /// ESDIRK4(3)6L[2]SA.
+    Esdirk,
 }
 
-/// `r = a + ω² q`.
+/// One mass on a spring and a damper, per unit of mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Oscillator {
+    /// k, 1/s².
+    pub stiffness: f64,
+    /// d, 1/s.
+    pub damper: f64,
+    /// Magnitude of its fastest eigenvalue, 1/s.
+    pub fastest: f64,
+}
+
+impl Oscillator {
+    pub(super) fn undamped(omega: f64) -> Self {
+        Oscillator { stiffness: omega * omega, damper: 0.0, fastest: omega }
+    }
+}
+
+/// `r = a + d v + k q`.
 struct Mass {
-    omega: f64,
+    oscillator: Oscillator,
     at_work: f64,
     tangent: f64,
+}
+
+impl Mass {
+    fn new(oscillator: Oscillator) -> Self {
+        Mass { oscillator, at_work: 0.0, tangent: 0.0 }
+    }
 }
 
 impl System for Mass {
     fn degrees_of_freedom(&self) -> usize {
         1
     }
-    fn residual(&mut self, _: f64, q: &[f64], _: &[f64], a: &[f64], r: &mut [f64]) {
-        let elastic = self.omega * self.omega * q[0];
-        self.at_work = a[0].abs() + elastic.abs();
-        r[0] = a[0] + elastic;
+    fn residual(&mut self, _: f64, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
+        let (viscous, elastic) = (self.oscillator.damper * v[0], self.oscillator.stiffness * q[0]);
+        self.at_work = a[0].abs() + viscous.abs() + elastic.abs();
+        r[0] = a[0] + viscous + elastic;
     }
     fn residual_size(&self, r: &[f64]) -> f64 {
         if r[0] == 0.0 { 0.0 } else { r[0].abs() / self.at_work }
     }
     fn factor(&mut self, _: f64, _: &[f64], _: &[f64], _: &[f64], w: Weights) -> Result<(), Singular> {
-        self.tangent = w.acceleration + w.position * self.omega * self.omega;
+        let Oscillator { stiffness, damper, .. } = self.oscillator;
+        self.tangent = w.acceleration + w.velocity * damper + w.position * stiffness;
         if self.tangent == 0.0 { Err(Singular) } else { Ok(()) }
     }
     fn solve(&mut self, x: &mut [f64]) {
@@ -56,7 +79,7 @@ impl Scheme {
     pub fn parameter(self) -> Option<f64> {
         match self {
             Scheme::TwoPoint(parameter) | Scheme::GeneralizedAlpha(parameter) => Some(parameter),
-            Scheme::RungeKutta | Scheme::ComposedMidpoint => None,
+            Scheme::RungeKutta | Scheme::Esdirk => None,
         }
     }
 
@@ -65,7 +88,7 @@ impl Scheme {
         match self {
             Scheme::TwoPoint(weight) if weight != 0.5 => 1.0,
             Scheme::TwoPoint(_) | Scheme::GeneralizedAlpha(_) => 2.0,
-            Scheme::RungeKutta | Scheme::ComposedMidpoint => 4.0,
+            Scheme::RungeKutta | Scheme::Esdirk => 4.0,
         }
     }
 
@@ -74,40 +97,50 @@ impl Scheme {
             Scheme::TwoPoint(weight) => Integrator::TwoPoint(TwoPoint::new(1, weight, NEWTON)),
             Scheme::GeneralizedAlpha(rho) => Integrator::GeneralizedAlpha(GeneralizedAlpha::new(1, rho, NEWTON)),
             Scheme::RungeKutta => Integrator::RungeKutta(RungeKutta::new(1)),
-            Scheme::ComposedMidpoint => Integrator::ComposedMidpoint(ComposedMidpoint::new(1, NEWTON)),
+            Scheme::Esdirk => Integrator::Esdirk(Esdirk::new(1, NEWTON)),
         }
     }
 
-    /// The largest |g| at `z = ωh`: of the two-point method `g = (1 + (1 − ϑ) i z) / (1 − ϑ i z)` (thesis 5.2); of Runge–Kutta
-    /// `g = 1 + iz + (iz)²/2 + (iz)³/6 + (iz)⁴/24`; of the composed midpoint rule 1, as of each of its parts; of generalised-α
-    /// by its amplification matrix.
+    /// The largest |g| without damping, at `z = ωh`.
     pub fn radius_in_theory(self, omega_h: f64) -> f64 {
-        let z2 = omega_h * omega_h;
-        match self {
-            Scheme::TwoPoint(weight) => (1.0 + (1.0 - weight).powi(2) * z2).sqrt() / (1.0 + weight * weight * z2).sqrt(),
-            Scheme::RungeKutta => (1.0 - z2 / 2.0 + z2 * z2 / 24.0).hypot(omega_h * (1.0 - z2 / 6.0)),
-            Scheme::ComposedMidpoint => 1.0,
-            Scheme::GeneralizedAlpha(rho) => chung_hulbert(omega_h, rho),
-        }
+        self.radius_of(Oscillator::undamped(omega_h), &[Complex::new(0.0, omega_h)])
     }
 
-    /// The same from single steps of the running integrator, h = 1, from each unit vector of `(q, v)`, or `(q, v, α)` with
-    /// auxiliary accelerations, scaled by `(1, ω, ω²)`.
+    /// The largest |g| for the oscillator with these eigenvalues, h = 1: of the two-point method
+    /// `g = (1 + (1 − ϑ) z) / (1 − ϑ z)` (thesis 5.2); of Runge–Kutta `g = 1 + z + z²/2 + z³/6 + z⁴/24`; of ESDIRK `R(z)`; of
+    /// generalised-α by its amplification matrix.
+    pub(super) fn radius_of(self, oscillator: Oscillator, eigenvalues: &[Complex<f64>]) -> f64 {
+        let growth = |z: Complex<f64>| match self {
+            Scheme::TwoPoint(weight) => ((z * (1.0 - weight) + 1.0) / (-z * weight + 1.0)).norm(),
+            Scheme::RungeKutta => RungeKutta::growth(z.re, z.im),
+            Scheme::Esdirk => esdirk(z),
+            Scheme::GeneralizedAlpha(rho) => chung_hulbert(oscillator, rho),
+        };
+        eigenvalues.iter().map(|z| growth(*z)).fold(0.0, f64::max)
+    }
+
+    /// The largest |g| without damping from single steps of the running integrator.
     ///
     /// # Errors
     /// [`StepError`] when a step cannot be taken.
     pub fn radius_as_run(self, omega_h: f64) -> Result<f64, StepError> {
-        let scale = [1.0, omega_h, omega_h * omega_h];
+        self.radius_run_on(Oscillator::undamped(omega_h))
+    }
+
+    /// The same for an oscillator, h = 1: single steps from each unit vector of `(q, v)`, or `(q, v, α)` with auxiliary accelerations,
+    /// scaled by `(1, ω, ω²)`, ω the magnitude of the fastest eigenvalue.
+    pub(super) fn radius_run_on(self, oscillator: Oscillator) -> Result<f64, StepError> {
+        let Oscillator { stiffness, damper, fastest } = oscillator;
+        let scale = [1.0, fastest, fastest * fastest];
         let size = if matches!(self, Scheme::GeneralizedAlpha(_)) { 3 } else { 2 };
         let mut matrix = DMatrix::zeros(size, size);
         for column in 0..size {
             let mut unit = [0.0; 3];
             unit[column] = scale[column];
             let mut state = State::new(vec![unit[0]], vec![unit[1]]);
-            state.a[0] = -omega_h * omega_h * unit[0];
+            state.a[0] = -stiffness * unit[0] - damper * unit[1];
             state.alpha[0] = unit[2];
-            let mut mass = Mass { omega: omega_h, at_work: 0.0, tangent: 0.0 };
-            self.integrator().step(&mut mass, 0.0, 1.0, &mut state)?;
+            self.integrator().step(&mut Mass::new(oscillator), 0.0, 1.0, &mut state)?;
             for (row, value) in [state.q[0], state.v[0], state.alpha[0]].into_iter().take(size).enumerate() {
                 matrix[(row, column)] = value / scale[row];
             }
@@ -126,7 +159,7 @@ impl Scheme {
 
     fn error_at_2(self, steps: u32) -> Result<f64, StepError> {
         let (mut integrator, h_s) = (self.integrator(), 2.0 / f64::from(steps));
-        let mut mass = Mass { omega: 1.0, at_work: 0.0, tangent: 0.0 };
+        let mut mass = Mass::new(Oscillator::undamped(1.0));
         let mut state = State::new(vec![1.0], vec![0.0]);
         for n in 0..steps {
             integrator.step(&mut mass, f64::from(n) * h_s, h_s, &mut state)?;
@@ -135,17 +168,25 @@ impl Scheme {
     }
 }
 
-/// Chung & Hulbert 1993 as they write it, on `(d, v, a)` scaled by `(1, ω, ω²)`, h = 1:
-/// `(1 − α_m) a₁ + α_m a₀ + (1 − α_f) d₁ + α_f d₀ = 0` with Newmark's formulas.
-fn chung_hulbert(z: f64, rho: f64) -> f64 {
+/// Chung & Hulbert 1993 as they write it, on `(q, v, a)` scaled by `(1, ω, ω²)`, h = 1:
+/// `(1 − α_m) a₁ + α_m a₀ + (1 − α_f) (d v₁ + k q₁) + α_f (d v₀ + k q₀) = 0` with Newmark's formulas.
+fn chung_hulbert(oscillator: Oscillator, rho: f64) -> f64 {
+    let Oscillator { stiffness, damper, fastest: z } = oscillator;
+    let (k, d) = (stiffness / (z * z), damper / z);
     let (am, af) = ((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0));
     let (gamma, beta) = (0.5 - am + af, 0.25 * (1.0 - am + af).powi(2));
     #[rustfmt::skip]
     let (new, old) = (
-        Matrix3::new(1.0, 0.0, -beta * z * z,  0.0, 1.0, -gamma * z,  1.0 - af, 0.0, 1.0 - am),
-        Matrix3::new(1.0, z, (0.5 - beta) * z * z,  0.0, 1.0, (1.0 - gamma) * z,  -af, 0.0, -am),
+        Matrix3::new(1.0, 0.0, -beta * z * z,  0.0, 1.0, -gamma * z,  (1.0 - af) * k, (1.0 - af) * d, 1.0 - am),
+        Matrix3::new(1.0, z, (0.5 - beta) * z * z,  0.0, 1.0, (1.0 - gamma) * z,  -af * k, -af * d, -am),
     );
     new.lu().solve(&old).map_or(f64::NAN, |matrix| radius(DMatrix::from_fn(3, 3, |i, j| matrix[(i, j)])))
+}
+
+/// `|R(z)|` of an L-stable method of order 4 with five implicit stages, `γ = ¼`: the numerator is what `(1 − z/4)⁵ eᶻ` has up to `z⁴`.
+fn esdirk(z: Complex<f64>) -> f64 {
+    let numerator = (((z * (7.0 / 768.0) + 1.0 / 96.0) * z - 1.0 / 8.0) * z - 1.0 / 4.0) * z + 1.0;
+    numerator.norm() / (-z / 4.0 + 1.0).norm().powi(5)
 }
 
 fn radius(matrix: DMatrix<f64>) -> f64 {

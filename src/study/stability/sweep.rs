@@ -87,7 +87,7 @@ fn run(work: &Work, index: usize) -> Outcome {
 }
 
 fn failed(category: Category, message: String) -> Outcome {
-    Outcome { category, error: None, step: 0, sim_time_s: 0.0, energy_j: None, cause: None, message }
+    Outcome { category, error: None, step: 0, sim_time_s: 0.0, energy_j: None, verdict: None, cause: None, message }
 }
 
 fn panic_message(joined: thread::Result<()>) -> String {

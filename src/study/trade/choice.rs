@@ -149,10 +149,10 @@ fn speed(measured: &Measured) -> f64 {
     measured.timing.spread[1].recip()
 }
 
-/// What holds both demands in the study, cheapest first; or which demand fails.
+/// What holds both demands in the study, cheapest first by counted work; or which demand fails.
 fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
     let mut all: Vec<(&Row, &Measured)> = study.measured().collect();
-    all.sort_by(|a, b| a.1.timing.seconds_per_s.total_cmp(&b.1.timing.seconds_per_s));
+    all.sort_by(|a, b| a.1.counted_s_per_s.total_cmp(&b.1.counted_s_per_s));
     let (accurate, fast) = (|m: &Measured| m.error <= demands.tolerance, |m: &Measured| speed(m) >= demands.real_time_factor);
     let holding: Vec<_> = all.iter().copied().filter(|(_, m)| accurate(m) && fast(m)).collect();
     if !holding.is_empty() {

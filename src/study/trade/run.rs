@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use hdrhistogram::Histogram;
+use rustix::time::{ClockId, clock_gettime};
 
 use super::configuration::Configuration;
 use super::grid::Grid;
@@ -31,6 +32,8 @@ pub(super) struct Run {
     pub effort: Counts,
     /// See [`Balance::error`].
     pub energy_error: f64,
+    /// What the run itself estimated of its error in the first link's chord angle, rad.
+    pub estimated_angle_rad: Option<f64>,
     pub memory_bytes: usize,
     pub out_of_range: bool,
 }
@@ -40,6 +43,8 @@ pub(super) struct Run {
 pub struct Counts {
     /// Steps.
     pub steps: u64,
+    /// Evaluations of the residual.
+    pub residuals: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
     /// Factorizations.
@@ -78,13 +83,14 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     let mut balance = Balance::default();
     for instant in 0..=grid.count {
         if instant > 0 {
-            let begin = Instant::now();
+            let begin_s = thread_s();
             for _ in 0..steps {
                 simulation.step()?;
+                effort.residuals += u64::from(simulation.effort().residuals);
                 effort.newton_iterations += u64::from(simulation.effort().newton_iterations);
                 effort.factorizations += u64::from(simulation.effort().factorizations);
             }
-            seconds += begin.elapsed().as_secs_f64();
+            seconds += thread_s() - begin_s;
         }
         let seen = simulation.observe()?;
         out_of_range |= seen.out_of_range.is_some();
@@ -93,8 +99,9 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     }
     effort.steps = simulation.step_count();
     effort.retried = simulation.retried();
+    let estimated_angle_rad = simulation.error_estimate().map(|error| error.angle_rad());
     let (energy_error, memory_bytes) = (balance.error(), memory_bytes(simulation));
-    Ok((Run { samples, effort, energy_error, memory_bytes, out_of_range }, seconds))
+    Ok((Run { samples, effort, energy_error, estimated_angle_rad, memory_bytes, out_of_range }, seconds))
 }
 
 /// What became of the energy in a run.
@@ -145,11 +152,11 @@ pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, fi
     let repeats = (REPEATS_S / first_s).clamp(1.0, REPEATS_MAX) as usize;
     for _ in 1..repeats {
         simulation.reset()?;
-        let begin = Instant::now();
+        let begin_s = thread_s();
         for _ in 0..total {
             simulation.step()?;
         }
-        seconds.push(begin.elapsed().as_secs_f64());
+        seconds.push(thread_s() - begin_s);
     }
     simulation.reset()?;
     let mut single = Histogram::new_with_bounds(1, 3_600_000_000_000, 3)?;
@@ -167,13 +174,19 @@ pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, fi
 
 /// Records the nanoseconds of every step; returns the seconds of them all.
 fn single_steps(simulation: &mut Simulation, total: u64, histogram: &mut Histogram<u64>) -> Result<f64, Diverged> {
-    let begin = Instant::now();
-    let mut last = begin;
+    let begin_s = thread_s();
+    let mut last = Instant::now();
     for _ in 0..total {
         simulation.step()?;
         let now = Instant::now();
         histogram.saturating_record((now - last).as_nanos() as u64);
         last = now;
     }
-    Ok((last - begin).as_secs_f64())
+    Ok(thread_s() - begin_s)
+}
+
+/// Seconds that this thread has computed: another program that takes its processor does not count.
+fn thread_s() -> f64 {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }

@@ -34,8 +34,12 @@ pub struct Measured {
     pub memory_bytes: usize,
     /// Whether the model said that it was out of its range.
     pub out_of_range: bool,
+    /// What the run itself estimated of its error in the first link's chord angle, rad.
+    pub estimated_angle_rad: Option<f64>,
     /// How long it took.
     pub timing: Timing,
+    /// Seconds of computing per simulated second by counted work, the same on every machine.
+    pub counted_s_per_s: f64,
     /// Whether it is on the front.
     pub on_front: bool,
 }
@@ -191,6 +195,8 @@ impl Sweep<'_> {
             mesh_order: meshed.and_then(|row| order(row, elements(row))),
             effort: run.effort,
             memory_bytes: run.memory_bytes,
+            estimated_angle_rad: run.estimated_angle_rad,
+            counted_s_per_s: 1e-6 * family.counted_us(&run.effort, self.scene) / self.grid.until_s(),
             out_of_range: run.out_of_range,
             timing,
             on_front: false,

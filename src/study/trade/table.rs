@@ -26,12 +26,14 @@ pub fn table(study: &Study) -> Table {
     table.push("seconds_per_simulated_s", numbers(&|m| m.timing.seconds_per_s));
     table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[0]));
     table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[1]));
+    table.push("counted_seconds_per_simulated_s", numbers(&|m| m.counted_s_per_s));
     table.push("repeats", numbers(&|m| m.timing.repeats as f64));
     table.push("steps_per_s", study.rows.iter().map(steps_per_s).collect());
     table.push("step_p999_s", numbers(&|m| m.timing.step_p999_s));
     table.push("step_worst_s", numbers(&|m| m.timing.step_worst_s));
     table.push("memory_bytes", numbers(&|m| m.memory_bytes as f64));
     table.push("steps", numbers(&|m| m.effort.steps as f64));
+    table.push("residuals", numbers(&|m| m.effort.residuals as f64));
     table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));
     table.push("factorizations", numbers(&|m| m.effort.factorizations as f64));
     table.push("steps_retried", numbers(&|m| m.effort.retried as f64));
@@ -41,6 +43,7 @@ pub fn table(study: &Study) -> Table {
         table.push(format!("max_error_{}", channel.name), numbers(&|m| m.errors.max[k]));
         table.push(format!("relative_error_{}", channel.name), numbers(&|m| m.errors.relative[k]));
     }
+    table.push("estimated_error_angle_rad", numbers(&|m| m.estimated_angle_rad.unwrap_or(f64::NAN)));
     table.push("relative_error_energy", numbers(&|m| m.errors.energy));
     table
 }

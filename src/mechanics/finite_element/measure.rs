@@ -1,0 +1,47 @@
+//! What small changes of the unknowns change of a chord angle and of a deflection.
+
+use nalgebra::Vector2;
+
+use super::FiniteElement;
+use super::layout::{PIVOT, ROOT};
+use super::member::Member;
+use super::strain::{cross, left};
+use crate::mechanics::mechanism::Measure;
+
+impl FiniteElement {
+    /// See [`Measure`].
+    pub(super) fn measured(&self, q: &[f64], dq: &[f64]) -> Measure {
+        Measure { angle_rad: self.chord_change(q, dq), deflection_m: self.deflection_change(q, dq) }
+    }
+
+    /// `a × da/|a|²` with the vector a from the pivot to the first link's last pin; of a rigid link the change of its angle.
+    fn chord_change(&self, q: &[f64], dq: &[f64]) -> f64 {
+        match &self.members[0] {
+            Member::Flexible { .. } => {
+                let end = self.layout.pin.or(self.layout.end).unwrap_or(PIVOT);
+                let (a, da) = (self.vector(end, q), self.vector(end, dq));
+                cross(&a, &da) / a.norm_squared()
+            }
+            _ => self.layout.root.map_or(0.0, |root| dq[root]),
+        }
+    }
+
+    /// `n·(dr_m − (dr₀ + dr₁)/2)` with the middle node m, the ends 0 and 1, and the normal n of the chord.
+    fn deflection_change(&self, q: &[f64], dq: &[f64]) -> f64 {
+        let bent = self.members.iter().rev().find_map(|member| match member {
+            Member::Flexible { first, elements, swapped, .. } if elements % 2 == 0 => Some((*first, *elements, *swapped)),
+            _ => None,
+        });
+        let Some((first, elements, swapped)) = bent else { return 0.0 };
+        let [start, middle, end] = [first, first + elements, first + 2 * elements + usize::from(swapped)];
+        let chord = self.vector(end, q) - self.vector(start, q);
+        let [d0, dm, d1] = [start, middle, end].map(|slot| self.vector(slot, dq));
+        left(&chord).dot(&(dm - (d0 + d1) * 0.5)) / chord.norm()
+    }
+
+    /// A position's slot in the unknowns; what is held is 0.
+    fn vector(&self, slot: usize, unknowns: &[f64]) -> Vector2<f64> {
+        debug_assert_ne!(slot, ROOT);
+        Vector2::from_fn(|component, _| self.layout.unknown(2 * slot + component).map_or(0.0, |i| unknowns[i]))
+    }
+}

@@ -1,0 +1,97 @@
+//! How wrong the steps are, by what the scheme tells of each of them.
+
+use crate::mechanics::Measure;
+
+/// The peak of an error that swings over the mean of its magnitude, and what its feedback on the motion adds, as measured: see
+/// [`ErrorEstimate`].
+const PEAK: f64 = 2.0;
+
+/// What one step leaves behind of its error, measured as users look at it: see [`ErrorTerm`](crate::integrate::ErrorTerm).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Term {
+    pub measure: Measure,
+    pub factor: f64,
+    /// Whether the change since the step before counts.
+    pub difference: bool,
+}
+
+/// Estimated error of the time discretization since the epoch began.
+///
+/// **What it is.** Every step adds its own leading error. Rates that err go on erring, and angles with them:
+///
+/// ```text
+/// s ← s + |e_θ|      d ← d + h w      w ← w + e_ω      estimate = 2 (s + |d|)
+/// ```
+///
+/// For a vibration of frequency ω and amplitude A, `Σ |e_θ|` grows as the error in phase does, `c (hω)ᵖ ωt A`; for a turning crank d
+/// is the error of its momentum, carried on. The factor is π/2 from a mean magnitude to its peak, and what the error's feedback on the
+/// motion adds.
+///
+/// **What it is good for.** It is an estimate of size, not a bound. Over 2 s, from 1e-2 to 1e-7 rad, it was 0.4 to 0.5 of the true
+/// error of flexible chains with two-point and generalised-α, 0.3 to 2.6 with ESDIRK, 0.3 to 2.3 of that of rigid ones, and 0.2 to
+/// 0.3 with Runge–Kutta. It knows nothing of the model's own error, and nothing of chaos.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ErrorEstimate {
+    /// Of the first link's chord angle, magnitudes summed, rad.
+    pub angle_sum_rad: f64,
+    /// Of its rate, rad/s.
+    pub rate_rad_per_s: f64,
+    /// The rate's error carried on, rad.
+    pub drift_rad: f64,
+    /// Of the last flexible link's middle, magnitudes summed, m.
+    pub deflection_sum_m: f64,
+    /// Error of the last step in the first link's chord angle, rad.
+    pub last_step_rad: f64,
+    /// What the last step left behind, of coordinates and of velocities.
+    pub left: [Measure; 2],
+}
+
+impl ErrorEstimate {
+    /// Adds a step of `h_s` by its terms, of coordinates and velocities.
+    pub(super) fn add(&mut self, h_s: f64, terms: [Term; 2]) {
+        let mut errors = [Measure::default(); 2];
+        for ((error, term), left) in errors.iter_mut().zip(&terms).zip(&self.left) {
+            let before = if term.difference { *left } else { Measure::default() };
+            error.angle_rad = term.factor * (term.measure.angle_rad - before.angle_rad);
+            error.deflection_m = term.factor * (term.measure.deflection_m - before.deflection_m);
+        }
+        self.left = terms.map(|term| term.measure);
+        let [of_q, of_v] = errors;
+        self.drift_rad += h_s * self.rate_rad_per_s;
+        self.rate_rad_per_s += of_v.angle_rad;
+        self.angle_sum_rad += of_q.angle_rad.abs();
+        self.deflection_sum_m += of_q.deflection_m.abs();
+        self.last_step_rad = of_q.angle_rad.abs();
+    }
+
+    /// Of the first link's chord angle, rad.
+    pub fn angle_rad(&self) -> f64 {
+        PEAK * (self.angle_sum_rad + self.drift_rad.abs())
+    }
+
+    /// Of the last flexible link's middle, m.
+    pub fn deflection_m(&self) -> f64 {
+        PEAK * self.deflection_sum_m
+    }
+
+    /// All of it, for a checkpoint.
+    pub fn numbers(&self) -> [f64; 9] {
+        let [q, v] = self.left;
+        let [sum, rate, drift] = [self.angle_sum_rad, self.rate_rad_per_s, self.drift_rad];
+        [sum, rate, drift, self.deflection_sum_m, self.last_step_rad, q.angle_rad, q.deflection_m, v.angle_rad, v.deflection_m]
+    }
+
+    /// From what [`ErrorEstimate::numbers`] gave.
+    pub fn from_numbers(numbers: [f64; 9]) -> Self {
+        let [sum, rate, drift, deflection_sum_m, last_step_rad, q_angle, q_deflection, v_angle, v_deflection] = numbers;
+        let measure = |angle_rad, deflection_m| Measure { angle_rad, deflection_m };
+        ErrorEstimate {
+            angle_sum_rad: sum,
+            rate_rad_per_s: rate,
+            drift_rad: drift,
+            deflection_sum_m,
+            last_step_rad,
+            left: [measure(q_angle, q_deflection), measure(v_angle, v_deflection)],
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The maps of damping and of resolution against step: the scene as it stands, by every model and every integrator that it may
+//! name.
+//!
+//! A reference owes a cell nothing but its mechanism: the same model and resolution by another scheme at another step, so that the
+//! scheme is judged, not the model. (The incremental model has one scheme; its reference is that of the extremes.) Steps go down
+//! to 1 µs, and fine ones end before the time is over: see [`MOST_STEPS`].
+
+use super::maps::{Builder, Extent, decades, set};
+use super::plan::{Axis, Cell, Measure, Spacing};
+use super::ways::Way;
+use crate::scene::ModelKind;
+
+/// A cell takes no more steps, however fine they are: 20 ms of the motion at 1 µs, all of it from 13 µs on.
+const MOST_STEPS: u64 = 20_000;
+/// Nor more than so many over its modes.
+const MOST_MODE_STEPS: u64 = 100_000;
+/// Nor more than so many over its elements.
+const MOST_ELEMENT_STEPS: u64 = 200_000;
+/// Step of references, s: not that of any column.
+const REFERENCE_STEP_S: f64 = 2e-5;
+/// Finer meshes are compared with this one: it errs by less than 1e-4 of what is asked for.
+const REFERENCE_ELEMENTS: usize = 20;
+
+/// A scene's key that a map varies.
+struct Varied {
+    map: &'static str,
+    axis: &'static str,
+    values: Vec<f64>,
+    keys: &'static [&'static str],
+    suits: fn(ModelKind) -> bool,
+}
+
+fn varied() -> [Varied; 3] {
+    let from_nothing = |low: i32, high: i32| [vec![0.0], decades(low, high, 1)].concat();
+    [
+        Varied {
+            map: "damping",
+            axis: "damping_s",
+            values: from_nothing(-6, 0),
+            keys: &["crank.damping_s", "rod.damping_s"],
+            suits: |model| model != ModelKind::Rigid,
+        },
+        Varied {
+            map: "base-damper",
+            axis: "damper_nm_s_per_rad",
+            values: from_nothing(-3, 5),
+            keys: &["base.damper_nm_s_per_rad"],
+            suits: |_| true,
+        },
+        Varied {
+            map: "friction",
+            axis: "friction_n_s_per_m",
+            values: from_nothing(-2, 6),
+            keys: &["slider.friction_n_s_per_m"],
+            suits: |_| true,
+        },
+    ]
+}
+
+impl Builder<'_> {
+    /// `damping_s` of both links, the damper at the base, the slider's friction.
+    pub(super) fn damping(&mut self) {
+        for Varied { map, axis, values, keys, suits } in varied() {
+            let axis = Axis { spacing: Spacing::Listed, ..self.axis(axis, values) };
+            for way in Way::all().filter(|way| suits(way.model)) {
+                self.against_fine_steps(map, &axis, |value| Row {
+                    way,
+                    reference: way,
+                    given: keys.iter().map(|key| set(key, value)).collect(),
+                    most_steps: MOST_STEPS,
+                });
+            }
+        }
+    }
+
+    /// Modes of both links.
+    pub(super) fn modes(&mut self) {
+        let modes = Axis { spacing: Spacing::Listed, ..self.axis("modes", [1, 2, 4, 8, 12, 20].map(f64::from).to_vec()) };
+        for way in Way::all().filter(|way| way.model == ModelKind::Modal) {
+            self.against_fine_steps("modes", &modes, |count| Row {
+                way,
+                reference: way,
+                given: ["crank", "rod"].map(|link| format!("{link}.modes={count}")).to_vec(),
+                most_steps: MOST_STEPS.min(MOST_MODE_STEPS / count as u64),
+            });
+        }
+    }
+
+    /// Elements of both links.
+    pub(super) fn fine_meshes(&mut self) {
+        let counts = [1, 2, 5, 10, 20, 50, 100, 200].map(f64::from).to_vec();
+        let counts = Axis { spacing: Spacing::Listed, ..self.axis("elements", counts) };
+        for way in Way::all().filter(|way| way.model == ModelKind::FiniteElement) {
+            self.against_fine_steps("mesh", &counts, |count| Row {
+                way: way.meshed(count as usize),
+                reference: way.meshed((count as usize).min(REFERENCE_ELEMENTS)),
+                given: Vec::new(),
+                most_steps: MOST_STEPS.min(MOST_ELEMENT_STEPS / count as u64),
+            });
+        }
+    }
+
+    fn against_fine_steps(&mut self, map: &str, y: &Axis, row: impl Fn(f64) -> Row) {
+        let x = Axis { spacing: Spacing::Log, ..self.axis("step_s", decades(-6, -2, 2)) };
+        let (mut cells, mut named) = (Vec::new(), None);
+        for &value in &y.values {
+            let Row { way, reference, given, most_steps } = row(value);
+            let (reference, measure) = if way.model == ModelKind::Incremental {
+                (self.reference(&way, &given), Measure::Length)
+            } else {
+                (self.other_scheme(reference, &given), Measure::Way)
+            };
+            for &step_s in &x.values {
+                let overrides = [way.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
+                let steps = self.thinned(self.count(step_s)).min(most_steps);
+                cells.push(Cell { overrides, steps, reference: Some(reference), measure });
+            }
+            named = Some(way);
+        }
+        if let Some(way) = named {
+            self.add(map, &way, &x, y, cells);
+        }
+    }
+
+    /// The same mechanism, model and resolution by another scheme.
+    fn other_scheme(&mut self, way: Way, given: &[String]) -> usize {
+        let step_s = if self.extent == Extent::Whole { REFERENCE_STEP_S } else { 2.0 * REFERENCE_STEP_S };
+        let steps = self.count(step_s);
+        let overrides = [way.other_scheme().overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
+        self.plan.reference(overrides, steps)
+    }
+}
+
+/// What a row of a map runs, and what it is compared with.
+struct Row {
+    way: Way,
+    reference: Way,
+    given: Vec<String>,
+    most_steps: u64,
+}
