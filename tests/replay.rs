@@ -117,7 +117,7 @@ fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
     let plan = Replay { file: file.clone(), rate: 4.0, name: Some(ghost()), wait_for: 1, ..Replay::default() };
     let playing = Playing::start(plan)?;
     let heard = common::Listener::new(&playing.client, &ghost())?;
-    for topic in [Topic::Displacements, Topic::Angles, Topic::Loads] {
+    for topic in [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies] {
         let wanted = common::payloads(&file, topic.chunk())?;
         heard.wait_for(topic, wanted.len(), PATIENCE)?;
         assert_eq!(heard.payloads(topic), wanted, "{topic:?}");
@@ -130,7 +130,7 @@ fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
         .collect();
     assert!(states.contains(&State::Replaying));
     let report = playing.finish()?;
-    assert_eq!((report.messages, report.cut_off, report.slips), (3 * 1001, false, 0));
+    assert_eq!((report.messages, report.cut_off, report.slips), (4 * 1001, false, 0));
     assert!(report.lateness_s.is_some_and(|[p50, p99, _, max]| p50 <= p99 && p99 <= max));
     assert!(report.achieved_rate.is_some_and(|rate| rate < 4.01), "{:?}", report.achieved_rate);
     Ok(())
@@ -285,7 +285,7 @@ fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     let remapped = Replay { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
     assert_eq!(replay(&player, &remapped, channel(), Box::new(|_| {}))?.name, ghost());
     let forced = Replay { force: true, ..plan };
-    assert_eq!(replay(&player, &forced, channel(), Box::new(|_| {}))?.messages, 3 * 1001);
+    assert_eq!(replay(&player, &forced, channel(), Box::new(|_| {}))?.messages, 4 * 1001);
     service.close()?;
     Ok(())
 }

@@ -14,7 +14,7 @@ use flexcrank::resimulation::{AddedPulse, Change, ResimulationError, Resumed, So
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::scene::SceneSource;
 use flexcrank::service::Resumption;
-use flexcrank::wire::{Angles, Displacements, Loads, TorquePulse};
+use flexcrank::wire::{Angles, Displacements, Energies, Loads, TorquePulse};
 
 type Telemetry = BTreeMap<(String, u64, u64), (u64, Vec<u8>)>;
 
@@ -42,6 +42,7 @@ fn telemetry(file: &Path) -> Result<Telemetry, Box<dyn std::error::Error>> {
             "displacements" => timeless::<Displacements>(&message.data, |m| &mut m.stamp),
             "angles" => timeless::<Angles>(&message.data, |m| &mut m.stamp),
             "loads" => timeless::<Loads>(&message.data, |m| &mut m.stamp),
+            "energies" => timeless::<Energies>(&message.data, |m| &mut m.stamp),
             _ => continue,
         };
         found.insert((topic, epoch, step), (message.log_time, payload));
@@ -112,7 +113,7 @@ fn prop_what_if_is_what_would_have_been() -> Outcome {
     let added = attempt(Change { pulses: vec![pulse], ..Change::default() }, "added.mcap")?;
     assert!(added.diverged.is_none() && added.from_s >= 10.0 && added.from_s < 12.0, "{added:?}");
     assert_eq!(added.parting.first.as_ref().map(|first| first.instant), Some((0, 6_010)));
-    assert!(added.parting.largest["crank angle, rad"].0 > 1e-3);
+    assert!(added.parting.largest["crank angle, rad"].0 > 1e-3 && added.parting.largest["energy, J"].0 > 0.1);
     let (expected, computed) = (telemetry(&with.path().join("run.mcap"))?, telemetry(&was.path().join("added.mcap"))?);
     assert!(computed.len() > 400);
     for (key, (_, payload)) in &computed {

@@ -9,6 +9,8 @@ pub enum Topic {
     Angles,
     /// Loads, joint forces, internal forces.
     Loads,
+    /// Energies, works and their balance.
+    Energies,
     /// State of the service.
     Status,
     /// Commands that took effect.
@@ -25,10 +27,11 @@ pub enum Topic {
 
 impl Topic {
     /// All of them.
-    pub const ALL: [Topic; 9] = [
+    pub const ALL: [Topic; 10] = [
         Topic::Displacements,
         Topic::Angles,
         Topic::Loads,
+        Topic::Energies,
         Topic::Status,
         Topic::Commands,
         Topic::Shadow,
@@ -43,6 +46,7 @@ impl Topic {
             Topic::Displacements => "displacements",
             Topic::Angles => "angles",
             Topic::Loads => "loads",
+            Topic::Energies => "energies",
             Topic::Status => "status",
             Topic::Commands => "commands",
             Topic::Shadow => "shadow",
@@ -58,6 +62,7 @@ impl Topic {
             Topic::Displacements => "flexcrank.v1.Displacements",
             Topic::Angles => "flexcrank.v1.Angles",
             Topic::Loads => "flexcrank.v1.Loads",
+            Topic::Energies => "flexcrank.v1.Energies",
             Topic::Status => "flexcrank.v1.Status",
             Topic::Commands => "flexcrank.v1.AppliedCommand",
             Topic::Shadow => "flexcrank.v1.Shadow",

@@ -46,6 +46,7 @@ impl Latest {
             displacements: self.newest(Topic::Displacements, Telemetry::displacements),
             angles: self.newest(Topic::Angles, Telemetry::angles),
             loads: self.newest(Topic::Loads, Telemetry::loads),
+            energies: self.newest(Topic::Energies, Telemetry::energies),
             status: self.newest(Topic::Status, |_, _| Default::default()),
             sequences: self.messages.iter().map(|(topic, (number, _))| (topic.chunk().to_owned(), *number)).collect(),
         }

@@ -169,8 +169,8 @@ pub(super) struct Run {
     /// Finish at this simulated time, s.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub until: Option<f64>,
-    /// Samples per simulated second on bus and recording, or all; or by topic: 50,angles=all,loads=200. Default: 200, or that
-    /// of the session resumed.
+    /// Samples per simulated second on bus and recording, or all; or by topic (displacements, angles, loads, energies):
+    /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or that of the session resumed.
     #[arg(long, value_name = "HZ")]
     pub publish_hz: Option<PublishRates>,
     /// When steps begin late: catch up; skip (move the deadlines, and say so); or stop, with exit code 5.

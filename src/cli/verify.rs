@@ -60,7 +60,7 @@ fn one(file: &Path) -> anyhow::Result<Done> {
 /// The largest error of the energy balance beside the energy in play, and the verdict on it.
 fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) -> String {
     match verdict {
-        None => "no status tells of any energy".to_owned(),
+        None => "no message has energies".to_owned(),
         Some(EnergyVerdict::NotJudged) => "energy balance not judged: the method does not know all of its energy".to_owned(),
         Some(EnergyVerdict::Unbalanced { worst_j, in_play_j }) => unbalanced(worst_j, in_play_j),
         Some(EnergyVerdict::Balanced) if energy_j == 0.0 => "no energy was in play".to_owned(),

@@ -44,7 +44,8 @@ pub fn recorded(topics: &[Named]) -> Vec<Titled> {
             figures.push(over_time(file, title, table, axis, in_list(table, "joints", field)));
         }
     }
-    if let Some(table) = topic("status") {
+    // Recordings of earlier versions have energies in `status` only.
+    if let Some(table) = topic("energies").or_else(|| topic("status")) {
         let kinds = ["kinetic", "strain", "potential", "work_in", "dissipated"];
         let energy = |kind: &str| Some((kind.replace('_', " "), table.column(&format!("{kind}_j"))?));
         figures.push(over_time(
@@ -144,4 +145,27 @@ fn deflections(table: &Table) -> Vec<(String, &[f64])> {
         }
     }
     most.into_iter().map(|(link, node, values)| (format!("{link}, node {node}"), values)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn topic(name: &str, rows: usize) -> Named {
+        let mut table = Table::default();
+        for column in ["stamp.sim_time_s", "kinetic_j"] {
+            table.push(column.to_owned(), (0..rows).map(|row| row as f64).collect());
+        }
+        Named { name: format!("flexcrank/crank/{name}"), table }
+    }
+
+    #[test]
+    fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
+        let points = |topics: &[Named]| -> Vec<(Mark, usize)> {
+            let drawn = recorded(topics).into_iter().filter(|titled| titled.file == "energies");
+            drawn.flat_map(|titled| titled.figure.series).map(|series| (series.mark, series.points().count())).collect()
+        };
+        assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
+        assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");
+    }
 }

@@ -47,7 +47,8 @@ impl Course {
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
         let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-        let sample = Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone() };
+        let sample =
+            Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
         let telemetry = Telemetry::new(&scene.system, simulation.start());
         Ok(Course { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
@@ -133,6 +134,7 @@ impl Course {
     pub(super) fn look(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
             self.sample.observation.clone_from(self.simulation.observe()?);
+            self.sample.ledger = self.simulation.ledger();
             self.sample.stamp = self.stamp();
             self.observed = Some(self.instant());
         }
@@ -142,7 +144,7 @@ impl Course {
     /// What would be recorded at the present instant in place of `recorded`: computed anew but for what only the wall clock and
     /// the service know. `None` for what is not computed.
     pub(super) fn instead_of(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
-        if matches!(recorded, Event::Displacements(_) | Event::Angles(_) | Event::Loads(_)) {
+        if recorded.is_of_sample() {
             self.look()?;
         }
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
@@ -160,6 +162,7 @@ impl Course {
                 self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
                 Some(wire::Loads { stamp, ..self.telemetry.loads(&self.sample) }.encode_to_vec())
             }
+            Event::Energies(_) => Some(wire::Energies { stamp, ..self.telemetry.energies(&self.sample) }.encode_to_vec()),
             Event::Checkpoint(_) => {
                 let computed = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
                 Some(wire::Checkpoint { stamp, ..computed }.encode_to_vec())

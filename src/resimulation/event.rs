@@ -3,7 +3,9 @@
 use prost::{DecodeError, Message as _};
 
 use crate::recording::Recorded;
-use crate::wire::{Angles, AppliedCommand, Checkpoint, Displacements, Gap, Loads, Stamp, Status, applied_command, control};
+use crate::wire::{
+    Angles, AppliedCommand, Checkpoint, Displacements, Energies, Gap, Loads, Stamp, Status, applied_command, control,
+};
 
 /// A recorded message, decoded.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +13,7 @@ pub(super) enum Event {
     Displacements(Displacements),
     Angles(Angles),
     Loads(Loads),
+    Energies(Energies),
     Status(Box<Status>),
     Command(Box<AppliedCommand>),
     Checkpoint(Box<Checkpoint>),
@@ -27,6 +30,7 @@ impl Event {
             "flexcrank.v1.Displacements" => Event::Displacements(Displacements::decode(data)?),
             "flexcrank.v1.Angles" => Event::Angles(Angles::decode(data)?),
             "flexcrank.v1.Loads" => Event::Loads(Loads::decode(data)?),
+            "flexcrank.v1.Energies" => Event::Energies(Energies::decode(data)?),
             "flexcrank.v1.Status" => Event::Status(Box::new(Status::decode(data)?)),
             "flexcrank.v1.AppliedCommand" => Event::Command(Box::new(AppliedCommand::decode(data)?)),
             "flexcrank.v1.Checkpoint" => Event::Checkpoint(Box::new(Checkpoint::decode(data)?)),
@@ -41,6 +45,7 @@ impl Event {
             Event::Displacements(_) => "flexcrank.v1.Displacements",
             Event::Angles(_) => "flexcrank.v1.Angles",
             Event::Loads(_) => "flexcrank.v1.Loads",
+            Event::Energies(_) => "flexcrank.v1.Energies",
             Event::Status(_) => "flexcrank.v1.Status",
             Event::Command(_) => "flexcrank.v1.AppliedCommand",
             Event::Checkpoint(_) => "flexcrank.v1.Checkpoint",
@@ -49,12 +54,18 @@ impl Event {
         })
     }
 
+    /// Whether it is made of a sample.
+    pub(super) fn is_of_sample(&self) -> bool {
+        matches!(self, Event::Displacements(_) | Event::Angles(_) | Event::Loads(_) | Event::Energies(_))
+    }
+
     /// When it was true.
     pub(super) fn stamp(&self) -> Option<Stamp> {
         match self {
             Event::Displacements(message) => message.stamp,
             Event::Angles(message) => message.stamp,
             Event::Loads(message) => message.stamp,
+            Event::Energies(message) => message.stamp,
             Event::Status(message) => message.stamp,
             Event::Command(message) => message.stamp,
             Event::Checkpoint(message) => message.stamp,

@@ -57,6 +57,9 @@ impl Holes {
             open: None,
         };
         let mut tracks = vec![track("displacements", |rates| rates.displacements)];
+        if source.energies {
+            tracks.push(track("energies", |rates| rates.energies));
+        }
         if let System::Chain(_) = source.scene.scene.system {
             tracks.extend([track("angles", |rates| rates.angles), track("loads", |rates| rates.loads)]);
         }
@@ -76,6 +79,7 @@ impl Holes {
             Event::Displacements(_) => self.here("displacements", at, sequence, number),
             Event::Angles(_) => self.here("angles", at, sequence, number),
             Event::Loads(_) => self.here("loads", at, sequence, number),
+            Event::Energies(_) => self.here("energies", at, sequence, number),
             // From here on, whatever was published.
             Event::Checkpoint(_) => {
                 let fresh = |track: &&mut Track| track.last.is_none_or(|(epoch, _)| epoch != at.0);

@@ -6,7 +6,7 @@ use prost::Message as _;
 
 use super::difference::Difference;
 use super::event::Event;
-use crate::wire::{Angles, Displacements, Loads};
+use crate::wire::{Angles, Displacements, Energies, Loads};
 
 /// Where two courses part, and how far.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -24,6 +24,7 @@ impl Parting {
             Event::Displacements(was) => self.displacements(was, &Displacements::decode(computed).unwrap_or_default(), session_s),
             Event::Angles(was) => self.angles(was, &Angles::decode(computed).unwrap_or_default(), session_s),
             Event::Loads(was) => self.loads(was, &Loads::decode(computed).unwrap_or_default(), session_s),
+            Event::Energies(was) => self.energies(was, &Energies::decode(computed).unwrap_or_default(), session_s),
             _ => {}
         }
     }
@@ -57,5 +58,10 @@ impl Parting {
         for (was, is) in was.joints.iter().zip(&is.joints) {
             self.put(&format!("{} force, N", was.joint), (was.fx_n - is.fx_n).hypot(was.fy_n - is.fy_n), session_s);
         }
+    }
+
+    fn energies(&mut self, was: &Energies, is: &Energies, session_s: f64) {
+        let total_j = |of: &Energies| [of.kinetic_j, of.strain_j, of.potential_j].into_iter().flatten().sum::<f64>();
+        self.put("energy, J", total_j(was) - total_j(is), session_s);
     }
 }

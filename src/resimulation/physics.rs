@@ -3,7 +3,7 @@
 use super::event::Event;
 use super::finding::Finding;
 use crate::scene::{End, Scene};
-use crate::wire::{Angles, Displacements, Loads, NodeState, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Status};
 
 /// Joints are closed to this fraction of the largest coordinate.
 const ROUNDING: f64 = 1e-12;
@@ -29,7 +29,8 @@ impl Physics {
             Event::Displacements(message) => ("displacements", self.displacements(message)?),
             Event::Angles(message) => ("angles", not_finite(angles_are_finite(message))?),
             Event::Loads(message) => ("loads", not_finite(loads_are_finite(message))?),
-            Event::Status(message) => ("status", not_finite(energies_are_finite(message))?),
+            Event::Energies(message) => ("energies", not_finite(energies_are_finite(message))?),
+            Event::Status(message) => ("status", not_finite(status_is_finite(message))?),
             _ => return None,
         };
         Some(Finding::Physics { topic, epoch: stamp.epoch, step: stamp.step, what })
@@ -72,7 +73,14 @@ fn angles_are_finite(message: &Angles) -> bool {
     })
 }
 
-fn energies_are_finite(message: &Status) -> bool {
+fn energies_are_finite(message: &Energies) -> bool {
+    let Energies { stamp: _, kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, energy_in_play_j } =
+        *message;
+    let energies = [kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, energy_in_play_j];
+    energies.into_iter().flatten().all(f64::is_finite)
+}
+
+fn status_is_finite(message: &Status) -> bool {
     let Status { kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, .. } = *message;
     let energies = [kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j];
     energies.into_iter().flatten().all(f64::is_finite)

@@ -24,11 +24,11 @@ pub struct Recomputed {
     pub pulses: u64,
     /// Messages that could not be computed again, because what leads to them is lost.
     pub skipped: u64,
-    /// Largest |error of the energy balance| of any status, J.
+    /// Largest |error of the energy balance| by any status or energies, J.
     pub balance_error_j: f64,
-    /// The energy in play at the last status, J.
+    /// Most energy in play at any of them, J.
     pub energy_j: f64,
-    /// The verdict on the energy balance at the last status that had left its tolerance, or else at the last.
+    /// The verdict on the energy balance at the last of them that had left its tolerance, or else at the last.
     pub verdict: Option<EnergyVerdict>,
 }
 
@@ -161,7 +161,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Err(diverged) => return self.lost(at, &diverged.into()),
         };
         self.done.messages += u64::from(!matches!(event, Event::Checkpoint(_)));
-        if let Event::Status(_) = event {
+        if let Event::Status(_) | Event::Energies(_) = event {
             self.account();
         }
         let computed = self.forgiven(event, computed, at);

@@ -22,6 +22,8 @@ pub struct Source {
     pub scene: SceneSource,
     /// Which steps were published, if it says so.
     pub publish: Option<PublishRates>,
+    /// Whether energies were published as a topic. Earlier versions published them in `status` only and recorded no rate for them.
+    pub energies: bool,
     /// All that it says of itself.
     pub about: About,
 }
@@ -45,6 +47,7 @@ impl Source {
             started,
             scene,
             publish: about.fact("publish_hz").parse().ok(),
+            energies: about.fact("publish_hz").contains("energies="),
             about,
         })
     }

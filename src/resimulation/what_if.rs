@@ -68,7 +68,7 @@ pub fn what_if(source: &Source, change: &Change, path: &Path, progress: &dyn Fn(
     pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     let first = beginning(source, change, pulses.first())?;
     let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
-    let publish = source.publish.filter(|_| same_steps).map(|rate| ("publish_hz", rate.to_string()));
+    let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.about.fact("publish_hz").to_owned()));
     let of = format!("{} {}", source.path.display(), change.command_line);
     let session = Session {
         name: source.name.clone(),
@@ -167,7 +167,7 @@ impl Attempt<'_> {
             let Event::Checkpoint(checkpoint) = &event else { return Ok(()) };
             return self.begin(checkpoint, &event, message);
         }
-        let ours = matches!(event, Event::Displacements(_) | Event::Angles(_) | Event::Loads(_) | Event::Checkpoint(_));
+        let ours = event.is_of_sample() || matches!(event, Event::Checkpoint(_));
         if !ours && !matches!(event, Event::Command(_)) {
             return Ok(());
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::command::ReplyTo;
-use super::rates::Due;
+use super::rates::{Due, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{AppliedCommand, CommandReply, Overruns, Shadow, Status, control};
 
@@ -22,8 +22,8 @@ pub enum Output {
     Recording(RecordingRequest),
     /// Full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
-    /// Samples that did not leave because none was free to be filled, by topic: displacements, angles, loads.
-    Missed([Option<Missed>; 3], Stamp),
+    /// Samples that did not leave because none was free to be filled.
+    Missed(MissedByTopic, Stamp),
     /// Deadlines that were missed.
     Overruns(Box<Overruns>, Stamp),
     /// Nothing more comes from this simulator.
@@ -59,6 +59,9 @@ pub struct Missed {
     /// How many.
     pub count: u64,
 }
+
+/// Samples that were left out, by topic: in the order of [`Due::by_topic`].
+pub type MissedByTopic = [Option<Missed>; TELEMETRY];
 
 impl Missed {
     /// One more, after those there are.

@@ -12,7 +12,7 @@ use super::command::{Command, Counts};
 use super::drive::{Waking, drive};
 use super::memory::Memory;
 use super::misses::{Doings, Misses, Round};
-use super::output::{Missed, Outbox, Output};
+use super::output::{Missed, MissedByTopic, Outbox, Output};
 use super::pacer::{Overrun, Pace, Pacer};
 use super::rate::PublishRate;
 use super::rates::{Due, PublishRates};
@@ -145,7 +145,7 @@ pub struct Stepper {
     overruns: u64,
     dropped: u64,
     /// Samples left out that were not told of yet, by topic.
-    missed: [Option<Missed>; 3],
+    missed: MissedByTopic,
     accepted: u64,
     rejected: u64,
     /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
@@ -190,7 +190,7 @@ impl Stepper {
             next_checkpoint_s: 0.0,
             overruns: 0,
             dropped: 0,
-            missed: [None; 3],
+            missed: MissedByTopic::default(),
             accepted: 0,
             rejected: 0,
             bent: 0.0,
@@ -341,7 +341,11 @@ impl Stepper {
         }
         self.checkpoint_if_due();
         let due = self.due_topics();
-        if due.any() { self.publish(due) } else { Ok(()) }
+        if due.any() {
+            self.publish(due)?;
+        }
+        self.status_by_simulated_time();
+        Ok(())
     }
 
     /// What the present step is published on.
@@ -383,7 +387,7 @@ impl Stepper {
         let stamp = self.stamp();
         let Some(mut free) = free else {
             self.dropped += 1;
-            for (missed, _) in self.missed.iter_mut().zip([due.displacements, due.angles, due.loads]).filter(|(_, due)| *due) {
+            for (missed, _) in self.missed.iter_mut().zip(due.by_topic()).filter(|(_, due)| *due) {
                 *missed = Some(Missed::and(*missed, stamp));
             }
             return Ok(());
@@ -393,6 +397,7 @@ impl Stepper {
         sample.observation.clone_from(self.simulation.observe()?);
         self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
+        sample.ledger = self.simulation.ledger();
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }

@@ -11,12 +11,15 @@ use super::drawing::Drawing;
 use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Kept, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
-use crate::runtime::{Counts, Due, Missed, Output, RecordingRequest};
+use crate::runtime::{Counts, Due, MissedByTopic, Output, RecordingRequest, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
 
 /// Last chunk of the key that checkpoints are recorded under; they are never published.
 const CHECKPOINT: &str = "checkpoint";
+
+/// Topics of samples, in the order of [`Due::by_topic`].
+const OF_SAMPLES: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
 
 /// Called with every status, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -146,6 +149,9 @@ impl Desk {
         if due.loads && telemetry.turns() {
             self.tell(Topic::Loads, sample, || telemetry.loads(sample).encode_to_vec());
         }
+        if due.energies {
+            self.tell(Topic::Energies, sample, || telemetry.energies(sample).encode_to_vec());
+        }
     }
 
     /// Puts a sample back in the pool, unless a snapshot may need it: then it comes back when a newer one takes its place.
@@ -246,10 +252,10 @@ impl Desk {
     }
 
     /// Samples that never came here are missing on the bus and in the recording.
-    fn missed(&mut self, missed: &[Option<Missed>; 3], stamp: &Stamp) {
-        let topics: &[Topic] =
-            if self.telemetry.turns() { &[Topic::Displacements, Topic::Angles, Topic::Loads] } else { &[Topic::Displacements] };
-        for (topic, missed) in topics.iter().zip(missed) {
+    fn missed(&mut self, missed: &MissedByTopic, stamp: &Stamp) {
+        let turns = self.telemetry.turns();
+        let exists = |topic: &Topic| turns || !matches!(topic, Topic::Angles | Topic::Loads);
+        for (topic, missed) in OF_SAMPLES.iter().zip(missed).filter(|(topic, _)| exists(topic)) {
             let Some(missed) = missed else { continue };
             self.gaps.add(Gap {
                 stamp: Some(wire::stamp(&missed.last)),

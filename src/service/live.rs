@@ -216,7 +216,7 @@ impl Group {
             }
         }
         if live.scene.scene.chain().is_none() {
-            live.stepping.publish = live.stepping.publish.of_displacements_only();
+            live.stepping.publish = live.stepping.publish.without_angles_and_loads();
         }
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
         let desk = desk(session, live, &simulation, &inbox, to_pool)?;
@@ -242,7 +242,7 @@ fn desk(
     inbox: &Inbox,
     pool: SyncSender<Arc<Sample>>,
 ) -> Result<Desk, ServiceError> {
-    let mut facts = vec![("publish_hz", live.stepping.publish.to_string())];
+    let mut facts = vec![("publish_hz", live.stepping.publish.by_topic())];
     facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
     let plan = RecordingPlan {
         folder: live.recordings,
@@ -285,7 +285,7 @@ fn desk(
 /// A sample to be filled.
 fn blank(simulation: &Simulation) -> Sample {
     let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-    Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone() }
+    Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() }
 }
 
 /// Asks the stepping thread to end.

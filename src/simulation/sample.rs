@@ -2,6 +2,7 @@
 
 use std::time::SystemTime;
 
+use super::EnergyLedger;
 use crate::mechanics::Observation;
 
 /// When a sample was true.
@@ -35,4 +36,6 @@ pub struct Sample {
     pub driving_torque_nm: f64,
     /// What the model tells.
     pub observation: Observation,
+    /// Energies and works.
+    pub ledger: EnergyLedger,
 }

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 use std::time::SystemTime;
 
-use super::{Angles, Displacements, ElementForce, JointForce, LinkAngle, Loads, NodeState};
+use super::{Angles, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
 use crate::mechanics::{LinkObservation, Observation};
 use crate::scene::System;
-use crate::simulation::{Sample, Stamp};
+use crate::simulation::{EnergyLedger, Sample, Stamp};
 
 /// Turns samples into messages: knows the links' names and where everything was at the start.
 #[derive(Debug, Clone)]
@@ -111,6 +111,21 @@ impl Telemetry {
             guide_force_n: seen.guide_n,
             joints: joints.into_iter().filter_map(joint).collect(),
             elements,
+        }
+    }
+
+    /// Energies, works, and their balance.
+    pub fn energies(&self, sample: &Sample) -> Energies {
+        let EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j, in_play_j, .. } = sample.ledger;
+        Energies {
+            stamp: Some(stamp(&sample.stamp)),
+            kinetic_j: Some(energy.kinetic_j),
+            strain_j: energy.strain_j,
+            potential_j: energy.potential_j,
+            work_in_j: Some(work_in_j),
+            dissipated_j: Some(dissipated_j),
+            balance_error_j: Some(balance_error_j),
+            energy_in_play_j: Some(in_play_j),
         }
     }
 }

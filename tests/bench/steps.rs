@@ -11,7 +11,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Sample, Simulation, Stamp};
-use flexcrank::wire::{Angles, Displacements, Loads, Telemetry};
+use flexcrank::wire::{Angles, Displacements, Energies, Loads, Telemetry};
 use prost::Message;
 
 fn main() {
@@ -75,10 +75,10 @@ fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
     repeat(bencher, 2 * elements, || simulation.step().unwrap());
 }
 
-type Messages = (Displacements, Angles, Loads);
+type Messages = (Displacements, Angles, Loads, Energies);
 
 fn messages(telemetry: &Telemetry, sample: &Sample) -> Messages {
-    (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample))
+    (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample), telemetry.energies(sample))
 }
 
 /// A running mechanism of so many elements a link, and what turns its state into messages.
@@ -90,7 +90,8 @@ fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
     let wall = SystemTime::UNIX_EPOCH;
     let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, epoch_start_s: 0.0, wall };
     let telemetry = Telemetry::new(&scene.system, &observation);
-    (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation })
+    let ledger = simulation.ledger();
+    (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation, ledger })
 }
 
 /// From the state to an observation and its messages.
@@ -107,6 +108,8 @@ fn snapshot(bencher: Bencher<'_, '_>, elements: usize) {
 #[divan::bench(args = [4, 8, 64])]
 fn encoding(bencher: Bencher<'_, '_>, elements: usize) {
     let (_, telemetry, sample) = told(elements);
-    let (displacements, angles, loads) = messages(&telemetry, &sample);
-    repeat(bencher, 1, || (displacements.encode_to_vec(), angles.encode_to_vec(), loads.encode_to_vec()));
+    let (displacements, angles, loads, energies) = messages(&telemetry, &sample);
+    repeat(bencher, 1, || {
+        (displacements.encode_to_vec(), angles.encode_to_vec(), loads.encode_to_vec(), energies.encode_to_vec())
+    });
 }

@@ -1,6 +1,8 @@
 //! A service in this process, a client beside it, and what was recorded.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its own part; a test may fail")]
 
+pub mod rewritten;
+
 use std::collections::HashMap;
 use std::error::Error;
 use std::net::TcpListener;

@@ -54,8 +54,6 @@ impl Numbers {
 /// A scene and how to run it.
 #[derive(Debug, Clone)]
 pub struct Drawn {
-    /// Its number.
-    pub seed: u64,
     /// Everything but the integrator and its step.
     pub scene: String,
     pub model: ModelKind,
@@ -89,7 +87,7 @@ impl Drawn {
         let step_s = numbers.wide(1e-5, 5e-3);
         let between = numbers.wide(3.0, 60.0).round() as usize;
         let until_s = step_s * (between * LOOKS) as f64;
-        Drawn { seed, scene: scene(&mut numbers, until_s), model, integrator, settings, step_s, between }
+        Drawn { scene: scene(&mut numbers, until_s), model, integrator, settings, step_s, between }
     }
 
     /// The overrides of a run of the same scene.

@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 from check import BINARY, Machine, expect, expect_if, free_endpoint
 
 STARTS = int(sys.argv[2])
-TELEMETRY = ("displacements", "angles", "loads")
+TELEMETRY = ("displacements", "angles", "loads", "energies")
 SECONDS = 10.0
 
 

@@ -22,7 +22,7 @@ from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
 BINARY = sys.argv[1]
-TELEMETRY = ("displacements", "angles", "loads")
+TELEMETRY = ("displacements", "angles", "loads", "energies")
 PATIENCE_S = 30.0
 
 
@@ -179,7 +179,7 @@ def live(folder):
         wait_for(lambda: client.newest("status").commands_accepted > before, "a put pulse takes effect")
         refusals(client, pulse)
         snapshot = client.type("Snapshot").FromString(client.ask("snapshot"))
-        expect("snapshot has everything", snapshot.HasField("loads") and snapshot.HasField("status"))
+        expect("snapshot has everything", snapshot.HasField("loads") and snapshot.HasField("energies") and snapshot.HasField("status"))
         expect("scene is served", b"[crank]" in client.ask("scene"))
         wait_for(lambda: client.newest("status").pulses_pending == 0, "pulses end")
         stop = client.type("Control")(id="stop")

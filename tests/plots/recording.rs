@@ -28,6 +28,12 @@ fn prop_a_recording_gives_its_standard_figures() {
             assert!(texts.iter().any(|other| other == text), "{name}: {text} in {texts:?}");
         }
     }
+    // Of every step, not of every status.
+    let energies = std::fs::read_to_string(at.join("out/run-energies.svg")).unwrap();
+    let document = roxmltree::Document::parse(&energies).unwrap();
+    let lines = document.descendants().filter_map(|node| node.attribute("points"));
+    let longest = lines.map(|points| points.split_whitespace().count()).max().unwrap();
+    assert_eq!(longest, 51, "a curve through every step");
     let output = plot(at, &["run.mcap", "--y", "links.crank.chord_rd"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(complaint(&output).contains("did you mean `links.crank.chord_rad`?"), "{}", complaint(&output));

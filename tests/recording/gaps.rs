@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use flexcrank::runtime::{Outbox, Output, Pace, Ports, PublishRate, PublishRates, Stepper, Stepping, inbox};
 use flexcrank::simulation::Simulation;
-use flexcrank::wire::{Angles, Gap, Loads, Stamp};
+use flexcrank::wire::{Angles, Energies, Gap, Loads, Stamp};
 
 use crate::common::{self, Outcome, Service, scene};
 
@@ -22,7 +22,7 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1e5), Some(steps as f64 * 1e-3), |live| {
         live.stepping.publish = PublishRate::All.into();
         // Whoever takes the samples is held up again and again.
-        live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(500)));
+        live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(25)));
     })?;
     let (report, folder) = service.finish()?;
     assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
@@ -30,7 +30,8 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
     let gaps = common::decoded::<Gap>(&file, "gaps")?;
     let angles = missing(common::decoded::<Angles>(&file, "angles")?.into_iter().map(|row| row.stamp), steps);
     let loads = missing(common::decoded::<Loads>(&file, "loads")?.into_iter().map(|row| row.stamp), steps);
-    for (topic, missing) in [("angles", angles), ("loads", loads)] {
+    let energies = missing(common::decoded::<Energies>(&file, "energies")?.into_iter().map(|row| row.stamp), steps);
+    for (topic, missing) in [("angles", angles), ("loads", loads), ("energies", energies)] {
         let told: Vec<&Gap> = gaps.iter().filter(|gap| gap.topic == topic).collect();
         let count: u64 = told.iter().map(|gap| gap.count).sum();
         assert_eq!(missing.len() as u64, count, "{topic}: missing and told of");
@@ -49,7 +50,7 @@ fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
     let (output, told) = channel();
     let (_no_samples, pool) = sync_channel(1);
     let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: door.counts() };
-    let publish = "all,loads=100".parse::<PublishRates>()?;
+    let publish = "all,loads=100,energies=10".parse::<PublishRates>()?;
     let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..Stepping::default() };
     let dropped = Stepper::new(simulation, None, stepping, ports)?.run().map_or(0, |ended| ended.dropped);
     let missed: Vec<_> = told
@@ -61,5 +62,6 @@ fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
     assert_eq!(of(0).next().map(|missed| missed.first_step), Some(0));
     assert_eq!(of(0).next_back().map(|missed| missed.last.step), Some(500));
     assert_eq!(of(2).map(|missed| missed.count).sum::<u64>(), 51, "loads are due every tenth step");
+    assert_eq!(of(3).map(|missed| missed.count).sum::<u64>(), 6, "energies every hundredth");
     Ok(())
 }

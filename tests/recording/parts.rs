@@ -66,7 +66,7 @@ fn prop_parts_of_a_size_are_full_and_nothing_is_lost_between() -> Outcome {
     let mut steps = Vec::new();
     for part in full.iter().chain([last]) {
         // A part is left when the next checkpoint comes: what is on its way until then, at most 8,192 messages and 2,048 samples of
-        // three, in all about 7 MB, is still in it.
+        // four messages, in all about 7 MB, is still in it.
         let size = std::fs::metadata(part)?.len();
         assert!(part == last || (SIZE..2 * SIZE).contains(&size), "{}: {size} bytes", part.display());
         let first = Messages::open(part)?.next().ok_or("an empty part")??;

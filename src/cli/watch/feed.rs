@@ -1,13 +1,14 @@
 //! What a service tells, as it arrives.
 
 use crate::bus::{BusError, Name, Session, Topic, client};
-use crate::wire::{Angles, Displacements, Loads, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Status};
 
 /// Subscriptions to all that is shown.
 pub(super) struct Feed {
     angles: client::Telemetry,
     displacements: client::Telemetry,
     loads: client::Telemetry,
+    energies: client::Telemetry,
     status: client::Telemetry,
 }
 
@@ -18,6 +19,7 @@ impl Feed {
             angles: subscribe(Topic::Angles)?,
             displacements: subscribe(Topic::Displacements)?,
             loads: subscribe(Topic::Loads)?,
+            energies: subscribe(Topic::Energies)?,
             status: subscribe(Topic::Status)?,
         })
     }
@@ -32,6 +34,10 @@ impl Feed {
 
     pub(super) fn loads(&self) -> impl Iterator<Item = Loads> {
         client::arrived(&self.loads)
+    }
+
+    pub(super) fn energies(&self) -> impl Iterator<Item = Energies> {
+        client::arrived(&self.energies)
     }
 
     pub(super) fn statuses(&self) -> impl Iterator<Item = Status> {

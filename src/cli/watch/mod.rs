@@ -144,6 +144,7 @@ impl Drop for Screen {
 /// Takes what has arrived, loads first: they say what there is. Whether the service has said how it is.
 fn take(feed: &Feed, view: &mut View) -> bool {
     feed.loads().for_each(|loads| view.loads(&loads));
+    feed.energies().for_each(|energies| view.energies(&energies));
     feed.angles().for_each(|angles| view.angles(&angles));
     feed.displacements().for_each(|displacements| view.displacements(displacements));
     feed.statuses().map(|status| view.status(status)).count() > 0

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::feed::Feed;
 use crate::cli::live::describe;
-use crate::wire::{Angles, Displacements, Loads, Status, status::State};
+use crate::wire::{Angles, Displacements, Energies, Loads, Status, status::State};
 
 /// Between two looks at what has arrived.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -20,6 +20,7 @@ struct Seen {
     angles: Option<Angles>,
     displacements: Option<Displacements>,
     loads: Option<Loads>,
+    energies: Option<Energies>,
     status: Option<Status>,
 }
 
@@ -31,6 +32,7 @@ pub(super) fn print(feed: &Feed) -> anyhow::Result<()> {
         seen.angles = feed.angles().last().or(seen.angles);
         seen.displacements = feed.displacements().last().or(seen.displacements);
         seen.loads = feed.loads().last().or(seen.loads);
+        seen.energies = feed.energies().last().or(seen.energies);
         if let Some(status) = feed.statuses().last() {
             heard = Instant::now();
             let over = [State::Finished, State::Diverged].contains(&status.state());
@@ -76,6 +78,10 @@ impl Seen {
             for joint in &loads.joints {
                 lines.push(format!("{:<12} x {:>14.4} N     y {:>14.4} N", joint.joint, joint.fx_n, joint.fy_n));
             }
+        }
+        if let Some(Energies { kinetic_j, strain_j, potential_j, balance_error_j, .. }) = &self.energies {
+            let total_j: f64 = [kinetic_j, strain_j, potential_j].into_iter().flatten().sum();
+            lines.push(format!("{:<12} {total_j:>18.6} J     balance {:>8.0e} J", "energy", balance_error_j.unwrap_or(0.0)));
         }
         lines
     }

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::strip::Strip;
-use crate::wire::{Angles, Displacements, Loads, Stamp, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Stamp, Status};
 
 /// All signals by name.
 #[derive(Debug, Default)]
@@ -14,6 +14,8 @@ pub(super) struct Signals {
     strips: BTreeMap<String, Strip>,
     /// Whether the chain ends in a slider, as its loads tell.
     pub has_slider: bool,
+    /// Whether energies arrive on their own topic; services of earlier versions have them in `status` only.
+    has_energies: bool,
 }
 
 impl Signals {
@@ -59,18 +61,28 @@ impl Signals {
         }
     }
 
+    pub(super) fn energies(&mut self, energies: &Energies) {
+        let time_s = seconds(energies.stamp.as_ref());
+        self.has_energies = true;
+        self.put(time_s, "", "kinetic_j", energies.kinetic_j);
+        self.put(time_s, "", "strain_j", energies.strain_j);
+        self.put(time_s, "", "potential_j", energies.potential_j);
+        self.put(time_s, "", "work_in_j", energies.work_in_j);
+        self.put(time_s, "", "dissipated_j", energies.dissipated_j);
+        self.put(time_s, "", "balance_error_j", energies.balance_error_j);
+        self.put(time_s, "", "energy_in_play_j", energies.energy_in_play_j);
+    }
+
     pub(super) fn status(&mut self, status: &Status) {
         let time_s = seconds(status.stamp.as_ref());
-        let energies = [
-            ("kinetic_j", status.kinetic_j),
-            ("strain_j", status.strain_j),
-            ("potential_j", status.potential_j),
-            ("work_in_j", status.work_in_j),
-            ("balance_error_j", status.balance_error_j),
-            ("lateness_p99_s", status.lateness_p99_s),
-        ];
-        for (name, value) in energies {
-            self.put(time_s, "", name, value);
+        self.put(time_s, "", "lateness_p99_s", status.lateness_p99_s);
+        if !self.has_energies {
+            self.put(time_s, "", "kinetic_j", status.kinetic_j);
+            self.put(time_s, "", "strain_j", status.strain_j);
+            self.put(time_s, "", "potential_j", status.potential_j);
+            self.put(time_s, "", "work_in_j", status.work_in_j);
+            self.put(time_s, "", "dissipated_j", status.dissipated_j);
+            self.put(time_s, "", "balance_error_j", status.balance_error_j);
         }
     }
 

@@ -7,7 +7,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use super::bending::Magnification;
 use super::signals::Signals;
 use crate::bus::Name;
-use crate::wire::{self, Angles, Displacements, Loads, Snapshot, Status, status::State};
+use crate::wire::{self, Angles, Displacements, Energies, Loads, Snapshot, Status, status::State};
 
 /// Seconds that the charts may span.
 const WINDOWS_S: [f64; 4] = [1.0, 3.0, 10.0, super::strip::KEPT_S];
@@ -61,8 +61,9 @@ impl View {
 
     /// Takes what was known before the first message came.
     pub(super) fn snapshot(&mut self, snapshot: Snapshot) {
-        let Snapshot { displacements, angles, loads, status, .. } = snapshot;
+        let Snapshot { displacements, angles, loads, energies, status, .. } = snapshot;
         loads.iter().for_each(|loads| self.loads(loads));
+        energies.iter().for_each(|energies| self.energies(energies));
         angles.iter().for_each(|angles| self.angles(angles));
         displacements.into_iter().for_each(|displacements| self.displacements(displacements));
         status.into_iter().for_each(|status| self.status(status));
@@ -74,6 +75,10 @@ impl View {
 
     pub(super) fn loads(&mut self, loads: &Loads) {
         self.signals.loads(loads);
+    }
+
+    pub(super) fn energies(&mut self, energies: &Energies) {
+        self.signals.energies(energies);
     }
 
     pub(super) fn displacements(&mut self, displacements: Displacements) {

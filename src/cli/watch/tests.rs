@@ -11,7 +11,7 @@ use super::draw::draw;
 use super::state::{Ask, View};
 use crate::bus::Name;
 use crate::recording::Messages;
-use crate::wire::{Angles, Displacements, Loads, NodeState, Status, status::State};
+use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Stamp, Status, status::State};
 
 type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
@@ -30,6 +30,7 @@ fn sampled(signals: &[&str], messages: usize) -> Outcome<View> {
             Some("angles") => view.angles(&Angles::decode(data)?),
             Some("loads") => view.loads(&Loads::decode(data)?),
             Some("displacements") => view.displacements(Displacements::decode(data)?),
+            Some("energies") => view.energies(&Energies::decode(data)?),
             Some("status") => view.status(Status::decode(data)?),
             _ => {}
         }
@@ -165,5 +166,19 @@ fn prop_signals_have_the_names_that_export_gives_them() -> Outcome {
         assert!(view.signals.find(name).is_some(), "{name}");
     }
     assert_eq!(view.charts().first().map(String::as_str), Some("crank.rate_rad_per_s"));
+    Ok(())
+}
+
+#[test]
+fn prop_energies_come_from_their_own_topic_or_else_from_the_status() -> Outcome {
+    let mut view = view(&["kinetic_j"])?;
+    let at = |sim_time_s| Some(Stamp { sim_time_s, ..Stamp::default() });
+    let now = |view: &View| view.signals.find("kinetic_j").map(|strip| (strip.now, strip.last(10.0).count()));
+    view.status(Status { stamp: at(1.0), kinetic_j: Some(5.0), ..Status::default() });
+    assert_eq!(now(&view), Some((5.0, 1)), "of an earlier version");
+    view.energies(&Energies { stamp: at(1.5), kinetic_j: Some(6.0), ..Energies::default() });
+    // An older one that comes later would begin the chart anew.
+    view.status(Status { stamp: at(1.25), kinetic_j: Some(7.0), ..Status::default() });
+    assert_eq!(now(&view), Some((6.0, 2)));
     Ok(())
 }

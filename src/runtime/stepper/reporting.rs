@@ -4,17 +4,34 @@ use std::time::Duration;
 
 use super::Stepper;
 use crate::runtime::output::Output;
+use crate::runtime::pacer::Pace;
+use crate::runtime::rate::PublishRate;
 use crate::simulation::EnergyVerdict;
 use crate::wire::{self, Status, status::State};
 
 /// Wall time between two statuses.
 pub(super) const STATUS_PERIOD: Duration = Duration::from_millis(500);
+/// Statuses in a simulated second, at another pace than real time.
+const STATUS_RATE: PublishRate = PublishRate::Hz(2.0);
 
 impl Stepper {
     pub(super) fn status_if_due(&mut self) {
         if self.clock.elapsed() >= self.next_status {
             self.status(if self.paused { State::Paused } else { State::Running }, String::new());
         }
+    }
+
+    /// At another pace than real time, publishes a status at the first step of every half second of simulated time. The clock does
+    /// not decide which steps those are. At the last step, the end of the run publishes it.
+    pub(super) fn status_by_simulated_time(&mut self) {
+        let real = self.stepping.pace == Pace::Factor(1.0) && !self.paused;
+        let due = !real && STATUS_RATE.takes(self.simulation.step_count(), self.simulation.step_s());
+        if !due || self.finished() {
+            return;
+        }
+        let begun = self.clock.elapsed();
+        self.status(if self.paused { State::Paused } else { State::Running }, String::new());
+        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
     }
 
     /// Tells which samples were left out since this was last told.

@@ -1,0 +1,81 @@
+//! Recordings written anew with a change, all sums right.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use flexcrank::recording::{Found, Going, Recorded, walk};
+
+/// What to write in place of a message: itself, nothing, or something else.
+pub type Rewrite<'a> = &'a dyn Fn(u64, &Recorded) -> Option<Vec<u8>>;
+
+/// Writes a recording anew with all sums right, each message as `rewrite` says, the scene as `scene` says.
+pub fn rewritten(
+    file: &Path,
+    name: &str,
+    rewrite: Rewrite,
+    scene: &dyn Fn(&str) -> String,
+) -> Result<PathBuf, Box<dyn std::error::Error>> {
+    rewritten_with_rates(file, name, rewrite, scene, None)
+}
+
+/// The same, with other publishing rates stated, if any.
+pub fn rewritten_with_rates(
+    file: &Path,
+    name: &str,
+    rewrite: Rewrite,
+    scene: &dyn Fn(&str) -> String,
+    rates: Option<&str>,
+) -> Result<PathBuf, Box<dyn std::error::Error>> {
+    let path = file.with_file_name(name);
+    let mut writer = mcap::WriteOptions::new().create(BufWriter::new(File::create(&path)?))?;
+    let mut channels = std::collections::HashMap::new();
+    let mut number = 0;
+    let mut failed = None;
+    let mut take = |found: Found<'_>| -> mcap::McapResult<()> {
+        match found {
+            Found::Metadata(name, entries) => {
+                let mut metadata = entries.clone();
+                if let Some((stated, rates)) = metadata.get_mut("publish_hz").zip(rates) {
+                    rates.clone_into(stated);
+                }
+                writer.write_metadata(&mcap::records::Metadata { name: name.to_owned(), metadata })?;
+            }
+            Found::Attachment(name, data) => {
+                let data = scene(&String::from_utf8_lossy(data)).into_bytes();
+                let (name, media_type) = (name.to_owned(), "application/toml".to_owned());
+                writer.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })?;
+            }
+            Found::Message(message) => {
+                number += 1;
+                let Some(data) = rewrite(number, message) else { return Ok(()) };
+                let topic = &message.channel.topic;
+                if !channels.contains_key(topic) {
+                    let schema = message.channel.schema.as_ref().expect("a schema");
+                    let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+                    channels.insert(topic.clone(), writer.add_channel(schema, topic, "protobuf", &Default::default())?);
+                }
+                let header = mcap::records::MessageHeader {
+                    channel_id: channels[topic],
+                    sequence: message.sequence,
+                    log_time: message.log_time,
+                    publish_time: message.publish_time,
+                };
+                writer.write_to_known_channel(&header, &data)?;
+            }
+            Found::Damage(_) => {}
+        }
+        Ok(())
+    };
+    walk(file, |found, _| {
+        failed = failed.take().or(take(found).err());
+        Going::Continue(())
+    })?;
+    failed.map_or(Ok(()), Err)?;
+    writer.finish()?;
+    Ok(path)
+}
+
+pub fn as_is(_: u64, message: &Recorded) -> Option<Vec<u8>> {
+    Some(message.data.to_vec())
+}
