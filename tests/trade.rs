@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
+use flexcrank::scene::{IntegratorKind, ModelKind, Scene, SceneSource};
 use flexcrank::simulation::Simulation;
 use flexcrank::study::trade::{Demands, Output, Question, Refusal, Selection, Study, choose, study};
 
@@ -190,6 +190,28 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
     assert!(by_angle.trial.errors.energy < 1e-4 && by_angle.trial.long_energy.is_none(), "a short run shows none of it");
     assert_eq!(by_energy.row.configuration.family.integrator, IntegratorKind::Esdirk);
     assert!(by_energy.passed_over == 1 && by_energy.trial.long_energy.unwrap() < 1e-4, "{:?}", by_energy.trial);
+}
+
+/// The default scene has what `trade --tolerance 1e-3 --real-time-factor 20` chooses, here among the settings near it. The choice is by
+/// counted work, so a busy machine does not change it.
+#[test]
+fn val_the_default_scene_has_what_trade_chooses() {
+    let source = open("crank-slider", &[]);
+    let selection = Selection {
+        models: vec![ModelKind::Modal],
+        integrators: vec![IntegratorKind::GeneralizedAlpha, IntegratorKind::Esdirk],
+        modes: vec![3, 4],
+        steps_s: vec![5e-3, 2e-3, 1e-3, 5e-4],
+        ..Selection::default()
+    };
+    let question = Question { enough: Some(2.5e-4), ..ask(selection, &Output::USUAL, 60.0) };
+    let told = answer(&source, &question);
+    let demands = Demands { tolerance: 1e-3, real_time_factor: 1.0 };
+    let chosen = choose(&source.scene, &told, &demands, 60.0, &mut |_| {}).unwrap();
+    let copy = SceneSource::parse("copy", &source.text, &chosen.row.configuration.keys(&source.scene)).unwrap().scene;
+    assert_eq!(copy.solver, source.scene.solver, "{}", chosen.row.configuration);
+    let modes = |scene: &Scene| scene.chain().unwrap().links.iter().map(|link| link.modes).collect::<Vec<_>>();
+    assert_eq!(modes(&copy), modes(&source.scene));
 }
 
 #[test]

@@ -275,7 +275,7 @@ impl Simulation {
         let torque = self.law.torque;
         self.saved.clear();
         self.engine.save(&mut self.saved);
-        let taken = self.advance(from_s, self.step_s, 0).map_err(Cause::from).and_then(|taken| {
+        let taken = self.advance([from_s, to_s], self.step_s, 0).map_err(Cause::from).and_then(|taken| {
             let energy = self.engine.energy(&self.law, to_s);
             let ledger = finite(&taken.work, &energy).and(self.ledger.after(taken.work, energy, self.engine.keeps_energy()))?;
             Ok((taken.effort, ledger))
@@ -304,9 +304,9 @@ impl Simulation {
         self.constant_nm + self.pulses.mean_nm(from_s, to_s)
     }
 
-    /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep.
-    fn advance(&mut self, from_s: f64, h_s: f64, depth: u32) -> Result<Taken, StepError> {
-        let to_s = from_s + h_s;
+    /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep. Both ends are given:
+    /// `from_s + h_s` may round beyond the next step's beginning, and so into a pulse that begins there.
+    fn advance(&mut self, [from_s, to_s]: [f64; 2], h_s: f64, depth: u32) -> Result<Taken, StepError> {
         let rise_nm_per_s = if self.rises { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
         self.law.torque = Torque { mean_nm: self.mean_torque_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s };
         let failed = match self.engine.step(&self.law, from_s, h_s) {
@@ -315,8 +315,9 @@ impl Simulation {
         };
         self.retried += 1;
         let half_s = 0.5 * h_s;
-        let mut taken = self.advance(from_s, half_s, depth + 1).map_err(|_| failed)?;
-        taken += self.advance(from_s + half_s, half_s, depth + 1).map_err(|_| failed)?;
+        let middle_s = from_s + half_s;
+        let mut taken = self.advance([from_s, middle_s], half_s, depth + 1).map_err(|_| failed)?;
+        taken += self.advance([middle_s, to_s], half_s, depth + 1).map_err(|_| failed)?;
         Ok(taken)
     }
 
