@@ -121,7 +121,7 @@ fn prop_what_if_is_what_would_have_been() -> Outcome {
     }
     let thicker =
         attempt(Change { overrides: vec!["rod.density_kg_per_m3=7701.0".to_owned()], ..Change::default() }, "thicker.mcap")?;
-    assert_eq!(thicker.parting.first.map(|first| first.instant), Some((0, 20)));
+    assert_eq!(thicker.parting.first.map(|first| first.instant), Some((0, 10)));
     let same = attempt(Change { overrides: vec!["rod.length_m=1.5".to_owned()], ..Change::default() }, "same.mcap")?;
     assert_eq!(same.parting.first, None);
     for name in ["added.mcap", "thicker.mcap", "same.mcap"] {
