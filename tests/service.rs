@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use common::{Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
@@ -269,8 +269,15 @@ fn prop_an_oscillator_has_energies_too() -> Outcome {
 #[test]
 fn prop_energies_reach_who_subscribes_to_them_and_the_snapshot() -> Outcome {
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1.0), None, |live| live.record = None)?;
-    let mut joined = client::join(&service.client, &service.name, Topic::Energies)?;
-    let before = joined.snapshot.energies.and_then(|energies| energies.stamp).ok_or("none in the snapshot")?;
+    let begun = Instant::now();
+    // The snapshot is empty until the first state has been handed over.
+    let (mut joined, before) = loop {
+        let joined = client::join(&service.client, &service.name, Topic::Energies)?;
+        if let Some(stamp) = joined.snapshot.energies.clone().and_then(|energies| energies.stamp) {
+            break (joined, stamp);
+        }
+        assert!(begun.elapsed() < Duration::from_secs(10), "none in the snapshot");
+    };
     let (payload, missing) = joined.next(Duration::from_secs(10)).ok_or("nothing comes")?;
     let first = Energies::decode(payload.as_slice())?;
     assert_eq!((missing, first.stamp.map(|stamp| stamp.step)), (0, Some(before.step + 5)), "200 times a second");
