@@ -62,7 +62,7 @@ def long(folder):
     recording, peak = folder / "long.mcap", []
     for seconds in (SECONDS / 4, SECONDS):
         recording.unlink(missing_ok=True)
-        run = ["run", "--pace", "max", "--until", str(seconds), "--publish-hz", "all", "--record", str(recording)]
+        run = ["run", "--pace", "max", "--until", str(seconds), "--publish-hz", "all", "--set", "solver.step_s=1e-3", "--record", str(recording)]
         subprocess.run([BINARY, *run, "--listen", free_endpoint(), "--name", "tables"], check=True, stderr=subprocess.DEVNULL)
         begun, most = time.monotonic(), 0.0
         process = subprocess.Popen([BINARY, "export", str(recording), "--parquet", str(folder / "long")], stdout=subprocess.DEVNULL)
