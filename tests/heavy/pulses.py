@@ -44,6 +44,8 @@ def main(total):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pulses.mcap"
         arguments = ["run", "--publish-hz", "all", "--record", str(path), "--set", "pulse=[]", "--set", f"solver.step_s={STEP_S}"]
+        # Rigid links: what the pulses do is all the energy there is, and nothing rings that the step does not resolve.
+        arguments += ["--set", "solver.model=rigid", "--set", "solver.integrator=runge-kutta"]
         with service([*arguments, "--set", "commands.pending_limit=65536"], "pulses") as (process, client):
             client.learn()
             endpoint = process.args[-1]
@@ -66,9 +68,9 @@ def main(total):
     exact = each * CLIENTS * TORQUE_NM * DURATION_S
     expect("the torque felt integrates to their impulse", abs(felt / exact - 1) < 1e-9, f"off by {felt / exact - 1:.1e}")
     last = topics["status"][-1][1]
-    energy_j = last.kinetic_j + last.strain_j + last.potential_j
+    energy_j = last.kinetic_j
     balance = abs(last.balance_error_j) / (abs(last.work_in_j) + energy_j + 1e-12)
-    expect("the energy ledger balances", balance < 1e-2, f"{balance:.1e} of work and energy")
+    expect("the energy ledger balances", balance < 1e-6, f"{balance:.1e} of work and energy")
     answers.sort()
     p99 = answers[len(answers) * 99 // 100]
     print(f"     answers: median {statistics.median(answers) * 1e3:.2f} ms, p99 {p99 * 1e3:.2f} ms, {p99 / STEP_S:.2f} steps")
