@@ -273,7 +273,7 @@ fn prop_energies_reach_who_subscribes_to_them_and_the_snapshot() -> Outcome {
     // The snapshot is empty until the first state has been handed over.
     let (mut joined, before) = loop {
         let joined = client::join(&service.client, &service.name, Topic::Energies)?;
-        if let Some(stamp) = joined.snapshot.energies.clone().and_then(|energies| energies.stamp) {
+        if let Some(stamp) = joined.snapshot.energies.and_then(|energies| energies.stamp) {
             break (joined, stamp);
         }
         assert!(begun.elapsed() < Duration::from_secs(10), "none in the snapshot");

@@ -138,7 +138,7 @@ const fn foretold() -> [[f64; STAGES - 1]; STAGES] {
     let mut weights = [[0.0; STAGES - 1]; STAGES];
     let mut i = 2;
     while i < STAGES {
-        let first = if i > 3 { i - 3 } else { 0 };
+        let first = i.saturating_sub(3);
         let mut j = first;
         while j < i {
             let (mut weight, mut k) = (1.0, first);
@@ -302,9 +302,9 @@ mod tests {
 
     #[test]
     fn order_conditions_hold_to_rounding() {
-        for stage in 0..STAGES {
-            assert!((row(stage, 0) - C[stage]).abs() < 1e-15, "stage {stage}: its place");
-            assert!((row(stage, 1) - C[stage].powi(2) / 2.0).abs() < 1e-15, "stage {stage}: stage order 2");
+        for (stage, place) in C.into_iter().enumerate() {
+            assert!((row(stage, 0) - place).abs() < 1e-15, "stage {stage}: its place");
+            assert!((row(stage, 1) - place.powi(2) / 2.0).abs() < 1e-15, "stage {stage}: stage order 2");
         }
         let twice = |stage: usize| -> f64 {
             (0..stage).map(|j| A[stage][j] * row(j, 1)).sum::<f64>() + if stage > 0 { GAMMA * row(stage, 1) } else { 0.0 }

@@ -51,7 +51,7 @@ pub fn rewritten_with_rates(
                 let Some(data) = rewrite(number, message) else { return Ok(()) };
                 let topic = &message.channel.topic;
                 if !channels.contains_key(topic) {
-                    let schema = message.channel.schema.as_ref().expect("a schema");
+                    let Some(schema) = message.channel.schema.as_ref() else { return Ok(()) };
                     let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
                     channels.insert(topic.clone(), writer.add_channel(schema, topic, "protobuf", &Default::default())?);
                 }
