@@ -263,7 +263,8 @@ fn prop_a_changed_command_is_named() -> Outcome {
 #[test]
 fn prop_a_changed_energy_is_named() -> Outcome {
     let (_folder, file) = short()?;
-    let fields: [(&str, fn(&mut Energies) -> &mut Option<f64>); 5] = [
+    type Field = fn(&mut Energies) -> &mut Option<f64>;
+    let fields: [(&str, Field); 5] = [
         ("kinetic_j", |row| &mut row.kinetic_j),
         ("work_in_j", |row| &mut row.work_in_j),
         ("dissipated_j", |row| &mut row.dissipated_j),

@@ -1,11 +1,11 @@
-//! ESDIRK4(3)6L[2]SA: fourth order, implicit, forgets what the step does not resolve, with an error estimate.
+//! ESDIRK4(3)6L\[2\]SA: fourth order, implicit, forgets what the step does not resolve, with an error estimate.
 
 use super::newton::{Newton, NewtonSettings, Trial};
 use super::system::{
     Effort, ErrorTerm, LocalError, State, StepError, System, Taken, Weights, Work, all_finite, solve_acceleration,
 };
 
-/// The implicit half of ARK4(3)6L[2]SA (Kennedy & Carpenter, Appl. Numer. Math. 44, 2003), a diagonally implicit Runge–Kutta method
+/// The implicit half of ARK4(3)6L\[2\]SA (Kennedy & Carpenter, Appl. Numer. Math. 44, 2003), a diagonally implicit Runge–Kutta method
 /// of six stages, the first of them explicit:
 ///
 /// ```text

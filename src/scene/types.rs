@@ -305,7 +305,7 @@ pub enum IntegratorKind {
     GeneralizedAlpha,
     /// Classical explicit Runge–Kutta, fourth order.
     RungeKutta,
-    /// Diagonally implicit Runge–Kutta of fourth order, ESDIRK4(3)6L[2]SA (Kennedy & Carpenter 2003).
+    /// Diagonally implicit Runge–Kutta of fourth order, ESDIRK4(3)6L\[2\]SA (Kennedy & Carpenter 2003).
     Esdirk,
 }
 

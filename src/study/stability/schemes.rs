@@ -18,7 +18,7 @@ pub enum Scheme {
     GeneralizedAlpha(f64),
     /// Runge–Kutta of fourth order.
     RungeKutta,
-    /// ESDIRK4(3)6L[2]SA.
+    /// ESDIRK4(3)6L\[2\]SA.
     Esdirk,
 }
 
