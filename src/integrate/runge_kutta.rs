@@ -73,7 +73,7 @@ impl RungeKutta {
     /// `d = h (k₄ − k₅)/6`, `z⁴/72` per eigenvalue; the step itself by `−z⁵/120`: the change of d over a step, times −0.6. It is that of
     /// the step before, as the last slope is only known now.
     pub(super) fn local_error(&self) -> LocalError<'_> {
-        LocalError { q: ErrorTerm::Difference(&self.error_v, -0.6), v: ErrorTerm::Difference(&self.error_a, -0.6) }
+        LocalError { q: ErrorTerm::Difference(&self.error_v, -0.6, 4), v: ErrorTerm::Difference(&self.error_a, -0.6, 4) }
     }
 
     /// Advances `state` from `t_s` to `t_s + h_s`.

@@ -113,7 +113,7 @@ impl Weights {
 pub struct Singular;
 
 /// Everything that a scheme carries from one step to the next: copy it, and the run resumes bit for bit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct State {
     /// Coordinates at the present time.
     pub q: Vec<f64>,
@@ -163,8 +163,9 @@ impl AddAssign for Effort {
 pub enum ErrorTerm<'a> {
     /// The vector times the factor.
     Direct(&'a [f64], f64),
-    /// The change of the vector since the step before, times the factor: one order more.
-    Difference(&'a [f64], f64),
+    /// The change of the vector since the step before, times the factor: one order more. The vector itself grows as this power of the
+    /// step, which tells its change where steps differ.
+    Difference(&'a [f64], f64, i32),
 }
 
 /// Leading error of the last step, solution less truth, of coordinates and velocities: exact for linear systems, as the step goes to 0.

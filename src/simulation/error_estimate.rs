@@ -11,8 +11,8 @@ const PEAK: f64 = 2.0;
 pub(super) struct Term {
     pub measure: Measure,
     pub factor: f64,
-    /// Whether the change since the step before counts.
-    pub difference: bool,
+    /// If the change since the step before counts: the power of the step as which the measure grows.
+    pub power: Option<i32>,
 }
 
 /// Estimated error of the time discretization since the epoch began.
@@ -42,26 +42,33 @@ pub struct ErrorEstimate {
     pub deflection_sum_m: f64,
     /// Error of the last step in the first link's chord angle, rad.
     pub last_step_rad: f64,
-    /// What the last step left behind, of coordinates and of velocities.
+    /// What the last step left behind, of coordinates and of velocities, over the power of the step as which it grows.
     pub left: [Measure; 2],
 }
 
 impl ErrorEstimate {
-    /// Adds a step of `h_s` by its terms, of coordinates and velocities.
-    pub(super) fn add(&mut self, h_s: f64, terms: [Term; 2]) {
+    /// Begins a step, which may be taken in parts.
+    pub(super) fn next_step(self) -> Self {
+        ErrorEstimate { last_step_rad: 0.0, ..self }
+    }
+
+    /// The estimate with one more part of a step, of `h_s`, by its terms, of coordinates and velocities.
+    pub(super) fn after(mut self, h_s: f64, terms: [Term; 2]) -> Self {
         let mut errors = [Measure::default(); 2];
-        for ((error, term), left) in errors.iter_mut().zip(&terms).zip(&self.left) {
-            let before = if term.difference { *left } else { Measure::default() };
-            error.angle_rad = term.factor * (term.measure.angle_rad - before.angle_rad);
-            error.deflection_m = term.factor * (term.measure.deflection_m - before.deflection_m);
+        for ((error, term), left) in errors.iter_mut().zip(&terms).zip(&mut self.left) {
+            let Term { measure: Measure { angle_rad, deflection_m }, factor, power } = *term;
+            let (size, before) = power.map_or((1.0, Measure::default()), |power| (h_s.powi(power), *left));
+            error.angle_rad = factor * (angle_rad - size * before.angle_rad);
+            error.deflection_m = factor * (deflection_m - size * before.deflection_m);
+            *left = Measure { angle_rad: angle_rad / size, deflection_m: deflection_m / size };
         }
-        self.left = terms.map(|term| term.measure);
         let [of_q, of_v] = errors;
         self.drift_rad += h_s * self.rate_rad_per_s;
         self.rate_rad_per_s += of_v.angle_rad;
         self.angle_sum_rad += of_q.angle_rad.abs();
         self.deflection_sum_m += of_q.deflection_m.abs();
-        self.last_step_rad = of_q.angle_rad.abs();
+        self.last_step_rad += of_q.angle_rad.abs();
+        self
     }
 
     /// Of the first link's chord angle, rad.

@@ -75,11 +75,11 @@ impl<M: Mechanism> Engine for Integrated<M> {
     fn local_error(&self, h_s: f64) -> Option<[Term; 2]> {
         let LocalError { q, v } = self.integrator.local_error(h_s);
         Some([q, v].map(|term| {
-            let (vector, factor, difference) = match term {
-                ErrorTerm::Direct(vector, factor) => (vector, factor, false),
-                ErrorTerm::Difference(vector, factor) => (vector, factor, true),
+            let (vector, factor, power) = match term {
+                ErrorTerm::Direct(vector, factor) => (vector, factor, None),
+                ErrorTerm::Difference(vector, factor, power) => (vector, factor, Some(power)),
             };
-            Term { measure: self.mechanism.measure(&self.state.q, vector), factor, difference }
+            Term { measure: self.mechanism.measure(&self.state.q, vector), factor, power }
         }))
     }
 

@@ -4,7 +4,8 @@ use super::error::Cause;
 use crate::integrate::Work;
 use crate::mechanics::Energy;
 
-/// Energy over this many times what is accounted for is divergence.
+/// Energy over this many times what is accounted for is divergence, and so is dissipation in one step: the quadrature of a step that a
+/// damper nearly stops may overshoot what there was.
 const ENERGY_FACTOR: f64 = 2.0;
 /// The same where not all of the energy is known: the thesis's method drops strain in every step, and its kinetic energy alone has
 /// passed twice what was put in while it followed the thesis's listing.
@@ -98,10 +99,10 @@ impl Ledger {
         if grew { Err(Cause::EnergyGrew { energy_j, accounted_j, factor }) } else { Ok(()) }
     }
 
-    /// A step dissipates no more than there was, and moves the balance by no large part of it.
+    /// A step does not dissipate far more than there was, nor move the balance by a large part of it.
     fn judge_balance(&self, before: &Ledger, work: Work) -> Result<(), Cause> {
         let accounted_j = self.in_play_j();
-        if work.dissipated_j > accounted_j + ENERGY_FLOOR_J {
+        if work.dissipated_j > ENERGY_FACTOR * accounted_j + ENERGY_FLOOR_J {
             return Err(Cause::Dissipated { dissipated_j: work.dissipated_j, accounted_j });
         }
         let moved_j = self.balance_error_j() - before.balance_error_j();
@@ -196,10 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_step_that_dissipates_more_than_there_was_is_divergence() {
-        assert!(matches!(ten().after(work(0.0, 10.1), kinetic(0.0), true), Err(Cause::Dissipated { .. })));
-        assert!(ten().after(work(0.0, 9.9), kinetic(0.0), true).is_ok());
-        assert!(ten().after(work(0.0, 10.1), kinetic(0.0), false).is_ok());
+    fn prop_a_step_that_dissipates_far_more_than_there_was_is_divergence() {
+        assert!(matches!(ten().after(work(0.0, 20.1), kinetic(0.0), true), Err(Cause::Dissipated { .. })));
+        // Below that, the balance tells.
+        assert!(matches!(ten().after(work(0.0, 19.9), kinetic(0.0), true), Err(Cause::BalanceMoved { .. })));
+        assert!(ten().after(work(0.0, 10.1), kinetic(0.0), true).is_ok());
+        assert!(ten().after(work(0.0, 20.1), kinetic(0.0), false).is_ok());
     }
 
     #[test]

@@ -41,6 +41,10 @@ use ledger::Ledger;
 
 /// How often a step that fails is halved before the simulation gives up.
 const HALVINGS: u32 = 4;
+/// A step is cut into at most so many parts at the edges of pulses: a flood of pulses must not make steps late.
+const MOST_PARTS: usize = 5;
+/// A part of a step is no shorter than this part of it.
+const SHORTEST_PART: f64 = 1e-6;
 
 /// Longest duration and longest delay of a commanded pulse, s.
 const HOUR_S: f64 = 3600.0;
@@ -272,10 +276,11 @@ impl Simulation {
     /// [`Diverged`] when the step could not be taken, or its energies say that it went wrong; the last good state stays.
     pub fn step(&mut self) -> Result<(), Diverged> {
         let (from_s, to_s) = (self.time_s(), (self.step + 1) as f64 * self.step_s);
-        let torque = self.law.torque;
+        let (torque, error) = (self.law.torque, self.error);
         self.saved.clear();
         self.engine.save(&mut self.saved);
-        let taken = self.advance([from_s, to_s], self.step_s, 0).map_err(Cause::from).and_then(|taken| {
+        self.error = self.error.map(ErrorEstimate::next_step);
+        let taken = self.advance_from_edge_to_edge(from_s, to_s).map_err(Cause::from).and_then(|taken| {
             let energy = self.engine.energy(&self.law, to_s);
             let ledger = finite(&taken.work, &energy).and(self.ledger.after(taken.work, energy, self.engine.keeps_energy()))?;
             Ok((taken.effort, ledger))
@@ -283,15 +288,12 @@ impl Simulation {
         let (effort, ledger) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
             self.law.torque = torque;
+            self.error = error;
             self.diverged(cause)
         })?;
         self.step += 1;
         self.effort = effort;
         self.ledger = ledger;
-        self.error = self.error.zip(self.engine.local_error(self.step_s)).map(|(mut error, terms)| {
-            error.add(self.step_s, terms);
-            error
-        });
         self.impulse_nm_s += self.mean_torque_nm(from_s, to_s) * self.step_s;
         self.law.torque = Torque::constant(self.constant_nm + self.pulses.value_nm(to_s));
         self.impulse_over_s += self.step_s;
@@ -304,6 +306,20 @@ impl Simulation {
         self.constant_nm + self.pulses.mean_nm(from_s, to_s)
     }
 
+    /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a pulse to the next: a load
+    /// that begins or ends inside a step would cost it its order.
+    fn advance_from_edge_to_edge(&mut self, mut from_s: f64, to_s: f64) -> Result<Taken, StepError> {
+        let (mut taken, mut h_s) = (Taken::default(), self.step_s);
+        let margin_s = SHORTEST_PART * self.step_s;
+        for _ in 1..if self.rises { MOST_PARTS } else { 1 } {
+            let Some(edge_s) = self.pulses.edge_within(from_s + margin_s, to_s - margin_s) else { break };
+            taken += self.advance([from_s, edge_s], edge_s - from_s, 0)?;
+            (from_s, h_s) = (edge_s, to_s - edge_s);
+        }
+        taken += self.advance([from_s, to_s], h_s, 0)?;
+        Ok(taken)
+    }
+
     /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep. Both ends are given:
     /// `from_s + h_s` may round beyond the next step's beginning, and so into a pulse that begins there.
     fn advance(&mut self, [from_s, to_s]: [f64; 2], h_s: f64, depth: u32) -> Result<Taken, StepError> {
@@ -311,7 +327,10 @@ impl Simulation {
         self.law.torque = Torque { mean_nm: self.mean_torque_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s };
         let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < HALVINGS => failed,
-            taken => return taken,
+            taken => {
+                self.error = self.error.zip(self.engine.local_error(h_s)).map(|(error, terms)| error.after(h_s, terms));
+                return taken;
+            }
         };
         self.retried += 1;
         let half_s = 0.5 * h_s;

@@ -115,7 +115,8 @@ fn mean_nm(pulse: &Pulse, from_s: f64, to_s: f64) -> f64 {
 /// mean and first moment. With `w` the overlap's share of the step and `o` the offset of its middle over h it is
 /// `12/h · w (½ w moment + o mean)` of the overlap's own.
 ///
-/// 0 for a rectangle: its edges within a step stay spread over the step, so that torque times travel is the work of every step.
+/// 0 for a rectangle: where more edges fall within a step than it has parts, they stay spread over the rest of it, so that torque times
+/// travel is the work of every step.
 #[inline]
 fn rise_nm_per_s(pulse: &Pulse, from_s: f64, to_s: f64) -> f64 {
     if pulse.shape == PulseShape::Rectangular {
@@ -191,6 +192,12 @@ impl Pulses {
     /// `12 ∫ (s − m) τ ds / h³` with m the middle.
     pub fn rise_nm_per_s(&self, from_s: f64, to_s: f64) -> f64 {
         self.begun(to_s).map(|pulse| rise_nm_per_s(pulse, from_s, to_s)).sum()
+    }
+
+    /// The first time between the two at which a pulse begins or ends, s.
+    pub fn edge_within(&self, from_s: f64, to_s: f64) -> Option<f64> {
+        let edges = self.begun(to_s).flat_map(|pulse| [pulse.start_s, pulse.start_s + pulse.duration_s]);
+        edges.filter(|&edge_s| from_s < edge_s && edge_s < to_s).min_by(f64::total_cmp)
     }
 
     /// Torque just before `time_s`, N·m.

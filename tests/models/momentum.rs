@@ -73,16 +73,16 @@ fn angular_momentum(scene: &Scene, state: &[f64]) -> f64 {
     (0..n).map(|i| (there[i] - here[i]) * (moved[i] - at_rest[i])).sum()
 }
 
-/// Two flexible links on a free pivot, damped inside only, under gentle pulses: no scheme keeps angular momentum to rounding where
-/// inertia depends on the configuration. A hundred times the torque is lost in part: ESDIRK then delivers 0.4 of it, as it carries what
-/// its first stage lacks of a jump in stages that lie far apart; two-point lacks 1.6e-3.
+/// Two flexible links on a free pivot, damped inside only: no scheme keeps angular momentum to rounding where inertia depends on the
+/// configuration. The strongest pulses bend the links by more than a radian within a few steps.
 #[test]
 fn prop_a_free_chain_gains_the_angular_impulse_of_its_pulses() {
     let text = Kind { damped: true, ..Kind::plain(Shape::Free) }.toml();
-    for (integrator, step_s, bound) in [
-        (IntegratorKind::Esdirk, 2e-4, 5e-5),
-        (IntegratorKind::TwoPoint, 1e-4, 1e-4),
-        (IntegratorKind::GeneralizedAlpha, 1e-4, 1e-4),
+    for (integrator, step_s, bounds) in [
+        (IntegratorKind::Esdirk, 2e-4, &[1e-7, 1e-5, 3e-2][..]),
+        (IntegratorKind::TwoPoint, 1e-4, &[2e-7, 2e-5, 1e-2]),
+        // It declares itself diverged under the strongest.
+        (IntegratorKind::GeneralizedAlpha, 1e-4, &[1e-6, 1e-4]),
     ] {
         let free = [
             "base={}",
@@ -94,9 +94,11 @@ fn prop_a_free_chain_gains_the_angular_impulse_of_its_pulses() {
         ];
         let keys = solver(ModelKind::Modal, integrator, step_s);
         let scene = scene(&text, &[&free[..], &keys.each_ref().map(String::as_str)].concat());
-        let (run, impulse) = fired(&scene, 0.01);
-        let error = angular_momentum(&scene, &run.checkpoint().state) / impulse - 1.0;
-        println!("{integrator:?}: {error:.1e} of {impulse} N·m·s");
-        assert!(error.abs() < bound, "{integrator:?}: {error:e} of {impulse} N·m·s");
+        for (part, &bound) in [0.01, 0.1, 1.0].into_iter().zip(bounds) {
+            let (run, impulse) = fired(&scene, part);
+            let error = angular_momentum(&scene, &run.checkpoint().state) / impulse - 1.0;
+            println!("{integrator:?}: {error:.1e} of {impulse} N·m·s");
+            assert!(error.abs() < bound, "{integrator:?}: {error:e} of {impulse} N·m·s");
+        }
     }
 }
