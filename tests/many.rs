@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use common::{Outcome, Service, linked_sessions, scene};
 use flexcrank::bus::{self, BusOptions, Endpoint, Name, Topic, client};
-use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, Stepping, Waking};
+use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, SteppingOptions, ThreadOptions};
 use flexcrank::service::{self, Member};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{AppliedCommand, Loads, Status, TorquePulse};
@@ -188,14 +188,18 @@ fn prop_many_services_share_a_process_and_nothing_else() -> Outcome {
     for number in 0..COUNT {
         let live = service::Live {
             name: format!("many-{number:03}").parse()?,
-            stepping: Stepping { pace: Pace::Factor(1.0), until_s: Some(0.5 + 0.1 * number as f64), ..Stepping::default() },
+            stepping: SteppingOptions {
+                pace: Pace::Factor(1.0),
+                until_s: Some(0.5 + 0.1 * number as f64),
+                ..SteppingOptions::default()
+            },
             record: Some(folder.path().join(format!("{number}.mcap"))),
             ..common::live(scene.clone(), folder.path())?
         };
         members.push(Member { live, simulation: Simulation::new(&scene.scene)?, shadow: None });
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
-    let waking = Waking { spin: Spin::NONE, realtime: false };
+    let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
     let running = thread::spawn(move || {
         let reports = runtime.block_on(service::run_all(&session, members, waking, std::future::pending()));
         bus::close(&session)?;

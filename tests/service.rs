@@ -173,7 +173,7 @@ fn prop_a_recording_is_never_overwritten() -> Outcome {
 #[test]
 fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
     let scene = scene(&[])?;
-    let shadow = flexcrank::runtime::Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
+    let shadow = flexcrank::runtime::ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
     let folder = tempfile::tempdir()?;
     let service = Service::start_with(folder, scene, Some(shadow), Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
     client::pulse(&service.client, &service.name, &pulse("p", 5.0, 0.1))?;

@@ -13,7 +13,7 @@ use super::signals::interrupted;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
-use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking, unbalanced};
+use crate::runtime::{Ending, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
 use crate::scene::{IntegratorKind, MODELS, SceneSource};
 use crate::service::{self, Live, LiveReport, Member};
 use crate::simulation::{EnergyVerdict, Simulation};
@@ -39,8 +39,8 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     for member in &members {
         warn_of_weight(&member.live);
     }
-    let spin = args.spin.unwrap_or(if count == 1 { Spin::Following } else { Spin::NONE });
-    let waking = Waking { spin, realtime: !args.no_realtime };
+    let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
+    let waking = ThreadOptions { spin, realtime: !args.no_realtime };
     let reports = runtime()?.block_on(async {
         let session = args.bus.options().open_service()?;
         let reports = service::run_all(&session, members, waking, interrupted()).await;
@@ -69,7 +69,7 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
     let live = Live {
         name,
         scene,
-        stepping: Stepping { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
+        stepping: SteppingOptions { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
         record: path,
         recordings: folder.to_owned(),
         flush_period: args.flush,
@@ -86,12 +86,12 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
 }
 
 /// The same scene by another model, with the integrator that usually suits it.
-fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
+fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<ShadowSimulation> {
     let mut overrides = vec![format!("solver.model={model}")];
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));
     let scene = SceneSource::parse(&format!("--shadow {model}"), &scene.text, &overrides)?;
-    Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
+    Ok(ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
 fn first_file(record: &Path, split: Option<Split>) -> PathBuf {

@@ -38,7 +38,7 @@ pub(super) struct Beginning {
 pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
     let Some(file) = &args.resume.resume else {
         let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
-        let publish = args.publish_hz.unwrap_or(PublishRate::USUAL.into());
+        let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
         let mut all = Vec::new();
         for scene in &args.scene {
             let scene = SceneSource::open(scene, &args.overrides)?;
@@ -56,7 +56,7 @@ pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
     };
     let source = Source::open(file)?;
     let name = args.name.clone().map_or_else(|| source.name.parse(), Ok)?;
-    let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::USUAL.into());
+    let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
     let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, args.resume.at)?;
     let of = format!(
         "{} at step {} of epoch {}, t = {} s",

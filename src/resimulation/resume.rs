@@ -50,7 +50,7 @@ pub fn resume(source: &Source, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Res
     }
     let sampling = |simulation: &mut Simulation| {
         // A sample that was due ended the time that the next one's mean torque is of.
-        if source.publish.is_some_and(|rates| rates.loads.takes(simulation.step_count(), simulation.step_s())) {
+        if source.publish.is_some_and(|rates| rates.loads.is_due(simulation.step_count(), simulation.step_s())) {
             simulation.take_mean_torque_nm();
         }
     };

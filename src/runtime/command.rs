@@ -37,12 +37,12 @@ pub struct Command {
 #[derive(Clone)]
 pub struct Inbox {
     queue: SyncSender<Command>,
-    counts: Arc<Counts>,
+    counts: Arc<SharedCounters>,
 }
 
 /// What is counted and wished for across threads.
 #[derive(Debug, Default)]
-pub struct Counts {
+pub struct SharedCounters {
     waiting: AtomicUsize,
     rejected: AtomicU64,
     dropped: AtomicU64,
@@ -51,7 +51,7 @@ pub struct Counts {
     thread: OnceLock<Thread>,
 }
 
-impl Counts {
+impl SharedCounters {
     /// Commands are taken by this thread: it may be asleep.
     pub(super) fn wake_with(&self, thread: Thread) {
         // It is told once.
@@ -97,7 +97,7 @@ pub fn inbox() -> (Inbox, Receiver<Command>) {
 
 impl Inbox {
     /// What this door has counted.
-    pub fn counts(&self) -> Arc<Counts> {
+    pub fn counts(&self) -> Arc<SharedCounters> {
         Arc::clone(&self.counts)
     }
 

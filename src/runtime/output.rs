@@ -4,14 +4,14 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::command::ReplyTo;
-use super::rates::{Due, TELEMETRY};
+use super::rates::{DueTopics, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{AppliedCommand, CommandReply, Overruns, Shadow, Status, control};
 
 /// One thing for the bus, the recording, or both.
 pub enum Output {
     /// The state at one instant, and the topics that it is for. Goes back to the stepping thread's pool afterwards.
-    Sample(Arc<Sample>, Due),
+    Sample(Arc<Sample>, DueTopics),
     /// A second model against the first.
     Shadow(Box<Shadow>, Stamp),
     /// The service's state.
@@ -23,7 +23,7 @@ pub enum Output {
     /// Full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
     /// Samples that did not leave because none was free to be filled.
-    Missed(MissedByTopic, Stamp),
+    MissedSamples(MissedSamplesByTopic, Stamp),
     /// Deadlines that were missed.
     Overruns(Box<Overruns>, Stamp),
     /// Nothing more comes from this simulator.
@@ -51,7 +51,7 @@ impl Outbox {
 
 /// Samples of one epoch that were left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Missed {
+pub struct MissedSamples {
     /// Step of the first.
     pub first_step: u64,
     /// Stamp of the last.
@@ -60,14 +60,14 @@ pub struct Missed {
     pub count: u64,
 }
 
-/// Samples that were left out, by topic: in the order of [`Due::by_topic`].
-pub type MissedByTopic = [Option<Missed>; TELEMETRY];
+/// Samples that were left out, by topic: in the order of [`DueTopics::by_topic`].
+pub type MissedSamplesByTopic = [Option<MissedSamples>; TELEMETRY];
 
-impl Missed {
+impl MissedSamples {
     /// One more, after those there are.
-    pub fn and(missed: Option<Missed>, last: Stamp) -> Missed {
+    pub fn and(missed: Option<MissedSamples>, last: Stamp) -> MissedSamples {
         let (first_step, count) = missed.map_or((last.step, 0), |missed| (missed.first_step, missed.count));
-        Missed { first_step, last, count: count + 1 }
+        MissedSamples { first_step, last, count: count + 1 }
     }
 }
 

@@ -11,10 +11,10 @@ pub enum PublishRate {
 
 impl PublishRate {
     /// What is published unless something else is asked for.
-    pub const USUAL: PublishRate = PublishRate::Hz(200.0);
+    pub const DEFAULT: PublishRate = PublishRate::Hz(200.0);
 
     /// Whether step `step` (the first is 1) of size `step_s` is published: whenever `n·h·rate` passes a whole number.
-    pub fn takes(self, step: u64, step_s: f64) -> bool {
+    pub fn is_due(self, step: u64, step_s: f64) -> bool {
         match self {
             PublishRate::All => true,
             PublishRate::Hz(rate_hz) => step == 0 || ticks(step, step_s, rate_hz) > ticks(step - 1, step_s, rate_hz),
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn val_publishes_as_many_samples_as_asked() {
-        let count = |rate: PublishRate, steps: u64, step_s: f64| (1..=steps).filter(|n| rate.takes(*n, step_s)).count();
+        let count = |rate: PublishRate, steps: u64, step_s: f64| (1..=steps).filter(|n| rate.is_due(*n, step_s)).count();
         assert_eq!(count(PublishRate::Hz(200.0), 60_000, 1e-3), 12_000);
         assert_eq!(count(PublishRate::Hz(300.0), 10_000, 1e-3), 3_000);
         assert_eq!(count(PublishRate::Hz(200.0), 100, 0.1), 100);
@@ -81,7 +81,7 @@ mod tests {
         let rates = [PublishRate::All, PublishRate::Hz(200.0), PublishRate::Hz(37.0), PublishRate::Hz(3e3), PublishRate::Hz(0.7)];
         for rate in rates {
             for (after, before) in [(0, 0), (0, 1), (5, 5), (3, 1), (0, 1000), (17, 18), (17, 19), (123, 4567)] {
-                let taken = (after + 1..before).filter(|n| rate.takes(*n, 1e-3)).count() as u64;
+                let taken = (after + 1..before).filter(|n| rate.is_due(*n, 1e-3)).count() as u64;
                 assert_eq!(rate.due_between(after, before, 1e-3), taken, "{rate:?} {after}..{before}");
             }
             assert_eq!(rate.to_string().parse(), Ok(rate));

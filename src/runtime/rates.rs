@@ -22,7 +22,7 @@ pub struct PublishRates {
 
 /// Which topics a step is published on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Due {
+pub struct DueTopics {
     /// On `displacements`.
     pub displacements: bool,
     /// On `angles`.
@@ -33,9 +33,9 @@ pub struct Due {
     pub energies: bool,
 }
 
-impl Due {
+impl DueTopics {
     /// On all of them.
-    pub const ALL: Due = Due { displacements: true, angles: true, loads: true, energies: true };
+    pub const ALL: DueTopics = DueTopics { displacements: true, angles: true, loads: true, energies: true };
 
     /// Topic by topic, in the order of the fields.
     pub fn by_topic(self) -> [bool; TELEMETRY] {
@@ -48,8 +48,8 @@ impl Due {
     }
 
     /// On those that `other` is not.
-    pub fn without(self, other: Due) -> Due {
-        Due {
+    pub fn without(self, other: DueTopics) -> DueTopics {
+        DueTopics {
             displacements: self.displacements && !other.displacements,
             angles: self.angles && !other.angles,
             loads: self.loads && !other.loads,
@@ -77,12 +77,12 @@ impl PublishRates {
     }
 
     /// What step `step` of size `step_s` is published on.
-    pub fn takes(&self, step: u64, step_s: f64) -> Due {
-        Due {
-            displacements: self.displacements.takes(step, step_s),
-            angles: self.angles.takes(step, step_s),
-            loads: self.loads.takes(step, step_s),
-            energies: self.energies.takes(step, step_s),
+    pub fn due_topics(&self, step: u64, step_s: f64) -> DueTopics {
+        DueTopics {
+            displacements: self.displacements.is_due(step, step_s),
+            angles: self.angles.is_due(step, step_s),
+            loads: self.loads.is_due(step, step_s),
+            energies: self.energies.is_due(step, step_s),
         }
     }
 }
@@ -116,7 +116,7 @@ impl FromStr for PublishRates {
                 None => return Err(BadRates),
             }
         }
-        let mut rates = rates.unwrap_or_else(|| PublishRate::USUAL.into());
+        let mut rates = rates.unwrap_or_else(|| PublishRate::DEFAULT.into());
         let mut energies = None;
         for (topic, rate) in named {
             match topic {
@@ -147,7 +147,7 @@ mod tests {
         for text in ["energies=5,100,angles=all,displacements=20", &slower.to_string(), &slower.by_topic()] {
             assert_eq!(text.parse(), Ok(slower), "{text}");
         }
-        assert_eq!("energies=5".parse(), Ok(PublishRates { energies, ..PublishRate::USUAL.into() }));
+        assert_eq!("energies=5".parse(), Ok(PublishRates { energies, ..PublishRate::DEFAULT.into() }));
         assert_eq!(slower.without_angles_and_loads(), PublishRates { energies, ..displacements.into() });
         assert_eq!("37".parse(), Ok(PublishRates::from(PublishRate::Hz(37.0))));
         assert_eq!(PublishRates::from(PublishRate::All).to_string(), "all");
@@ -159,11 +159,14 @@ mod tests {
     #[test]
     fn prop_a_step_is_published_where_its_rate_takes_it() {
         let rates: PublishRates = "angles=500,loads=100,displacements=10,energies=50".parse().unwrap_or(PublishRate::All.into());
-        let due = |step| rates.takes(step, 1e-3);
+        let due = |step| rates.due_topics(step, 1e-3);
         assert!(!due(1).any());
-        assert_eq!(due(2), Due { angles: true, ..Due::default() });
-        assert_eq!(due(10), Due { angles: true, loads: true, ..Due::default() });
-        assert_eq!(due(20), Due { displacements: false, ..Due::ALL });
-        assert_eq!((due(100), Due::ALL.without(due(20))), (Due::ALL, Due { displacements: true, ..Due::default() }));
+        assert_eq!(due(2), DueTopics { angles: true, ..DueTopics::default() });
+        assert_eq!(due(10), DueTopics { angles: true, loads: true, ..DueTopics::default() });
+        assert_eq!(due(20), DueTopics { displacements: false, ..DueTopics::ALL });
+        assert_eq!(
+            (due(100), DueTopics::ALL.without(due(20))),
+            (DueTopics::ALL, DueTopics { displacements: true, ..DueTopics::default() })
+        );
     }
 }

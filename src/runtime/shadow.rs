@@ -8,7 +8,7 @@ use crate::simulation::{Diverged, PulseRequest, Simulation};
 use crate::wire;
 
 /// The second simulation, and the computing time of both.
-pub struct Shadow {
+pub struct ShadowSimulation {
     model: ModelKind,
     simulation: Simulation,
     main_cost: Duration,
@@ -18,10 +18,10 @@ pub struct Shadow {
     lost: Option<Diverged>,
 }
 
-impl Shadow {
+impl ShadowSimulation {
     /// A simulation of the same scene by another model, at its start.
     pub fn new(model: ModelKind, simulation: Simulation) -> Self {
-        Shadow { model, simulation, main_cost: Duration::ZERO, own_cost: Duration::ZERO, steps: 0, lost: None }
+        ShadowSimulation { model, simulation, main_cost: Duration::ZERO, own_cost: Duration::ZERO, steps: 0, lost: None }
     }
 
     /// Steps after the main simulation, whose step took `main_cost`.

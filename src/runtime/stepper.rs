@@ -1,6 +1,6 @@
 //! One simulator on a stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
 
-mod commanding;
+mod commands;
 mod deadlines;
 mod reporting;
 
@@ -8,18 +8,18 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant, SystemTime};
 
-use super::command::{Command, Counts};
-use super::drive::{Waking, drive};
-use super::memory::Memory;
-use super::misses::{Doings, Misses, Round};
-use super::output::{Missed, MissedByTopic, Outbox, Output};
+use super::command::{Command, SharedCounters};
+use super::duration_histogram::DurationHistogram;
+use super::missed_deadlines::{MissedDeadlines, StepTimings, WakeUp};
+use super::output::{MissedSamples, MissedSamplesByTopic, Outbox, Output};
 use super::pacer::{Overrun, Pace, Pacer};
 use super::rate::PublishRate;
-use super::rates::{Due, PublishRates};
-use super::shadow::Shadow;
-use super::spread::Spread;
-use super::step_error::StepErrors;
-use super::waiting::Spin;
+use super::rates::{DueTopics, PublishRates};
+use super::reply_cache::ReplyCache;
+use super::shadow::ShadowSimulation;
+use super::spin::Spin;
+use super::step_error_histogram::StepErrorHistogram;
+use super::stepping_thread::{ThreadOptions, run_stepping_thread};
 use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 use reporting::STATUS_PERIOD;
@@ -34,7 +34,7 @@ const COMMANDS_AT_ONCE: usize = 16;
 
 /// How a run is stepped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stepping {
+pub struct SteppingOptions {
     /// How fast.
     pub pace: Pace,
     /// Simulated time at which the run is finished, s.
@@ -45,11 +45,11 @@ pub struct Stepping {
     pub overrun: Overrun,
 }
 
-impl Default for Stepping {
+impl Default for SteppingOptions {
     /// Real time without end, published as usual.
     fn default() -> Self {
-        let publish = PublishRate::USUAL.into();
-        Stepping { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
+        let publish = PublishRate::DEFAULT.into();
+        SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
     }
 }
 
@@ -73,7 +73,7 @@ pub enum Ending {
 
 /// A run that is over.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ended {
+pub struct RunSummary {
     /// How it ended.
     pub ending: Ending,
     /// Samples that were left out.
@@ -84,7 +84,7 @@ pub struct Ended {
 
 /// What a simulator needs next of its thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Next {
+pub(super) enum NextAction {
     /// To step at this time of the clock.
     Step(Duration),
     /// To be seen to at this time, or when a command comes.
@@ -93,12 +93,12 @@ pub(super) enum Next {
     Over,
 }
 
-impl Next {
+impl NextAction {
     /// When.
     pub(super) fn at(self) -> Duration {
         match self {
-            Next::Step(at) | Next::Idle(at) => at,
-            Next::Over => Duration::ZERO,
+            NextAction::Step(at) | NextAction::Idle(at) => at,
+            NextAction::Over => Duration::ZERO,
         }
     }
 }
@@ -112,31 +112,31 @@ pub struct Ports {
     /// Samples to be filled again: their number bounds what is on its way.
     pub pool: Receiver<Arc<Sample>>,
     /// What is counted across threads.
-    pub counts: Arc<Counts>,
+    pub counts: Arc<SharedCounters>,
 }
 
 /// The stepping thread's state.
 pub struct Stepper {
     simulation: Simulation,
-    shadow: Option<Shadow>,
-    stepping: Stepping,
+    shadow: Option<ShadowSimulation>,
+    stepping: SteppingOptions,
     ports: Ports,
     pacer: Pacer,
     clock: Instant,
-    next: Next,
+    next: NextAction,
     /// How long its thread spins before a deadline.
     spin: Duration,
     ending: Option<Ending>,
-    lateness: Spread,
-    step_cost: Spread,
-    step_errors: StepErrors,
-    doings: Doings,
-    misses: Misses,
+    lateness: DurationHistogram,
+    step_cost: DurationHistogram,
+    step_errors: StepErrorHistogram,
+    timings: StepTimings,
+    misses: MissedDeadlines,
     pacing_epoch: u64,
     given_up: Duration,
-    memory: Memory,
+    replies: ReplyCache,
     paused: bool,
-    singles: u64,
+    pending_single_steps: u64,
     stopping: bool,
     resumed: bool,
     epoch_start_s: f64,
@@ -145,11 +145,11 @@ pub struct Stepper {
     overruns: u64,
     dropped: u64,
     /// Samples left out that were not told of yet, by topic.
-    missed: MissedByTopic,
+    missed: MissedSamplesByTopic,
     accepted: u64,
     rejected: u64,
     /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
-    bent: f64,
+    worst_out_of_range: f64,
 }
 
 impl Stepper {
@@ -159,8 +159,8 @@ impl Stepper {
     /// When the lateness histogram cannot be made.
     pub fn new(
         simulation: Simulation,
-        shadow: Option<Shadow>,
-        stepping: Stepping,
+        shadow: Option<ShadowSimulation>,
+        stepping: SteppingOptions,
         ports: Ports,
     ) -> Result<Self, hdrhistogram::CreationError> {
         Ok(Stepper {
@@ -170,19 +170,19 @@ impl Stepper {
             ports,
             pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
             clock: Instant::now(),
-            next: Next::Step(Duration::ZERO),
+            next: NextAction::Step(Duration::ZERO),
             spin: Duration::ZERO,
             ending: None,
-            lateness: Spread::new()?,
-            step_cost: Spread::new()?,
-            step_errors: StepErrors::new()?,
-            doings: Doings::default(),
-            misses: Misses::default(),
+            lateness: DurationHistogram::new()?,
+            step_cost: DurationHistogram::new()?,
+            step_errors: StepErrorHistogram::new()?,
+            timings: StepTimings::default(),
+            misses: MissedDeadlines::default(),
             pacing_epoch: 0,
             given_up: Duration::ZERO,
-            memory: Memory::default(),
+            replies: ReplyCache::default(),
             paused: false,
-            singles: 0,
+            pending_single_steps: 0,
             stopping: false,
             resumed: false,
             epoch_start_s: 0.0,
@@ -190,17 +190,17 @@ impl Stepper {
             next_checkpoint_s: 0.0,
             overruns: 0,
             dropped: 0,
-            missed: MissedByTopic::default(),
+            missed: MissedSamplesByTopic::default(),
             accepted: 0,
             rejected: 0,
-            bent: 0.0,
+            worst_out_of_range: 0.0,
         })
     }
 
     /// Takes up a session: its epoch began at `epoch_start_s` of it, and `answers` were given to the commands before.
     pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
         self.epoch_start_s = epoch_start_s;
-        answers.iter().for_each(|answer| self.memory.keep(answer));
+        answers.iter().for_each(|answer| self.replies.insert(answer));
         self.resumed = true;
         self
     }
@@ -208,10 +208,10 @@ impl Stepper {
     /// Steps until the end on this thread, without any claim on it.
     ///
     /// Returns how it ended; `None` only if the thread that steps is gone.
-    pub fn run(self) -> Option<Ended> {
+    pub fn run(self) -> Option<RunSummary> {
         let (told, heard) = channel();
         let finish = Box::new(move |ended| drop(told.send(ended)));
-        drive(vec![(self, finish)], Waking { spin: Spin::NONE, realtime: false });
+        run_stepping_thread(vec![(self, finish)], ThreadOptions { spin: Spin::NONE, realtime: false });
         heard.recv().ok()
     }
 
@@ -221,7 +221,7 @@ impl Stepper {
     }
 
     /// What it needs next.
-    pub(super) fn next(&self) -> Next {
+    pub(super) fn next(&self) -> NextAction {
         self.next
     }
 
@@ -232,8 +232,8 @@ impl Stepper {
         self.checkpoint();
         // What was true where a session is taken up was published before.
         if !self.resumed {
-            let published = self.publish(Due::ALL);
-            self.heed(published);
+            let published = self.publish(DueTopics::ALL);
+            self.note_result(published);
         }
         self.status(State::Running, String::new());
         // So that many on one thread do not all report at once.
@@ -245,23 +245,23 @@ impl Stepper {
         self.pacer.anchor(now, self.session_s());
     }
 
-    fn heed(&mut self, taken: Result<(), Diverged>) {
+    fn note_result(&mut self, taken: Result<(), Diverged>) {
         self.ending = taken.err().map(Ending::Diverged).or(self.ending.take());
     }
 
     /// Sees to everything but steps; its thread spins for so long.
-    pub(super) fn tend(&mut self, spin: Duration) {
+    pub(super) fn housekeep(&mut self, spin: Duration) {
         let begun = self.clock.elapsed();
         self.spin = spin;
         self.status_if_due();
-        self.tell_overruns_if_due(begun);
+        self.report_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
         self.decide(more);
-        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
     /// Takes commands, as many as come before `until`.
-    pub(super) fn listen(&mut self, until: Duration) {
+    pub(super) fn take_commands_until(&mut self, until: Duration) {
         let more = self.take_commands(until);
         self.decide(more);
     }
@@ -269,39 +269,39 @@ impl Stepper {
     /// What is next; `more` commands may be waiting.
     fn decide(&mut self, more: bool) {
         self.next = if self.stopping || self.ending.is_some() {
-            Next::Over
-        } else if self.singles > 0 {
-            Next::Step(Duration::ZERO)
+            NextAction::Over
+        } else if self.pending_single_steps > 0 {
+            NextAction::Step(Duration::ZERO)
         } else if self.finished() {
             self.ending = Some(Ending::Finished);
-            Next::Over
+            NextAction::Over
         } else if self.paused {
-            Next::Idle(if more { Duration::ZERO } else { self.next_status })
+            NextAction::Idle(if more { Duration::ZERO } else { self.next_status })
         } else {
-            Next::Step(self.due().unwrap_or_default())
+            NextAction::Step(self.due().unwrap_or_default())
         };
-        if let Next::Step(due) = self.next {
-            self.doings.ready |= self.clock.elapsed() <= due;
+        if let NextAction::Step(due) = self.next {
+            self.timings.ready |= self.clock.elapsed() <= due;
         }
     }
 
     /// Ends; the last good state is published whatever the rate.
-    pub(super) fn end(&mut self) -> Ended {
+    pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.ending.take().unwrap_or(Ending::Stopped);
         let (state, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
             Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
             Ending::Late { step, late } => (State::Finished, format!("step {step} would have begun {late:.1?} late")),
         };
-        let rest = Due::ALL.without(self.due_topics());
+        let rest = DueTopics::ALL.without(self.due_topics());
         if rest.any() {
             // Of a state that cannot be looked at, the last that could was published before.
             let _ = self.publish(rest);
         }
-        self.tell_overruns();
+        self.report_overruns();
         self.status(state, message);
         self.send(Output::Over);
-        Ended { ending, dropped: self.dropped, verdict: self.simulation.energy_verdict() }
+        RunSummary { ending, dropped: self.dropped, verdict: self.simulation.energy_verdict() }
     }
 
     fn finished(&self) -> bool {
@@ -310,16 +310,16 @@ impl Stepper {
     }
 
     /// Takes the steps that are due together; it is `now`.
-    pub(super) fn step(&mut self, now: Duration, round: Round) {
-        let count = if self.paused { self.singles.min(BURST) } else { self.batch() };
-        if let Err(ending) = self.account_lateness(now, round, count) {
+    pub(super) fn step(&mut self, now: Duration, wake_up: WakeUp) {
+        let count = if self.paused { self.pending_single_steps.min(BURST) } else { self.batch() };
+        if let Err(ending) = self.account_lateness(now, wake_up, count) {
             return self.ending = Some(ending);
         }
         for _ in 0..count {
-            let taken = self.step_and_tell();
-            self.heed(taken);
+            let taken = self.step_and_publish();
+            self.note_result(taken);
             if self.paused {
-                self.singles -= 1;
+                self.pending_single_steps -= 1;
             }
             if self.ending.is_some() || self.finished() {
                 return;
@@ -327,7 +327,7 @@ impl Stepper {
         }
     }
 
-    fn step_and_tell(&mut self) -> Result<(), Diverged> {
+    fn step_and_publish(&mut self) -> Result<(), Diverged> {
         let begun = Instant::now();
         self.simulation.step()?;
         let cost = begun.elapsed();
@@ -335,7 +335,7 @@ impl Stepper {
         if let Some(error) = self.simulation.error_estimate() {
             self.step_errors.record(error.last_step_rad);
         }
-        self.doings.solving += cost;
+        self.timings.solving += cost;
         if let Some(shadow) = &mut self.shadow {
             shadow.follow(cost);
         }
@@ -349,8 +349,8 @@ impl Stepper {
     }
 
     /// What the present step is published on.
-    fn due_topics(&self) -> Due {
-        self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s())
+    fn due_topics(&self) -> DueTopics {
+        self.stepping.publish.due_topics(self.simulation.step_count(), self.simulation.step_s())
     }
 
     /// Simulated time since the session began, through all resets, s.
@@ -374,28 +374,28 @@ impl Stepper {
     }
 
     /// Sends the present state. Without a free sample in the pool: in real time drops and counts, otherwise waits.
-    fn publish(&mut self, due: Due) -> Result<(), Diverged> {
+    fn publish(&mut self, due: DueTopics) -> Result<(), Diverged> {
         let begun = self.clock.elapsed();
-        let published = self.hand_over(due);
-        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        let published = self.send_sample(due);
+        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
         published
     }
 
-    fn hand_over(&mut self, due: Due) -> Result<(), Diverged> {
+    fn send_sample(&mut self, due: DueTopics) -> Result<(), Diverged> {
         let hurried = self.stepping.pace != Pace::Max && !self.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let stamp = self.stamp();
         let Some(mut free) = free else {
             self.dropped += 1;
             for (missed, _) in self.missed.iter_mut().zip(due.by_topic()).filter(|(_, due)| *due) {
-                *missed = Some(Missed::and(*missed, stamp));
+                *missed = Some(MissedSamples::and(*missed, stamp));
             }
             return Ok(());
         };
         // Nobody else has it: nothing is cloned.
         let sample = Arc::make_mut(&mut free);
         sample.observation.clone_from(self.simulation.observe()?);
-        self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
+        self.worst_out_of_range = self.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
         sample.ledger = self.simulation.ledger();
         if due.loads {
@@ -428,7 +428,7 @@ impl Stepper {
                 return true;
             }
             match self.ports.commands.try_recv() {
-                Ok(command) => self.consider(command),
+                Ok(command) => self.handle_command(command),
                 Err(TryRecvError::Empty) => return false,
                 Err(TryRecvError::Disconnected) => {
                     self.stopping = true;

@@ -11,14 +11,14 @@ use super::drawing::Drawing;
 use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Kept, Name, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
-use crate::runtime::{Counts, Due, MissedByTopic, Output, RecordingRequest, TELEMETRY};
+use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedCounters, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
 
 /// Last chunk of the key that checkpoints are recorded under; they are never published.
 const CHECKPOINT: &str = "checkpoint";
 
-/// Topics of samples, in the order of [`Due::by_topic`].
+/// Topics of samples, in the order of [`DueTopics::by_topic`].
 const OF_SAMPLES: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
 
 /// Called with every status, off the stepping thread.
@@ -66,7 +66,7 @@ pub(super) struct Desk {
     pub plan: RecordingPlan,
     pub recorder: Option<Recorder>,
     pub pool: SyncSender<Arc<Sample>>,
-    pub counts: Arc<Counts>,
+    pub counts: Arc<SharedCounters>,
     pub on_status: OnStatus,
     pub finished: Vec<Result<Written, RecordingError>>,
     /// Messages made so far.
@@ -117,7 +117,7 @@ impl Desk {
             }
             Output::Recording(request) => self.recording(request),
             Output::Checkpoint(checkpoint, stamp) => self.checkpoint(&checkpoint, &stamp),
-            Output::Missed(missed, stamp) => self.missed(&missed, &stamp),
+            Output::MissedSamples(missed, stamp) => self.missed(&missed, &stamp),
             Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
             Output::Over => {}
         }
@@ -132,12 +132,12 @@ impl Desk {
         self.full = full;
     }
 
-    fn sample(&mut self, sample: &Arc<Sample>, due: Due) {
+    fn sample(&mut self, sample: &Arc<Sample>, due: DueTopics) {
         let (telemetry, stamp) = (Arc::clone(&self.telemetry), &sample.stamp);
         if due.displacements {
             self.tell(Topic::Displacements, sample, || telemetry.displacements(sample).encode_to_vec());
         }
-        if self.drawing.as_mut().is_some_and(|drawing| drawing.takes(stamp.session_s())) {
+        if self.drawing.as_mut().is_some_and(|drawing| drawing.is_due(stamp.session_s())) {
             let time_ns = self.plan.session.log_time_ns(stamp.session_s());
             let has_slider = sample.observation.resistance_n.is_some();
             let draw = || wire::scene_update(&telemetry.displacements(sample), has_slider, time_ns).encode_to_vec();
@@ -189,7 +189,7 @@ impl Desk {
         self.hand_out(topic, stamp, Kept::Number, make);
     }
 
-    /// Counts a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
+    /// SharedCounters a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
     /// kept of the one before.
     fn hand_out(&mut self, topic: Topic, stamp: &Stamp, kept: Kept, make: impl FnOnce() -> Vec<u8>) -> Kept {
         self.now = Some(*stamp);
@@ -252,7 +252,7 @@ impl Desk {
     }
 
     /// Samples that never came here are missing on the bus and in the recording.
-    fn missed(&mut self, missed: &MissedByTopic, stamp: &Stamp) {
+    fn missed(&mut self, missed: &MissedSamplesByTopic, stamp: &Stamp) {
         let turns = self.telemetry.turns();
         let exists = |topic: &Topic| turns || !matches!(topic, Topic::Angles | Topic::Loads);
         for (topic, missed) in OF_SAMPLES.iter().zip(missed).filter(|(topic, _)| exists(topic)) {

@@ -14,7 +14,7 @@ impl Drawing {
     }
 
     /// Whether a sample at this time of the session is the first in its period.
-    pub(super) fn takes(&mut self, session_s: f64) -> bool {
+    pub(super) fn is_due(&mut self, session_s: f64) -> bool {
         let begun = (session_s * self.rate_hz + 1e-9).floor();
         let first = begun > self.begun;
         self.begun = self.begun.max(begun);
@@ -29,7 +29,7 @@ mod tests {
     #[test]
     fn val_a_modest_rate_takes_evenly_from_a_fast_one() {
         let mut drawing = Drawing::new(25.0);
-        let taken: Vec<u32> = (0..2000).filter(|&step| drawing.takes(f64::from(step) * 5e-3)).collect();
+        let taken: Vec<u32> = (0..2000).filter(|&step| drawing.is_due(f64::from(step) * 5e-3)).collect();
         assert_eq!(taken.len(), 250);
         assert!(taken.windows(2).all(|pair| pair[1] - pair[0] == 8), "every 40 ms of samples at 5 ms");
     }
@@ -37,6 +37,6 @@ mod tests {
     #[test]
     fn prop_no_sample_is_taken_twice_and_slow_ones_all() {
         let mut drawing = Drawing::new(25.0);
-        assert!(drawing.takes(0.0) && !drawing.takes(0.0) && drawing.takes(1.0) && drawing.takes(2.0));
+        assert!(drawing.is_due(0.0) && !drawing.is_due(0.0) && drawing.is_due(1.0) && drawing.is_due(2.0));
     }
 }

@@ -16,8 +16,8 @@ use super::gaps::Gaps;
 use crate::bus::{BusError, Endpoint, Name, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
-    Command, Ended, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, Shadow, Spin, Stepper, Stepping, Waking, drive,
-    inbox,
+    Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
+    SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::SceneSource;
 use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
@@ -37,7 +37,7 @@ pub struct Live {
     /// The scene.
     pub scene: SceneSource,
     /// Pace, end and publishing rate.
-    pub stepping: Stepping,
+    pub stepping: SteppingOptions,
     /// File to record to from the start, if any.
     pub record: Option<PathBuf>,
     /// Folder for recordings that are asked for by name.
@@ -99,7 +99,7 @@ pub struct Member {
     /// At its start.
     pub simulation: Simulation,
     /// The second one.
-    pub shadow: Option<Shadow>,
+    pub shadow: Option<ShadowSimulation>,
 }
 
 /// Runs a simulation on a thread without any claim on the system; see [`run_all`].
@@ -109,10 +109,10 @@ pub struct Member {
 pub async fn run(
     session: &Session,
     live: Live,
-    (simulation, shadow): (Simulation, Option<Shadow>),
+    (simulation, shadow): (Simulation, Option<ShadowSimulation>),
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
-    let waking = Waking { spin: Spin::NONE, realtime: false };
+    let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
     let mut reports = run_all(session, vec![Member { live, simulation, shadow }], waking, shutdown).await?;
     reports.pop().ok_or(ServiceError::Died("stepping"))
 }
@@ -125,7 +125,7 @@ pub async fn run(
 pub async fn run_all(
     session: &Session,
     members: Vec<Member>,
-    waking: Waking,
+    waking: ThreadOptions,
     shutdown: impl Future<Output = ()>,
 ) -> Result<Vec<LiveReport>, ServiceError> {
     let wary: Vec<&Name> = members.iter().filter(|member| !member.live.force).map(|member| &member.live.name).collect();
@@ -158,13 +158,13 @@ pub async fn run_all(
 /// What is to be heard of a simulation that runs.
 struct Run {
     inbox: Inbox,
-    ended: oneshot::Receiver<Ended>,
+    ended: oneshot::Receiver<RunSummary>,
     closed: oneshot::Receiver<Closed>,
 }
 
 impl Run {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let Ended { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
+        let RunSummary { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.counts().dropped();
@@ -175,7 +175,7 @@ impl Run {
 /// Threads, and what they are for.
 type Threads = Vec<(&'static str, JoinHandle<()>)>;
 
-fn start(session: &Session, members: Vec<Member>, waking: Waking) -> Result<(Vec<Run>, Threads), ServiceError> {
+fn start(session: &Session, members: Vec<Member>, waking: ThreadOptions) -> Result<(Vec<Run>, Threads), ServiceError> {
     let groups = available_parallelism().map_or(1, NonZeroUsize::get).min(members.len()).max(1);
     let samples = (SAMPLES_OF_ALL / members.len().max(1)).clamp(FEWEST_SAMPLES, SAMPLES_ON_THE_WAY);
     let mut runs = Vec::with_capacity(members.len());
@@ -187,7 +187,8 @@ fn start(session: &Session, members: Vec<Member>, waking: Waking) -> Result<(Vec
     for Group { steppers, desks, outputs, .. } in group {
         let output = move || serve(desks, &outputs);
         threads.push(("output", Builder::new().name("output".to_owned()).spawn(output)?));
-        threads.push(("stepping", Builder::new().name("stepping".to_owned()).spawn(move || drive(steppers, waking))?));
+        threads
+            .push(("stepping", Builder::new().name("stepping".to_owned()).spawn(move || run_stepping_thread(steppers, waking))?));
     }
     Ok((runs, threads))
 }

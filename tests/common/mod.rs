@@ -13,7 +13,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
-use flexcrank::runtime::{Pace, PublishRate, Shadow, Stepping};
+use flexcrank::runtime::{Pace, PublishRate, ShadowSimulation, SteppingOptions};
 use flexcrank::scene::SceneSource;
 use flexcrank::service::{self, Live, LiveReport, Resumption, ServiceError};
 use flexcrank::simulation::Simulation;
@@ -46,7 +46,7 @@ pub fn live(scene: SceneSource, folder: &Path) -> Result<Live, Box<dyn Error>> {
     Ok(Live {
         name: "test".parse()?,
         scene,
-        stepping: Stepping::default(),
+        stepping: SteppingOptions::default(),
         record: None,
         recordings: folder.to_owned(),
         flush_period: Duration::from_millis(200),
@@ -87,7 +87,7 @@ impl Service {
     pub fn start_with(
         folder: TempDir,
         scene: SceneSource,
-        shadow: Option<Shadow>,
+        shadow: Option<ShadowSimulation>,
         pace: Pace,
         until_s: Option<f64>,
         publish: PublishRate,
@@ -97,7 +97,7 @@ impl Service {
             folder,
             scene,
             (simulation, shadow),
-            Stepping { pace, until_s, publish: publish.into(), ..Stepping::default() },
+            SteppingOptions { pace, until_s, publish: publish.into(), ..SteppingOptions::default() },
             |_| {},
         )
     }
@@ -111,7 +111,7 @@ impl Service {
         change: impl FnOnce(&mut Live),
     ) -> Result<Self, Box<dyn Error>> {
         let simulation = Simulation::new(&scene.scene)?;
-        Self::launch(folder, scene, (simulation, None), Stepping { pace, until_s, ..Stepping::default() }, change)
+        Self::launch(folder, scene, (simulation, None), SteppingOptions { pace, until_s, ..SteppingOptions::default() }, change)
     }
 
     /// As fast as it can, from where a recording has left a simulation.
@@ -122,15 +122,16 @@ impl Service {
         until_s: f64,
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
-        let stepping = Stepping { pace: Pace::Max, until_s: Some(until_s), publish: publish.into(), ..Stepping::default() };
+        let stepping =
+            SteppingOptions { pace: Pace::Max, until_s: Some(until_s), publish: publish.into(), ..SteppingOptions::default() };
         Self::launch(tempfile::tempdir()?, scene, (simulation, None), stepping, |live| live.resumed = Some(resumption))
     }
 
     fn launch(
         folder: TempDir,
         scene: SceneSource,
-        simulations: (Simulation, Option<Shadow>),
-        stepping: Stepping,
+        simulations: (Simulation, Option<ShadowSimulation>),
+        stepping: SteppingOptions,
         change: impl FnOnce(&mut Live),
     ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;

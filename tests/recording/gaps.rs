@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::mpsc::{channel, sync_channel};
 use std::time::Duration;
 
-use flexcrank::runtime::{Outbox, Output, Pace, Ports, PublishRate, PublishRates, Stepper, Stepping, inbox};
+use flexcrank::runtime::{Outbox, Output, Pace, Ports, PublishRate, PublishRates, Stepper, SteppingOptions, inbox};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{Angles, Energies, Gap, Loads, Stamp};
 
@@ -51,11 +51,11 @@ fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
     let (_no_samples, pool) = sync_channel(1);
     let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: door.counts() };
     let publish = "all,loads=100,energies=10".parse::<PublishRates>()?;
-    let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..Stepping::default() };
+    let stepping = SteppingOptions { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..SteppingOptions::default() };
     let dropped = Stepper::new(simulation, None, stepping, ports)?.run().map_or(0, |ended| ended.dropped);
     let missed: Vec<_> = told
         .try_iter()
-        .filter_map(|(_, output)| if let Output::Missed(missed, _) = output { Some(missed) } else { None })
+        .filter_map(|(_, output)| if let Output::MissedSamples(missed, _) = output { Some(missed) } else { None })
         .collect();
     let of = |topic: usize| missed.iter().filter_map(move |missed| missed[topic]);
     assert_eq!((dropped, of(0).map(|missed| missed.count).sum::<u64>()), (501, 501));

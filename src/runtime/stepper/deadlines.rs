@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::{BURST, Ending, Next, Stepper};
-use crate::runtime::misses::{Doings, Round};
+use super::{BURST, Ending, NextAction, Stepper};
+use crate::runtime::missed_deadlines::{StepTimings, WakeUp};
 use crate::runtime::output::Output;
 use crate::runtime::pacer::{Overrun, Pace, Pacer, WAKE_UP_PERIOD};
 use crate::wire::Overruns;
@@ -23,16 +23,18 @@ impl Stepper {
         self.pacer.deadline(self.epoch_start_s + last as f64 * self.simulation.step_s())
     }
 
-    /// Counts how late `count` steps begin that begin `now`, and does what is to be done about it.
-    pub(super) fn account_lateness(&mut self, now: Duration, round: Round, count: u64) -> Result<(), Ending> {
-        let (Pace::Factor(factor), Next::Step(due), false) = (self.stepping.pace, self.next, self.paused) else { return Ok(()) };
+    /// SharedCounters how late `count` steps begin that begin `now`, and does what is to be done about it.
+    pub(super) fn account_lateness(&mut self, now: Duration, wake_up: WakeUp, count: u64) -> Result<(), Ending> {
+        let (Pace::Factor(factor), NextAction::Step(due), false) = (self.stepping.pace, self.next, self.paused) else {
+            return Ok(());
+        };
         let late = now.saturating_sub(due);
         self.lateness.record(late);
         let period = Duration::from_secs_f64(count as f64 * self.simulation.step_s() / factor);
-        let mut doings = Doings { began: round, ..Doings::default() };
+        let mut timings = StepTimings { began: wake_up, ..StepTimings::default() };
         if late > period {
-            let cause = self.doings.cause(due, now, round);
-            doings.before = Some(cause);
+            let cause = self.timings.cause(due, now, wake_up);
+            timings.before = Some(cause);
             self.overruns += count;
             let stamp = self.stamp();
             self.misses.note(&stamp, count, late, cause);
@@ -43,7 +45,7 @@ impl Stepper {
                 self.give_up(late);
             }
         }
-        self.doings = doings;
+        self.timings = timings;
         Ok(())
     }
 
@@ -55,13 +57,13 @@ impl Stepper {
     }
 
     /// Tells of missed deadlines, when it is time.
-    pub(super) fn tell_overruns_if_due(&mut self, now: Duration) {
+    pub(super) fn report_overruns_if_due(&mut self, now: Duration) {
         let overruns = self.misses.due(now);
         self.send_overruns(overruns);
     }
 
     /// Tells of missed deadlines.
-    pub(super) fn tell_overruns(&mut self) {
+    pub(super) fn report_overruns(&mut self) {
         let overruns = self.misses.rest();
         self.send_overruns(overruns);
     }

@@ -25,26 +25,26 @@ impl Stepper {
     /// not decide which steps those are. At the last step, the end of the run publishes it.
     pub(super) fn status_by_simulated_time(&mut self) {
         let real = self.stepping.pace == Pace::Factor(1.0) && !self.paused;
-        let due = !real && STATUS_RATE.takes(self.simulation.step_count(), self.simulation.step_s());
+        let due = !real && STATUS_RATE.is_due(self.simulation.step_count(), self.simulation.step_s());
         if !due || self.finished() {
             return;
         }
         let begun = self.clock.elapsed();
         self.status(if self.paused { State::Paused } else { State::Running }, String::new());
-        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
     /// Tells which samples were left out since this was last told.
-    pub(super) fn tell_missed(&mut self) {
+    pub(super) fn report_missed_samples(&mut self) {
         let missed = std::mem::take(&mut self.missed);
         if missed.iter().any(Option::is_some) {
             let stamp = self.stamp();
-            self.send(Output::Missed(missed, stamp));
+            self.send(Output::MissedSamples(missed, stamp));
         }
     }
 
     pub(super) fn status(&mut self, state: State, message: String) {
-        self.tell_missed();
+        self.report_missed_samples();
         let now = self.clock.elapsed();
         self.next_status = now + STATUS_PERIOD;
         let message = if message.is_empty() { self.warning() } else { message };
@@ -98,8 +98,11 @@ impl Stepper {
         if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = self.simulation.energy_verdict() {
             return unbalanced(worst_j, in_play_j);
         }
-        if self.bent > 0.0 {
-            return format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent);
+        if self.worst_out_of_range > 0.0 {
+            return format!(
+                "out of the model's range: a link was worst_out_of_range by {:.1} % of its length",
+                100.0 * self.worst_out_of_range
+            );
         }
         String::new()
     }

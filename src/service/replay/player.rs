@@ -14,7 +14,7 @@ use super::timeline::Timeline;
 use super::{Replay, ReplayReport};
 use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
 use crate::recording::{Recorded, Source};
-use crate::runtime::{Approach, Memory, Spread, approach, exact_timers};
+use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
 
@@ -53,14 +53,14 @@ pub(super) struct Player<'a> {
     clock: Instant,
     timeline: Timeline,
     /// Messages to be played one by one while paused.
-    singles: u64,
+    pending_single_steps: u64,
     /// Recorded time of the message that is to come, s.
     next_s: f64,
     moved: bool,
     stopping: bool,
     next_status: Duration,
-    memory: Memory,
-    lateness: Spread,
+    replies: ReplyCache,
+    lateness: DurationHistogram,
     messages: u64,
 }
 
@@ -86,13 +86,13 @@ impl<'a> Player<'a> {
             feed,
             clock: Instant::now(),
             timeline: Timeline::new(replay.rate, begin_s),
-            singles: 0,
+            pending_single_steps: 0,
             next_s: begin_s,
             moved: false,
             stopping: false,
             next_status: Duration::ZERO,
-            memory: Memory::default(),
-            lateness: Spread::new()?,
+            replies: ReplyCache::default(),
+            lateness: DurationHistogram::new()?,
             messages: 0,
         })
     }
@@ -188,8 +188,8 @@ impl<'a> Player<'a> {
             if self.moved {
                 return Ok(Turn::Moved);
             }
-            if !self.timeline.is_running() && self.singles > 0 {
-                self.singles -= 1;
+            if !self.timeline.is_running() && self.pending_single_steps > 0 {
+                self.pending_single_steps -= 1;
                 return Ok(Turn::Due);
             }
             let deadline = self.timeline.deadline(at_s);
@@ -231,7 +231,7 @@ impl<'a> Player<'a> {
 
     fn obey(&mut self, order: Order) -> Result<(), ServiceError> {
         let Order { id, action, reply } = order;
-        if let Some(mut answer) = self.memory.recall(&id) {
+        if let Some(mut answer) = self.replies.get(&id) {
             "a repetition: applied once".clone_into(&mut answer.reason);
             reply(answer);
             return Ok(());
@@ -240,7 +240,7 @@ impl<'a> Player<'a> {
             Ok(reason) => {
                 let at_s = self.position_s();
                 let answer = CommandReply { id, accepted: true, reason, effective_step: 0, effective_sim_time_s: at_s };
-                self.memory.keep(&answer);
+                self.replies.insert(&answer);
                 reply(answer);
             }
             Err(reason) => refuse(id, reason, reply),
@@ -264,7 +264,7 @@ impl<'a> Player<'a> {
             }
             Action::Resume if self.timeline.is_running() => "was playing already".to_owned(),
             Action::Resume => {
-                self.singles = 0;
+                self.pending_single_steps = 0;
                 self.timeline.go(now);
                 "playing".to_owned()
             }
@@ -288,7 +288,7 @@ impl<'a> Player<'a> {
                 return Ok(Err("messages are played one by one only when paused: pause first".to_owned()));
             }
             Action::Next(count) => {
-                self.singles = self.singles.saturating_add(count);
+                self.pending_single_steps = self.pending_single_steps.saturating_add(count);
                 "playing so many messages".to_owned()
             }
             Action::Stop => {
@@ -301,7 +301,7 @@ impl<'a> Player<'a> {
     fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
         self.feed = Feed::start(&self.source, log_time(&self.source, to_s))?;
         self.timeline.jump(self.clock.elapsed(), to_s);
-        (self.next_s, self.moved, self.singles) = (to_s, true, 0);
+        (self.next_s, self.moved, self.pending_single_steps) = (to_s, true, 0);
         Ok(())
     }
 

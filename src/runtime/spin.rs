@@ -6,10 +6,10 @@ use std::time::Duration;
 
 /// No spin is longer.
 pub(super) const LONGEST_SPIN: Duration = Duration::from_millis(10);
-/// No spin that follows the wake-ups is longer: what comes later, the machine has lost.
-const LONGEST_FOLLOWING: Duration = Duration::from_micros(200);
+/// No spin that is_auto the wake-ups is longer: what comes later, the machine has lost.
+const LONGEST_AUTO_SPIN: Duration = Duration::from_micros(200);
 /// Nor shorter.
-const SHORTEST_FOLLOWING: Duration = Duration::from_micros(10);
+const SHORTEST_AUTO_SPIN: Duration = Duration::from_micros(10);
 /// Nor does one take more than this part of the time between two deadlines.
 const SHARE: u32 = 5;
 /// One wake-up in so many may come later.
@@ -22,61 +22,61 @@ const LONGER: f64 = 1.25;
 pub enum Spin {
     /// As long as this machine wakes late, as seen at every wake-up.
     #[default]
-    Following,
+    Auto,
     /// So long.
-    For(Duration),
+    Fixed(Duration),
 }
 
 impl Spin {
     /// Never.
-    pub const NONE: Spin = Spin::For(Duration::ZERO);
+    pub const NONE: Spin = Spin::Fixed(Duration::ZERO);
 }
 
 impl fmt::Display for Spin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             &Spin::NONE => f.write_str("never spins"),
-            Spin::For(length) => write!(f, "spins for the last {length:?}"),
-            Spin::Following => write!(f, "spins for {SHORTEST_FOLLOWING:?} to {LONGEST_FOLLOWING:?}, as late as it wakes"),
+            Spin::Fixed(length) => write!(f, "spins for the last {length:?}"),
+            Spin::Auto => write!(f, "spins for {SHORTEST_AUTO_SPIN:?} to {LONGEST_AUTO_SPIN:?}, as late as it wakes"),
         }
     }
 }
 
 /// How long a thread spins before a deadline.
 ///
-/// One that follows gets longer by a quarter after every wake-up that was later, and shorter after every other by so little that
+/// One that is_auto gets longer by a quarter after every wake-up that was later, and shorter after every other by so little that
 /// both cancel out when one in [`RARE`] is later: stochastic approximation (Robbins and Monro 1951) of that quantile's logarithm.
 /// It begins at its longest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spinning {
+pub(super) struct AdaptiveSpin {
     length_s: f64,
-    follows: bool,
+    is_auto: bool,
 }
 
-impl Spinning {
+impl AdaptiveSpin {
     /// As `spin` says.
     pub(super) fn new(spin: Spin) -> Self {
-        let (length, follows) = match spin {
-            Spin::For(length) => (length, false),
-            Spin::Following => (LONGEST_FOLLOWING, true),
+        let (length, is_auto) = match spin {
+            Spin::Fixed(length) => (length, false),
+            Spin::Auto => (LONGEST_AUTO_SPIN, true),
         };
-        Spinning { length_s: length.as_secs_f64(), follows }
+        AdaptiveSpin { length_s: length.as_secs_f64(), is_auto }
     }
 
     /// How long it is when the deadline before was so long ago.
     pub(super) fn length(&self, period: Duration) -> Duration {
         let length = Duration::from_secs_f64(self.length_s);
-        if self.follows { length.min(period / SHARE) } else { length }
+        if self.is_auto { length.min(period / SHARE) } else { length }
     }
 
     /// The thread woke so late.
     pub(super) fn woke(&mut self, late: Duration) {
         // What no spin would have caught teaches nothing of how long one should be.
-        if !self.follows || late > LONGEST_FOLLOWING {
+        if !self.is_auto || late > LONGEST_AUTO_SPIN {
             return;
         }
         let factor = if late.as_secs_f64() > self.length_s { LONGER } else { LONGER.powf(-1.0 / (RARE - 1.0)) };
-        self.length_s = (self.length_s * factor).clamp(SHORTEST_FOLLOWING.as_secs_f64(), LONGEST_FOLLOWING.as_secs_f64());
+        self.length_s = (self.length_s * factor).clamp(SHORTEST_AUTO_SPIN.as_secs_f64(), LONGEST_AUTO_SPIN.as_secs_f64());
     }
 }
 
@@ -90,11 +90,11 @@ impl FromStr for Spin {
 
     fn from_str(text: &str) -> Result<Self, BadSpin> {
         match text {
-            "auto" => Ok(Spin::Following),
+            "auto" => Ok(Spin::Auto),
             "0" => Ok(Spin::NONE),
             text => {
                 let length = humantime::parse_duration(text).map_err(|_| BadSpin)?;
-                if length <= LONGEST_SPIN { Ok(Spin::For(length)) } else { Err(BadSpin) }
+                if length <= LONGEST_SPIN { Ok(Spin::Fixed(length)) } else { Err(BadSpin) }
             }
         }
     }
@@ -108,7 +108,7 @@ mod tests {
     const US: f64 = 1e-6;
 
     /// Wake-ups as late as `late` makes of numbers that are spread evenly from 0 to 1; how many were later than the spin.
-    fn wake(spin: &mut Spinning, count: u32, late: impl Fn(f64) -> f64) -> u32 {
+    fn wake(spin: &mut AdaptiveSpin, count: u32, late: impl Fn(f64) -> f64) -> u32 {
         // Steps of the golden ratio.
         let even = (1..=count).map(|n| (f64::from(n) * 0.618_033_988_749_894_9).fract());
         even.map(|at| Duration::from_secs_f64(late(at))).fold(0, |missed, late| {
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn val_one_wake_up_in_a_thousand_is_later_than_the_spin() {
-        let mut spin = Spinning::new(Spin::Following);
+        let mut spin = AdaptiveSpin::new(Spin::Auto);
         wake(&mut spin, 20_000, exponential(8.0 * US));
         let missed = wake(&mut spin, 1_000_000, exponential(8.0 * US));
         assert!((900..1100).contains(&missed), "{missed}");
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn val_a_spin_follows_a_machine_that_wakes_later_at_once_and_a_better_one_in_seconds() {
-        let mut spin = Spinning::new(Spin::Following);
+        let mut spin = AdaptiveSpin::new(Spin::Auto);
         wake(&mut spin, 20_000, |_| 20.0 * US);
         assert!(spin.length(PERIOD) < Duration::from_micros(26), "{spin:?}");
         assert!(wake(&mut spin, 100, |_| 80.0 * US) <= 7, "five times as long within seven wake-ups");
@@ -145,26 +145,26 @@ mod tests {
 
     #[test]
     fn prop_a_spin_stays_in_its_bounds() {
-        let mut spin = Spinning::new(Spin::Following);
+        let mut spin = AdaptiveSpin::new(Spin::Auto);
         wake(&mut spin, 100_000, |_| 0.0);
-        assert_eq!(spin.length(PERIOD), SHORTEST_FOLLOWING);
+        assert_eq!(spin.length(PERIOD), SHORTEST_AUTO_SPIN);
         wake(&mut spin, 1000, |_| 3e-3);
-        assert_eq!(spin.length(PERIOD), SHORTEST_FOLLOWING, "no spin would have caught these");
+        assert_eq!(spin.length(PERIOD), SHORTEST_AUTO_SPIN, "no spin would have caught these");
         for _ in 0..1000 {
             wake(&mut spin, 1, |_| 200.0 * US);
-            assert!(spin.length(PERIOD) <= LONGEST_FOLLOWING, "{spin:?}");
+            assert!(spin.length(PERIOD) <= LONGEST_AUTO_SPIN, "{spin:?}");
         }
-        assert!(spin.length(PERIOD) > LONGEST_FOLLOWING * 99 / 100, "{spin:?}");
+        assert!(spin.length(PERIOD) > LONGEST_AUTO_SPIN * 99 / 100, "{spin:?}");
         assert_eq!(spin.length(PERIOD / 2), PERIOD / 10, "a fifth of the time");
-        let mut told = Spinning::new(Spin::For(PERIOD));
+        let mut told = AdaptiveSpin::new(Spin::Fixed(PERIOD));
         wake(&mut told, 100, |_| 100.0 * US);
         assert_eq!(told.length(PERIOD), PERIOD);
     }
 
     #[test]
     fn val_spins_are_read() {
-        assert_eq!(("0".parse(), "auto".parse()), (Ok(Spin::NONE), Ok(Spin::Following)));
-        assert_eq!("50us".parse(), Ok(Spin::For(Duration::from_micros(50))));
+        assert_eq!(("0".parse(), "auto".parse()), (Ok(Spin::NONE), Ok(Spin::Auto)));
+        assert_eq!("50us".parse(), Ok(Spin::Fixed(Duration::from_micros(50))));
         for text in ["", "-1us", "1s", "50", "fast"] {
             assert_eq!(text.parse::<Spin>(), Err(BadSpin), "{text}");
         }

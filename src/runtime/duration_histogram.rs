@@ -10,20 +10,20 @@ use crate::wire;
 const LONGEST_NS: u64 = 100_000_000_000;
 
 /// A histogram of durations, kept to two digits from 1 ns to 100 s.
-pub struct Spread {
+pub struct DurationHistogram {
     nanoseconds: Histogram<u64>,
 }
 
-impl Spread {
+impl DurationHistogram {
     /// Nothing recorded yet.
     ///
     /// # Errors
     /// When the histogram cannot be made.
     pub fn new() -> Result<Self, hdrhistogram::CreationError> {
-        Ok(Spread { nanoseconds: Histogram::new_with_bounds(1, LONGEST_NS, 2)? })
+        Ok(DurationHistogram { nanoseconds: Histogram::new_with_bounds(1, LONGEST_NS, 2)? })
     }
 
-    /// Counts one more.
+    /// SharedCounters one more.
     pub fn record(&mut self, duration: Duration) {
         self.nanoseconds.saturating_record(u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX));
     }
@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn val_bins_double() {
-        let mut spread = Spread::new().unwrap();
+        let mut spread = DurationHistogram::new().unwrap();
         assert_eq!((spread.histogram(), spread.quantiles_s()), (None, None));
         for nanoseconds in [0, 1, 2, 3, 4, 7, 8, 1000] {
             spread.record(Duration::from_nanos(nanoseconds));

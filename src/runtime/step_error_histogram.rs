@@ -8,20 +8,20 @@ const UNIT_RAD: f64 = 1e-15;
 const LARGEST: u64 = 1_000_000_000_000_000_000;
 
 /// A histogram of angles, kept to one digit.
-pub struct StepErrors {
+pub struct StepErrorHistogram {
     units: Histogram<u64>,
 }
 
-impl StepErrors {
+impl StepErrorHistogram {
     /// Nothing recorded yet.
     ///
     /// # Errors
     /// When the histogram cannot be made.
     pub fn new() -> Result<Self, hdrhistogram::CreationError> {
-        Ok(StepErrors { units: Histogram::new_with_bounds(1, LARGEST, 1)? })
+        Ok(StepErrorHistogram { units: Histogram::new_with_bounds(1, LARGEST, 1)? })
     }
 
-    /// Counts one more, rad.
+    /// SharedCounters one more, rad.
     pub fn record(&mut self, error_rad: f64) {
         self.units.saturating_record((error_rad / UNIT_RAD) as u64);
     }

@@ -7,12 +7,12 @@ use crate::wire::{self, Miss, MissCause, Overruns, miss::Cause};
 
 /// Wall time between two tellings.
 const PERIOD: Duration = Duration::from_secs(1);
-/// Misses that are told one by one; more are only counted.
+/// MissedDeadlines that are told one by one; more are only counted.
 const ONE_BY_ONE: usize = 32;
 
 /// When a thread woke to step, and what it had used of the processor until then.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Round {
+pub(super) struct WakeUp {
     /// On the clock of the deadlines.
     pub woke: Duration,
     /// Processor time of the thread; zero where the system does not tell.
@@ -21,37 +21,37 @@ pub(super) struct Round {
 
 /// What one simulator did between two deadlines.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Doings {
+pub(super) struct StepTimings {
     /// When it last began to step.
-    pub began: Round,
+    pub began: WakeUp,
     /// Whether it asked for the next deadline before that was there.
     pub ready: bool,
     /// Wall time in the solver.
     pub solving: Duration,
     /// Wall time for commands and for what leaves the thread.
-    pub handing_over: Duration,
+    pub sending: Duration,
     /// Why it was late before.
     pub before: Option<Cause>,
 }
 
-impl Doings {
+impl StepTimings {
     /// Why a step that was due at `due` begins at `now` only.
-    pub(super) fn cause(&self, due: Duration, now: Duration, round: Round) -> Cause {
+    pub(super) fn cause(&self, due: Duration, now: Duration, wake_up: WakeUp) -> Cause {
         if self.ready {
-            let asleep = round.woke.saturating_sub(due);
+            let asleep = wake_up.woke.saturating_sub(due);
             return if asleep * 2 >= now.saturating_sub(due) { Cause::Scheduler } else { Cause::Neighbours };
         }
         if let Some(before) = self.before {
             return before;
         }
         let passed = now.saturating_sub(self.began.woke);
-        let away = passed.saturating_sub(round.processor.saturating_sub(self.began.processor));
-        let own = self.solving + self.handing_over;
-        if away * 2 > passed && round.processor > Duration::ZERO {
+        let away = passed.saturating_sub(wake_up.processor.saturating_sub(self.began.processor));
+        let own = self.solving + self.sending;
+        if away * 2 > passed && wake_up.processor > Duration::ZERO {
             Cause::Scheduler
         } else if own * 2 < passed {
             Cause::Neighbours
-        } else if self.solving >= self.handing_over {
+        } else if self.solving >= self.sending {
             Cause::Solver
         } else {
             Cause::Queue
@@ -59,14 +59,14 @@ impl Doings {
     }
 }
 
-/// Misses that were not told of yet.
+/// MissedDeadlines that were not told of yet.
 #[derive(Debug, Default)]
-pub(super) struct Misses {
+pub(super) struct MissedDeadlines {
     pending: Option<Box<Overruns>>,
     next: Duration,
 }
 
-impl Misses {
+impl MissedDeadlines {
     /// One more, of `steps` steps that were due together.
     pub(super) fn note(&mut self, stamp: &Stamp, steps: u64, late: Duration, cause: Cause) {
         let step = stamp.step + 1;
@@ -114,26 +114,30 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    fn round(woke: u32, processor: u32) -> Round {
-        Round { woke: MS * woke, processor: MS * processor }
+    fn wake_up(woke: u32, processor: u32) -> WakeUp {
+        WakeUp { woke: MS * woke, processor: MS * processor }
     }
 
     #[test]
     fn val_causes_are_told_apart() {
-        let cause = |doings: Doings, woke, processor| doings.cause(MS * 10, MS * 20, round(woke, processor));
-        let busy = Doings { began: round(9, 5), ..Doings::default() };
-        assert_eq!(cause(Doings { ready: true, ..busy }, 20, 6), Cause::Scheduler, "it slept on");
-        assert_eq!(cause(Doings { ready: true, ..busy }, 11, 6), Cause::Neighbours, "it woke in time, others went first");
-        assert_eq!(cause(Doings { solving: MS * 9, ..busy }, 20, 16), Cause::Solver);
-        assert_eq!(cause(Doings { solving: MS, handing_over: MS * 9, ..busy }, 20, 16), Cause::Queue);
-        assert_eq!(cause(Doings { solving: MS * 9, ..busy }, 20, 7), Cause::Scheduler, "it was kept from the processor");
+        let cause = |timings: StepTimings, woke, processor| timings.cause(MS * 10, MS * 20, wake_up(woke, processor));
+        let busy = StepTimings { began: wake_up(9, 5), ..StepTimings::default() };
+        assert_eq!(cause(StepTimings { ready: true, ..busy }, 20, 6), Cause::Scheduler, "it slept on");
+        assert_eq!(cause(StepTimings { ready: true, ..busy }, 11, 6), Cause::Neighbours, "it woke in time, others went first");
+        assert_eq!(cause(StepTimings { solving: MS * 9, ..busy }, 20, 16), Cause::Solver);
+        assert_eq!(cause(StepTimings { solving: MS, sending: MS * 9, ..busy }, 20, 16), Cause::Queue);
+        assert_eq!(cause(StepTimings { solving: MS * 9, ..busy }, 20, 7), Cause::Scheduler, "it was kept from the processor");
         assert_eq!(cause(busy, 20, 16), Cause::Neighbours);
-        assert_eq!(cause(Doings { before: Some(Cause::Queue), solving: MS * 9, ..busy }, 20, 16), Cause::Queue, "still behind");
+        assert_eq!(
+            cause(StepTimings { before: Some(Cause::Queue), solving: MS * 9, ..busy }, 20, 16),
+            Cause::Queue,
+            "still behind"
+        );
     }
 
     #[test]
     fn prop_misses_are_told_once_a_second_and_bounded() {
-        let mut misses = Misses::default();
+        let mut misses = MissedDeadlines::default();
         let stamp = |step| Stamp { step, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: std::time::SystemTime::UNIX_EPOCH };
         assert!(misses.due(MS).is_none());
         for step in 0..10_000 {

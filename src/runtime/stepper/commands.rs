@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::Stepper;
 use crate::runtime::command::{Command, Request};
 use crate::runtime::output::{Output, RecordingRequest};
-use crate::runtime::rates::Due;
+use crate::runtime::rates::DueTopics;
 use crate::simulation::{Effective, Stamp};
 use crate::wire::{self, AppliedCommand, CommandReply, applied_command, control};
 
@@ -14,10 +14,10 @@ const STEPS_LIMIT: u64 = 1_000_000_000;
 
 impl Stepper {
     /// Judges a command, applies it, and sends the answer on its way.
-    pub(super) fn consider(&mut self, command: Command) {
+    pub(super) fn handle_command(&mut self, command: Command) {
         let Command { id, request, reply } = command;
         let stamp = self.stamp();
-        if let Some(mut answer) = self.memory.recall(&id) {
+        if let Some(mut answer) = self.replies.get(&id) {
             "a repetition: applied once".clone_into(&mut answer.reason);
             return self.send(Output::Answer(answer, reply, None, stamp));
         }
@@ -40,7 +40,7 @@ impl Stepper {
                     effective_step: step,
                     effective_sim_time_s: sim_time_s,
                 };
-                self.memory.keep(&answer);
+                self.replies.insert(&answer);
                 let recorded = applied(&answer, &request, &stamp);
                 (answer, Some(Box::new(recorded)))
             }
@@ -65,7 +65,7 @@ impl Stepper {
             // After the command that caused it, so that a recording can be computed again in its own order.
             self.checkpoint();
             // The start was looked at when the simulation was built: it can be again.
-            let _ = self.publish(Due::ALL);
+            let _ = self.publish(DueTopics::ALL);
         }
     }
 
@@ -81,7 +81,7 @@ impl Stepper {
                 return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
             }
             Action::Step(wire::Steps { count }) => {
-                self.singles += count;
+                self.pending_single_steps += count;
                 ""
             }
             Action::Reset(_) => self.reset()?,
@@ -101,7 +101,7 @@ impl Stepper {
     }
 
     fn resume(&mut self) -> &'static str {
-        (self.paused, self.singles) = (false, 0);
+        (self.paused, self.pending_single_steps) = (false, 0);
         self.pacer.anchor(self.clock.elapsed(), self.session_s());
         self.next_status = Duration::ZERO;
         ""
@@ -109,15 +109,15 @@ impl Stepper {
 
     fn reset(&mut self) -> Result<&'static str, String> {
         // Steps begin anew: what is missing must be told by the old count.
-        self.tell_missed();
-        self.tell_overruns();
+        self.report_missed_samples();
+        self.report_overruns();
         let session_s = self.session_s();
         self.simulation.reset().map_err(|diverged| diverged.to_string())?;
         if let Some(shadow) = &mut self.shadow {
             shadow.reset();
         }
         self.epoch_start_s = session_s;
-        self.singles = 0;
+        self.pending_single_steps = 0;
         self.pacer.anchor(self.clock.elapsed(), session_s);
         self.next_status = Duration::ZERO;
         Ok("")
