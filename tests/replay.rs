@@ -1,4 +1,4 @@
-//! Recordings put back on a real bus: whole, in order, steered from outside.
+//! Recordings put back on a real bus: whole, in command, steered from outside.
 
 mod common;
 
@@ -13,7 +13,7 @@ use common::{Outcome, Service, scene};
 use flexcrank::bus::{self, BusError, Name, Session, Topic, client};
 use flexcrank::recording::Source;
 use flexcrank::runtime::{Pace, PublishRate};
-use flexcrank::service::{Action, Order, Replay, ReplayReport, ServiceError, replay};
+use flexcrank::service::{ReplayAction, ReplayCommand, ReplayOptions, ReplayReport, ServiceError, replay};
 use flexcrank::wire::{
     self, AppliedCommand, CommandReply, ReplayControl, Status, applied_command, replay_control, status::State,
 };
@@ -34,21 +34,21 @@ fn recording() -> Result<(PathBuf, TempDir), Box<dyn std::error::Error>> {
 struct Playing {
     client: Session,
     player: Session,
-    orders: Sender<Order>,
+    commands: Sender<ReplayCommand>,
     thread: JoinHandle<Result<ReplayReport, ServiceError>>,
     statuses: Arc<Mutex<Vec<Status>>>,
 }
 
 impl Playing {
-    fn start(plan: Replay) -> Result<Self, Box<dyn std::error::Error>> {
+    fn start(plan: ReplayOptions) -> Result<Self, Box<dyn std::error::Error>> {
         let (player, client) = common::linked_sessions()?;
-        let (orders, queue) = channel();
-        let (session, own) = (player.clone(), orders.clone());
+        let (commands, queue) = channel();
+        let (session, own) = (player.clone(), commands.clone());
         let statuses: Arc<Mutex<Vec<Status>>> = Arc::default();
         let keep = Arc::clone(&statuses);
         let on_status = Box::new(move |status: &Status| keep.lock().map(|mut all| all.push(status.clone())).unwrap_or(()));
         let thread = std::thread::spawn(move || replay(&session, &plan, (own, queue), on_status));
-        Ok(Playing { client, player, orders, thread, statuses })
+        Ok(Playing { client, player, commands, thread, statuses })
     }
 
     fn wait_until(&self, what: impl Fn(&Status) -> bool) -> Outcome {
@@ -73,7 +73,7 @@ impl Playing {
 /// Key, encoding, payload.
 type Sample = (String, String, Vec<u8>);
 
-/// Everything heard on some keys, in order.
+/// Everything heard on some keys, in command.
 type Heard = Arc<Mutex<Vec<Sample>>>;
 
 fn listen(session: &Session, key: &str) -> Result<Heard, Box<dyn std::error::Error>> {
@@ -114,7 +114,7 @@ fn replay_control(playing: &Playing, action: replay_control::Action) -> Result<C
 #[test]
 fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
     let (file, _folder) = recording()?;
-    let plan = Replay { file: file.clone(), rate: 4.0, name: Some(ghost()), wait_for: 1, ..Replay::default() };
+    let plan = ReplayOptions { file: file.clone(), rate: 4.0, name: Some(ghost()), wait_for: 1, ..ReplayOptions::default() };
     let playing = Playing::start(plan)?;
     let heard = common::Listener::new(&playing.client, &ghost())?;
     for topic in [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies] {
@@ -141,9 +141,14 @@ fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
     let (file, _folder) = recording()?;
     let first = common::payloads(&file, "angles")?.swap_remove(0);
     for n in 0..5 {
-        let plan =
-            Replay { file: file.clone(), rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], ..Replay::default() };
-        let playing = Playing::start(Replay { wait_for: 1, ..plan })?;
+        let plan = ReplayOptions {
+            file: file.clone(),
+            rate: 1e3,
+            name: Some(ghost()),
+            topics: vec!["angles".into()],
+            ..ReplayOptions::default()
+        };
+        let playing = Playing::start(ReplayOptions { wait_for: 1, ..plan })?;
         std::thread::sleep(Duration::from_millis(7 * n));
         let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
         let all = wait_for(&heard, 1001)?;
@@ -157,16 +162,17 @@ fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
 fn prop_a_delay_is_waited_out_and_can_be_cut_short() -> Outcome {
     let (file, _folder) = recording()?;
     let delay = Duration::from_millis(300);
-    let plan = Replay { file, rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], delay, ..Replay::default() };
+    let plan =
+        ReplayOptions { file, rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], delay, ..ReplayOptions::default() };
     let begun = Instant::now();
-    let playing = Playing::start(Replay { wait_for: 1, ..plan.clone() })?;
+    let playing = Playing::start(ReplayOptions { wait_for: 1, ..plan.clone() })?;
     let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
     wait_for(&heard, 1)?;
     assert!(begun.elapsed() >= delay);
     assert_eq!(playing.finish()?.messages, 1001);
-    let playing = Playing::start(Replay { delay: Duration::from_secs(3600), ..plan })?;
+    let playing = Playing::start(ReplayOptions { delay: Duration::from_secs(3600), ..plan })?;
     playing.wait_until(|status| status.state() == State::Replaying)?;
-    playing.orders.send(Order::quiet(Action::Stop))?;
+    playing.commands.send(ReplayCommand::quiet(ReplayAction::Stop))?;
     assert_eq!(playing.finish()?.messages, 0);
     Ok(())
 }
@@ -194,11 +200,11 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
     assert_eq!(wanted[..2], [("push".to_owned(), Some(5.0)), ("pull".to_owned(), Some(-3.0))]);
     // The recorded stop ends it before.
     let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), Some(20.0), PublishRate::All)?;
-    client::find(&driven.client, &driven.name)?;
-    let plan = Replay { file, topics: vec!["commands".into()], force: true, ..Replay::default() };
+    client::wait_for_service(&driven.client, &driven.name)?;
+    let plan = ReplayOptions { file, topics: vec!["commands".into()], force: true, ..ReplayOptions::default() };
     let silent = replay(&driven.client, &plan, channel(), Box::new(|_| {}));
     assert!(silent.is_err_and(|error| error.to_string().contains("--commands")), "commands are not telemetry");
-    let report = replay(&driven.client, &Replay { commands: true, ..plan }, channel(), Box::new(|_| {}))?;
+    let report = replay(&driven.client, &ReplayOptions { commands: true, ..plan }, channel(), Box::new(|_| {}))?;
     assert_eq!(report.messages, 3);
     // The last of them was to stop, and was meant for the service, not for the replayer.
     let (_, folder) = driven.finish()?;
@@ -210,7 +216,13 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
 fn prop_too_few_subscribers_are_told() -> Outcome {
     let (file, _folder) = recording()?;
     let patience = Duration::from_millis(300);
-    let playing = Playing::start(Replay { file, name: Some(ghost()), wait_for: 2, wait_timeout: patience, ..Replay::default() })?;
+    let playing = Playing::start(ReplayOptions {
+        file,
+        name: Some(ghost()),
+        wait_for: 2,
+        wait_timeout: patience,
+        ..ReplayOptions::default()
+    })?;
     let _heard = listen(&playing.client, "flexcrank/ghost/*")?;
     let refused = playing.finish().err().ok_or("it did not wait")?;
     assert!(refused.to_string().contains("1 of 2 subscribers"), "{refused}");
@@ -221,9 +233,15 @@ fn prop_too_few_subscribers_are_told() -> Outcome {
 fn prop_a_replay_is_steered_over_the_bus() -> Outcome {
     let (file, _folder) = recording()?;
     let wanted = common::payloads(&file, "angles")?;
-    let plan = Replay { file, start_paused: true, name: Some(ghost()), topics: vec!["angles".into()], ..Replay::default() };
+    let plan = ReplayOptions {
+        file,
+        start_paused: true,
+        name: Some(ghost()),
+        topics: vec!["angles".into()],
+        ..ReplayOptions::default()
+    };
     let playing = Playing::start(plan)?;
-    client::find(&playing.client, &ghost())?;
+    client::wait_for_service(&playing.client, &ghost())?;
     let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
     playing.wait_until(|status| status.replay.as_ref().is_some_and(|replay| replay.paused))?;
     let say = |action| replay_control(&playing, action);
@@ -256,17 +274,18 @@ fn prop_a_replay_is_steered_over_the_bus() -> Outcome {
 fn prop_a_looped_part_comes_again_and_again() -> Outcome {
     let (file, _folder) = recording()?;
     let wanted = common::payloads(&file, "loads")?;
-    let plan = Replay { rate: 50.0, looped: true, start_offset_s: 0.25, duration_s: Some(0.5), ..Replay::default() };
-    let plan = Replay { file, name: Some(ghost()), ..plan };
-    let playing = Playing::start(Replay { topics: vec!["ghost/loads".into()], ..plan.clone() });
+    let plan =
+        ReplayOptions { rate: 50.0, looped: true, start_offset_s: 0.25, duration_s: Some(0.5), ..ReplayOptions::default() };
+    let plan = ReplayOptions { file, name: Some(ghost()), ..plan };
+    let playing = Playing::start(ReplayOptions { topics: vec!["ghost/loads".into()], ..plan.clone() });
     assert!(
         playing?.finish().is_err_and(|error| error.to_string().contains("flexcrank/test/loads")),
         "topics are recorded names"
     );
-    let playing = Playing::start(Replay { topics: vec!["test/loads".into()], wait_for: 1, ..plan })?;
+    let playing = Playing::start(ReplayOptions { topics: vec!["test/loads".into()], wait_for: 1, ..plan })?;
     let heard = listen(&playing.client, "flexcrank/ghost/loads")?;
     let all: Vec<Vec<u8>> = wait_for(&heard, 1200)?.into_iter().map(|heard| heard.2).collect();
-    playing.orders.send(Order::quiet(Action::Stop))?;
+    playing.commands.send(ReplayCommand::quiet(ReplayAction::Stop))?;
     playing.finish()?;
     let part = &wanted[250..=750];
     assert!(all[..501] == *part && all[501..1002] == *part, "the part from 0.25 s to 0.75 s, twice");
@@ -277,14 +296,14 @@ fn prop_a_looped_part_comes_again_and_again() -> Outcome {
 fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     let (file, _folder) = recording()?;
     let (live, player) = common::linked_sessions()?;
-    let service = bus::Endpoint::declare(&live, &"test".parse()?, "", None)?;
-    client::find(&player, &"test".parse()?)?;
-    let plan = Replay { file, rate: 1e3, ..Replay::default() };
+    let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, "", None)?;
+    client::wait_for_service(&player, &"test".parse()?)?;
+    let plan = ReplayOptions { file, rate: 1e3, ..ReplayOptions::default() };
     let refused = replay(&player, &plan, channel(), Box::new(|_| {}));
     assert!(refused.is_err_and(|error| error.to_string().contains("--force")));
-    let remapped = Replay { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
+    let remapped = ReplayOptions { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
     assert_eq!(replay(&player, &remapped, channel(), Box::new(|_| {}))?.name, ghost());
-    let forced = Replay { force: true, ..plan };
+    let forced = ReplayOptions { force: true, ..plan };
     assert_eq!(replay(&player, &forced, channel(), Box::new(|_| {}))?.messages, 4 * 1001);
     service.close()?;
     Ok(())
@@ -322,7 +341,12 @@ fn prop_recordings_of_others_are_replayed_as_they_are() -> Outcome {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("robot.mcap");
     foreign(&file, true)?;
-    let playing = Playing::start(Replay { file, wait_for: 1, remaps: vec!["/log:=robot/log".parse()?], ..Replay::default() })?;
+    let playing = Playing::start(ReplayOptions {
+        file,
+        wait_for: 1,
+        remaps: vec!["/log:=robot/log".parse()?],
+        ..ReplayOptions::default()
+    })?;
     let heard = listen(&playing.client, "**")?;
     let all = wait_for(&heard, 7)?;
     let report = playing.finish()?;

@@ -9,18 +9,18 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::endpoint::protobuf;
 use super::keys::{Name, Topic, every_presence};
+use super::service_endpoint::protobuf;
 use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, TorquePulse, status::State};
 
 /// How long a service may take to show up after a session was opened.
-pub const SHOW_UP: Duration = Duration::from_millis(2000);
+pub const DISCOVERY_TIMEOUT: Duration = Duration::from_millis(2000);
 /// Between two looks.
-const LOOK_AGAIN: Duration = Duration::from_millis(50);
+const POLL_PERIOD: Duration = Duration::from_millis(50);
 /// How long a service may take to answer a command.
-const ANSWER: Duration = Duration::from_secs(3);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(3);
 /// Messages of a topic that are kept for a subscriber that does not look.
-const KEPT: usize = 1024;
+const QUEUE_LENGTH: usize = 1024;
 
 /// Services present on the bus, sorted. Returns as soon as `enough` says so, or when `patience` is over.
 ///
@@ -29,7 +29,7 @@ const KEPT: usize = 1024;
 pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) -> bool) -> Result<Vec<Name>, BusError> {
     let begun = Instant::now();
     loop {
-        let replies = session.liveliness().get(every_presence()).timeout(LOOK_AGAIN * 4).wait().map_err(BusError::failed)?;
+        let replies = session.liveliness().get(every_presence()).timeout(POLL_PERIOD * 4).wait().map_err(BusError::failed)?;
         let mut found: Vec<Name> = std::iter::from_fn(|| replies.recv().ok())
             .filter_map(|reply| reply.into_result().ok())
             .filter_map(|sample| Name::of_presence(sample.key_expr().as_str()))
@@ -39,7 +39,7 @@ pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) 
         if enough(&found) || begun.elapsed() > patience {
             return Ok(found);
         }
-        std::thread::sleep(LOOK_AGAIN);
+        std::thread::sleep(POLL_PERIOD);
     }
 }
 
@@ -47,8 +47,8 @@ pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) 
 ///
 /// # Errors
 /// [`BusError::NoSuchService`] when it does not show up within two seconds.
-pub fn find(session: &Session, name: &Name) -> Result<(), BusError> {
-    let found = services(session, SHOW_UP, |found| found.contains(name))?;
+pub fn wait_for_service(session: &Session, name: &Name) -> Result<(), BusError> {
+    let found = services(session, DISCOVERY_TIMEOUT, |found| found.contains(name))?;
     if found.contains(name) { Ok(()) } else { Err(BusError::NoSuchService { name: name.clone(), found }) }
 }
 
@@ -85,7 +85,7 @@ pub fn replay_control(session: &Session, name: &Name, control: &ReplayControl) -
 }
 
 fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Result<CommandReply, BusError> {
-    let query = session.get(key).payload(payload).encoding(protobuf(schema)).timeout(ANSWER);
+    let query = session.get(key).payload(payload).encoding(protobuf(schema)).timeout(REPLY_TIMEOUT);
     let replies = query.wait().map_err(BusError::failed)?;
     let reply = replies.recv().ok().and_then(|reply| reply.into_result().ok());
     let sample = reply.ok_or_else(|| BusError::NoReply(key.to_owned()))?;
@@ -97,24 +97,24 @@ fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Resu
 }
 
 /// Samples of one topic of one service, the newest of them; older ones that were not taken are gone.
-pub type Telemetry = Subscriber<RingChannelHandler<Sample>>;
+pub type TopicSubscriber = Subscriber<RingChannelHandler<Sample>>;
 
 /// Subscribes to a topic.
 ///
 /// # Errors
 /// [`BusError`] when zenoh refuses.
-pub fn subscribe(session: &Session, name: &Name, topic: Topic) -> Result<Telemetry, BusError> {
-    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(KEPT)).wait().map_err(BusError::failed)
+pub fn subscribe(session: &Session, name: &Name, topic: Topic) -> Result<TopicSubscriber, BusError> {
+    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(QUEUE_LENGTH)).wait().map_err(BusError::failed)
 }
 
 /// The messages that have arrived since this was last asked, oldest first; what cannot be decoded is left out.
-pub fn arrived<M: prost::Message + Default>(telemetry: &Telemetry) -> impl Iterator<Item = M> {
-    std::iter::from_fn(|| telemetry.try_recv().ok().flatten()).filter_map(|sample| M::decode(&*sample.payload().to_bytes()).ok())
+pub fn new_messages<M: prost::Message + Default>(subscriber: &TopicSubscriber) -> impl Iterator<Item = M> {
+    std::iter::from_fn(|| subscriber.try_recv().ok().flatten()).filter_map(|sample| M::decode(&*sample.payload().to_bytes()).ok())
 }
 
 /// The latest of everything, from a service that answers.
 pub fn snapshot(session: &Session, name: &Name) -> Option<Snapshot> {
-    let replies = session.get(name.snapshot()).timeout(ANSWER).wait().ok()?;
+    let replies = session.get(name.snapshot()).timeout(REPLY_TIMEOUT).wait().ok()?;
     let sample = replies.recv().ok()?.into_result().ok()?;
     Snapshot::decode(&*sample.payload().to_bytes()).ok()
 }
@@ -170,18 +170,18 @@ pub fn put(session: &Session, key: &str, payload: &[u8], schema: &str) -> Result
 /// # Errors
 /// [`BusError`] when zenoh fails.
 pub fn is_taken(session: &Session, name: &Name) -> Result<bool, BusError> {
-    Ok(taken(session, &[name])?.is_some())
+    Ok(first_taken(session, &[name])?.is_some())
 }
 
 /// The first of `names` that another service on the bus has.
 ///
 /// # Errors
 /// [`BusError`] when zenoh fails.
-pub fn taken(session: &Session, names: &[&Name]) -> Result<Option<Name>, BusError> {
+pub fn first_taken(session: &Session, names: &[&Name]) -> Result<Option<Name>, BusError> {
     let alone = session.info().peers_zid().wait().next().is_none() && session.info().routers_zid().wait().next().is_none();
     if alone || names.is_empty() {
         return Ok(None);
     }
-    let found = services(session, LOOK_AGAIN * 4, |found| names.iter().any(|name| found.contains(name)))?;
+    let found = services(session, POLL_PERIOD * 4, |found| names.iter().any(|name| found.contains(name)))?;
     Ok(names.iter().find(|name| found.contains(name)).map(|name| (*name).clone()))
 }

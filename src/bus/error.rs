@@ -23,7 +23,7 @@ pub enum BusError {
     Open(String),
     /// A client found nobody who lets it in.
     #[error("{0}: absent, or not permitted")]
-    NotLetIn(String),
+    NotAdmitted(String),
     /// Something could not be declared, sent or received.
     #[error("zenoh: {0}")]
     Failed(String),
@@ -32,7 +32,7 @@ pub enum BusError {
     NoPort,
     /// No local port answers.
     #[error("no service is running on this machine: start one with `flexcrank run`, or give --connect tcp/HOST:PORT")]
-    NobodyHere,
+    NoLocalService,
     /// There are services, but none of this name.
     #[error("no service named `{name}` answers{}: start it with `flexcrank run --name {name}`", others(.found))]
     NoSuchService {
@@ -73,7 +73,7 @@ fn others(found: &[Name]) -> String {
 }
 
 /// What zenoh says, without where in its sources it says so: ` at …/tcp.rs:61.` tells a user nothing.
-pub(super) fn said(error: &zenoh::Error) -> String {
+pub(super) fn message_of(error: &zenoh::Error) -> String {
     let mut said = String::new();
     let text = error.to_string();
     for part in text.split(" at ") {
@@ -90,17 +90,19 @@ pub(super) fn said(error: &zenoh::Error) -> String {
 
 impl BusError {
     pub(super) fn config(error: zenoh::Error) -> Self {
-        BusError::Config(said(&error))
+        BusError::Config(message_of(&error))
     }
     pub(super) fn open(error: zenoh::Error) -> Self {
-        BusError::Open(said(&error))
+        BusError::Open(message_of(&error))
     }
     /// Zenoh says the same whoever does not answer or says no, in the words of its own types.
-    pub(super) fn not_let_in(error: zenoh::Error) -> Self {
-        BusError::NotLetIn(said(&error).replace("[Single(", "").replace(")]", "").trim_end_matches(['!', ' ']).to_owned())
+    pub(super) fn not_admitted(error: zenoh::Error) -> Self {
+        BusError::NotAdmitted(
+            message_of(&error).replace("[Single(", "").replace(")]", "").trim_end_matches(['!', ' ']).to_owned(),
+        )
     }
     pub(super) fn failed(error: zenoh::Error) -> Self {
-        BusError::Failed(said(&error))
+        BusError::Failed(message_of(&error))
     }
 }
 
@@ -116,7 +118,7 @@ mod tests {
             ("a lock held at noon at /x/a.rs:1., and at night", "a lock held at noon, and at night"),
             ("nothing", "nothing"),
         ] {
-            assert_eq!(said(&told.into()), wanted);
+            assert_eq!(message_of(&told.into()), wanted);
         }
     }
 }

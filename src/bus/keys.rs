@@ -157,7 +157,7 @@ impl Name {
 ///
 /// # Errors
 /// What is wrong with it as a key.
-pub fn of_topic(topic: &str) -> Result<String, String> {
+pub fn key_of_topic(topic: &str) -> Result<String, String> {
     let key = topic.strip_prefix('/').unwrap_or(topic);
     if key.starts_with('@') {
         return Err("keys that begin with @ are zenoh's own".to_owned());
@@ -166,7 +166,7 @@ pub fn of_topic(topic: &str) -> Result<String, String> {
         Ok(valid) if valid.is_wild() => Err("a key without wildcards is needed".to_owned()),
         Ok(_) if key.contains('?') => Err("? is not allowed in a key".to_owned()),
         Ok(_) => Ok(key.to_owned()),
-        Err(error) => Err(super::error::said(&error)),
+        Err(error) => Err(super::error::message_of(&error)),
     }
 }
 
@@ -191,10 +191,10 @@ mod tests {
     fn prop_topics_of_others_become_keys_or_are_refused() {
         for (topic, key) in [("/camera/image", "camera/image"), ("flexcrank/crank/loads", "flexcrank/crank/loads"), ("/tf", "tf")]
         {
-            assert_eq!(of_topic(topic).as_deref(), Ok(key));
+            assert_eq!(key_of_topic(topic).as_deref(), Ok(key));
         }
         for topic in ["", "/", "a//b", "a/", "//a", "a/*", "a/**", "a/$*", "a/b#c", "a/b?c", "@/x"] {
-            assert!(of_topic(topic).is_err(), "{topic:?}");
+            assert!(key_of_topic(topic).is_err(), "{topic:?}");
         }
     }
 

@@ -7,17 +7,17 @@ use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
-use super::error::said;
+use super::error::message_of;
 use super::{BusError, Name, client};
 
 /// Loopback ports that services take, the first free one each; clients look at all of them.
 const PORTS: std::ops::Range<u16> = 7447..7463;
 /// How long a loopback port may take to say that it is open.
-const KNOCK: Duration = Duration::from_millis(200);
+const CONNECT_TIMEOUT: Duration = Duration::from_millis(200);
 /// How long those whom a service connects to may take to be there.
-const LINK_UP: Duration = Duration::from_secs(2);
+const LINK_TIMEOUT: Duration = Duration::from_secs(2);
 /// Between two looks.
-const LOOK_AGAIN: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 const LISTEN: &str = "listen/endpoints";
 const CONNECT: &str = "connect/endpoints";
 const MULTICAST: &str = "scouting/multicast/enabled";
@@ -33,18 +33,18 @@ pub struct BusOptions {
     pub connect: Vec<String>,
     /// A zenoh configuration file to start from. Where it does not say where to listen, that is on loopback.
     pub config: Option<PathBuf>,
-    /// Let this session see who subscribes, as [`audience`](super::audience) needs.
-    pub sees_audience: bool,
+    /// Let this session see who subscribes, as [`subscriptions`](super::subscriptions) needs.
+    pub sees_subscriptions: bool,
 }
 
 impl BusOptions {
     /// What the file says, if there is one; what it does not say is safe: no multicast.
-    fn base(&self) -> Result<Config, BusError> {
+    fn base_config(&self) -> Result<Config, BusError> {
         let mut config = match &self.config {
             Some(path) => read(path).map_err(|cause| BusError::File { path: path.clone(), cause })?,
             None => Config::default(),
         };
-        if !says(&config, MULTICAST) {
+        if !is_set(&config, MULTICAST) {
             set(&mut config, MULTICAST, "false")?;
         }
         Ok(config)
@@ -56,8 +56,8 @@ impl BusOptions {
     /// # Errors
     /// [`BusError`] when the configuration is bad or no endpoint can be taken.
     pub fn open_service(&self) -> Result<Session, BusError> {
-        let config = self.of_service()?;
-        let connects = says(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
+        let config = self.service_config()?;
+        let connects = is_set(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
         let whom = config.get_json(CONNECT).unwrap_or_default().replace(['[', ']', '"'], "").replace(',', ", ");
         let session = zenoh::open(config).wait().map_err(BusError::open)?;
         if connects && !is_linked(&session) {
@@ -66,14 +66,14 @@ impl BusOptions {
         Ok(session)
     }
 
-    fn of_service(&self) -> Result<Config, BusError> {
-        let mut config = self.base()?;
-        if self.sees_audience {
+    fn service_config(&self) -> Result<Config, BusError> {
+        let mut config = self.base_config()?;
+        if self.sees_subscriptions {
             set(&mut config, "adminspace/enabled", "true")?;
         }
         if !self.listen.is_empty() {
             set(&mut config, LISTEN, &list(&self.listen))?;
-        } else if !says(&config, LISTEN) && !is_client(&config) {
+        } else if !is_set(&config, LISTEN) && !is_client(&config) {
             set(&mut config, LISTEN, &list(&[format!("tcp/{}{SOCKET_BUFFERS}", free_port()?)]))?;
         }
         if !self.connect.is_empty() {
@@ -89,10 +89,10 @@ impl BusOptions {
     /// Opens a session for a client: to the endpoints given, or to every service on this machine.
     ///
     /// # Errors
-    /// [`BusError::NobodyHere`] when no local port answers; [`BusError`] when the configuration is bad or nothing can be opened.
+    /// [`BusError::NoLocalService`] when no local port answers; [`BusError`] when the configuration is bad or nothing can be opened.
     pub fn open_client(&self) -> Result<Session, BusError> {
-        let config = self.of_client()?;
-        let refused = if is_client(&config) { BusError::not_let_in } else { BusError::open };
+        let config = self.client_config()?;
+        let refused = if is_client(&config) { BusError::not_admitted } else { BusError::open };
         zenoh::open(config).wait().map_err(refused)
     }
 
@@ -101,11 +101,11 @@ impl BusOptions {
     ///
     /// # Errors
     /// [`BusError`] when zenoh fails.
-    pub fn taken_beyond(&self, names: &[&Name]) -> Result<Option<Name>, BusError> {
+    pub fn first_taken_through_endpoints(&self, names: &[&Name]) -> Result<Option<Name>, BusError> {
         for endpoint in &self.connect {
             let there = BusOptions { connect: vec![endpoint.clone()], ..BusOptions::default() };
             let Ok(session) = there.open_client() else { continue };
-            let taken = client::taken(&session, names);
+            let taken = client::first_taken(&session, names);
             session.close().wait().map_err(BusError::failed)?;
             if let Some(taken) = taken? {
                 return Ok(Some(taken));
@@ -114,11 +114,11 @@ impl BusOptions {
         Ok(None)
     }
 
-    fn of_client(&self) -> Result<Config, BusError> {
-        let mut config = self.base()?;
+    fn client_config(&self) -> Result<Config, BusError> {
+        let mut config = self.base_config()?;
         if !self.listen.is_empty() {
             set(&mut config, LISTEN, &list(&self.listen))?;
-        } else if !says(&config, LISTEN) {
+        } else if !is_set(&config, LISTEN) {
             set(&mut config, LISTEN, "[]")?;
         }
         if !self.connect.is_empty() {
@@ -130,7 +130,7 @@ impl BusOptions {
         } else if self.config.is_none() && self.listen.is_empty() {
             let here = neighbours();
             if here.is_empty() {
-                return Err(BusError::NobodyHere);
+                return Err(BusError::NoLocalService);
             }
             set(&mut config, CONNECT, &list(&here))?;
         }
@@ -140,11 +140,11 @@ impl BusOptions {
 
 fn read(path: &Path) -> Result<Config, String> {
     File::open(path).map_err(|error| error.to_string())?;
-    Config::from_file(path).map_err(|error| in_words(&said(&error)))
+    Config::from_file(path).map_err(|error| config_error_text(&message_of(&error)))
 }
 
 /// What zenoh's reader of files says, which is `… { msg: "WORDS", location: Some(Location { line: 1, column: 3 }) }`.
-fn in_words(said: &str) -> String {
+fn config_error_text(said: &str) -> String {
     let parts = said.split_once("msg: ").and_then(|(_, rest)| rest.rsplit_once(", location: Some(Location { line: "));
     match parts.and_then(|(words, place)| Some((words, place.split_once(',')?.0))) {
         Some((words, line)) => format!("line {line}: {}", words.trim_matches('"')),
@@ -153,7 +153,7 @@ fn in_words(said: &str) -> String {
 }
 
 /// Whether a configuration says something other than zenoh does by itself.
-fn says(config: &Config, key: &str) -> bool {
+fn is_set(config: &Config, key: &str) -> bool {
     config.get_json(key).ok() != Config::default().get_json(key).ok()
 }
 
@@ -169,10 +169,10 @@ fn is_linked(session: &Session) -> bool {
         if info.routers_zid().wait().next().is_some() || info.peers_zid().wait().next().is_some() {
             return true;
         }
-        if begun.elapsed() > LINK_UP {
+        if begun.elapsed() > LINK_TIMEOUT {
             return false;
         }
-        std::thread::sleep(LOOK_AGAIN);
+        std::thread::sleep(POLL_PERIOD);
     }
 }
 
@@ -200,7 +200,7 @@ fn neighbours() -> Vec<String> {
 
 fn answering(port: u16) -> Option<SocketAddr> {
     let address = loopback(port);
-    TcpStream::connect_timeout(&address, KNOCK).ok().map(|_| address)
+    TcpStream::connect_timeout(&address, CONNECT_TIMEOUT).ok().map(|_| address)
 }
 
 #[cfg(test)]
@@ -217,13 +217,13 @@ mod tests {
             &file,
             r#"{ transport: { link: { tx: { lease: 5000 } } }, connect: { endpoints: ["tcp/127.0.0.1:9"] } }"#,
         )?;
-        let listens = told(options.of_service()?, LISTEN);
+        let listens = told(options.service_config()?, LISTEN);
         assert!(listens.contains("tcp/127.0.0.1:") && !listens.contains("[::]"), "{listens}");
-        assert_eq!(told(options.of_client()?, LISTEN), "[]");
-        assert_eq!(told(options.of_service()?, MULTICAST), "false");
-        assert!(told(options.of_service()?, CONNECT).contains("tcp/127.0.0.1:9"));
+        assert_eq!(told(options.client_config()?, LISTEN), "[]");
+        assert_eq!(told(options.service_config()?, MULTICAST), "false");
+        assert!(told(options.service_config()?, CONNECT).contains("tcp/127.0.0.1:9"));
         std::fs::write(&file, r#"{ listen: { endpoints: ["tcp/127.0.0.2:0"] }, scouting: { multicast: { enabled: true } } }"#)?;
-        for config in [options.of_service()?, options.of_client()?] {
+        for config in [options.service_config()?, options.client_config()?] {
             assert_eq!(told(config.clone(), MULTICAST), "true");
             assert!(told(config, LISTEN).contains("tcp/127.0.0.2:0"));
         }

@@ -56,7 +56,7 @@ pub(super) enum Command {
     #[command(
         after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync\n  flexcrank run --resume recordings/crank.mcap"
     )]
-    Run(Box<Run>),
+    Run(Box<RunArgs>),
     /// Put a recording back on the bus, byte for byte, in order and on time.
     #[command(after_help = super::replay::EXAMPLES)]
     Replay(Box<super::replay::ReplayArgs>),
@@ -121,7 +121,7 @@ pub(super) enum Command {
 
 impl Default for Command {
     fn default() -> Self {
-        Command::Run(Box::new(Run::parse_from(["run"])))
+        Command::Run(Box::new(RunArgs::parse_from(["run"])))
     }
 }
 
@@ -150,7 +150,7 @@ impl Bus {
 }
 
 #[derive(Debug, Parser)]
-pub(super) struct Run {
+pub(super) struct RunArgs {
     /// Built-in scenes or TOML files. Several run side by side in one process.
     #[arg(default_value = builtin::DEFAULT)]
     pub scene: Vec<String>,

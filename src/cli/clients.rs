@@ -13,12 +13,12 @@ use crate::wire::{self, CommandReply, Control, Next, Rate, ReplayControl, Seek, 
 
 pub(super) fn list(args: &Bus) -> anyhow::Result<Done> {
     let session = args.options().open_client()?;
-    let found = client::services(&session, client::SHOW_UP / 2, |_| false)?;
+    let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |_| false)?;
     bus::close(&session)?;
     for name in &found {
         writeln!(std::io::stdout(), "{name}")?;
     }
-    if found.is_empty() { Err(BusError::NobodyHere.into()) } else { Ok(Done::Well) }
+    if found.is_empty() { Err(BusError::NoLocalService.into()) } else { Ok(Done::Well) }
 }
 
 pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<Done> {
@@ -39,7 +39,8 @@ pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<Done> {
 fn sequence(bus: &Bus, name: &Name, file: &Path) -> anyhow::Result<Done> {
     let pulses = sequence::read(file)?;
     let session = bus.options().open_client()?;
-    let done = client::find(&session, name).map_err(anyhow::Error::from).and_then(|()| send_all(&session, name, &pulses));
+    let done =
+        client::wait_for_service(&session, name).map_err(anyhow::Error::from).and_then(|()| send_all(&session, name, &pulses));
     bus::close(&session)?;
     done
 }
@@ -102,7 +103,7 @@ fn control_replay(bus: &Bus, name: &Name, action: replay_control::Action) -> any
 /// Finds the service, says one thing, prints the reply.
 fn converse(bus: &Bus, name: &Name, say: impl FnOnce(&Session) -> Result<CommandReply, BusError>) -> anyhow::Result<Done> {
     let session = bus.options().open_client()?;
-    let reply = client::find(&session, name).and_then(|()| say(&session));
+    let reply = client::wait_for_service(&session, name).and_then(|()| say(&session));
     bus::close(&session)?;
     let reply = reply?;
     writeln!(std::io::stdout(), "{}", sentence(&reply))?;

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use anyhow::Context as _;
 
-use super::args::Run;
+use super::args::RunArgs;
 use super::board::Board;
 pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
@@ -15,16 +15,16 @@ use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
 use crate::runtime::{Ending, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
 use crate::scene::{IntegratorKind, MODELS, SceneSource};
-use crate::service::{self, Live, LiveReport, Member};
+use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 
-pub(super) fn run(args: Run) -> anyhow::Result<Done> {
+pub(super) fn run(args: RunArgs) -> anyhow::Result<Done> {
     let beginnings = begin(&args)?;
     let count = beginnings.len();
     if !args.force {
         let names: Vec<&bus::Name> = beginnings.iter().map(|beginning| &beginning.name).collect();
-        if let Some(taken) = args.bus.options().taken_beyond(&names)? {
+        if let Some(taken) = args.bus.options().first_taken_through_endpoints(&names)? {
             return Err(BusError::Taken(taken).into());
         }
     }
@@ -33,7 +33,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
     for (index, beginning) in beginnings.into_iter().enumerate() {
         members.push(member(&args, beginning, (index, count), &board)?);
     }
-    if let Some(Member { live, .. }) = members.first() {
+    if let Some(LiveSimulation { live, .. }) = members.first() {
         board.head(heading(live, count));
     }
     for member in &members {
@@ -52,7 +52,7 @@ pub(super) fn run(args: Run) -> anyhow::Result<Done> {
 }
 
 /// The `index`th of so many.
-fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), board: &Board) -> anyhow::Result<Member> {
+fn member(args: &RunArgs, beginning: Beginning, (index, count): (usize, usize), board: &Board) -> anyhow::Result<LiveSimulation> {
     let Beginning { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(place::FOLDER);
@@ -66,7 +66,7 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
         return Err(RecordingError::Exists(first).into());
     }
     let on_status = board.of(index, &name.to_string());
-    let live = Live {
+    let live = LiveOptions {
         name,
         scene,
         stepping: SteppingOptions { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
@@ -82,7 +82,7 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
         force: args.force,
         resumed: resumption,
     };
-    Ok(Member { live, simulation, shadow })
+    Ok(LiveSimulation { live, simulation, shadow })
 }
 
 /// The same scene by another model, with the integrator that usually suits it.
@@ -99,7 +99,7 @@ fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
 }
 
 /// Every weight below ½ makes vibrations grow, at any step.
-fn warn_of_weight(live: &Live) {
+fn warn_of_weight(live: &LiveOptions) {
     let solver = &live.scene.scene.solver;
     if solver.integrator == IntegratorKind::TwoPoint && solver.weight < 0.5 {
         tracing::warn!(
@@ -111,7 +111,7 @@ fn warn_of_weight(live: &Live) {
 }
 
 /// What is said of the first of so many.
-fn heading(Live { name, scene, record, split, .. }: &Live, count: usize) -> String {
+fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: usize) -> String {
     let solver = &scene.scene.solver;
     let to =
         record.as_ref().map_or("not recorded".to_owned(), |path| format!("recorded to {}", first_file(path, *split).display()));

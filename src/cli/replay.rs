@@ -14,7 +14,7 @@ use super::live::runtime;
 use super::progress::bar;
 use super::signals::interrupted;
 use crate::bus::{self, BusOptions, Name};
-use crate::service::{self, Action, Order, RATES, Remap, ReplayReport, ServiceError};
+use crate::service::{self, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
 use crate::wire::Status;
 
 pub(super) const EXAMPLES: &str = "\
@@ -88,8 +88,8 @@ fn rate(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
-    let bus = BusOptions { sees_audience: args.wait_for > 0, ..args.bus.options() };
-    let replay = service::Replay {
+    let bus = BusOptions { sees_subscriptions: args.wait_for > 0, ..args.bus.options() };
+    let replay = service::ReplayOptions {
         file: args.file,
         rate: args.rate,
         looped: args.looped,
@@ -105,7 +105,7 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
         wait_timeout: Duration::from_secs_f64(args.wait_timeout),
         force: args.force,
     };
-    let (sender, orders) = channel();
+    let (sender, commands) = channel();
     let bar = bar(0, "{bar:30} {msg}");
     let shown = bar.clone();
     let report = runtime()?.block_on(async {
@@ -118,15 +118,15 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
         let (over, ended) = oneshot::channel();
         // A thread of its own, that nothing else is run on.
         let playing = std::thread::Builder::new().name("playing".to_owned()).spawn(move || {
-            let report = service::replay(&player, &replay, (own, orders), on_status);
+            let report = service::replay(&player, &replay, (own, commands), on_status);
             // Nobody waits for it any more after an interruption.
             let _ = over.send(());
             report
         })?;
         tokio::select! {
             _ = ended => {}
-            // The replay may be over already: then it needs no order.
-            () = interrupted => drop(sender.send(Order::quiet(Action::Stop))),
+            // The replay may be over already: then it needs no command.
+            () = interrupted => drop(sender.send(ReplayCommand::quiet(ReplayAction::Stop))),
         }
         let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
         bus::close(&session)?;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{Run, positive};
+use super::args::{RunArgs, positive};
 use super::progress::over_file;
 use super::shown_s;
 use crate::bus::Name;
@@ -35,7 +35,7 @@ pub(super) struct Beginning {
 }
 
 /// What `run` is told to begin with: every scene so many times.
-pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
+pub(super) fn begin(args: &RunArgs) -> anyhow::Result<Vec<Beginning>> {
     let Some(file) = &args.resume.resume else {
         let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
         let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());

@@ -15,7 +15,7 @@ pub enum ServiceError {
     /// A thread could not be started.
     #[error("cannot start a thread: {0}")]
     Thread(#[from] std::io::Error),
-    /// The lateness histogram could not be made.
+    /// The lateness histogram could not be encoded.
     #[error("cannot keep statistics: {0}")]
     Statistics(#[from] hdrhistogram::CreationError),
     /// A thread died of a fault in the program.

@@ -10,10 +10,10 @@ use std::time::{Duration, SystemTime};
 use tokio::sync::oneshot;
 
 use super::ServiceError;
-use super::desk::{Closed, Desk, OnStatus, RecordingPlan, serve};
-use super::drawing::Drawing;
-use super::gaps::Gaps;
-use crate::bus::{BusError, Endpoint, Name, Session, client};
+use super::drop_ledger::DropLedger;
+use super::output_worker::{Closed, OnStatus, OutputWorker, RecordingTarget, serve};
+use super::scene_update_timer::SceneUpdateTimer;
+use crate::bus::{BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
     Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
@@ -24,14 +24,14 @@ use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{self, Angles, Telemetry, control};
 
 /// Samples that may be on their way from one simulation at once; fewer where many run.
-const SAMPLES_ON_THE_WAY: usize = 2048;
+const MOST_SAMPLES: usize = 2048;
 /// So many of all of them.
-const SAMPLES_OF_ALL: usize = 32_768;
+const SAMPLES_IN_TOTAL: usize = 32_768;
 /// But of each not fewer than this.
 const FEWEST_SAMPLES: usize = 128;
 
 /// What to run and how.
-pub struct Live {
+pub struct LiveOptions {
     /// Its name on the bus.
     pub name: Name,
     /// The scene.
@@ -82,20 +82,20 @@ pub struct LiveReport {
     pub ending: Ending,
     /// The last angles published, of a scene that has any.
     pub angles: Option<Angles>,
-    /// The recordings it made.
+    /// The recordings it encoded.
     pub recordings: Vec<Result<Written, RecordingError>>,
     /// What the energy balance says of its last epoch.
     pub verdict: EnergyVerdict,
-    /// Samples and messages that full queues kept from bus or recording.
+    /// Samples and messages that recording_full queues kept from bus or recording.
     pub dropped: u64,
-    /// Messages that were made, since somebody listened or they were recorded.
-    pub made: u64,
+    /// Messages that were encoded, since somebody listened or they were recorded.
+    pub encoded: u64,
 }
 
 /// A simulation to be run, and a second one beside it if given.
-pub struct Member {
+pub struct LiveSimulation {
     /// How.
-    pub live: Live,
+    pub live: LiveOptions,
     /// At its start.
     pub simulation: Simulation,
     /// The second one.
@@ -105,15 +105,15 @@ pub struct Member {
 /// Runs a simulation on a thread without any claim on the system; see [`run_all`].
 ///
 /// # Errors
-/// [`ServiceError`] when the name is taken, the recording cannot be made or the bus refuses.
+/// [`ServiceError`] when the name is taken, the recording cannot be encoded or the bus refuses.
 pub async fn run(
     session: &Session,
-    live: Live,
+    live: LiveOptions,
     (simulation, shadow): (Simulation, Option<ShadowSimulation>),
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
     let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
-    let mut reports = run_all(session, vec![Member { live, simulation, shadow }], waking, shutdown).await?;
+    let mut reports = run_all(session, vec![LiveSimulation { live, simulation, shadow }], waking, shutdown).await?;
     reports.pop().ok_or(ServiceError::Died("stepping"))
 }
 
@@ -121,15 +121,15 @@ pub async fn run(
 /// order. They share stepping threads, as many as there are processors, and as many output threads.
 ///
 /// # Errors
-/// [`ServiceError`] when a name is taken, a recording cannot be made or the bus refuses.
+/// [`ServiceError`] when a name is taken, a recording cannot be encoded or the bus refuses.
 pub async fn run_all(
     session: &Session,
-    members: Vec<Member>,
+    members: Vec<LiveSimulation>,
     waking: ThreadOptions,
     shutdown: impl Future<Output = ()>,
 ) -> Result<Vec<LiveReport>, ServiceError> {
     let wary: Vec<&Name> = members.iter().filter(|member| !member.live.force).map(|member| &member.live.name).collect();
-    if let Some(taken) = client::taken(session, &wary)? {
+    if let Some(taken) = client::first_taken(session, &wary)? {
         return Err(BusError::Taken(taken).into());
     }
     let (runs, threads) = start(session, members, waking)?;
@@ -156,36 +156,40 @@ pub async fn run_all(
 }
 
 /// What is to be heard of a simulation that runs.
-struct Run {
+struct RunningSimulation {
     inbox: Inbox,
     ended: oneshot::Receiver<RunSummary>,
     closed: oneshot::Receiver<Closed>,
 }
 
-impl Run {
+impl RunningSimulation {
     async fn report(self) -> Result<LiveReport, ServiceError> {
         let RunSummary { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.counts().dropped();
-        Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, made: closed.made })
+        Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, encoded: closed.encoded })
     }
 }
 
 /// Threads, and what they are for.
 type Threads = Vec<(&'static str, JoinHandle<()>)>;
 
-fn start(session: &Session, members: Vec<Member>, waking: ThreadOptions) -> Result<(Vec<Run>, Threads), ServiceError> {
+fn start(
+    session: &Session,
+    members: Vec<LiveSimulation>,
+    waking: ThreadOptions,
+) -> Result<(Vec<RunningSimulation>, Threads), ServiceError> {
     let groups = available_parallelism().map_or(1, NonZeroUsize::get).min(members.len()).max(1);
-    let samples = (SAMPLES_OF_ALL / members.len().max(1)).clamp(FEWEST_SAMPLES, SAMPLES_ON_THE_WAY);
+    let samples = (SAMPLES_IN_TOTAL / members.len().max(1)).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
     let mut runs = Vec::with_capacity(members.len());
     let mut group: Vec<Group> = (0..groups).map(|_| Group::new()).collect();
     for (number, member) in members.into_iter().enumerate() {
         runs.push(group[number % groups].take(session, member, samples)?);
     }
     let mut threads = Threads::new();
-    for Group { steppers, desks, outputs, .. } in group {
-        let output = move || serve(desks, &outputs);
+    for Group { steppers, workers, outputs, .. } in group {
+        let output = move || serve(workers, &outputs);
         threads.push(("output", Builder::new().name("output".to_owned()).spawn(output)?));
         threads
             .push(("stepping", Builder::new().name("stepping".to_owned()).spawn(move || run_stepping_thread(steppers, waking))?));
@@ -196,7 +200,7 @@ fn start(session: &Session, members: Vec<Member>, waking: ThreadOptions) -> Resu
 /// Simulations that share a stepping thread and an output thread.
 struct Group {
     steppers: Vec<(Stepper, Finish)>,
-    desks: Vec<(Desk, oneshot::Sender<Closed>)>,
+    workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>,
     output: Sender<(usize, Output)>,
     outputs: Receiver<(usize, Output)>,
 }
@@ -204,11 +208,11 @@ struct Group {
 impl Group {
     fn new() -> Self {
         let (output, outputs) = channel();
-        Group { steppers: Vec::new(), desks: Vec::new(), output, outputs }
+        Group { steppers: Vec::new(), workers: Vec::new(), output, outputs }
     }
 
-    fn take(&mut self, session: &Session, member: Member, samples: usize) -> Result<Run, ServiceError> {
-        let Member { mut live, simulation, shadow } = member;
+    fn take(&mut self, session: &Session, member: LiveSimulation, samples: usize) -> Result<RunningSimulation, ServiceError> {
+        let LiveSimulation { mut live, simulation, shadow } = member;
         let (inbox, commands) = inbox();
         let (to_pool, pool) = sync_channel(samples);
         for _ in 0..samples {
@@ -220,8 +224,8 @@ impl Group {
             live.stepping.publish = live.stepping.publish.without_angles_and_loads();
         }
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
-        let desk = desk(session, live, &simulation, &inbox, to_pool)?;
-        let output = Outbox::new(self.output.clone(), self.desks.len());
+        let output_worker = output_worker(session, live, &simulation, &inbox, to_pool)?;
+        let output = Outbox::new(self.output.clone(), self.workers.len());
         let ports = Ports { commands, output, pool, counts: inbox.counts() };
         let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
         if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
@@ -231,21 +235,21 @@ impl Group {
         let (close, closed) = oneshot::channel();
         // Nobody waits for these only when the service is being torn down.
         self.steppers.push((stepper, Box::new(move |ended| drop(finish.send(ended)))));
-        self.desks.push((desk, close));
-        Ok(Run { inbox, ended, closed })
+        self.workers.push((output_worker, close));
+        Ok(RunningSimulation { inbox, ended, closed })
     }
 }
 
-fn desk(
+fn output_worker(
     session: &Session,
-    live: Live,
+    live: LiveOptions,
     simulation: &Simulation,
     inbox: &Inbox,
     pool: SyncSender<Arc<Sample>>,
-) -> Result<Desk, ServiceError> {
+) -> Result<OutputWorker, ServiceError> {
     let mut facts = vec![("publish_hz", live.stepping.publish.by_topic())];
     facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
-    let plan = RecordingPlan {
+    let target = RecordingTarget {
         folder: live.recordings,
         settings: Settings {
             flush_period: live.flush_period,
@@ -262,24 +266,24 @@ fn desk(
             facts,
         },
     };
-    let recorder = live.record.map(|path| plan.start(&path)).transpose()?;
-    let endpoint = Endpoint::declare(session, &live.name, &live.scene.text, Some(inbox))?;
-    Ok(Desk {
+    let recorder = live.record.map(|path| target.start(&path)).transpose()?;
+    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, Some(inbox))?;
+    Ok(OutputWorker {
         name: live.name,
         endpoint,
         telemetry: Arc::new(Telemetry::new(&live.scene.scene.system, simulation.start())),
-        plan,
+        target,
         recorder,
         pool,
         counts: inbox.counts(),
         on_status: live.on_status,
-        finished: Vec::new(),
-        made: 0,
-        gaps: Gaps::default(),
-        drawing: live.scene_updates_hz.map(Drawing::new),
-        trouble: None,
-        now: None,
-        full: false,
+        finished_recordings: Vec::new(),
+        encoded: 0,
+        drops: DropLedger::default(),
+        scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
+        recording_failure: None,
+        last_stamp: None,
+        recording_full: false,
     })
 }
 

@@ -15,7 +15,7 @@ use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
 use flexcrank::runtime::{Pace, PublishRate, ShadowSimulation, SteppingOptions};
 use flexcrank::scene::SceneSource;
-use flexcrank::service::{self, Live, LiveReport, Resumption, ServiceError};
+use flexcrank::service::{self, LiveOptions, LiveReport, Resumption, ServiceError};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire;
 use tempfile::TempDir;
@@ -36,14 +36,14 @@ pub fn scene(overrides: &[&str]) -> Result<SceneSource, Box<dyn Error>> {
 pub fn linked_sessions() -> Result<(Session, Session), Box<dyn Error>> {
     let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let endpoint = vec![format!("tcp/{address}")];
-    let service = BusOptions { listen: endpoint.clone(), sees_audience: true, ..BusOptions::default() }.open_service()?;
+    let service = BusOptions { listen: endpoint.clone(), sees_subscriptions: true, ..BusOptions::default() }.open_service()?;
     let client = BusOptions { connect: endpoint, ..BusOptions::default() }.open_client()?;
     Ok((service, client))
 }
 
 /// What runs a scene in real time without end, called `test` and not recorded.
-pub fn live(scene: SceneSource, folder: &Path) -> Result<Live, Box<dyn Error>> {
-    Ok(Live {
+pub fn live(scene: SceneSource, folder: &Path) -> Result<LiveOptions, Box<dyn Error>> {
+    Ok(LiveOptions {
         name: "test".parse()?,
         scene,
         stepping: SteppingOptions::default(),
@@ -108,7 +108,7 @@ impl Service {
         scene: SceneSource,
         pace: Pace,
         until_s: Option<f64>,
-        change: impl FnOnce(&mut Live),
+        change: impl FnOnce(&mut LiveOptions),
     ) -> Result<Self, Box<dyn Error>> {
         let simulation = Simulation::new(&scene.scene)?;
         Self::launch(folder, scene, (simulation, None), SteppingOptions { pace, until_s, ..SteppingOptions::default() }, change)
@@ -132,12 +132,16 @@ impl Service {
         scene: SceneSource,
         simulations: (Simulation, Option<ShadowSimulation>),
         stepping: SteppingOptions,
-        change: impl FnOnce(&mut Live),
+        change: impl FnOnce(&mut LiveOptions),
     ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;
         let name: Name = "test".parse()?;
-        let mut live =
-            Live { name: name.clone(), stepping, record: Some(folder.path().join("run.mcap")), ..live(scene, folder.path())? };
+        let mut live = LiveOptions {
+            name: name.clone(),
+            stepping,
+            record: Some(folder.path().join("run.mcap")),
+            ..live(scene, folder.path())?
+        };
         change(&mut live);
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let thread = std::thread::spawn(move || {
@@ -146,7 +150,7 @@ impl Service {
             report
         });
         if stepping.until_s.is_none() {
-            client::find(&client, &name)?;
+            client::wait_for_service(&client, &name)?;
         }
         Ok(Service { name, client, thread, folder })
     }

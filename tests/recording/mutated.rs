@@ -12,7 +12,7 @@ use flexcrank::bus::{self, BusOptions, Session};
 use flexcrank::recording::{self, Export, Messages, export, is_cut_off, read_columns, recover};
 use flexcrank::resimulation::{Source, resume, verify};
 use flexcrank::runtime::{Pace, PublishRate};
-use flexcrank::service::{Replay, ServiceError, replay};
+use flexcrank::service::{ReplayOptions, ServiceError, replay};
 
 use crate::common::{Outcome, Service, scene};
 
@@ -133,7 +133,8 @@ fn read_all_ways(broken: &Path, folder: &Path, session: &Session) {
         Ok(messages) => messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string())),
     }
     // What claims to come years later ends the replay.
-    let plan = Replay { file: broken.to_owned(), rate: 1e6, duration_s: Some(100.0), force: true, ..Replay::default() };
+    let plan =
+        ReplayOptions { file: broken.to_owned(), rate: 1e6, duration_s: Some(100.0), force: true, ..ReplayOptions::default() };
     let played = replay(session, &plan, channel(), Box::new(|_| {}));
     assert!(!matches!(played, Err(ServiceError::Died(_))), "the reading thread panicked");
     played.err().into_iter().for_each(|error| said(error.to_string()));

@@ -5,11 +5,11 @@ use crate::wire::{Angles, Displacements, Energies, Loads, Status};
 
 /// Subscriptions to all that is shown.
 pub(super) struct Feed {
-    angles: client::Telemetry,
-    displacements: client::Telemetry,
-    loads: client::Telemetry,
-    energies: client::Telemetry,
-    status: client::Telemetry,
+    angles: client::TopicSubscriber,
+    displacements: client::TopicSubscriber,
+    loads: client::TopicSubscriber,
+    energies: client::TopicSubscriber,
+    status: client::TopicSubscriber,
 }
 
 impl Feed {
@@ -25,22 +25,22 @@ impl Feed {
     }
 
     pub(super) fn angles(&self) -> impl Iterator<Item = Angles> {
-        client::arrived(&self.angles)
+        client::new_messages(&self.angles)
     }
 
     pub(super) fn displacements(&self) -> impl Iterator<Item = Displacements> {
-        client::arrived(&self.displacements)
+        client::new_messages(&self.displacements)
     }
 
     pub(super) fn loads(&self) -> impl Iterator<Item = Loads> {
-        client::arrived(&self.loads)
+        client::new_messages(&self.loads)
     }
 
     pub(super) fn energies(&self) -> impl Iterator<Item = Energies> {
-        client::arrived(&self.energies)
+        client::new_messages(&self.energies)
     }
 
     pub(super) fn statuses(&self) -> impl Iterator<Item = Status> {
-        client::arrived(&self.status)
+        client::new_messages(&self.status)
     }
 }

@@ -72,7 +72,7 @@ pub(super) struct Args {
 
 pub(super) fn watch(args: &Args) -> anyhow::Result<Done> {
     let session = args.bus.options().open_client()?;
-    let watched = client::find(&session, &args.name).map_err(anyhow::Error::from).and_then(|()| show(&session, args));
+    let watched = client::wait_for_service(&session, &args.name).map_err(anyhow::Error::from).and_then(|()| show(&session, args));
     bus::close(&session)?;
     watched
 }

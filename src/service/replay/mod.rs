@@ -1,8 +1,8 @@
 //! A recording put back on the bus: telemetry byte for byte, in order and on time; status is the replayer's own.
 
-mod feed;
-mod order;
+mod command;
 mod player;
+mod read_ahead;
 mod route;
 mod timeline;
 
@@ -12,24 +12,24 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
-use crate::bus::{BusError, Endpoint, Name, Remote, Session, client};
+use crate::bus::{BusError, Name, ReplayEndpoint, ServiceEndpoint, Session, client};
 use crate::recording::Source;
 use crate::runtime::ReplyTo;
 use crate::wire::replay_control;
 use player::Player;
 use route::Routes;
 
-pub use order::{Action, Order, RATES};
+pub use command::{RATES, ReplayAction, ReplayCommand};
 pub use route::{BadRemap, Remap};
 
 /// What to replay and how.
 #[derive(Debug, Clone)]
-pub struct Replay {
+pub struct ReplayOptions {
     /// The recording.
     pub file: PathBuf,
     /// Recorded seconds per wall second.
     pub rate: f64,
-    /// Begin again at the end.
+    /// Begin restart_if_looped at the end.
     pub looped: bool,
     /// Recorded time to skip, s.
     pub start_offset_s: f64,
@@ -55,10 +55,10 @@ pub struct Replay {
     pub force: bool,
 }
 
-impl Default for Replay {
+impl Default for ReplayOptions {
     /// No file; once, from beginning to end, as recorded, at once.
     fn default() -> Self {
-        Replay {
+        ReplayOptions {
             file: PathBuf::new(),
             rate: 1.0,
             looped: false,
@@ -96,14 +96,19 @@ pub struct ReplayReport {
     pub left_out: Vec<String>,
 }
 
-/// Ends of the queue of orders to a replayer.
-pub type Orders = (Sender<Order>, Receiver<Order>);
+/// Ends of the queue of commands to a replayer.
+pub type ReplayCommands = (Sender<ReplayCommand>, Receiver<ReplayCommand>);
 
-/// Replays until the end, or until it is ordered to stop. Orders come from the bus, and from whoever has the queue's sender.
+/// Replays until the end, or until it is ordered to stop. ReplayCommands come from the bus, and from whoever has the queue's sender.
 ///
 /// # Errors
 /// [`ServiceError`] when the recording cannot be read, what is asked for is not in it, the name is taken, or the bus refuses.
-pub fn replay(session: &Session, replay: &Replay, orders: Orders, on_status: OnStatus) -> Result<ReplayReport, ServiceError> {
+pub fn replay(
+    session: &Session,
+    replay: &ReplayOptions,
+    commands: ReplayCommands,
+    on_status: OnStatus,
+) -> Result<ReplayReport, ServiceError> {
     let source = Arc::new(Source::open(&replay.file)?);
     if replay.start_offset_s > source.duration_s() {
         return Err(ServiceError::PastTheEnd { offset_s: replay.start_offset_s, duration_s: source.duration_s() });
@@ -118,14 +123,15 @@ pub fn replay(session: &Session, replay: &Replay, orders: Orders, on_status: OnS
     }
     let (name, left_out) = (plan.name.clone(), plan.left_out.clone());
     let routes = Routes::declare(session, plan)?;
-    let endpoint = Endpoint::declare(session, &name, &format!("# replayed from {}\n", player::file_name(&replay.file)), None)?;
-    let (sender, orders) = orders;
-    let take = move |id: String, action: replay_control::Action, reply: ReplyTo| match Action::try_from(action) {
-        Ok(action) => order::submit(&sender, Order { id, action, reply }),
-        Err(reason) => order::refuse(id, reason, reply),
+    let endpoint =
+        ServiceEndpoint::declare(session, &name, &format!("# replayed from {}\n", player::file_name(&replay.file)), None)?;
+    let (sender, commands) = commands;
+    let take = move |id: String, action: replay_control::Action, reply: ReplyTo| match ReplayAction::try_from(action) {
+        Ok(action) => command::submit(&sender, ReplayCommand { id, action, reply }),
+        Err(reason) => command::refuse(id, reason, reply),
     };
-    let remote = Remote::declare(session, &name, &(Arc::new(take) as _))?;
-    let mut player = Player::new(session, replay, source, (endpoint, routes), orders, on_status)?;
+    let remote = ReplayEndpoint::declare(session, &name, &(Arc::new(take) as _))?;
+    let mut player = Player::new(session, replay, source, (endpoint, routes), commands, on_status)?;
     let played = player.play();
     let mut report = player.close(name)?;
     remote.close()?;

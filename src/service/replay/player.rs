@@ -7,12 +7,12 @@ use std::time::{Duration, Instant, SystemTime};
 
 use prost::Message as _;
 
-use super::feed::Feed;
-use super::order::{Action, Order, RATES, refuse};
+use super::command::{RATES, ReplayAction, ReplayCommand, refuse};
+use super::read_ahead::ReadAhead;
 use super::route::Routes;
 use super::timeline::Timeline;
-use super::{Replay, ReplayReport};
-use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
+use super::{ReplayOptions, ReplayReport};
+use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
 use crate::recording::{Recorded, Source};
 use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
@@ -20,9 +20,9 @@ use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::C
 
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
 /// A sleep ends late by about so much on a quiet machine: so long before a deadline the clock is watched instead.
-const WATCH: Duration = Duration::from_micros(100);
+const SPIN: Duration = Duration::from_micros(100);
 /// Between two looks at who subscribes.
-const LOOK_AGAIN: Duration = Duration::from_millis(20);
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 /// Subscriptions have settled when none has come or gone for so long: a program that subscribes to several topics does it
 /// one by one.
 const SETTLED: Duration = Duration::from_millis(200);
@@ -32,7 +32,7 @@ pub(super) fn file_name(path: &Path) -> String {
 }
 
 /// What became of a message.
-enum Turn {
+enum WaitOutcome {
     /// It is due.
     Due,
     /// It is not wanted any more: play goes on elsewhere.
@@ -43,17 +43,17 @@ enum Turn {
 
 pub(super) struct Player<'a> {
     session: &'a Session,
-    replay: &'a Replay,
+    replay: &'a ReplayOptions,
     source: Arc<Source>,
-    endpoint: Endpoint,
+    endpoint: ServiceEndpoint,
     routes: Routes,
-    orders: Receiver<Order>,
+    commands: Receiver<ReplayCommand>,
     on_status: OnStatus,
-    feed: Feed,
+    read_ahead: ReadAhead,
     clock: Instant,
     timeline: Timeline,
     /// Messages to be played one by one while paused.
-    pending_single_steps: u64,
+    pending_single_messages: u64,
     /// Recorded time of the message that is to come, s.
     next_s: f64,
     moved: bool,
@@ -67,26 +67,26 @@ pub(super) struct Player<'a> {
 impl<'a> Player<'a> {
     pub fn new(
         session: &'a Session,
-        replay: &'a Replay,
+        replay: &'a ReplayOptions,
         source: Arc<Source>,
-        (endpoint, routes): (Endpoint, Routes),
-        orders: Receiver<Order>,
+        (endpoint, routes): (ServiceEndpoint, Routes),
+        commands: Receiver<ReplayCommand>,
         on_status: OnStatus,
     ) -> Result<Self, ServiceError> {
         let begin_s = replay.start_offset_s;
-        let feed = Feed::start(&source, log_time(&source, begin_s))?;
+        let read_ahead = ReadAhead::start(&source, log_time(&source, begin_s))?;
         Ok(Player {
             session,
             replay,
             source,
             endpoint,
             routes,
-            orders,
+            commands,
             on_status,
-            feed,
+            read_ahead,
             clock: Instant::now(),
             timeline: Timeline::new(replay.rate, begin_s),
-            pending_single_steps: 0,
+            pending_single_messages: 0,
             next_s: begin_s,
             moved: false,
             stopping: false,
@@ -105,15 +105,15 @@ impl<'a> Player<'a> {
         self.next_status = Duration::ZERO;
         let begin = self.clock.elapsed() + self.replay.delay;
         while !self.stopping && self.clock.elapsed() < begin {
-            self.attend(Some(begin))?;
+            self.wait_and_serve(Some(begin))?;
         }
         if !self.replay.start_paused {
             self.timeline.go(self.clock.elapsed());
         }
         self.status(State::Replaying);
         while !self.stopping {
-            let Some(message) = self.feed.next() else {
-                if !self.again()? {
+            let Some(message) = self.read_ahead.next() else {
+                if !self.restart_if_looped()? {
                     break;
                 }
                 continue;
@@ -121,7 +121,7 @@ impl<'a> Player<'a> {
             let message = message?;
             let at_s = self.source.seconds(message.log_time);
             if at_s > self.end_s() {
-                if !self.again()? {
+                if !self.restart_if_looped()? {
                     break;
                 }
                 continue;
@@ -131,9 +131,9 @@ impl<'a> Player<'a> {
             }
             self.next_s = at_s;
             match self.wait_until_due(at_s)? {
-                Turn::Due => self.put(&message, at_s)?,
-                Turn::Moved => {}
-                Turn::Stop => break,
+                WaitOutcome::Due => self.put(&message, at_s)?,
+                WaitOutcome::Moved => {}
+                WaitOutcome::Stop => break,
             }
         }
         Ok(())
@@ -145,7 +145,7 @@ impl<'a> Player<'a> {
     }
 
     /// At the end: whether there is anything more to play.
-    fn again(&mut self) -> Result<bool, ServiceError> {
+    fn restart_if_looped(&mut self) -> Result<bool, ServiceError> {
         if self.replay.looped && self.messages > 0 {
             self.move_to(self.replay.start_offset_s)?;
         }
@@ -157,57 +157,57 @@ impl<'a> Player<'a> {
             return Ok(());
         }
         let begun = Instant::now();
-        let (mut listening, mut since) = (Listening::default(), begun);
+        let (mut subscribed, mut since) = (Subscriptions::default(), begun);
         while !self.stopping {
-            let now = audience(self.session, &self.routes.keys)?;
-            if now != listening {
-                (listening, since) = (now, Instant::now());
+            let now = subscriptions(self.session, &self.routes.keys)?;
+            if now != subscribed {
+                (subscribed, since) = (now, Instant::now());
             }
-            let enough = listening.sessions() >= self.replay.wait_for;
+            let enough = subscribed.sessions() >= self.replay.wait_for;
             if enough && since.elapsed() >= SETTLED {
                 return Ok(());
             }
             if !enough && begun.elapsed() > self.replay.wait_timeout {
-                let (found, wanted) = (listening.sessions(), self.replay.wait_for);
+                let (found, wanted) = (subscribed.sessions(), self.replay.wait_for);
                 return Err(ServiceError::NobodyListens { found, wanted, waited_s: begun.elapsed().as_secs_f64() });
             }
-            self.attend(Some(self.clock.elapsed() + LOOK_AGAIN))?;
+            self.wait_and_serve(Some(self.clock.elapsed() + POLL_PERIOD))?;
         }
         Ok(())
     }
 
-    fn wait_until_due(&mut self, at_s: f64) -> Result<Turn, ServiceError> {
+    fn wait_until_due(&mut self, at_s: f64) -> Result<WaitOutcome, ServiceError> {
         self.moved = false;
-        while let Ok(order) = self.orders.try_recv() {
-            self.obey(order)?;
+        while let Ok(command) = self.commands.try_recv() {
+            self.handle_command(command)?;
         }
         loop {
             if self.stopping {
-                return Ok(Turn::Stop);
+                return Ok(WaitOutcome::Stop);
             }
             if self.moved {
-                return Ok(Turn::Moved);
+                return Ok(WaitOutcome::Moved);
             }
-            if !self.timeline.is_running() && self.pending_single_steps > 0 {
-                self.pending_single_steps -= 1;
-                return Ok(Turn::Due);
+            if !self.timeline.is_running() && self.pending_single_messages > 0 {
+                self.pending_single_messages -= 1;
+                return Ok(WaitOutcome::Due);
             }
             let deadline = self.timeline.deadline(at_s);
             if deadline.is_some_and(|deadline| self.clock.elapsed() >= deadline) {
-                return Ok(Turn::Due);
+                return Ok(WaitOutcome::Due);
             }
-            self.attend(deadline)?;
+            self.wait_and_serve(deadline)?;
         }
     }
 
     /// Does as it is told, and says how it stands, until a deadline or the next thing that happens.
-    fn attend(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
+    fn wait_and_serve(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
         let now = self.clock.elapsed();
         if now >= self.next_status {
             self.status(State::Replaying);
         }
         let until = deadline.map_or(self.next_status, |deadline| deadline.min(self.next_status));
-        match approach(self.clock.elapsed(), until, WATCH) {
+        match approach(self.clock.elapsed(), until, SPIN) {
             Approach::Due => Ok(()),
             Approach::Watch => {
                 std::hint::spin_loop();
@@ -219,8 +219,8 @@ impl<'a> Player<'a> {
 
     /// Sleeps; an order ends it early.
     fn sleep(&mut self, time: Duration) -> Result<(), ServiceError> {
-        match self.orders.recv_timeout(time) {
-            Ok(order) => self.obey(order),
+        match self.commands.recv_timeout(time) {
+            Ok(command) => self.handle_command(command),
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => {
                 self.stopping = true;
@@ -229,14 +229,14 @@ impl<'a> Player<'a> {
         }
     }
 
-    fn obey(&mut self, order: Order) -> Result<(), ServiceError> {
-        let Order { id, action, reply } = order;
+    fn handle_command(&mut self, command: ReplayCommand) -> Result<(), ServiceError> {
+        let ReplayCommand { id, action, reply } = command;
         if let Some(mut answer) = self.replies.get(&id) {
             "a repetition: applied once".clone_into(&mut answer.reason);
             reply(answer);
             return Ok(());
         }
-        match self.act(action)? {
+        match self.apply(action)? {
             Ok(reason) => {
                 let at_s = self.position_s();
                 let answer = CommandReply { id, accepted: true, reason, effective_step: 0, effective_sim_time_s: at_s };
@@ -251,47 +251,47 @@ impl<'a> Player<'a> {
     }
 
     /// Does it, and says what was done, or why not.
-    fn act(&mut self, action: Action) -> Result<Result<String, String>, ServiceError> {
+    fn apply(&mut self, action: ReplayAction) -> Result<Result<String, String>, ServiceError> {
         let now = self.clock.elapsed();
         let duration_s = self.source.duration_s();
         Ok(Ok(match action {
-            Action::Toggle if self.timeline.is_running() => return self.act(Action::Pause),
-            Action::Toggle => return self.act(Action::Resume),
-            Action::Pause if !self.timeline.is_running() => "was paused already".to_owned(),
-            Action::Pause => {
+            ReplayAction::Toggle if self.timeline.is_running() => return self.apply(ReplayAction::Pause),
+            ReplayAction::Toggle => return self.apply(ReplayAction::Resume),
+            ReplayAction::Pause if !self.timeline.is_running() => "was paused already".to_owned(),
+            ReplayAction::Pause => {
                 self.timeline.hold(now, self.next_s);
                 "paused".to_owned()
             }
-            Action::Resume if self.timeline.is_running() => "was playing already".to_owned(),
-            Action::Resume => {
-                self.pending_single_steps = 0;
+            ReplayAction::Resume if self.timeline.is_running() => "was playing already".to_owned(),
+            ReplayAction::Resume => {
+                self.pending_single_messages = 0;
                 self.timeline.go(now);
                 "playing".to_owned()
             }
-            Action::Seek(to_s) if !(0.0..=duration_s).contains(&to_s) => {
+            ReplayAction::Seek(to_s) if !(0.0..=duration_s).contains(&to_s) => {
                 return Ok(Err(format!("the recording goes from 0 to {duration_s} s")));
             }
-            Action::Seek(to_s) => {
+            ReplayAction::Seek(to_s) => {
                 self.move_to(to_s)?;
                 "moved".to_owned()
             }
-            Action::Skip(by_s) => return self.act(Action::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
-            Action::Rate(rate) => {
+            ReplayAction::Skip(by_s) => return self.apply(ReplayAction::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
+            ReplayAction::Rate(rate) => {
                 self.timeline.set_rate(now, rate, self.next_s);
                 format!("{rate} times the recorded speed")
             }
-            Action::Faster(factor) => {
+            ReplayAction::Faster(factor) => {
                 let rate = (self.timeline.rate() * factor).clamp(*RATES.start(), *RATES.end());
-                return self.act(Action::Rate(rate));
+                return self.apply(ReplayAction::Rate(rate));
             }
-            Action::Next(_) if self.timeline.is_running() => {
+            ReplayAction::Next(_) if self.timeline.is_running() => {
                 return Ok(Err("messages are played one by one only when paused: pause first".to_owned()));
             }
-            Action::Next(count) => {
-                self.pending_single_steps = self.pending_single_steps.saturating_add(count);
+            ReplayAction::Next(count) => {
+                self.pending_single_messages = self.pending_single_messages.saturating_add(count);
                 "playing so many messages".to_owned()
             }
-            Action::Stop => {
+            ReplayAction::Stop => {
                 self.stopping = true;
                 "ending".to_owned()
             }
@@ -299,9 +299,9 @@ impl<'a> Player<'a> {
     }
 
     fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
-        self.feed = Feed::start(&self.source, log_time(&self.source, to_s))?;
+        self.read_ahead = ReadAhead::start(&self.source, log_time(&self.source, to_s))?;
         self.timeline.jump(self.clock.elapsed(), to_s);
-        (self.next_s, self.moved, self.pending_single_steps) = (to_s, true, 0);
+        (self.next_s, self.moved, self.pending_single_messages) = (to_s, true, 0);
         Ok(())
     }
 
@@ -315,7 +315,7 @@ impl<'a> Player<'a> {
         if let Some(late) = self.timeline.put(self.clock.elapsed(), at_s) {
             self.lateness.record(late);
         }
-        route.outlet.put(&message.data)?;
+        route.publisher.put(&message.data)?;
         self.messages += 1;
         if let Some(topic) = route.topic {
             self.endpoint.keep(topic, message.data.to_vec());

@@ -3,15 +3,15 @@
 use std::collections::{BTreeSet, HashMap};
 use std::str::FromStr;
 
-use super::Replay;
-use crate::bus::{self, Name, Outlet, Session, Topic};
+use super::ReplayOptions;
+use crate::bus::{self, Name, RawPublisher, Session, Topic};
 use crate::recording::{Channel, Source};
 use crate::service::ServiceError;
 
 /// The name of a replayer whose recording names no service.
 const NAMELESS: &str = "replay";
 /// What a replayer says itself, or nobody says on the bus.
-const NEVER: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
+const NEVER_REPLAYED: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
 
 /// `OLD:=NEW`: a topic, or all that begin with `OLD/`, under another name.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -47,7 +47,7 @@ impl Remap {
 }
 
 /// Where everything goes.
-pub(super) struct Plan {
+pub(super) struct RoutePlan {
     /// What the replayer is called.
     pub name: Name,
     /// All services that something is said in the name of.
@@ -59,7 +59,7 @@ pub(super) struct Plan {
 }
 
 /// Decides what is played under which key.
-pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceError> {
+pub(super) fn plan(replay: &ReplayOptions, source: &Source) -> Result<RoutePlan, ServiceError> {
     let recorded = source.channels().find_map(|channel| Name::split(&channel.topic)).map(|(name, _)| name);
     let own = recorded.clone().zip(replay.name.clone());
     let own = own.map(|(old, new)| Remap { old: old.presence(), new: new.presence() });
@@ -69,7 +69,7 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
     };
     let (mut channels, mut left_out) = (Vec::new(), Vec::new());
     for channel in source.channels().filter(|channel| selected(&channel.topic, &replay.topics)) {
-        match bus::of_topic(&rename(&channel.topic)) {
+        match bus::key_of_topic(&rename(&channel.topic)) {
             Ok(key) if is_played(&key, replay.commands) => channels.push((channel.clone(), key)),
             Ok(_) => {}
             Err(reason) => left_out.push(format!("{}: {reason}", channel.topic)),
@@ -94,11 +94,11 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
     names.insert(name.clone());
     let service = recorded.unwrap_or_else(|| name.clone());
     let commands = Commands { torque: rename(&service.torque()), control: rename(&service.control()) };
-    Ok(Plan { name, names, left_out, channels, commands })
+    Ok(RoutePlan { name, names, left_out, channels, commands })
 }
 
 /// The first topic that is asked for, or is to be renamed, and that there is not.
-fn missing(replay: &Replay, source: &Source, recorded: Option<&Name>) -> Option<String> {
+fn missing(replay: &ReplayOptions, source: &Source, recorded: Option<&Name>) -> Option<String> {
     let topics = || source.channels().map(|channel| channel.topic.clone());
     // Recorded commands have a topic of their own, and go to these.
     let renamed: Vec<String> = topics().chain(recorded.into_iter().flat_map(|name| [name.torque(), name.control()])).collect();
@@ -116,7 +116,7 @@ fn selected(topic: &str, wanted: &[String]) -> bool {
 
 fn is_played(key: &str, commands: bool) -> bool {
     let chunk = Name::split(key).map(|(_, chunk)| chunk);
-    chunk.is_none_or(|chunk| !NEVER.contains(&chunk) && (commands || chunk != Topic::Commands.chunk()))
+    chunk.is_none_or(|chunk| !NEVER_REPLAYED.contains(&chunk) && (commands || chunk != Topic::Commands.chunk()))
 }
 
 /// Where recorded commands go.
@@ -127,7 +127,7 @@ pub(super) struct Commands {
 
 /// Where the messages of a channel go.
 pub(super) struct Route {
-    pub outlet: Outlet,
+    pub publisher: RawPublisher,
     /// What this is to the replayer's own name, if it is anything.
     pub topic: Option<Topic>,
 }
@@ -141,15 +141,15 @@ pub(super) struct Routes {
 }
 
 impl Routes {
-    pub fn declare(session: &Session, plan: Plan) -> Result<Self, ServiceError> {
+    pub fn declare(session: &Session, plan: RoutePlan) -> Result<Self, ServiceError> {
         let mut routes = HashMap::new();
         let mut keys = Vec::new();
         for (channel, key) in plan.channels {
             let schema = channel.schema.as_ref().map(|schema| schema.name.as_str());
-            let outlet = Outlet::declare(session, &key, &channel.message_encoding, schema)?;
+            let publisher = RawPublisher::declare(session, &key, &channel.message_encoding, schema)?;
             let chunk = Name::split(&key).filter(|(name, _)| *name == plan.name).map(|(_, chunk)| chunk);
             let topic = chunk.and_then(|chunk| Topic::ALL.into_iter().find(|topic| topic.chunk() == chunk));
-            routes.insert(channel.id, Route { outlet, topic });
+            routes.insert(channel.id, Route { publisher, topic });
             keys.push(key);
         }
         Ok(Routes { routes, keys, commands: plan.commands })
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn prop_what_a_replayer_says_itself_is_never_played() {
-        for chunk in NEVER {
+        for chunk in NEVER_REPLAYED {
             assert!(!is_played(&format!("flexcrank/crank/{chunk}"), true));
         }
         assert!(is_played("flexcrank/crank/commands", true) && !is_played("flexcrank/crank/commands", false));

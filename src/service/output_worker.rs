@@ -7,9 +7,9 @@ use std::sync::mpsc::{Receiver, SyncSender};
 use prost::Message as _;
 use tokio::sync::oneshot;
 
-use super::drawing::Drawing;
-use super::gaps::Gaps;
-use crate::bus::{BusError, Endpoint, Kept, Name, Topic};
+use super::drop_ledger::DropLedger;
+use super::scene_update_timer::SceneUpdateTimer;
+use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry, Topic};
 use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
 use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedCounters, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
@@ -19,67 +19,67 @@ use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telem
 const CHECKPOINT: &str = "checkpoint";
 
 /// Topics of samples, in the order of [`DueTopics::by_topic`].
-const OF_SAMPLES: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
+const TELEMETRY_TOPICS: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
 
 /// Called with every status, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
 
 /// Where and how to record.
 #[derive(Debug, Clone)]
-pub(super) struct RecordingPlan {
+pub(super) struct RecordingTarget {
     pub folder: PathBuf,
     pub settings: Settings,
     pub session: Session,
 }
 
-impl RecordingPlan {
+impl RecordingTarget {
     pub(super) fn start(&self, path: &std::path::Path) -> Result<Recorder, RecordingError> {
         Recorder::start(path, &self.session, self.settings)
     }
 }
 
 /// Handles what comes from each simulation until it is over, or the stepping thread is gone; then closes and says so.
-pub(super) fn serve(desks: Vec<(Desk, oneshot::Sender<Closed>)>, outputs: &Receiver<(usize, Output)>) {
-    let mut desks: Vec<Option<(Desk, oneshot::Sender<Closed>)>> = desks.into_iter().map(Some).collect();
+pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outputs: &Receiver<(usize, Output)>) {
+    let mut workers: Vec<Option<(OutputWorker, oneshot::Sender<Closed>)>> = workers.into_iter().map(Some).collect();
     // Nobody waits for a close only when the service is being torn down.
-    let close = |(desk, closed): (Desk, oneshot::Sender<Closed>)| drop(closed.send(desk.close()));
-    let mut open = desks.len();
+    let close = |(output_worker, closed): (OutputWorker, oneshot::Sender<Closed>)| drop(closed.send(output_worker.close()));
+    let mut open = workers.len();
     while open > 0
         && let Ok((index, output)) = outputs.recv()
     {
-        let Some(place) = desks.get_mut(index) else { continue };
+        let Some(place) = workers.get_mut(index) else { continue };
         if let Output::Over = output {
             open -= usize::from(place.is_some());
             place.take().into_iter().for_each(close);
-        } else if let Some((desk, _)) = place {
-            desk.handle(output);
+        } else if let Some((output_worker, _)) = place {
+            output_worker.handle(output);
         }
     }
-    desks.into_iter().flatten().for_each(close);
+    workers.into_iter().flatten().for_each(close);
 }
 
 /// What is known of one simulation where its output is handled.
-pub(super) struct Desk {
+pub(super) struct OutputWorker {
     pub name: Name,
-    pub endpoint: Endpoint,
+    pub endpoint: ServiceEndpoint,
     pub telemetry: Arc<Telemetry>,
-    pub plan: RecordingPlan,
+    pub target: RecordingTarget,
     pub recorder: Option<Recorder>,
     pub pool: SyncSender<Arc<Sample>>,
     pub counts: Arc<SharedCounters>,
     pub on_status: OnStatus,
-    pub finished: Vec<Result<Written, RecordingError>>,
-    /// Messages made so far.
-    pub made: u64,
-    pub gaps: Gaps,
+    pub finished_recordings: Vec<Result<Written, RecordingError>>,
+    /// Messages encoded so far.
+    pub encoded: u64,
+    pub drops: DropLedger,
     /// When to tell shapes, if that is wanted.
-    pub drawing: Option<Drawing>,
+    pub scene_update_timer: Option<SceneUpdateTimer>,
     /// Why the last recording has ended by itself.
-    pub trouble: Option<String>,
+    pub recording_failure: Option<String>,
     /// Of what was handled last.
-    pub now: Option<Stamp>,
-    /// Whether the recording was full when last looked at.
-    pub full: bool,
+    pub last_stamp: Option<Stamp>,
+    /// Whether the recording was recording_full when last looked at.
+    pub recording_full: bool,
 }
 
 /// What is left of a simulation that is over.
@@ -88,23 +88,23 @@ pub(super) struct Closed {
     pub left: Result<(), BusError>,
     pub recordings: Vec<Result<Written, RecordingError>>,
     pub angles: Option<Angles>,
-    pub made: u64,
+    pub encoded: u64,
 }
 
-impl Desk {
+impl OutputWorker {
     /// Finishes the recording and leaves the bus.
     fn close(mut self) -> Closed {
         self.close_recording();
         let angles = self.endpoint.snapshot().angles;
-        Closed { left: self.endpoint.close(), recordings: self.finished, angles, made: self.made }
+        Closed { left: self.endpoint.close(), recordings: self.finished_recordings, angles, encoded: self.encoded }
     }
 
     fn handle(&mut self, output: Output) {
         match output {
             Output::Sample(sample, due) => {
                 self.sample(&sample, due);
-                self.look_whether_full();
-                self.give_back(sample);
+                self.check_recording_full();
+                self.return_to_pool(sample);
             }
             Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || shadow.encode_to_vec()),
             Output::Status(status, stamp) => self.status(*status, &stamp),
@@ -123,39 +123,39 @@ impl Desk {
         }
     }
 
-    /// A recording that has become full goes on in a new file at the next checkpoint.
-    fn look_whether_full(&mut self) {
-        let full = self.recorder.as_ref().is_some_and(Recorder::is_full);
-        if full && !self.full {
+    /// A recording that has become recording_full goes on in a new file at the next checkpoint.
+    fn check_recording_full(&mut self) {
+        let recording_full = self.recorder.as_ref().is_some_and(Recorder::is_full);
+        if recording_full && !self.recording_full {
             self.counts.want_checkpoint();
         }
-        self.full = full;
+        self.recording_full = recording_full;
     }
 
     fn sample(&mut self, sample: &Arc<Sample>, due: DueTopics) {
         let (telemetry, stamp) = (Arc::clone(&self.telemetry), &sample.stamp);
         if due.displacements {
-            self.tell(Topic::Displacements, sample, || telemetry.displacements(sample).encode_to_vec());
+            self.publish_telemetry(Topic::Displacements, sample, || telemetry.displacements(sample).encode_to_vec());
         }
-        if self.drawing.as_mut().is_some_and(|drawing| drawing.is_due(stamp.session_s())) {
-            let time_ns = self.plan.session.log_time_ns(stamp.session_s());
+        if self.scene_update_timer.as_mut().is_some_and(|scene_update_timer| scene_update_timer.is_due(stamp.session_s())) {
+            let time_ns = self.target.session.log_time_ns(stamp.session_s());
             let has_slider = sample.observation.resistance_n.is_some();
             let draw = || wire::scene_update(&telemetry.displacements(sample), has_slider, time_ns).encode_to_vec();
             self.send(Topic::SceneUpdates, stamp, draw);
         }
         if due.angles && telemetry.turns() {
-            self.tell(Topic::Angles, sample, || telemetry.angles(sample).encode_to_vec());
+            self.publish_telemetry(Topic::Angles, sample, || telemetry.angles(sample).encode_to_vec());
         }
         if due.loads && telemetry.turns() {
-            self.tell(Topic::Loads, sample, || telemetry.loads(sample).encode_to_vec());
+            self.publish_telemetry(Topic::Loads, sample, || telemetry.loads(sample).encode_to_vec());
         }
         if due.energies {
-            self.tell(Topic::Energies, sample, || telemetry.energies(sample).encode_to_vec());
+            self.publish_telemetry(Topic::Energies, sample, || telemetry.energies(sample).encode_to_vec());
         }
     }
 
     /// Puts a sample back in the pool, unless a snapshot may need it: then it comes back when a newer one takes its place.
-    fn give_back(&self, sample: Arc<Sample>) {
+    fn return_to_pool(&self, sample: Arc<Sample>) {
         if Arc::strong_count(&sample) == 1 {
             // The stepping thread may be gone already: then nobody needs the sample any more.
             let _ = self.pool.try_send(sample);
@@ -163,41 +163,47 @@ impl Desk {
     }
 
     fn status(&mut self, mut status: Status, stamp: &Stamp) {
-        self.look_whether_recording_ended();
-        self.tell_gaps(stamp);
-        if let Some(trouble) = &self.trouble {
+        self.check_recording_ended();
+        self.publish_gaps(stamp);
+        if let Some(recording_failure) = &self.recording_failure {
             let more = if status.message.is_empty() { "" } else { "; " };
-            status.message = format!("{trouble}{more}{}", status.message);
+            status.message = format!("{recording_failure}{more}{}", status.message);
         }
         status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
-        status.drops = self.gaps.totals();
+        status.drops = self.drops.totals();
         (self.on_status)(&status);
         let payload = status.encode_to_vec();
-        self.hand_out(Topic::Status, stamp, payload.clone().into(), || payload);
+        self.publish_and_record(Topic::Status, stamp, payload.clone().into(), || payload);
     }
 
     /// A message of telemetry, which the snapshot can make itself.
-    fn tell(&mut self, topic: Topic, sample: &Arc<Sample>, make: impl FnOnce() -> Vec<u8>) {
-        let kept = Kept::Sample(Arc::clone(&self.telemetry), Arc::clone(sample));
-        if let Kept::Sample(_, before) = self.hand_out(topic, &sample.stamp, kept, make) {
-            self.give_back(before);
+    fn publish_telemetry(&mut self, topic: Topic, sample: &Arc<Sample>, make: impl FnOnce() -> Vec<u8>) {
+        let kept = SnapshotEntry::Sample(Arc::clone(&self.telemetry), Arc::clone(sample));
+        if let SnapshotEntry::Sample(_, before) = self.publish_and_record(topic, &sample.stamp, kept, make) {
+            self.return_to_pool(before);
         }
     }
 
     /// A message that is in no snapshot.
     fn send(&mut self, topic: Topic, stamp: &Stamp, make: impl FnOnce() -> Vec<u8>) {
-        self.hand_out(topic, stamp, Kept::Number, make);
+        self.publish_and_record(topic, stamp, SnapshotEntry::Number, make);
     }
 
     /// SharedCounters a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
     /// kept of the one before.
-    fn hand_out(&mut self, topic: Topic, stamp: &Stamp, kept: Kept, make: impl FnOnce() -> Vec<u8>) -> Kept {
-        self.now = Some(*stamp);
+    fn publish_and_record(
+        &mut self,
+        topic: Topic,
+        stamp: &Stamp,
+        kept: SnapshotEntry,
+        make: impl FnOnce() -> Vec<u8>,
+    ) -> SnapshotEntry {
+        self.last_stamp = Some(*stamp);
         let (number, before) = self.endpoint.keep(topic, kept);
-        let (wanted, recorded) = (self.endpoint.is_wanted(topic), self.recorder.is_some());
+        let (wanted, recorded) = (self.endpoint.has_subscribers(topic), self.recorder.is_some());
         if wanted || recorded {
             let payload = make();
-            self.made += 1;
+            self.encoded += 1;
             match (wanted, recorded) {
                 (true, true) => {
                     self.endpoint.put(topic, number, payload.clone());
@@ -212,26 +218,26 @@ impl Desk {
 
     /// Records a message under the key that ends in `chunk`, or keeps in mind that it is missing.
     fn record(&mut self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
-        self.now = Some(*stamp);
+        self.last_stamp = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
-        if !recorder.record(self.message(chunk, schema, payload, stamp)) && !self.look_whether_recording_ended() {
+        if !recorder.record(self.message(chunk, schema, payload, stamp)) && !self.check_recording_ended() {
             self.counts.count_dropped();
-            self.gaps.unrecorded(chunk, stamp);
+            self.drops.count_unrecorded(chunk, stamp);
         }
     }
 
     /// A recording that has ended by itself is told of, and the simulation goes on without.
-    fn look_whether_recording_ended(&mut self) -> bool {
+    fn check_recording_ended(&mut self) -> bool {
         let Some(recorder) = self.recorder.take_if(|recorder| recorder.has_ended()) else { return false };
         let results = recorder.finish();
         let why = match results.last() {
             Some(Err(error)) => error.to_string(),
             _ => "it has the size that it may have".to_owned(),
         };
-        let trouble = format!("recording stopped: {why}");
-        tracing::error!("{trouble}; the simulation goes on");
-        self.trouble = Some(trouble);
-        self.finished.extend(results);
+        let recording_failure = format!("recording stopped: {why}");
+        tracing::error!("{recording_failure}; the simulation goes on");
+        self.recording_failure = Some(recording_failure);
+        self.finished_recordings.extend(results);
         true
     }
 
@@ -240,7 +246,7 @@ impl Desk {
             topic: self.name.key(chunk),
             schema,
             payload,
-            log_time_ns: self.plan.session.log_time_ns(stamp.session_s()),
+            log_time_ns: self.target.session.log_time_ns(stamp.session_s()),
             publish_time_ns: recording::nanoseconds(stamp.wall),
             begins_part: chunk == CHECKPOINT,
         }
@@ -255,9 +261,9 @@ impl Desk {
     fn missed(&mut self, missed: &MissedSamplesByTopic, stamp: &Stamp) {
         let turns = self.telemetry.turns();
         let exists = |topic: &Topic| turns || !matches!(topic, Topic::Angles | Topic::Loads);
-        for (topic, missed) in OF_SAMPLES.iter().zip(missed).filter(|(topic, _)| exists(topic)) {
+        for (topic, missed) in TELEMETRY_TOPICS.iter().zip(missed).filter(|(topic, _)| exists(topic)) {
             let Some(missed) = missed else { continue };
-            self.gaps.add(Gap {
+            self.drops.add(Gap {
                 stamp: Some(wire::stamp(&missed.last)),
                 topic: topic.chunk().to_owned(),
                 count: missed.count,
@@ -265,18 +271,18 @@ impl Desk {
                 published: false,
             });
         }
-        self.tell_gaps(stamp);
+        self.publish_gaps(stamp);
     }
 
     /// Publishes and records what is missing; what cannot be recorded yet is told later.
-    fn tell_gaps(&mut self, stamp: &Stamp) {
-        for gap in self.gaps.take() {
+    fn publish_gaps(&mut self, stamp: &Stamp) {
+        for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
             let message = self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), stamp);
             if self.recorder.as_ref().is_none_or(|recorder| recorder.record(message)) {
                 self.endpoint.publish(Topic::Gaps, payload);
             } else {
-                self.gaps.again(gap);
+                self.drops.merge(gap);
             }
         }
     }
@@ -307,11 +313,11 @@ impl Desk {
             return Err(format!("recording to {} already: stop it first", recorder.path().display()));
         }
         let path = match name {
-            "" => place::fresh(&self.plan.folder, &self.name.to_string(), std::time::SystemTime::now()),
-            name => place::named(&self.plan.folder, name).map_err(|error| error.to_string())?,
+            "" => place::fresh(&self.target.folder, &self.name.to_string(), std::time::SystemTime::now()),
+            name => place::named(&self.target.folder, name).map_err(|error| error.to_string())?,
         };
-        self.recorder = Some(self.plan.start(&path).map_err(|error| error.to_string())?);
-        self.trouble = None;
+        self.recorder = Some(self.target.start(&path).map_err(|error| error.to_string())?);
+        self.recording_failure = None;
         Ok(self.recorder.as_ref().map_or(path, Recorder::path))
     }
 
@@ -323,13 +329,13 @@ impl Desk {
 
     fn close_recording(&mut self) {
         let Some(recorder) = self.recorder.take() else { return };
-        for gap in self.gaps.take() {
+        for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
-            if let Some(now) = self.now {
+            if let Some(now) = self.last_stamp {
                 recorder.insist(self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), &now));
             }
             self.endpoint.publish(Topic::Gaps, payload);
         }
-        self.finished.extend(recorder.finish());
+        self.finished_recordings.extend(recorder.finish());
     }
 }

@@ -14,42 +14,42 @@ use super::BusError;
 /// and come again in between is not told of. What it told last is right in the end, so an answer that differs from it is
 /// not the last word.
 #[derive(Default)]
-pub(super) struct Demand {
-    told: Arc<AtomicBool>,
+pub(super) struct SubscriptionState {
+    notified: Arc<AtomicBool>,
     answered: AtomicBool,
-    /// Whether it has been asked since the last doubt, the first of which is at the start.
-    sure: AtomicBool,
+    /// Whether it has been asked since the last expire, the first of which is at the start.
+    certain: AtomicBool,
 }
 
-impl Demand {
+impl SubscriptionState {
     /// For a publisher, as long as it lives.
     pub(super) fn of(publisher: &Publisher<'static>) -> Result<Self, BusError> {
-        let demand = Demand::default();
-        let told = Arc::clone(&demand.told);
+        let state = SubscriptionState::default();
+        let notified = Arc::clone(&state.notified);
         publisher
             .matching_listener()
-            .callback(move |status| told.store(status.matching(), Ordering::Release))
+            .callback(move |status| notified.store(status.matching(), Ordering::Release))
             .background()
             .wait()
             .map_err(BusError::failed)?;
-        Ok(demand)
+        Ok(state)
     }
 
     /// Lets the next look ask zenoh, whose notice of a new subscription may come later than what its subscriber sends next.
-    pub(super) fn doubt(&self) {
-        self.sure.store(false, Ordering::Release);
+    pub(super) fn expire(&self) {
+        self.certain.store(false, Ordering::Release);
     }
 
     /// Whether there is a subscription. `publisher` is the one that this is for.
-    pub(super) fn exists(&self, publisher: &Publisher<'static>) -> bool {
+    pub(super) fn has_subscribers(&self, publisher: &Publisher<'static>) -> bool {
         // A message too many does no harm.
-        self.judge(|| publisher.matching_status().wait().map_or(true, |status| status.matching()))
+        self.resolve(|| publisher.matching_status().wait().map_or(true, |status| status.matching()))
     }
 
-    fn judge(&self, ask: impl FnOnce() -> bool) -> bool {
+    fn resolve(&self, ask: impl FnOnce() -> bool) -> bool {
         let answered = self.answered.load(Ordering::Relaxed);
-        let sure = self.sure.swap(true, Ordering::AcqRel);
-        if sure && answered == self.told.load(Ordering::Acquire) {
+        let certain = self.certain.swap(true, Ordering::AcqRel);
+        if certain && answered == self.notified.load(Ordering::Acquire) {
             return answered;
         }
         let answer = ask();
@@ -68,37 +68,37 @@ mod tests {
 
     #[test]
     fn regress_who_was_there_before_is_known_before_zenoh_tells_of_him() {
-        assert!(Demand::default().judge(|| true));
+        assert!(SubscriptionState::default().resolve(|| true));
     }
 
     #[test]
     fn regress_who_asked_for_the_snapshot_is_known_before_zenoh_tells_of_him() {
-        let demand = Demand::default();
-        assert!(!demand.judge(|| false));
-        assert!(!demand.judge(unasked));
-        demand.doubt();
-        assert!(demand.judge(|| true));
-        assert!(demand.judge(|| true), "asked until it is told");
-        demand.told.store(true, Ordering::Release);
-        assert!(demand.judge(unasked));
+        let state = SubscriptionState::default();
+        assert!(!state.resolve(|| false));
+        assert!(!state.resolve(unasked));
+        state.expire();
+        assert!(state.resolve(|| true));
+        assert!(state.resolve(|| true), "asked until it is told");
+        state.notified.store(true, Ordering::Release);
+        assert!(state.resolve(unasked));
     }
 
     #[test]
     fn regress_who_comes_before_zenoh_told_that_another_had_gone_is_known() {
-        let demand = Demand::default();
-        demand.told.store(true, Ordering::Release);
-        assert!(demand.judge(|| true));
-        demand.doubt();
-        assert!(!demand.judge(|| false), "gone, which is not told yet");
-        assert!(demand.judge(|| true), "another has come, which zenoh never tells of: it still has the one before");
+        let state = SubscriptionState::default();
+        state.notified.store(true, Ordering::Release);
+        assert!(state.resolve(|| true));
+        state.expire();
+        assert!(!state.resolve(|| false), "gone, which is not told yet");
+        assert!(state.resolve(|| true), "another has come, which zenoh never tells of: it still has the one before");
     }
 
     #[test]
     fn regress_who_has_gone_before_zenoh_told_that_he_had_come_is_not_known_for_ever() {
-        let demand = Demand::default();
-        demand.doubt();
-        assert!(demand.judge(|| true));
-        assert!(!demand.judge(|| false), "zenoh never tells of him");
-        assert!(!demand.judge(unasked));
+        let state = SubscriptionState::default();
+        state.expire();
+        assert!(state.resolve(|| true));
+        assert!(!state.resolve(|| false), "zenoh never tells of him");
+        assert!(!state.resolve(unasked));
     }
 }

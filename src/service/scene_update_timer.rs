@@ -2,15 +2,15 @@
 
 /// So many times a second of the session.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Drawing {
+pub(super) struct SceneUpdateTimer {
     rate_hz: f64,
     /// How many periods had begun at the last one.
     begun: f64,
 }
 
-impl Drawing {
+impl SceneUpdateTimer {
     pub(super) fn new(rate_hz: f64) -> Self {
-        Drawing { rate_hz, begun: f64::NEG_INFINITY }
+        SceneUpdateTimer { rate_hz, begun: f64::NEG_INFINITY }
     }
 
     /// Whether a sample at this time of the session is the first in its period.
@@ -28,15 +28,20 @@ mod tests {
 
     #[test]
     fn val_a_modest_rate_takes_evenly_from_a_fast_one() {
-        let mut drawing = Drawing::new(25.0);
-        let taken: Vec<u32> = (0..2000).filter(|&step| drawing.is_due(f64::from(step) * 5e-3)).collect();
+        let mut scene_update_timer = SceneUpdateTimer::new(25.0);
+        let taken: Vec<u32> = (0..2000).filter(|&step| scene_update_timer.is_due(f64::from(step) * 5e-3)).collect();
         assert_eq!(taken.len(), 250);
         assert!(taken.windows(2).all(|pair| pair[1] - pair[0] == 8), "every 40 ms of samples at 5 ms");
     }
 
     #[test]
     fn prop_no_sample_is_taken_twice_and_slow_ones_all() {
-        let mut drawing = Drawing::new(25.0);
-        assert!(drawing.is_due(0.0) && !drawing.is_due(0.0) && drawing.is_due(1.0) && drawing.is_due(2.0));
+        let mut scene_update_timer = SceneUpdateTimer::new(25.0);
+        assert!(
+            scene_update_timer.is_due(0.0)
+                && !scene_update_timer.is_due(0.0)
+                && scene_update_timer.is_due(1.0)
+                && scene_update_timer.is_due(2.0)
+        );
     }
 }

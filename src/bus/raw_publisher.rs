@@ -8,11 +8,11 @@ use zenoh::{Session, Wait};
 use super::BusError;
 
 /// A publisher of recorded bytes. It waits for a slow subscriber rather than leave a message out.
-pub struct Outlet {
+pub struct RawPublisher {
     publisher: Publisher<'static>,
 }
 
-impl Outlet {
+impl RawPublisher {
     /// Declares a publisher under a key, with the encoding and the schema's name that the recording states.
     ///
     /// # Errors
@@ -20,11 +20,11 @@ impl Outlet {
     pub fn declare(session: &Session, key: &str, encoding: &str, schema: Option<&str>) -> Result<Self, BusError> {
         let publisher = session
             .declare_publisher(key.to_owned())
-            .encoding(stated(encoding, schema))
+            .encoding(zenoh_encoding(encoding, schema))
             .congestion_control(CongestionControl::Block)
             .wait()
             .map_err(BusError::failed)?;
-        Ok(Outlet { publisher })
+        Ok(RawPublisher { publisher })
     }
 
     /// Puts a payload on the bus.
@@ -37,7 +37,7 @@ impl Outlet {
 }
 
 /// What zenoh calls an encoding that MCAP calls by a shorter name.
-fn stated(encoding: &str, schema: Option<&str>) -> Encoding {
+fn zenoh_encoding(encoding: &str, schema: Option<&str>) -> Encoding {
     let encoding = match encoding {
         "protobuf" => Encoding::APPLICATION_PROTOBUF,
         "json" => Encoding::APPLICATION_JSON,
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn val_encodings_are_named_as_zenoh_names_them() {
-        let named = |encoding, schema| stated(encoding, schema).to_string();
+        let named = |encoding, schema| zenoh_encoding(encoding, schema).to_string();
         assert_eq!(named("protobuf", Some("flexcrank.v1.Loads")), "application/protobuf;flexcrank.v1.Loads");
         assert_eq!(named("cdr", Some("sensor_msgs/msg/Image")), "application/cdr;sensor_msgs/msg/Image");
         assert_eq!(named("json", None), "application/json");

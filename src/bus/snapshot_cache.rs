@@ -11,7 +11,7 @@ use crate::wire::{Snapshot, Telemetry};
 
 /// What the snapshot keeps of a message.
 #[derive(Debug, Default)]
-pub enum Kept {
+pub enum SnapshotEntry {
     /// That there was one.
     #[default]
     Number,
@@ -21,21 +21,21 @@ pub enum Kept {
     Sample(Arc<Telemetry>, Arc<Sample>),
 }
 
-impl<B: Into<ZBytes>> From<B> for Kept {
+impl<B: Into<ZBytes>> From<B> for SnapshotEntry {
     fn from(bytes: B) -> Self {
-        Kept::Bytes(bytes.into())
+        SnapshotEntry::Bytes(bytes.into())
     }
 }
 
 /// The newest of every topic, and its number.
 #[derive(Debug, Default)]
-pub(super) struct Latest {
-    messages: BTreeMap<Topic, (u64, Kept)>,
+pub(super) struct SnapshotCache {
+    messages: BTreeMap<Topic, (u64, SnapshotEntry)>,
 }
 
-impl Latest {
+impl SnapshotCache {
     /// Keeps a message; its number, which counts from 1, and what was kept of the one before.
-    pub(super) fn keep(&mut self, topic: Topic, newest: Kept) -> (u64, Kept) {
+    pub(super) fn keep(&mut self, topic: Topic, newest: SnapshotEntry) -> (u64, SnapshotEntry) {
         let (number, kept) = self.messages.entry(topic).or_default();
         *number += 1;
         (*number, std::mem::replace(kept, newest))
@@ -54,9 +54,9 @@ impl Latest {
 
     fn newest<M: prost::Message + Default>(&self, topic: Topic, make: impl Fn(&Telemetry, &Sample) -> M) -> Option<M> {
         match self.messages.get(&topic).map(|(_, kept)| kept)? {
-            Kept::Number => None,
-            Kept::Bytes(bytes) => M::decode(&*bytes.to_bytes()).ok(),
-            Kept::Sample(telemetry, sample) => Some(make(telemetry, sample)),
+            SnapshotEntry::Number => None,
+            SnapshotEntry::Bytes(bytes) => M::decode(&*bytes.to_bytes()).ok(),
+            SnapshotEntry::Sample(telemetry, sample) => Some(make(telemetry, sample)),
         }
     }
 }

@@ -16,23 +16,23 @@ const BATCH_MESSAGES: usize = 1024;
 type Batch = VecDeque<Result<Recorded, RecordingError>>;
 
 /// Messages from a place on. Dropping it ends its thread.
-pub(super) struct Feed {
+pub(super) struct ReadAhead {
     batches: Receiver<Batch>,
     batch: Batch,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Feed {
+impl ReadAhead {
     /// Begins to read from a log time on.
     pub fn start(source: &Arc<Source>, from_ns: u64) -> std::io::Result<Self> {
         let (queue, batches) = sync_channel(BATCHES);
         let source = Arc::clone(source);
         let thread = Builder::new().name("reading".to_owned()).spawn(move || read(&source, from_ns, &queue))?;
-        Ok(Feed { batches, batch: Batch::new(), thread: Some(thread) })
+        Ok(ReadAhead { batches, batch: Batch::new(), thread: Some(thread) })
     }
 }
 
-impl Iterator for Feed {
+impl Iterator for ReadAhead {
     type Item = Result<Recorded, ServiceError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -11,7 +11,7 @@ pub const RATES: RangeInclusive<f64> = 1e-3..=1e6;
 
 /// What to do. Times are recorded time since the first message, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Action {
+pub enum ReplayAction {
     /// Hold.
     Pause,
     /// Go on.
@@ -32,46 +32,46 @@ pub enum Action {
     Stop,
 }
 
-impl TryFrom<replay_control::Action> for Action {
+impl TryFrom<replay_control::Action> for ReplayAction {
     type Error = String;
 
     fn try_from(action: replay_control::Action) -> Result<Self, String> {
         Ok(match action {
-            replay_control::Action::Pause(_) => Action::Pause,
-            replay_control::Action::Resume(_) => Action::Resume,
-            replay_control::Action::Seek(Seek { time_s }) if time_s.is_finite() => Action::Seek(time_s),
+            replay_control::Action::Pause(_) => ReplayAction::Pause,
+            replay_control::Action::Resume(_) => ReplayAction::Resume,
+            replay_control::Action::Seek(Seek { time_s }) if time_s.is_finite() => ReplayAction::Seek(time_s),
             replay_control::Action::Seek(Seek { time_s }) => return Err(format!("time_s = {time_s} is not a time")),
-            replay_control::Action::Rate(Rate { factor }) if RATES.contains(&factor) => Action::Rate(factor),
+            replay_control::Action::Rate(Rate { factor }) if RATES.contains(&factor) => ReplayAction::Rate(factor),
             replay_control::Action::Rate(Rate { factor }) => {
                 return Err(format!("factor = {factor} is not allowed: {:?} to {:?}", RATES.start(), RATES.end()));
             }
-            replay_control::Action::Next(Next { count }) => Action::Next(count.max(1)),
-            replay_control::Action::Stop(_) => Action::Stop,
+            replay_control::Action::Next(Next { count }) => ReplayAction::Next(count.max(1)),
+            replay_control::Action::Stop(_) => ReplayAction::Stop,
         })
     }
 }
 
 /// An order on its way to the replayer.
-pub struct Order {
+pub struct ReplayCommand {
     /// Chosen by the sender; empty when it does not care about repetition.
     pub id: String,
     /// What to do.
-    pub action: Action,
+    pub action: ReplayAction,
     /// Takes the answer.
     pub reply: ReplyTo,
 }
 
-impl Order {
+impl ReplayCommand {
     /// An order whose answer nobody needs.
-    pub fn quiet(action: Action) -> Self {
-        Order { id: String::new(), action, reply: Box::new(|_| {}) }
+    pub fn quiet(action: ReplayAction) -> Self {
+        ReplayCommand { id: String::new(), action, reply: Box::new(|_| {}) }
     }
 }
 
 /// Hands an order over, or answers that it is too late.
-pub(super) fn submit(orders: &Sender<Order>, order: Order) {
-    if let Err(SendError(order)) = orders.send(order) {
-        refuse(order.id, "the replay is over".to_owned(), order.reply);
+pub(super) fn submit(commands: &Sender<ReplayCommand>, command: ReplayCommand) {
+    if let Err(SendError(command)) = commands.send(command) {
+        refuse(command.id, "the replay is over".to_owned(), command.reply);
     }
 }
 

@@ -1,20 +1,20 @@
-//! What full queues kept out, until it can be told.
+//! What recording_full queues kept out, until it can be told.
 
 use std::collections::BTreeMap;
 
 use crate::simulation::Stamp;
 use crate::wire::{self, Gap, TopicDrops};
 
-/// Gaps that were not told of yet, one a topic, epoch and kind.
+/// DropLedger that were not told of yet, one a topic, epoch and kind.
 #[derive(Debug, Default)]
-pub(super) struct Gaps {
+pub(super) struct DropLedger {
     pending: BTreeMap<(String, u64, bool), Gap>,
     totals: BTreeMap<String, TopicDrops>,
 }
 
-impl Gaps {
+impl DropLedger {
     /// A message that was published, where it is of a topic that is, but could not be recorded.
-    pub(super) fn unrecorded(&mut self, topic: &str, stamp: &Stamp) {
+    pub(super) fn count_unrecorded(&mut self, topic: &str, stamp: &Stamp) {
         let stamped = Some(wire::stamp(stamp));
         self.add(Gap { stamp: stamped, topic: topic.to_owned(), count: 1, first_step: stamp.step, published: true });
     }
@@ -24,7 +24,7 @@ impl Gaps {
         let fresh = || TopicDrops { topic: gap.topic.clone(), ..TopicDrops::default() };
         let total = self.totals.entry(gap.topic.clone()).or_insert_with(fresh);
         *(if gap.published { &mut total.unrecorded } else { &mut total.unpublished }) += gap.count;
-        self.again(gap);
+        self.merge(gap);
     }
 
     /// Everything so far, by topic.
@@ -33,7 +33,7 @@ impl Gaps {
     }
 
     /// Puts back one that was taken and could not be told.
-    pub(super) fn again(&mut self, gap: Gap) {
+    pub(super) fn merge(&mut self, gap: Gap) {
         let epoch = gap.stamp.as_ref().map_or(0, |stamp| stamp.epoch);
         self.pending
             .entry((gap.topic.clone(), epoch, gap.published))

@@ -13,10 +13,10 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::complaints::Complaints;
-use super::demand::Demand;
 use super::keys::{Name, Topic};
-use super::latest::{Kept, Latest};
+use super::refusal_log::RefusalLog;
+use super::snapshot_cache::{SnapshotCache, SnapshotEntry};
+use super::subscription_state::SubscriptionState;
 use crate::runtime::{Command, Inbox, ReplyTo, Request};
 use crate::wire::{self, BadCommand, CommandReply, Control, Snapshot, TorquePulse};
 
@@ -28,43 +28,43 @@ pub(super) fn protobuf(schema: &str) -> Encoding {
 /// Largest command, bytes.
 const PAYLOAD_LIMIT: usize = 4096;
 /// How long routers may take to answer.
-const ROUTERS: Duration = Duration::from_millis(500);
+const ROUTER_TIMEOUT: Duration = Duration::from_millis(500);
 /// Longest id of a command, bytes: tens of thousands of them are remembered.
 const ID_LIMIT: usize = 128;
 
-/// A service on the bus. Dropping it leaves the bus; [`Endpoint::close`] does so in order.
-pub struct Endpoint {
+/// A service on the bus. Dropping it leaves the bus; [`ServiceEndpoint::close`] does so in order.
+pub struct ServiceEndpoint {
     publishers: BTreeMap<Topic, Publisher<'static>>,
-    demands: Arc<BTreeMap<Topic, Demand>>,
-    latest: Arc<Mutex<Latest>>,
+    subscription_states: Arc<BTreeMap<Topic, SubscriptionState>>,
+    latest: Arc<Mutex<SnapshotCache>>,
     queryables: Vec<Queryable<()>>,
     subscribers: Vec<Subscriber<()>>,
     presence: LivelinessToken,
 }
 
-impl Endpoint {
+impl ServiceEndpoint {
     /// Declares everything a service has: topics, scene, schema, snapshot and, given an inbox, commands; presence last.
     ///
     /// # Errors
     /// [`BusError`] when zenoh refuses a declaration.
     pub fn declare(session: &Session, name: &Name, scene: &str, inbox: Option<&Inbox>) -> Result<Self, BusError> {
-        let (mut publishers, mut demands) = (BTreeMap::new(), BTreeMap::new());
+        let (mut publishers, mut subscription_states) = (BTreeMap::new(), BTreeMap::new());
         for topic in Topic::ALL {
             let publisher = session
                 .declare_publisher(name.topic(topic))
                 .encoding(protobuf(topic.schema()))
                 .wait()
                 .map_err(BusError::failed)?;
-            demands.insert(topic, Demand::of(&publisher)?);
+            subscription_states.insert(topic, SubscriptionState::of(&publisher)?);
             publishers.insert(topic, publisher);
         }
-        let demands = Arc::new(demands);
+        let subscription_states = Arc::new(subscription_states);
         wait_for_routers(session, name)?;
-        let latest: Arc<Mutex<Latest>> = Arc::default();
+        let latest: Arc<Mutex<SnapshotCache>> = Arc::default();
         let mut queryables = vec![
             fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
             fixed(session, name.schema(), wire::EVERY_DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
-            snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&demands))?,
+            snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&subscription_states))?,
         ];
         let mut subscribers = Vec::new();
         if let Some(inbox) = inbox {
@@ -74,30 +74,30 @@ impl Endpoint {
             }
         }
         let presence = session.liveliness().declare_token(name.presence()).wait().map_err(BusError::failed)?;
-        Ok(Endpoint { publishers, demands, latest, queryables, subscribers, presence })
+        Ok(ServiceEndpoint { publishers, subscription_states, latest, queryables, subscribers, presence })
     }
 
     /// Publishes a message and keeps it for the snapshot.
     pub fn publish(&self, topic: Topic, payload: impl Into<ZBytes>) {
         let payload = payload.into();
         let (number, _) = self.keep(topic, payload.clone());
-        if self.is_wanted(topic) {
+        if self.has_subscribers(topic) {
             self.put(topic, number, payload);
         }
     }
 
     /// Keeps a message for the snapshot: first of all, so that who has subscribed too late for it finds it there. Its number, which
     /// counts from 1, and what was kept of the one before.
-    pub fn keep(&self, topic: Topic, newest: impl Into<Kept>) -> (u64, Kept) {
+    pub fn keep(&self, topic: Topic, newest: impl Into<SnapshotEntry>) -> (u64, SnapshotEntry) {
         lock(&self.latest).keep(topic, newest.into())
     }
 
-    /// Whether anybody listens: to be asked once a message is kept, which has to be [put](Endpoint::put) if so.
+    /// Whether anybody listens: to be asked once a message is kept, which has to be [put](ServiceEndpoint::put) if so.
     ///
     /// Who subscribes and then asks for the snapshot is known here when the next message after those of the snapshot is kept.
-    pub fn is_wanted(&self, topic: Topic) -> bool {
-        let demand = self.demands.get(&topic).zip(self.publishers.get(&topic));
-        demand.is_some_and(|(demand, publisher)| demand.exists(publisher))
+    pub fn has_subscribers(&self, topic: Topic) -> bool {
+        let state = self.subscription_states.get(&topic).zip(self.publishers.get(&topic));
+        state.is_some_and(|(state, publisher)| state.has_subscribers(publisher))
     }
 
     /// Puts a message with its number on the bus.
@@ -134,12 +134,12 @@ impl Endpoint {
 
 /// Waits for what routers have to say of who listens already: it comes before their answer to what is asked after.
 fn wait_for_routers(session: &Session, name: &Name) -> Result<(), BusError> {
-    let answers = session.liveliness().get(name.presence()).timeout(ROUTERS).wait().map_err(BusError::failed)?;
+    let answers = session.liveliness().get(name.presence()).timeout(ROUTER_TIMEOUT).wait().map_err(BusError::failed)?;
     while answers.recv().is_ok() {}
     Ok(())
 }
 
-fn lock(latest: &Mutex<Latest>) -> MutexGuard<'_, Latest> {
+fn lock(latest: &Mutex<SnapshotCache>) -> MutexGuard<'_, SnapshotCache> {
     latest.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -157,15 +157,15 @@ fn fixed(session: &Session, key: String, payload: Vec<u8>, encoding: Encoding) -
 fn snapshot(
     session: &Session,
     key: String,
-    latest: Arc<Mutex<Latest>>,
-    demands: Arc<BTreeMap<Topic, Demand>>,
+    latest: Arc<Mutex<SnapshotCache>>,
+    subscription_states: Arc<BTreeMap<Topic, SubscriptionState>>,
 ) -> Result<Queryable<()>, BusError> {
     let answer_key = key.clone();
     let collect = move |query: Query| {
         let snapshot = {
             let latest = lock(&latest);
             // Messages kept from here on are for whoever asks, if he has subscribed.
-            demands.values().for_each(Demand::doubt);
+            subscription_states.values().for_each(SubscriptionState::expire);
             latest.snapshot()
         };
         answer(&query, &answer_key, snapshot.encode_to_vec().into(), protobuf("flexcrank.v1.Snapshot"));
@@ -231,11 +231,11 @@ fn submit(inbox: &Inbox, payload: Result<Vec<u8>, BadCommand>, decode: Decode, r
 
 fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Queryable<()>, BusError> {
     let answer_key = key.to_owned();
-    let complaints = Complaints::default();
+    let refusal_log = RefusalLog::default();
     let take = move |query: Query| {
         let payload = admitted(&answer_key, query.key_expr(), query.payload());
         if let Err(bad) = &payload {
-            complaints.hear(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
+            refusal_log.record(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
         }
         let key = answer_key.clone();
         let reply = move |reply: CommandReply| {
@@ -248,10 +248,10 @@ fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox)
 
 fn command_subscriber(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Subscriber<()>, BusError> {
     let own_key = key.to_owned();
-    let complaints = Complaints::default();
+    let refusal_log = RefusalLog::default();
     let take = move |sample: zenoh::sample::Sample| {
-        let complaints = complaints.clone();
-        let reply = move |reply: CommandReply| complaints.hear(&reply);
+        let refusal_log = refusal_log.clone();
+        let reply = move |reply: CommandReply| refusal_log.record(&reply);
         submit(&inbox, admitted(&own_key, sample.key_expr(), Some(sample.payload())), decode, Box::new(reply));
     };
     session.declare_subscriber(key.to_owned()).callback(take).wait().map_err(BusError::failed)

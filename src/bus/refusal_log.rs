@@ -6,17 +6,17 @@ use std::time::{Duration, Instant};
 use crate::wire::CommandReply;
 
 /// Between two lines of the log.
-const PERIOD: Duration = Duration::from_secs(1);
+const LOG_PERIOD: Duration = Duration::from_secs(1);
 
 /// Refusals since the last line of the log.
 #[derive(Clone, Default)]
-pub(super) struct Complaints {
+pub(super) struct RefusalLog {
     since: Arc<Mutex<(Option<Instant>, u64)>>,
 }
 
-impl Complaints {
+impl RefusalLog {
     /// Logs a refusal, or counts it.
-    pub(super) fn hear(&self, reply: &CommandReply) {
+    pub(super) fn record(&self, reply: &CommandReply) {
         if reply.accepted {
             return;
         }
@@ -29,7 +29,7 @@ impl Complaints {
     fn count(&self, now: Instant) -> Option<u64> {
         let mut since = self.since.lock().unwrap_or_else(PoisonError::into_inner);
         let (logged, others) = &mut *since;
-        if logged.is_some_and(|logged| now.saturating_duration_since(logged) < PERIOD) {
+        if logged.is_some_and(|logged| now.saturating_duration_since(logged) < LOG_PERIOD) {
             *others += 1;
             return None;
         }
@@ -44,10 +44,10 @@ mod tests {
 
     #[test]
     fn prop_a_flood_is_one_line_a_second() {
-        let complaints = Complaints::default();
+        let refusal_log = RefusalLog::default();
         let begun = Instant::now();
-        assert_eq!(complaints.count(begun), Some(0));
-        assert!((0..1000).all(|_| complaints.count(begun).is_none()));
-        assert_eq!(complaints.count(begun + PERIOD), Some(1000));
+        assert_eq!(refusal_log.count(begun), Some(0));
+        assert!((0..1000).all(|_| refusal_log.count(begun).is_none()));
+        assert_eq!(refusal_log.count(begun + LOG_PERIOD), Some(1000));
     }
 }

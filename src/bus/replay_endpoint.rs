@@ -9,8 +9,8 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::endpoint::{admitted, answer, decode, protobuf};
 use super::keys::Name;
+use super::service_endpoint::{admitted, answer, decode, protobuf};
 use crate::runtime::ReplyTo;
 use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, replay_control::Action};
 
@@ -21,12 +21,12 @@ pub type Take = Arc<dyn Fn(String, Action, ReplyTo) + Send + Sync>;
 type Decode = fn(&[u8]) -> Result<(String, Action), (String, BadCommand)>;
 
 /// A replayer's controls on the bus.
-pub struct Remote {
+pub struct ReplayEndpoint {
     queryables: [Queryable<()>; 2],
     subscriber: Subscriber<()>,
 }
 
-impl Remote {
+impl ReplayEndpoint {
     /// Declares `…/replay`, for queries and puts, and `…/control`, for queries only: what a recording says there when it is
     /// replayed with its commands is meant for others.
     ///
@@ -45,7 +45,7 @@ impl Remote {
             submit(&own, admitted(&own_key, sample.key_expr(), Some(sample.payload())), replay, Box::new(reply));
         };
         let subscriber = session.declare_subscriber(name.replay()).callback(hear).wait().map_err(BusError::failed)?;
-        Ok(Remote { queryables, subscriber })
+        Ok(ReplayEndpoint { queryables, subscriber })
     }
 
     /// Leaves the bus.

@@ -9,16 +9,16 @@ use zenoh::{Session, Wait};
 use super::BusError;
 
 /// Asking oneself takes no time; this is for the case that something is wrong.
-const PATIENCE: Duration = Duration::from_millis(500);
+const TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The subscriptions that match some keys.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Listening {
+pub struct Subscriptions {
     /// Session and key expression of each.
     subscriptions: BTreeSet<(String, String)>,
 }
 
-impl Listening {
+impl Subscriptions {
     /// Sessions that have at least one of the subscriptions.
     pub fn sessions(&self) -> usize {
         self.subscriptions.iter().map(|(session, _)| session).collect::<BTreeSet<_>>().len()
@@ -27,14 +27,14 @@ impl Listening {
 
 /// Subscriptions of other sessions to any of `keys`. All that are behind one router count as one session, the router's.
 ///
-/// The session must have been opened with [`BusOptions::sees_audience`](super::BusOptions::sees_audience).
+/// The session must have been opened with [`BusOptions::sees_subscriptions`](super::BusOptions::sees_subscriptions).
 ///
 /// # Errors
 /// [`BusError`] when zenoh fails.
-pub fn audience(session: &Session, keys: &[String]) -> Result<Listening, BusError> {
+pub fn subscriptions(session: &Session, keys: &[String]) -> Result<Subscriptions, BusError> {
     let own = session.zid().to_string();
     let prefix = format!("@/{own}/*/subscriber/");
-    let replies = session.get(format!("{prefix}**")).timeout(PATIENCE).wait().map_err(BusError::failed)?;
+    let replies = session.get(format!("{prefix}**")).timeout(TIMEOUT).wait().map_err(BusError::failed)?;
     let mut subscriptions = BTreeSet::new();
     while let Ok(reply) = replies.recv() {
         let Ok(sample) = reply.into_result() else { continue };
@@ -49,7 +49,7 @@ pub fn audience(session: &Session, keys: &[String]) -> Result<Listening, BusErro
             subscriptions.extend(others.map(|session| (session, key.to_string())));
         }
     }
-    Ok(Listening { subscriptions })
+    Ok(Subscriptions { subscriptions })
 }
 
 /// Sessions that a subscription came from, as zenoh's administration space tells them.
