@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use common::{Outcome, Service, scene};
 use flexcrank::bus::{self, BusError, Name, Session, Topic, client};
-use flexcrank::recording::Source;
+use flexcrank::recording::RecordingFile;
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::service::{ReplayAction, ReplayCommand, ReplayOptions, ReplayReport, ServiceError, replay};
 use flexcrank::wire::{
@@ -372,7 +372,7 @@ fn prop_recordings_of_others_are_replayed_as_they_are() -> Outcome {
 #[test]
 fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome {
     let (file, folder) = recording()?;
-    let source = Source::open(&file)?;
+    let source = RecordingFile::open(&file)?;
     let all: Vec<u64> = source.messages_from(0)?.map(|message| Ok(message?.log_time)).collect::<Result<_, ServiceError>>()?;
     assert_eq!(all.first(), Some(&source.begin_ns()));
     assert!(all.is_sorted() && (source.duration_s() - 1.0).abs() < 1e-6, "{}", source.duration_s());
@@ -382,12 +382,12 @@ fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome
     let whole = std::fs::read(&file)?;
     let cut = folder.path().join("cut.mcap");
     std::fs::write(&cut, &whole[..whole.len() / 2])?;
-    let source = Source::open(&cut)?;
+    let source = RecordingFile::open(&cut)?;
     assert!(source.is_cut_off() && source.duration_s() > 0.1);
     assert!(source.messages_from(source.begin_ns())?.all(|message| message.is_ok()));
     let loose = folder.path().join("loose.mcap");
     foreign(&loose, false)?;
-    assert_eq!(Source::open(&loose)?.messages_from(0)?.filter_map(Result::ok).count(), 8, "messages outside chunks");
+    assert_eq!(RecordingFile::open(&loose)?.messages_from(0)?.filter_map(Result::ok).count(), 8, "messages outside chunks");
     Ok(())
 }
 
@@ -398,7 +398,7 @@ fn prop_a_damaged_chunk_is_told_with_its_place() -> Outcome {
     let middle = bytes.len() / 3;
     bytes[middle] ^= 0x10;
     std::fs::write(&file, bytes)?;
-    let source = Source::open(&file)?;
+    let source = RecordingFile::open(&file)?;
     let error = source.messages_from(0)?.find_map(Result::err).ok_or("nothing was noticed")?;
     assert!(error.to_string().contains("the chunk at byte"), "{error}");
     Ok(())

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use super::Done;
-use super::aligned::{figure, print};
+use super::aligned_table::{figure, print};
 use super::args::number;
 use crate::scene::SceneSource;
 use crate::study::Table;

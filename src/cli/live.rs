@@ -6,10 +6,10 @@ use std::time::SystemTime;
 use anyhow::Context as _;
 
 use super::args::RunArgs;
-use super::board::Board;
-pub(super) use super::board::describe;
 use super::resume::{Beginning, begin};
 use super::signals::interrupted;
+use super::status_line::StatusLine;
+pub(super) use super::status_line::describe;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, place};
@@ -28,13 +28,13 @@ pub(super) fn run(args: RunArgs) -> anyhow::Result<Done> {
             return Err(BusError::Taken(taken).into());
         }
     }
-    let board = Board::new(count);
+    let status_line = StatusLine::new(count);
     let mut members = Vec::with_capacity(count);
     for (index, beginning) in beginnings.into_iter().enumerate() {
-        members.push(member(&args, beginning, (index, count), &board)?);
+        members.push(member(&args, beginning, (index, count), &status_line)?);
     }
     if let Some(LiveSimulation { live, .. }) = members.first() {
-        board.head(heading(live, count));
+        status_line.head(heading(live, count));
     }
     for member in &members {
         warn_of_weight(&member.live);
@@ -47,12 +47,17 @@ pub(super) fn run(args: RunArgs) -> anyhow::Result<Done> {
         bus::close(&session)?;
         anyhow::Ok(reports?)
     })?;
-    board.clear();
+    status_line.clear();
     Ok(conclude(&reports))
 }
 
 /// The `index`th of so many.
-fn member(args: &RunArgs, beginning: Beginning, (index, count): (usize, usize), board: &Board) -> anyhow::Result<LiveSimulation> {
+fn member(
+    args: &RunArgs,
+    beginning: Beginning,
+    (index, count): (usize, usize),
+    status_line: &StatusLine,
+) -> anyhow::Result<LiveSimulation> {
     let Beginning { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(place::FOLDER);
@@ -65,7 +70,7 @@ fn member(args: &RunArgs, beginning: Beginning, (index, count): (usize, usize), 
     if let Some(first) = path.as_ref().map(|path| first_file(path, args.split)).filter(|first| first.exists()) {
         return Err(RecordingError::Exists(first).into());
     }
-    let on_status = board.of(index, &name.to_string());
+    let on_status = status_line.of(index, &name.to_string());
     let live = LiveOptions {
         name,
         scene,

@@ -7,9 +7,8 @@ macro_rules! say {
     };
 }
 
-mod aligned;
+mod aligned_table;
 mod args;
-mod board;
 mod clients;
 mod cycle;
 mod files;
@@ -24,6 +23,7 @@ mod resume;
 mod sequence;
 mod signals;
 mod stability;
+mod status_line;
 mod trade;
 mod verify;
 mod watch;

@@ -85,7 +85,7 @@ fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
     if contents.cut_off {
         say!("warning: {} ends early; everything before is drawn", file.display());
     }
-    let named = |topic: crate::recording::Topic| {
+    let named = |topic: crate::recording::TopicColumns| {
         let mut table = Table::default();
         topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
         Named { name: topic.name, table }

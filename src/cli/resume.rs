@@ -6,7 +6,7 @@ use super::args::{RunArgs, positive};
 use super::progress::over_file;
 use super::shown_s;
 use crate::bus::Name;
-use crate::resimulation::{Resumed, Source, resume};
+use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::SceneSource;
 use crate::service::Resumption;
@@ -54,7 +54,7 @@ pub(super) fn begin(args: &RunArgs) -> anyhow::Result<Vec<Beginning>> {
         }
         return Ok(all);
     };
-    let source = Source::open(file)?;
+    let source = RecordedSession::open(file)?;
     let name = args.name.clone().map_or_else(|| source.name.parse(), Ok)?;
     let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
     let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, args.resume.at)?;
@@ -70,7 +70,7 @@ pub(super) fn begin(args: &RunArgs) -> anyhow::Result<Vec<Beginning>> {
     Ok(vec![Beginning { name, scene: source.scene, simulation, publish, resumption }])
 }
 
-fn recompute(file: &Path, source: &Source, at_s: Option<f64>) -> anyhow::Result<Resumed> {
+fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> anyhow::Result<Resumed> {
     let bar = over_file(file, 1);
     let resumed = resume(source, at_s, &|position| bar.set_position(position));
     bar.finish_and_clear();

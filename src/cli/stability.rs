@@ -5,14 +5,14 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::aligned::figure;
+use super::aligned_table::figure;
 use super::progress::bar;
 use super::{Done, make_folder};
 use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
-    BOUND, Base, Category, Extent, Plan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
+    BOUND, BaseScene, Category, Extent, MapPlan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
     left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
 };
 
@@ -25,7 +25,7 @@ Examples:
 
 Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle \
     of the rod is once too far from the same mechanism at another step by another scheme. Maps of damping, modes and mesh run \
-    the scene as it stands against the same model; too far is 1 % of the way gone by then. The others run two elements a link \
+    the scene as it stands against the same model; too far is 1 % of the method gone by then. The others run two elements a link \
     against 8 finite elements (rigid against rigid); too far is 1 % of crank and rod together. Where no reference reaches, 1 % \
     of the energy put in is too much for the energy balance; and a run is wrong when the model says that the links bend too \
     much for it. Scenes that run at one step and fail at the next finer one are listed. CSV files number the categories from 0 \
@@ -75,9 +75,9 @@ pub(super) fn stability(args: &Args) -> anyhow::Result<Done> {
     plan.map_or(Ok(Done::Well), |(base, plan)| extremes(&base, plan, args))
 }
 
-fn plan(scene: &str, args: &Args, extent: Extent) -> anyhow::Result<(Base, Plan)> {
-    let base = Base::new(&SceneSource::open(scene, &args.overrides)?)?;
-    let mut plan = Plan::extremes(&base, extent);
+fn plan(scene: &str, args: &Args, extent: Extent) -> anyhow::Result<(BaseScene, MapPlan)> {
+    let base = BaseScene::new(&SceneSource::open(scene, &args.overrides)?)?;
+    let mut plan = MapPlan::extremes(&base, extent);
     plan.only(args.only.as_deref().unwrap_or_default())?;
     Ok((base, plan))
 }
@@ -193,7 +193,7 @@ fn short(value: f64) -> String {
     if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
 }
 
-fn extremes(base: &Base, plan: Plan, args: &Args) -> anyhow::Result<Done> {
+fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> anyhow::Result<Done> {
     let bar = bar(plan.len() as u64, "{wide_bar} {pos}/{len} cells{left}");
     let threads = args.jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
     let swept = sweep(base, plan, threads, LIMIT, |done| bar.set_position(done as u64));

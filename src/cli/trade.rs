@@ -9,13 +9,14 @@ use clap::ValueEnum;
 use indicatif::ProgressBar;
 
 use super::Done;
-use super::aligned::print;
+use super::aligned_table::print;
 use super::args::{number, positive};
 use super::progress::bar;
 use crate::plot::{Format, Picture, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
-    Choice, Chosen, Configuration, Demands, Measured, Output, Progress, Question, Row, Selection, Study, choose, study, table,
+    Choice, Chosen, Configuration, Demands, Measured, OutputGroup, Progress, Question, Row, Selection, Study, choose, study,
+    table,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -61,7 +62,7 @@ pub(super) struct Args {
     until: Option<f64>,
     /// The outputs whose errors count; of energy, over ten minutes where --tolerance chooses.
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
-    outputs: Vec<OutputWord>,
+    outputs: Vec<OutputGroupWord>,
     /// Time to spend, s; the reference takes up to a third of it.
     #[arg(long, value_name = "SECONDS", default_value = "240", value_parser = positive)]
     budget: f64,
@@ -86,7 +87,7 @@ pub(super) struct Args {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum OutputWord {
+enum OutputGroupWord {
     Angle,
     Slider,
     Deflection,
@@ -94,14 +95,14 @@ enum OutputWord {
     Energy,
 }
 
-impl From<OutputWord> for Output {
-    fn from(word: OutputWord) -> Self {
+impl From<OutputGroupWord> for OutputGroup {
+    fn from(word: OutputGroupWord) -> Self {
         match word {
-            OutputWord::Angle => Output::Angle,
-            OutputWord::Slider => Output::Slider,
-            OutputWord::Deflection => Output::Deflection,
-            OutputWord::Forces => Output::Forces,
-            OutputWord::Energy => Output::Energy,
+            OutputGroupWord::Angle => OutputGroup::Angle,
+            OutputGroupWord::Slider => OutputGroup::Slider,
+            OutputGroupWord::Deflection => OutputGroup::Deflection,
+            OutputGroupWord::Forces => OutputGroup::Forces,
+            OutputGroupWord::Energy => OutputGroup::Energy,
         }
     }
 }
@@ -137,7 +138,7 @@ fn write(args: &Args, study: &Study) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn words(outputs: &[Output]) -> String {
+fn words(outputs: &[OutputGroup]) -> String {
     outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", ")
 }
 
@@ -151,7 +152,7 @@ fn question(args: &Args) -> Question {
             steps_s: args.steps.clone(),
             link_by_link: args.tolerance.is_some(),
         },
-        outputs: args.outputs.iter().map(|word| Output::from(*word)).collect(),
+        outputs: args.outputs.iter().map(|word| OutputGroup::from(*word)).collect(),
         until_s: args.until,
         budget_s: args.budget,
         enough: args.tolerance.map(|tolerance| 0.25 * tolerance),
@@ -236,7 +237,7 @@ fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     let grid = &study.grid;
     writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
-    let estimate = Output::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
+    let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
     writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
     print(&rows, 4)?;
@@ -261,7 +262,7 @@ fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
 /// A configuration in the terminal.
 fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
     let Configuration { family, step_s } = &row.configuration;
-    let error = |output: Output| {
+    let error = |output: OutputGroup| {
         let (error, estimate) = (m.errors.of(output), study.reference.estimate.of(output));
         match error {
             error if error < estimate => format!("<{estimate:.1e}"),
@@ -273,7 +274,7 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
     let spread = 50.0 * (timing.spread[1] - timing.spread[0]) / timing.seconds_per_s;
     let order = |order: Option<f64>| order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}"));
     let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
-    let [angle, slider, deflection, forces, energy] = Output::ALL.map(error);
+    let [angle, slider, deflection, forces, energy] = OutputGroup::ALL.map(error);
     vec![
         if m.on_front { "*".to_owned() } else { String::new() },
         family.model.as_str().to_owned(),

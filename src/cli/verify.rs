@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::progress::over_file;
 use super::{Done, counted};
-use crate::resimulation::{Finding, Recomputed, Source, Verification, verify as verify_source};
+use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
 use crate::simulation::EnergyVerdict;
 
@@ -41,7 +41,7 @@ pub(super) fn verify(args: &Args) -> anyhow::Result<Done> {
 }
 
 fn one(file: &Path) -> anyhow::Result<Done> {
-    let source = Source::open(file)?;
+    let source = RecordedSession::open(file)?;
     let begun = Instant::now();
     let bar = over_file(file, 2);
     let found = verify_source(&source, &|reading, position| {
@@ -71,7 +71,7 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
     }
 }
 
-fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Result<()> {
+fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std::io::Result<()> {
     let mut out = std::io::stdout();
     let Verification { structure, physics, recomputed, span_s, findings } = found;
     writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use super::Done;
 use super::progress::over_file;
 use crate::recording::{Written, place};
-use crate::resimulation::{AddedPulse, Change, Outcome, Source, what_if as compute};
+use crate::resimulation::{AddedPulse, Change, RecordedSession, WhatIfOutcome, what_if as compute};
 
 /// Options of a replay that mean nothing where nothing goes on the bus.
 const OF_THE_BUS: [&str; 16] = [
@@ -62,7 +62,7 @@ fn added_pulse(text: &str) -> Result<AddedPulse, String> {
 }
 
 pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<Done> {
-    let source = Source::open(file)?;
+    let source = RecordedSession::open(file)?;
     let change = Change {
         pulses: args.add_pulse.clone(),
         overrides: args.overrides.clone(),
@@ -75,18 +75,18 @@ pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<Done> {
     report(&outcome?)
 }
 
-fn report(outcome: &Outcome) -> anyhow::Result<Done> {
-    let Outcome { from_s, parting, diverged, written } = outcome;
+fn report(outcome: &WhatIfOutcome) -> anyhow::Result<Done> {
+    let WhatIfOutcome { from_s, deviation, diverged, written } = outcome;
     let mut out = std::io::stdout();
     writeln!(out, "computed again from t = {from_s} s")?;
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
-    match &parting.first {
+    match &deviation.first {
         None => writeln!(out, "the two never part")?,
         Some(first) => writeln!(out, "the two part at {first}")?,
     }
-    for (name, (largest, at_s)) in &parting.largest {
+    for (name, (largest, at_s)) in &deviation.largest {
         match largest {
             0.0 => writeln!(out, "  {name:<24} is the same")?,
             _ => writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::SystemTime;
 
-use super::facts::{METADATA, SCENE, sum};
+use super::session_info::{METADATA, SCENE, sum};
 use super::walk::{Found, Going, walk};
 use super::{RecordingError, build};
 

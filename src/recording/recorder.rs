@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendE
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::facts::Session;
+use super::session_info::SessionInfo;
 use super::settings::{Settings, WhenFull};
 use super::writer::{SessionWriter, Written};
 use super::{Message, RecordingError, place};
@@ -49,7 +49,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`RecordingError`] when the file exists already or cannot be made.
-    pub fn start(path: &Path, session: &Session, settings: Settings) -> Result<Self, RecordingError> {
+    pub fn start(path: &Path, session: &SessionInfo, settings: Settings) -> Result<Self, RecordingError> {
         let shared = Arc::<Shared>::default();
         shared.part.store(settings.split.map_or(0, |_| 1), Ordering::Relaxed);
         let recording = Recording::begin(path, session, settings, Arc::clone(&shared))?;
@@ -123,7 +123,7 @@ fn part_path(base: &Path, part: u32) -> PathBuf {
 /// The recording thread's state.
 struct Recording {
     base: PathBuf,
-    session: Session,
+    session: SessionInfo,
     settings: Settings,
     shared: Arc<Shared>,
     writer: SessionWriter,
@@ -133,7 +133,7 @@ struct Recording {
 }
 
 impl Recording {
-    fn begin(base: &Path, session: &Session, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
+    fn begin(base: &Path, session: &SessionInfo, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
         let part = shared.part.load(Ordering::Relaxed);
         let writer = SessionWriter::create(&part_path(base, part), session, (part > 0).then_some(part), settings)?;
         Ok(Recording {

@@ -8,7 +8,7 @@ use prost_types::FileDescriptorSet;
 
 use super::RecordingError;
 use super::reader::Recorded;
-use super::source::Source;
+use super::recording_file::RecordingFile;
 
 /// A scalar of a message.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,7 +103,7 @@ impl Decoder {
 
     /// Calls `visit` for every message that can be decoded, in order of log time; returns whether the file ends early.
     pub fn each_row(&mut self, mut visit: impl FnMut(&str, &Row) -> Result<(), RecordingError>) -> Result<bool, RecordingError> {
-        let source = Source::open(&self.path)?;
+        let source = RecordingFile::open(&self.path)?;
         let mut slots: HashMap<String, u64> = HashMap::new();
         for message in source.messages_from(source.begin_ns().saturating_add(self.part.from_ns))? {
             let message = message?;

@@ -10,8 +10,8 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, Writer};
 
-use super::facts::Session;
 use super::message::Message;
+use super::session_info::SessionInfo;
 use super::settings::{Settings, Split};
 use super::{RecordingError, build};
 use crate::wire;
@@ -84,7 +84,7 @@ impl SessionWriter {
     ///
     /// # Errors
     /// [`RecordingError`] when the file exists already or cannot be written.
-    pub fn create(path: &Path, session: &Session, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
+    pub fn create(path: &Path, session: &SessionInfo, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
         let file = create_new(path)?;
         let output = file.try_clone().map_err(RecordingError::file(path))?;
         let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::unwritten(path))?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::course::Instant;
+use super::resimulator::EpochStep;
 use crate::recording::scalars;
 
 /// A recorded message that was computed differently.
@@ -11,7 +11,7 @@ pub struct Difference {
     /// Last chunk of its topic.
     pub topic: String,
     /// Epoch and step.
-    pub instant: Instant,
+    pub instant: EpochStep,
     /// Simulated time, s.
     pub sim_time_s: f64,
     /// The first field that differs, and its two values.

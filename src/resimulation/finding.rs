@@ -40,7 +40,7 @@ pub enum Finding {
         /// How many are missing.
         count: u64,
         /// Why.
-        why: Why,
+        why: LossReason,
     },
     /// The file does not begin with a checkpoint.
     #[error("the recording does not begin with a checkpoint: what comes before the first cannot be computed again")]
@@ -87,7 +87,7 @@ pub enum Finding {
     },
     /// The computation cannot follow the recording.
     #[error("step {step} of epoch {epoch}: {what}")]
-    Astray {
+    ResimulationFault {
         /// The epoch.
         epoch: u64,
         /// The step.
@@ -109,7 +109,7 @@ pub enum Finding {
 
 /// Why messages are missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Why {
+pub enum LossReason {
     /// A queue was full, and the recording says so.
     #[error("a queue was full")]
     Queue,
@@ -127,7 +127,10 @@ pub enum Why {
 impl Finding {
     /// Whether it only says that something was lost, and why, and what is left is sound.
     pub fn is_loss(&self) -> bool {
-        matches!(self, Finding::CutOff { .. } | Finding::Recovered | Finding::Missing { why: Why::Queue | Why::Recovered, .. })
+        matches!(
+            self,
+            Finding::CutOff { .. } | Finding::Recovered | Finding::Missing { why: LossReason::Queue | LossReason::Recovered, .. }
+        )
     }
 }
 

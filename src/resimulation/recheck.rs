@@ -1,11 +1,11 @@
 //! The second reading of a recording: everything computed again and compared, from one checkpoint to the next.
 
 use super::ResimulationError;
-use super::course::{Astray, Course, Instant};
 use super::difference::{Difference, Field};
 use super::event::{Event, schema, topic};
 use super::finding::Finding;
-use super::source::Source;
+use super::recorded_session::RecordedSession;
+use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
 use super::survey::Survey;
 use crate::recording::{Found, Going, Recorded, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
@@ -34,13 +34,13 @@ pub struct Recomputed {
 
 /// Reads a recording a second time; `progress` is told the byte reached.
 pub(super) fn recheck(
-    source: &Source,
+    source: &RecordedSession,
     survey: &Survey,
     progress: &dyn Fn(u64),
 ) -> Result<(Recomputed, Vec<Finding>), ResimulationError> {
     let mut recheck = Recheck {
         source,
-        course: Course::new(&source.scene.scene)?,
+        resimulator: Resimulator::new(&source.scene.scene)?,
         anchored: false,
         breaks: survey.breaks.iter().copied().peekable(),
         gaps: &survey.gaps,
@@ -65,13 +65,13 @@ pub(super) fn recheck(
 }
 
 struct Recheck<'a, B: Iterator<Item = u64>> {
-    source: &'a Source,
-    course: Course,
-    /// Whether the course is that of the recording.
+    source: &'a RecordedSession,
+    resimulator: Resimulator,
+    /// Whether the resimulator is that of the recording.
     anchored: bool,
     breaks: std::iter::Peekable<B>,
     gaps: &'a [Gap],
-    last_loads: Option<Instant>,
+    last_loads: Option<EpochStep>,
     last_command: Option<String>,
     done: Recomputed,
     findings: Vec<Finding>,
@@ -102,9 +102,9 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Whether a queue kept out commands between where the course is and an instant.
-    fn commands_are_missing_before(&self, at: Instant) -> bool {
-        let from = self.course.instant();
+    /// Whether a queue kept out commands between where the resimulator is and an instant.
+    fn commands_are_missing_before(&self, at: EpochStep) -> bool {
+        let from = self.resimulator.instant();
         self.gaps.iter().filter(|gap| gap.topic == "commands").any(|gap| {
             let last = gap.stamp.unwrap_or_default();
             (last.epoch, last.step) >= from && (last.epoch, gap.first_step) <= at
@@ -112,7 +112,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     }
 
     /// Compares the state with that of a checkpoint, and goes on from what was recorded.
-    fn checkpoint(&mut self, message: &Recorded, event: &Event, checkpoint: &Checkpoint, at: Instant) {
+    fn checkpoint(&mut self, message: &Recorded, event: &Event, checkpoint: &Checkpoint, at: EpochStep) {
         if self.anchored {
             self.compare(message, event, at);
         } else if at == (0, 0) {
@@ -120,42 +120,43 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             self.anchored = true;
             self.compare(message, event, at);
         }
-        let restored = wire::recorded_checkpoint(checkpoint).map(|state| self.course.restore(&state, checkpoint.epoch_start_s));
+        let restored =
+            wire::recorded_checkpoint(checkpoint).map(|state| self.resimulator.restore(&state, checkpoint.epoch_start_s));
         self.anchored = restored == Ok(true);
         if self.anchored {
             self.done.checkpoints += 1;
         } else {
-            self.astray(at, "the checkpoint is not one of this scene".to_owned());
+            self.fault(at, "the checkpoint is not one of this scene".to_owned());
         }
     }
 
-    fn go_to(&mut self, at: Instant) -> bool {
+    fn go_to(&mut self, at: EpochStep) -> bool {
         let mut steps = 0;
-        let gone = self.course.go_to(at, |_| steps += 1);
+        let gone = self.resimulator.go_to(at, |_| steps += 1);
         self.done.steps += steps;
         match gone {
             Ok(()) => true,
-            Err(astray) => {
-                self.lost(at, &astray);
+            Err(fault) => {
+                self.lost(at, &fault);
                 false
             }
         }
     }
 
-    fn lost(&mut self, at: Instant, astray: &Astray) {
+    fn lost(&mut self, at: EpochStep, fault: &ResimulationFault) {
         self.anchored = false;
-        self.astray(at, astray.to_string());
+        self.fault(at, fault.to_string());
     }
 
-    fn astray(&mut self, (epoch, step): Instant, what: String) {
-        self.findings.push(Finding::Astray { epoch, step, what });
+    fn fault(&mut self, (epoch, step): EpochStep, what: String) {
+        self.findings.push(Finding::ResimulationFault { epoch, step, what });
     }
 
-    fn compare(&mut self, message: &Recorded, event: &Event, at: Instant) {
+    fn compare(&mut self, message: &Recorded, event: &Event, at: EpochStep) {
         if !self.go_to(at) {
             return;
         }
-        let computed = match self.course.instead_of(event) {
+        let computed = match self.resimulator.recompute(event) {
             Ok(Some(computed)) => computed,
             Ok(None) => return,
             Err(diverged) => return self.lost(at, &diverged.into()),
@@ -164,7 +165,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if let Event::Status(_) | Event::Energies(_) = event {
             self.account();
         }
-        let computed = self.forgiven(event, computed, at);
+        let computed = self.tolerate_unknown_torque(event, computed, at);
         if computed != message.data.as_ref() {
             self.differs(message, &computed, at);
         }
@@ -174,16 +175,16 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     }
 
     /// Where the file says that the simulation could not go on, it cannot when computed again.
-    fn diverges(&mut self, at: Instant) {
-        if self.course.can_go_on() {
-            self.astray(at, "the file says that it diverged here; computed again, it goes on".to_owned());
+    fn diverges(&mut self, at: EpochStep) {
+        if self.resimulator.can_step() {
+            self.fault(at, "the file says that it diverged here; computed again, it goes on".to_owned());
         }
         self.anchored = false;
     }
 
     /// The computed account: what the file says is compared with it message by message.
     fn account(&mut self) {
-        let simulation = self.course.simulation();
+        let simulation = self.resimulator.simulation();
         let ledger = simulation.ledger();
         self.done.balance_error_j = self.done.balance_error_j.max(ledger.worst_balance_j);
         self.done.energy_j = self.done.energy_j.max(ledger.in_play_j);
@@ -193,7 +194,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     }
 
     /// Loads after some that are missing: whether the mean torque was taken in between is not known.
-    fn forgiven(&mut self, event: &Event, computed: Vec<u8>, at: Instant) -> Vec<u8> {
+    fn tolerate_unknown_torque(&mut self, event: &Event, computed: Vec<u8>, at: EpochStep) -> Vec<u8> {
         let Event::Loads(recorded) = event else { return computed };
         let since = self.last_loads.replace(at);
         let missing = self.gaps.iter().filter(|gap| gap.topic == "loads").any(|gap| {
@@ -208,7 +209,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         prost::Message::decode(computed.as_slice()).map_or(computed, as_recorded)
     }
 
-    fn differs(&mut self, message: &Recorded, computed: &[u8], instant: Instant) {
+    fn differs(&mut self, message: &Recorded, computed: &[u8], instant: EpochStep) {
         self.differing += 1;
         if self.first.is_some() {
             return;
@@ -216,13 +217,13 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.first = Some(Difference {
             topic: topic(message).to_owned(),
             instant,
-            sim_time_s: self.course.simulation().time_s(),
+            sim_time_s: self.resimulator.simulation().time_s(),
             field: Field::first(schema(message), &message.data, computed),
             after: self.last_command.clone(),
         });
     }
 
-    fn command(&mut self, command: &AppliedCommand, at: Instant) {
+    fn command(&mut self, command: &AppliedCommand, at: EpochStep) {
         if !self.go_to(at) {
             return;
         }
@@ -231,10 +232,10 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return };
         let (epoch, step) = at;
         let Ok(request) = wire::pulse_request(pulse) else {
-            return self.astray(at, format!("the command `{id}` is no pulse of a shape that exists"));
+            return self.fault(at, format!("the command `{id}` is no pulse of a shape that exists"));
         };
         self.done.pulses += 1;
-        match self.course.apply(&request) {
+        match self.resimulator.apply(&request) {
             Ok(effective) => self.same_effect(&reply, effective.step, effective.sim_time_s, (epoch, step)),
             Err(cause) => self.refused(id, step, cause),
         }
@@ -244,7 +245,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.findings.push(Finding::Refused { id: id.to_owned(), step, cause });
     }
 
-    fn same_effect(&mut self, reply: &CommandReply, step: u64, sim_time_s: f64, at: Instant) {
+    fn same_effect(&mut self, reply: &CommandReply, step: u64, sim_time_s: f64, at: EpochStep) {
         if reply.effective_step == step && reply.effective_sim_time_s.to_bits() == sim_time_s.to_bits() {
             return;
         }
@@ -257,7 +258,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.first.get_or_insert(Difference {
             topic: "commands".to_owned(),
             instant: at,
-            sim_time_s: self.course.simulation().time_s(),
+            sim_time_s: self.resimulator.simulation().time_s(),
             field: Some(field),
             after: self.last_command.clone(),
         });

@@ -1,9 +1,9 @@
 //! A session taken up where its recording left it.
 
 use super::ResimulationError;
-use super::course::{Course, Instant};
 use super::event::Event;
-use super::source::Source;
+use super::recorded_session::RecordedSession;
+use super::resimulator::{EpochStep, Resimulator};
 use crate::recording::{Found, Going, Recorded, walk};
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply};
@@ -25,7 +25,7 @@ pub struct Resumed {
 ///
 /// # Errors
 /// [`ResimulationError`] when it cannot be read, `at_s` is not in it, or its scene no longer gives what was recorded.
-pub fn resume(source: &Source, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
+pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
     let until_ns = at_s.map_or(u64::MAX, |at_s| source.log_time_ns(at_s));
     let mut trail = Trail::default();
     walk(&source.path, |found, position| {
@@ -42,10 +42,10 @@ pub fn resume(source: &Source, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Res
         Going::Continue(())
     })?;
     let checkpoint = trail.checkpoint.as_ref().ok_or_else(|| ResimulationError::NothingToResume(source.path.clone()))?;
-    let mut course = Course::new(&source.scene.scene)?;
+    let mut resimulator = Resimulator::new(&source.scene.scene)?;
     let unlike = |what: String| ResimulationError::Unlike { path: source.path.clone(), what };
     let state = wire::recorded_checkpoint(checkpoint).map_err(|error| unlike(error.to_string()))?;
-    if !course.restore(&state, checkpoint.epoch_start_s) {
+    if !resimulator.restore(&state, checkpoint.epoch_start_s) {
         return Err(unlike("its checkpoint is not one of its scene".to_owned()));
     }
     let sampling = |simulation: &mut Simulation| {
@@ -54,20 +54,20 @@ pub fn resume(source: &Source, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Res
             simulation.take_mean_torque_nm();
         }
     };
-    course.visit(sampling);
+    resimulator.with_simulation(sampling);
     for command in &trail.commands {
         let at = command.stamp.map(|stamp| (stamp.epoch, stamp.step)).unwrap_or_default();
-        course.go_to(at, sampling).map_err(|astray| unlike(astray.to_string()))?;
-        course.command(command).map_err(|refused| unlike(refused.to_string()))?;
+        resimulator.go_to(at, sampling).map_err(|fault| unlike(fault.to_string()))?;
+        resimulator.command(command).map_err(|refused| unlike(refused.to_string()))?;
     }
     let end = match at_s {
         Some(at_s) => trail
-            .instant_at(at_s, &course, source)
+            .instant_at(at_s, &resimulator, source)
             .ok_or_else(|| ResimulationError::Outside { path: source.path.clone(), at_s })?,
-        None => trail.last.max(course.instant()),
+        None => trail.last.max(resimulator.instant()),
     };
-    course.go_to(end, sampling).map_err(|astray| unlike(astray.to_string()))?;
-    let (simulation, epoch_start_s) = course.into_parts();
+    resimulator.go_to(end, sampling).map_err(|fault| unlike(fault.to_string()))?;
+    let (simulation, epoch_start_s) = resimulator.into_parts();
     Ok(Resumed { simulation, epoch_start_s, answers: trail.answers })
 }
 
@@ -78,7 +78,7 @@ struct Trail {
     /// Since the checkpoint.
     commands: Vec<AppliedCommand>,
     /// Last instant recorded.
-    last: Instant,
+    last: EpochStep,
     answers: Vec<CommandReply>,
     /// Something was lost since the checkpoint.
     broken: bool,
@@ -87,7 +87,7 @@ struct Trail {
 }
 
 impl Trail {
-    fn take(&mut self, source: &Source, message: &Recorded) {
+    fn take(&mut self, source: &RecordedSession, message: &Recorded) {
         let Ok(event) = Event::of(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| source.is_timely(stamp, message.log_time)) else { return };
         match event {
@@ -114,9 +114,9 @@ impl Trail {
     }
 
     /// The instant nearest to `at_s` of the session; `None` when it is not in the recording.
-    fn instant_at(&self, at_s: f64, course: &Course, source: &Source) -> Option<Instant> {
+    fn instant_at(&self, at_s: f64, resimulator: &Resimulator, source: &RecordedSession) -> Option<EpochStep> {
         let step_s = source.scene.scene.solver.step_s;
-        let stamp = course.stamp();
+        let stamp = resimulator.stamp();
         let step = ((at_s - stamp.epoch_start_s) / step_s).round().max(0.0) as u64;
         let at = (stamp.epoch, step.max(stamp.step));
         (self.goes_on && !self.broken || at <= self.last).then_some(at)

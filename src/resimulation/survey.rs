@@ -2,9 +2,9 @@
 
 use super::event::{Event, topic};
 use super::finding::Finding;
-use super::holes::Holes;
+use super::missing_steps::MissingSteps;
 use super::physics::Physics;
-use super::source::Source;
+use super::recorded_session::RecordedSession;
 use crate::recording::{Found, Going, Recorded, RecordingError, Structure, walk};
 use crate::wire::{Gap, Stamp};
 
@@ -24,14 +24,14 @@ pub(super) struct Survey {
 }
 
 /// Reads a recording once; `progress` is told the byte reached.
-pub(super) fn survey(source: &Source, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
+pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
     let mut reading = Reading {
         source,
         physics: Physics::new(&source.scene.scene),
         findings: Vec::new(),
         breaks: Vec::new(),
         gaps: Vec::new(),
-        holes: Holes::new(source),
+        holes: MissingSteps::new(source),
         span_ns: None,
         epoch_start: None,
         messages: 0,
@@ -51,7 +51,7 @@ pub(super) fn survey(source: &Source, progress: &dyn Fn(u64)) -> Result<Survey, 
         Going::Continue(())
     })?;
     let Reading { physics, mut findings, mut breaks, gaps, holes, span_ns, .. } = reading;
-    let (missing, lost) = holes.explain(&gaps, recovered);
+    let (missing, lost) = holes.into_findings(&gaps, recovered);
     breaks.extend(lost);
     breaks.sort_unstable();
     findings.extend(missing);
@@ -65,12 +65,12 @@ pub(super) fn survey(source: &Source, progress: &dyn Fn(u64)) -> Result<Survey, 
 }
 
 struct Reading<'a> {
-    source: &'a Source,
+    source: &'a RecordedSession,
     physics: Physics,
     findings: Vec<Finding>,
     breaks: Vec<u64>,
     gaps: Vec<Gap>,
-    holes: Holes,
+    holes: MissingSteps,
     span_ns: Option<[u64; 2]>,
     /// The epoch that a checkpoint told the beginning of, and when that was, s of the session.
     epoch_start: Option<(u64, f64)>,

@@ -4,7 +4,7 @@ use super::ResimulationError;
 use super::finding::Finding;
 use super::physics::Physics;
 use super::recheck::{Recomputed, recheck};
-use super::source::Source;
+use super::recorded_session::RecordedSession;
 use super::survey::{Survey, survey};
 use crate::recording::Structure;
 
@@ -35,7 +35,7 @@ impl Verification {
 ///
 /// # Errors
 /// [`ResimulationError`] when it cannot be read, or its scene cannot be computed.
-pub fn verify(source: &Source, progress: &dyn Fn(u8, u64)) -> Result<Verification, ResimulationError> {
+pub fn verify(source: &RecordedSession, progress: &dyn Fn(u8, u64)) -> Result<Verification, ResimulationError> {
     let survey = survey(source, &|position| progress(0, position))?;
     let (recomputed, differing) = recheck(source, &survey, &|position| progress(1, position))?;
     let Survey { structure, physics, mut findings, span_ns, .. } = survey;

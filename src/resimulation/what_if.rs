@@ -6,12 +6,12 @@ use std::time::Duration;
 use prost::Message as _;
 
 use super::ResimulationError;
-use super::course::{Astray, Course};
+use super::deviation::Deviation;
 use super::difference::{Difference, Field};
 use super::event::{Event, resets, schema, topic};
-use super::parting::Parting;
-use super::source::Source;
-use crate::recording::{self, Found, Going, Recorded, Recorder, Session, Settings, WhenFull, Written, walk};
+use super::recorded_session::RecordedSession;
+use super::resimulator::{ResimulationFault, Resimulator};
+use crate::recording::{self, Found, Going, Recorded, Recorder, SessionInfo, Settings, WhenFull, Written, walk};
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, PulseRequest};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_command};
@@ -44,11 +44,11 @@ pub struct Change {
 
 /// What came of a change.
 #[derive(Debug)]
-pub struct Outcome {
+pub struct WhatIfOutcome {
     /// From which simulated time of the session it was computed again, s.
     pub from_s: f64,
     /// Where the two part.
-    pub parting: Parting,
+    pub deviation: Deviation,
     /// Why it went no further than this.
     pub diverged: Option<Diverged>,
     /// The new recording.
@@ -61,7 +61,12 @@ pub struct Outcome {
 /// # Errors
 /// [`ResimulationError`] when the recording cannot be read, the change is refused or is not within the recording, or the result
 /// cannot be written.
-pub fn what_if(source: &Source, change: &Change, path: &Path, progress: &dyn Fn(u64)) -> Result<Outcome, ResimulationError> {
+pub fn what_if(
+    source: &RecordedSession,
+    change: &Change,
+    path: &Path,
+    progress: &dyn Fn(u64),
+) -> Result<WhatIfOutcome, ResimulationError> {
     let text = &source.scene.text;
     let scene = SceneSource::parse(&source.scene.origin, text, &change.overrides).map_err(ResimulationError::Change)?;
     let mut pulses = change.pulses.clone();
@@ -70,25 +75,25 @@ pub fn what_if(source: &Source, change: &Change, path: &Path, progress: &dyn Fn(
     let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
     let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.about.fact("publish_hz").to_owned()));
     let of = format!("{} {}", source.path.display(), change.command_line);
-    let session = Session {
+    let session = SessionInfo {
         name: source.name.clone(),
         scene: scene.text.clone(),
         started: source.started,
         command_line: change.command_line.clone(),
         facts: publish.into_iter().chain([("what_if", of)]).collect(),
     };
-    let course = Course::new(&scene.scene)?;
+    let resimulator = Resimulator::new(&scene.scene)?;
     let recorder = Recorder::start(path, &session, SETTINGS)?;
     let mut attempt = Attempt {
         source,
         other_scene: !change.overrides.is_empty(),
         step_s: scene.scene.solver.step_s,
-        course,
+        resimulator,
         recorder,
         pulses,
         added: 0,
         from_s: None,
-        parting: Parting::default(),
+        deviation: Deviation::default(),
     };
     let (mut number, mut end) = (0, Ok(()));
     walk(&source.path, |found, position| {
@@ -101,21 +106,21 @@ pub fn what_if(source: &Source, change: &Change, path: &Path, progress: &dyn Fn(
         if end.is_ok() { Going::Continue(()) } else { Going::Break(()) }
     })?;
     let end = end.and_then(|()| attempt.all_added());
-    let Attempt { recorder, parting, from_s, .. } = attempt;
+    let Attempt { recorder, deviation, from_s, .. } = attempt;
     let written = recorder.finish().into_iter().collect::<Result<_, _>>()?;
     let diverged = match end {
         Ok(()) => None,
-        Err(Stopped::Astray(Astray::Diverged(diverged))) => Some(diverged),
-        Err(Stopped::Astray(astray)) => {
-            return Err(ResimulationError::Unlike { path: source.path.clone(), what: astray.to_string() });
+        Err(Stopped::ResimulationFault(ResimulationFault::Diverged(diverged))) => Some(diverged),
+        Err(Stopped::ResimulationFault(fault)) => {
+            return Err(ResimulationError::Unlike { path: source.path.clone(), what: fault.to_string() });
         }
         Err(Stopped::Other(error)) => return Err(error),
     };
-    Ok(Outcome { from_s: from_s.unwrap_or(0.0), parting, diverged, written })
+    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written })
 }
 
 /// How many messages come before the checkpoint to begin with.
-fn beginning(source: &Source, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
+fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
     let (mut number, mut begin) = (0, None);
     let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
     walk(&source.path, |found, _| {
@@ -135,28 +140,28 @@ fn beginning(source: &Source, change: &Change, first: Option<&AddedPulse>) -> Re
 
 /// Why a computation went no further.
 enum Stopped {
-    Astray(Astray),
+    ResimulationFault(ResimulationFault),
     Other(ResimulationError),
 }
 
-impl<E: Into<Astray>> From<E> for Stopped {
+impl<E: Into<ResimulationFault>> From<E> for Stopped {
     fn from(cause: E) -> Self {
-        Stopped::Astray(cause.into())
+        Stopped::ResimulationFault(cause.into())
     }
 }
 
 struct Attempt<'a> {
-    source: &'a Source,
+    source: &'a RecordedSession,
     other_scene: bool,
     step_s: f64,
-    course: Course,
+    resimulator: Resimulator,
     recorder: Recorder,
     pulses: Vec<AddedPulse>,
     /// So many of them.
     added: usize,
     /// Where it began, once it has.
     from_s: Option<f64>,
-    parting: Parting,
+    deviation: Deviation,
 }
 
 impl Attempt<'_> {
@@ -171,8 +176,8 @@ impl Attempt<'_> {
         if !ours && !matches!(event, Event::Command(_)) {
             return Ok(());
         }
-        if stamp.epoch == self.course.instant().0 {
-            self.add_pulses_before(self.course.stamp().epoch_start_s + stamp.sim_time_s, message)?;
+        if stamp.epoch == self.resimulator.instant().0 {
+            self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
         // Steps of another size are matched by their time.
         let steps = stamp.sim_time_s / self.step_s;
@@ -180,7 +185,7 @@ impl Attempt<'_> {
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
             return Ok(());
         }
-        self.course.go_to((stamp.epoch, step as u64), |_| {})?;
+        self.resimulator.go_to((stamp.epoch, step as u64), |_| {})?;
         match &event {
             Event::Command(command) => self.command(command, message),
             _ => self.compare(&event, message),
@@ -197,10 +202,10 @@ impl Attempt<'_> {
             if (state.epoch, state.step) != (0, 0) {
                 return Err(unlike("another scene needs the session's start, and the recording begins later"));
             }
-        } else if !self.course.restore(&state, checkpoint.epoch_start_s) {
+        } else if !self.resimulator.restore(&state, checkpoint.epoch_start_s) {
             return Err(unlike("its checkpoint is not one of its scene"));
         }
-        self.from_s = Some(self.course.stamp().session_s());
+        self.from_s = Some(self.resimulator.stamp().session_s());
         self.write_in_place_of(event, message)?;
         Ok(())
     }
@@ -209,15 +214,15 @@ impl Attempt<'_> {
     fn add_pulses_before(&mut self, session_s: f64, message: &Recorded) -> Result<(), Stopped> {
         while let Some(pulse) = self.pulses.get(self.added).filter(|pulse| pulse.start_s < session_s).copied() {
             self.added += 1;
-            let stamp = self.course.stamp();
-            let (epoch, now) = self.course.instant();
+            let stamp = self.resimulator.stamp();
+            let (epoch, now) = self.resimulator.instant();
             let in_epoch_s = pulse.start_s - stamp.epoch_start_s;
             let step = ((in_epoch_s / self.step_s).floor().max(0.0) as u64).max(now);
-            self.course.go_to((epoch, step), |_| {})?;
+            self.resimulator.go_to((epoch, step), |_| {})?;
             let request = PulseRequest {
                 torque_nm: pulse.torque_nm,
                 duration_s: pulse.duration_s,
-                delay_s: (in_epoch_s - self.course.simulation().time_s()).max(0.0),
+                delay_s: (in_epoch_s - self.resimulator.simulation().time_s()).max(0.0),
                 shape: PulseShape::Rectangular,
             };
             self.take(&format!("what-if-{}", self.added), &request, message)?;
@@ -236,7 +241,7 @@ impl Attempt<'_> {
     fn command(&mut self, command: &AppliedCommand, message: &Recorded) -> Result<(), Stopped> {
         if resets(command) {
             self.record(topic(message), "flexcrank.v1.AppliedCommand", message.data.to_vec(), message);
-            return Ok(self.course.command(command)?);
+            return Ok(self.resimulator.command(command)?);
         }
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
         self.take(&pulse.id, &wire::pulse_request(pulse)?, message)
@@ -244,7 +249,7 @@ impl Attempt<'_> {
 
     /// Takes in a pulse, and records that it did.
     fn take(&mut self, id: &str, request: &PulseRequest, message: &Recorded) -> Result<(), Stopped> {
-        let effective = self.course.apply(request)?;
+        let effective = self.resimulator.apply(request)?;
         let reply = CommandReply {
             id: id.to_owned(),
             accepted: true,
@@ -253,7 +258,7 @@ impl Attempt<'_> {
             ..CommandReply::default()
         };
         let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
-        let applied = AppliedCommand { stamp: Some(wire::stamp(&self.course.stamp())), reply: Some(reply), command };
+        let applied = AppliedCommand { stamp: Some(wire::stamp(&self.resimulator.stamp())), reply: Some(reply), command };
         self.record("commands", "flexcrank.v1.AppliedCommand", applied.encode_to_vec(), message);
         Ok(())
     }
@@ -263,22 +268,22 @@ impl Attempt<'_> {
         if matches!(event, Event::Checkpoint(_)) || computed == message.data.as_ref() {
             return Ok(());
         }
-        let session_s = self.course.stamp().session_s();
-        if self.parting.first.is_none() {
-            self.parting.first = Some(Difference {
+        let session_s = self.resimulator.stamp().session_s();
+        if self.deviation.first.is_none() {
+            self.deviation.first = Some(Difference {
                 topic: topic(message).to_owned(),
-                instant: self.course.instant(),
-                sim_time_s: self.course.simulation().time_s(),
+                instant: self.resimulator.instant(),
+                sim_time_s: self.resimulator.simulation().time_s(),
                 field: Field::first(schema(message), &message.data, &computed),
                 after: None,
             });
         }
-        self.parting.compare(event, &computed, session_s);
+        self.deviation.compare(event, &computed, session_s);
         Ok(())
     }
 
     fn write_in_place_of(&mut self, event: &Event, message: &Recorded) -> Result<Option<Vec<u8>>, Stopped> {
-        let computed = self.course.instead_of(event)?;
+        let computed = self.resimulator.recompute(event)?;
         if let (Some(payload), Some(schema)) = (&computed, event.schema()) {
             self.record(topic(message), schema, payload.clone(), message);
         }
@@ -292,7 +297,7 @@ impl Attempt<'_> {
             topic: format!("{prefix}/{topic}"),
             schema,
             payload,
-            log_time_ns: self.source.log_time_ns(self.course.stamp().session_s()),
+            log_time_ns: self.source.log_time_ns(self.resimulator.stamp().session_s()),
             publish_time_ns: message.publish_time,
             begins_part: false,
         });

@@ -258,7 +258,7 @@ fn output_worker(
             limit_bytes: live.max_recording_bytes,
             when_full: if live.stepping.pace == Pace::Max { WhenFull::Wait } else { WhenFull::Drop },
         },
-        session: recording::Session {
+        session: recording::SessionInfo {
             name: live.name.to_string(),
             scene: live.scene.text.clone(),
             started: live.resumed.as_ref().map_or_else(SystemTime::now, |resumed| resumed.started),

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry, Topic};
-use crate::recording::{self, Recorder, RecordingError, Session, Settings, Written, place};
+use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, place};
 use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedCounters, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
@@ -29,7 +29,7 @@ pub type OnStatus = Box<dyn Fn(&Status) + Send>;
 pub(super) struct RecordingTarget {
     pub folder: PathBuf,
     pub settings: Settings,
-    pub session: Session,
+    pub session: SessionInfo,
 }
 
 impl RecordingTarget {

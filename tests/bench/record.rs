@@ -10,7 +10,7 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-use flexcrank::recording::{Message, Recorder, Session, SessionWriter, Settings, WhenFull};
+use flexcrank::recording::{Message, Recorder, SessionInfo, SessionWriter, Settings, WhenFull};
 use flexcrank::wire;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -65,8 +65,8 @@ fn message(n: u64) -> Message {
     }
 }
 
-fn session() -> Session {
-    Session {
+fn session() -> SessionInfo {
+    SessionInfo {
         name: "bench".to_owned(),
         scene: String::new(),
         started: SystemTime::now(),

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use flexcrank::bus::{self, BusOptions, Session};
 use flexcrank::recording::{self, Export, Messages, export, is_cut_off, read_columns, recover};
-use flexcrank::resimulation::{Source, resume, verify};
+use flexcrank::resimulation::{RecordedSession, resume, verify};
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::service::{ReplayOptions, ServiceError, replay};
 
@@ -128,7 +128,7 @@ fn read_all_ways(broken: &Path, folder: &Path, session: &Session) {
     if let Ok(messages) = Messages::open(broken) {
         messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string()));
     }
-    match recording::Source::open(broken).and_then(|source| source.messages_from(0)) {
+    match recording::RecordingFile::open(broken).and_then(|source| source.messages_from(0)) {
         Err(error) => said(error.to_string()),
         Ok(messages) => messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string())),
     }
@@ -141,7 +141,7 @@ fn read_all_ways(broken: &Path, folder: &Path, session: &Session) {
     read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));
     let tables = Export { csv: Some(folder.join("tables")), parquet: Some(folder.join("tables")), ..Export::default() };
     export(broken, &tables).err().into_iter().for_each(|error| said(error.to_string()));
-    match Source::open(broken) {
+    match RecordedSession::open(broken) {
         Err(error) => said(error.to_string()),
         Ok(source) => {
             verify(&source, &|_, _| {}).err().into_iter().for_each(|error| said(error.to_string()));

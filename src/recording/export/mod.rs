@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::rows::{Cell, Decoder, Part};
-use super::{RecordingError, Source, writer::Written};
+use super::{RecordingError, RecordingFile, writer::Written};
 use learn::{Column, Columns};
 
 /// What to export, and where to.
@@ -75,7 +75,7 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
 /// Why there is no row: nothing at the times asked for, or nothing at all.
 fn empty(recording: &Path, export: &Export) -> Result<RecordingError, RecordingError> {
     let (path, from_s, to_s) = (recording.to_owned(), export.from_s, export.to_s);
-    let duration_s = Source::open(recording)?.duration_s();
+    let duration_s = RecordingFile::open(recording)?.duration_s();
     let outside = from_s > duration_s || to_s.is_some_and(|to_s| to_s < from_s);
     Ok(if outside { RecordingError::Outside { path, from_s, to_s, duration_s } } else { RecordingError::Empty { path } })
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
 use crate::bus::{BusError, Name, ReplayEndpoint, ServiceEndpoint, Session, client};
-use crate::recording::Source;
+use crate::recording::RecordingFile;
 use crate::runtime::ReplyTo;
 use crate::wire::replay_control;
 use player::Player;
@@ -109,7 +109,7 @@ pub fn replay(
     commands: ReplayCommands,
     on_status: OnStatus,
 ) -> Result<ReplayReport, ServiceError> {
-    let source = Arc::new(Source::open(&replay.file)?);
+    let source = Arc::new(RecordingFile::open(&replay.file)?);
     if replay.start_offset_s > source.duration_s() {
         return Err(ServiceError::PastTheEnd { offset_s: replay.start_offset_s, duration_s: source.duration_s() });
     }

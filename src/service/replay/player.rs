@@ -13,7 +13,7 @@ use super::route::Routes;
 use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport};
 use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
-use crate::recording::{Recorded, Source};
+use crate::recording::{Recorded, RecordingFile};
 use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
@@ -44,7 +44,7 @@ enum WaitOutcome {
 pub(super) struct Player<'a> {
     session: &'a Session,
     replay: &'a ReplayOptions,
-    source: Arc<Source>,
+    source: Arc<RecordingFile>,
     endpoint: ServiceEndpoint,
     routes: Routes,
     commands: Receiver<ReplayCommand>,
@@ -68,7 +68,7 @@ impl<'a> Player<'a> {
     pub fn new(
         session: &'a Session,
         replay: &'a ReplayOptions,
-        source: Arc<Source>,
+        source: Arc<RecordingFile>,
         (endpoint, routes): (ServiceEndpoint, Routes),
         commands: Receiver<ReplayCommand>,
         on_status: OnStatus,
@@ -388,6 +388,6 @@ impl<'a> Player<'a> {
     }
 }
 
-fn log_time(source: &Source, at_s: f64) -> u64 {
+fn log_time(source: &RecordingFile, at_s: f64) -> u64 {
     source.begin_ns().saturating_add((at_s.max(0.0) * 1e9).round() as u64)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
-use crate::recording::{Recorded, RecordingError, Source};
+use crate::recording::{Recorded, RecordingError, RecordingFile};
 use crate::service::ServiceError;
 
 /// Batches that may wait, and how much is in one: what is read ahead is bounded by this, or by the largest messages.
@@ -24,7 +24,7 @@ pub(super) struct ReadAhead {
 
 impl ReadAhead {
     /// Begins to read from a log time on.
-    pub fn start(source: &Arc<Source>, from_ns: u64) -> std::io::Result<Self> {
+    pub fn start(source: &Arc<RecordingFile>, from_ns: u64) -> std::io::Result<Self> {
         let (queue, batches) = sync_channel(BATCHES);
         let source = Arc::clone(source);
         let thread = Builder::new().name("reading".to_owned()).spawn(move || read(&source, from_ns, &queue))?;
@@ -48,7 +48,7 @@ impl Iterator for ReadAhead {
 }
 
 /// Reads to the end, or until nobody wants more.
-fn read(source: &Source, from_ns: u64, queue: &SyncSender<Batch>) {
+fn read(source: &RecordingFile, from_ns: u64, queue: &SyncSender<Batch>) {
     let messages = match source.messages_from(from_ns) {
         Ok(messages) => messages,
         Err(error) => {

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use super::ReplayOptions;
 use crate::bus::{self, Name, RawPublisher, Session, Topic};
-use crate::recording::{Channel, Source};
+use crate::recording::{Channel, RecordingFile};
 use crate::service::ServiceError;
 
 /// The name of a replayer whose recording names no service.
@@ -59,7 +59,7 @@ pub(super) struct RoutePlan {
 }
 
 /// Decides what is played under which key.
-pub(super) fn plan(replay: &ReplayOptions, source: &Source) -> Result<RoutePlan, ServiceError> {
+pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<RoutePlan, ServiceError> {
     let recorded = source.channels().find_map(|channel| Name::split(&channel.topic)).map(|(name, _)| name);
     let own = recorded.clone().zip(replay.name.clone());
     let own = own.map(|(old, new)| Remap { old: old.presence(), new: new.presence() });
@@ -98,7 +98,7 @@ pub(super) fn plan(replay: &ReplayOptions, source: &Source) -> Result<RoutePlan,
 }
 
 /// The first topic that is asked for, or is to be renamed, and that there is not.
-fn missing(replay: &ReplayOptions, source: &Source, recorded: Option<&Name>) -> Option<String> {
+fn missing(replay: &ReplayOptions, source: &RecordingFile, recorded: Option<&Name>) -> Option<String> {
     let topics = || source.channels().map(|channel| channel.topic.clone());
     // Recorded commands have a topic of their own, and go to these.
     let renamed: Vec<String> = topics().chain(recorded.into_iter().flat_map(|name| [name.torque(), name.control()])).collect();

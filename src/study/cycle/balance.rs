@@ -1,7 +1,7 @@
 //! Two counterweights that hold the centre of mass still (thesis 4.12), and what they cost.
 
-use super::columns::Kind;
-use super::machine::Instant;
+use super::columns::QuantityKind;
+use super::machine::CycleInstant;
 use super::setup::Setup;
 use super::{CycleError, Options};
 use crate::scene::{Chain, Link, SceneSource};
@@ -101,19 +101,19 @@ fn inertia_about_pin(link: &Link) -> f64 {
 }
 
 /// What is compared.
-const FIGURES: [(&str, Kind); 7] = [
-    ("mass", Kind::Mass),
-    ("crank_inertia_about_o", Kind::Inertia),
-    ("rod_inertia_about_a", Kind::Inertia),
-    ("largest_inertia_at_crank", Kind::Inertia),
-    ("peak_driving_torque", Kind::Torque),
-    ("peak_shaking_force", Kind::Force),
-    ("centre_of_mass_travel", Kind::Length),
+const FIGURES: [(&str, QuantityKind); 7] = [
+    ("mass", QuantityKind::Mass),
+    ("crank_inertia_about_o", QuantityKind::Inertia),
+    ("rod_inertia_about_a", QuantityKind::Inertia),
+    ("largest_inertia_at_crank", QuantityKind::Inertia),
+    ("peak_driving_torque", QuantityKind::Torque),
+    ("peak_shaking_force", QuantityKind::Force),
+    ("centre_of_mass_travel", QuantityKind::Length),
 ];
 
 fn figures(setup: &Setup, points: usize) -> [f64; FIGURES.len()] {
-    let turn: Vec<Instant> = setup.turn(points).collect();
-    let largest = |of: &dyn Fn(&Instant) -> f64| turn.iter().map(of).fold(0.0, f64::max);
+    let turn: Vec<CycleInstant> = setup.turn(points).collect();
+    let largest = |of: &dyn Fn(&CycleInstant) -> f64| turn.iter().map(of).fold(0.0, f64::max);
     let links = &setup.chain.links;
     let about_pin = |index: usize| links.get(index).map(inertia_about_pin).unwrap_or_default();
     let first = turn.first().map(|now| now.centre[0]).unwrap_or_default();

@@ -11,7 +11,7 @@ pub(super) struct Machine {
 }
 
 /// What there is to know at one angle; SI units. Triples are a value, its rate and its acceleration.
-pub(super) struct Instant {
+pub(super) struct CycleInstant {
     pub crank: [f64; 3],
     /// Of φ, below the x axis.
     pub rod: [f64; 3],
@@ -32,7 +32,7 @@ pub(super) struct Instant {
     pub inertia: f64,
 }
 
-impl Instant {
+impl CycleInstant {
     /// Magnitude of the shaking force.
     pub fn shaking_force(&self) -> f64 {
         self.shaking[0].hypot(self.shaking[1])
@@ -49,7 +49,7 @@ impl Machine {
     ///
     /// The forces on the frame, `−O`, `−guide`, and the gas's on its head, `+F_E`, add up to minus the mass times the
     /// acceleration of its centre, but for weight: that is the shaking force.
-    pub fn at(&mut self, crank: [f64; 3]) -> Instant {
+    pub fn at(&mut self, crank: [f64; 3]) -> CycleInstant {
         let [angle, rate, acceleration] = crank;
         self.rigid.observe(&Input { motion: Some(crank), ..Input::default() }, &[], &[], &[], &mut self.seen);
         let seen = &self.seen;
@@ -57,7 +57,7 @@ impl Machine {
             seen.links.last().map(|rod| [rod.chord_rad, rod.rate_rad_per_s, rod.acceleration_rad_per_s2.unwrap_or_default()]);
         let (mass, path) = self.rigid.centre_of_mass(angle);
         let centre = moving(&path, rate, acceleration);
-        Instant {
+        CycleInstant {
             crank,
             rod: rod.unwrap_or_default().map(|value| -value),
             piston: moving(&self.rigid.end(angle), rate, acceleration).map(|[x, _]| x),

@@ -12,7 +12,7 @@ pub struct Point {
     /// |z|.
     pub magnitude: f64,
     /// From the positive real axis: 90 is the imaginary axis, an oscillator without damping; 180 the negative real one, where a second
-    /// eigenvalue lies half way to the origin, as one that is there twice is not to be computed well.
+    /// eigenvalue lies half method to the origin, as one that is there twice is not to be computed well.
     pub angle_deg: f64,
 }
 

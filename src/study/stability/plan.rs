@@ -49,8 +49,8 @@ impl Axis {
 pub enum Measure {
     /// Crank and rod together.
     Length,
-    /// The way that a point of the reference has gone by then; at least a thousandth of crank and rod, at most both.
-    Way,
+    /// The method that a point of the reference has gone by then; at least a thousandth of crank and rod, at most both.
+    Method,
 }
 
 /// A run of the base scene under overrides.
@@ -60,7 +60,7 @@ pub struct Cell {
     pub overrides: Vec<String>,
     /// How many steps.
     pub steps: u64,
-    /// Its reference's place in [`Plan::references`].
+    /// Its reference's place in [`MapPlan::references`].
     pub reference: Option<usize>,
     /// What its error is a part of.
     pub measure: Measure,
@@ -83,14 +83,14 @@ pub struct Map {
 
 /// All that is to be swept.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Plan {
+pub struct MapPlan {
     /// The maps.
     pub maps: Vec<Map>,
     /// What cells are compared with; each runs once, when first needed.
     pub references: Vec<Cell>,
 }
 
-impl Plan {
+impl MapPlan {
     /// How many cells.
     pub fn len(&self) -> usize {
         self.maps.iter().map(|map| map.cells.len()).sum()

@@ -8,10 +8,10 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use super::base::Base;
+use super::base_scene::BaseScene;
 use super::cell;
 use super::outcome::{Category, Outcome};
-use super::plan::{Cell, Map, Plan};
+use super::plan::{Cell, Map, MapPlan};
 use super::trajectory::Trajectory;
 
 /// A map with what became of its cells.
@@ -25,14 +25,20 @@ pub struct Swept {
 
 /// What the threads share.
 struct Work {
-    base: Base,
+    base: BaseScene,
     cells: Vec<Cell>,
     references: Vec<(Cell, OnceLock<Trajectory>)>,
 }
 
 /// Runs all cells on `threads` of them at a time, none longer than `limit`; tells `progress` how many are done.
-pub fn sweep(base: &Base, plan: Plan, threads: NonZero<usize>, limit: Duration, progress: impl Fn(usize) + Sync) -> Vec<Swept> {
-    let Plan { maps, references } = plan;
+pub fn sweep(
+    base: &BaseScene,
+    plan: MapPlan,
+    threads: NonZero<usize>,
+    limit: Duration,
+    progress: impl Fn(usize) + Sync,
+) -> Vec<Swept> {
+    let MapPlan { maps, references } = plan;
     let work = Arc::new(Work {
         base: base.clone(),
         cells: maps.iter().flat_map(|map| map.cells.iter().cloned()).collect(),
@@ -48,7 +54,7 @@ pub fn sweep(base: &Base, plan: Plan, threads: NonZero<usize>, limit: Duration, 
                     if index >= work.cells.len() {
                         break;
                     }
-                    let outcome = guarded(&work, index, limit);
+                    let outcome = run_guarded(&work, index, limit);
                     ends.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(outcome);
                     progress(done.fetch_add(1, Ordering::Relaxed) + 1);
                 }
@@ -61,7 +67,7 @@ pub fn sweep(base: &Base, plan: Plan, threads: NonZero<usize>, limit: Duration, 
 }
 
 /// The outcome of a cell, whatever it does.
-fn guarded(work: &Arc<Work>, index: usize, limit: Duration) -> Outcome {
+fn run_guarded(work: &Arc<Work>, index: usize, limit: Duration) -> Outcome {
     let (report, outcome) = sync_channel(1);
     let shared = Arc::clone(work);
     let body = move || {

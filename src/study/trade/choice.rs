@@ -5,8 +5,8 @@ use std::fmt;
 use super::configuration::Configuration;
 use super::errors::Errors;
 use super::grid::Grid;
-use super::output::Output;
-use super::reference::{Reference, TOLD_WELL};
+use super::output_group::OutputGroup;
+use super::reference::{Reference, WELL_RESOLVED};
 use super::run::{Failed, energy_error, run, time};
 use super::sweep::{Measured, Row};
 use super::{REFERENCE_PART, Study};
@@ -57,7 +57,7 @@ pub enum Refusal {
         /// Its error over the tolerance.
         times: f64,
         /// The output that errs most.
-        output: Output,
+        output: OutputGroup,
         /// Whether it is the reference that is not known well enough.
         reference: bool,
     },
@@ -121,14 +121,14 @@ pub fn choose(
     let candidates = candidates(study, demands)?;
     let other = other(scene);
     let chain = other.chain().ok_or(Refusal::Nothing)?;
-    let wanted = (study.outputs.as_slice(), demands.tolerance / TOLD_WELL);
+    let wanted = (study.outputs.as_slice(), demands.tolerance / WELL_RESOLVED);
     let reference = Reference::converge(&other, chain, &study.grid, wanted, REFERENCE_PART * budget_s, progress)
         .map_err(Refusal::NoVerification)?;
     let mut refusal = Refusal::Nothing;
     for (passed_over, (row, measured)) in candidates.into_iter().take(CANDIDATES).enumerate() {
         progress(&row.configuration);
         let Ok(mut trial) = verify(&row.configuration, &other, &study.grid, &reference, &study.outputs) else { continue };
-        if study.outputs.contains(&Output::Energy) && trial.holds(demands) {
+        if study.outputs.contains(&OutputGroup::Energy) && trial.holds(demands) {
             let Ok(error) = energy_error(&row.configuration, scene, &study.grid, LONG_S) else { continue };
             trial.long_energy = Some(error);
         }
@@ -177,8 +177,8 @@ fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &
 
 fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> Refusal {
     let Some((row, measured)) = all.iter().min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { return Refusal::Nothing };
-    let told = |output: &Output| measured.errors.of(*output).max(study.reference.estimate.of(*output));
-    let output = study.outputs.iter().copied().max_by(|a, b| told(a).total_cmp(&told(b))).unwrap_or(Output::Angle);
+    let told = |output: &OutputGroup| measured.errors.of(*output).max(study.reference.estimate.of(*output));
+    let output = study.outputs.iter().copied().max_by(|a, b| told(a).total_cmp(&told(b))).unwrap_or(OutputGroup::Angle);
     Refusal::Tolerance {
         best: row.configuration.clone(),
         times: measured.error / demands.tolerance,
@@ -192,7 +192,7 @@ fn verify(
     other: &Scene,
     grid: &Grid,
     reference: &Reference,
-    outputs: &[Output],
+    outputs: &[OutputGroup],
 ) -> Result<Trial, Failed> {
     let (run, seconds) = run(configuration, other, grid)?;
     let timing = time(configuration, other, grid, seconds)?;

@@ -9,7 +9,7 @@ mod configuration;
 mod errors;
 mod front;
 mod grid;
-mod output;
+mod output_group;
 mod reference;
 mod run;
 mod selection;
@@ -25,9 +25,9 @@ pub use configuration::{Configuration, Family};
 pub use errors::Errors;
 pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
-pub use output::{CHANNELS, Channel, Output};
-pub use reference::{Reference, TOLD_WELL};
-pub use run::{Counts, Failed, Timing};
+pub use output_group::{CHANNELS, Channel, OutputGroup};
+pub use reference::{Reference, WELL_RESOLVED};
+pub use run::{Effort, Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
 pub use table::table;
@@ -38,7 +38,7 @@ pub struct Question {
     /// Which configurations.
     pub selection: Selection,
     /// The outputs whose errors count.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<OutputGroup>,
     /// Simulated duration; the scene's usual one if not given.
     pub until_s: Option<f64>,
     /// Time to spend, s.
@@ -51,7 +51,7 @@ pub struct Question {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// The outputs whose errors count.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<OutputGroup>,
     /// When runs were compared.
     pub grid: Grid,
     /// What they were compared with.
@@ -113,7 +113,7 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
     if families.is_empty() {
         return Err(TradeError::Nothing);
     }
-    let target = question.enough.unwrap_or(FINE) / TOLD_WELL;
+    let target = question.enough.unwrap_or(FINE) / WELL_RESOLVED;
     let mut telling = |running: &Configuration| progress(Progress { done: 0, of: families.len(), running, reference: true });
     let wanted = (question.outputs.as_slice(), target);
     let reference = Reference::converge(scene, chain, &grid, wanted, REFERENCE_PART * question.budget_s, &mut telling)

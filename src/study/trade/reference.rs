@@ -3,8 +3,8 @@
 use super::configuration::{Configuration, Family};
 use super::errors::Errors;
 use super::grid::Grid;
-use super::output::{CHANNELS, Output, Sample, scales};
-use super::run::{Counts, Failed, Run, run};
+use super::output_group::{CHANNELS, OutputGroup, Sample, scales};
+use super::run::{Effort, Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::BuildError;
 
@@ -21,7 +21,7 @@ const REFINEMENTS: u32 = 6;
 /// Runs that are made whatever they take.
 const LEAST: u32 = 2;
 /// An error is told well when it is so many times what the reference is uncertain by.
-pub const TOLD_WELL: f64 = 10.0;
+pub const WELL_RESOLVED: f64 = 10.0;
 
 /// A converged run and how far it is to be trusted.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Reference {
     /// How it differs from the refinement before: the estimate of its error.
     pub estimate: Errors,
     /// Work of the finest run.
-    pub effort: Counts,
+    pub effort: Effort,
     /// Whether the clock forbade a refinement that the nominal cost allowed: another run may get further.
     pub cut_short: bool,
     pub(super) samples: Vec<Sample>,
@@ -48,7 +48,7 @@ impl Reference {
         scene: &Scene,
         chain: &Chain,
         grid: &Grid,
-        wanted: (&[Output], f64),
+        wanted: (&[OutputGroup], f64),
         share_s: f64,
         progress: &mut dyn FnMut(&Configuration),
     ) -> Result<Self, Failed> {
@@ -96,7 +96,7 @@ impl Reference {
     }
 
     /// An error as it may be told: not below what the reference is uncertain by.
-    pub fn told(&self, errors: &Errors, outputs: &[Output]) -> f64 {
+    pub fn told(&self, errors: &Errors, outputs: &[OutputGroup]) -> f64 {
         outputs.iter().map(|output| errors.of(*output).max(self.estimate.of(*output))).fold(0.0, f64::max)
     }
 }

@@ -7,7 +7,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::configuration::Configuration;
 use super::grid::Grid;
-use super::output::{Probe, Sample};
+use super::output_group::{Probe, Sample};
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Diverged, EnergyLedger, Simulation};
 
@@ -29,7 +29,7 @@ pub enum Failed {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     pub samples: Vec<Sample>,
-    pub effort: Counts,
+    pub effort: Effort,
     /// See [`Balance::error`].
     pub energy_error: f64,
     /// What the run itself estimated of its error in the first link's chord angle, rad.
@@ -40,7 +40,7 @@ pub(super) struct Run {
 
 /// Work done in a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct Effort {
     /// Steps.
     pub steps: u64,
     /// Evaluations of the residual.
@@ -78,7 +78,7 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     let mut simulation = Simulation::new(&scene)?;
     let steps = grid.steps(configuration.step_s);
     let probe = scene.chain().map(Probe::new);
-    let mut effort = Counts::default();
+    let mut effort = Effort::default();
     let (mut samples, mut seconds, mut out_of_range) = (Vec::with_capacity(grid.count + 1), 0.0, false);
     let mut balance = Balance::default();
     for instant in 0..=grid.count {

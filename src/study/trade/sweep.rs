@@ -3,9 +3,9 @@
 use super::configuration::{Configuration, Family};
 use super::errors::Errors;
 use super::grid::Grid;
-use super::output::Output;
+use super::output_group::OutputGroup;
 use super::reference::{Reference, nominal_s};
-use super::run::{Counts, Failed, Timing, run, time};
+use super::run::{Effort, Failed, Timing, run, time};
 use crate::scene::{ModelKind, Scene};
 
 /// A configuration and what became of it.
@@ -29,7 +29,7 @@ pub struct Measured {
     /// Order observed between the next coarser mesh at the same step and this one.
     pub mesh_order: Option<f64>,
     /// Work.
-    pub effort: Counts,
+    pub effort: Effort,
     /// Bytes that the simulation holds, matrices and all, the same from its start to its end.
     pub memory_bytes: usize,
     /// Whether the model said that it was out of its range.
@@ -58,7 +58,7 @@ pub(super) struct Sweep<'a> {
     pub scene: &'a Scene,
     pub grid: &'a Grid,
     pub reference: &'a Reference,
-    pub outputs: &'a [Output],
+    pub outputs: &'a [OutputGroup],
     pub steps_s: Vec<f64>,
     /// Whether families end early: not when their steps were asked for.
     pub prune: bool,

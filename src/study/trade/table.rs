@@ -1,8 +1,8 @@
 //! A study as a table of numbers.
 
-use super::output::CHANNELS;
+use super::output_group::CHANNELS;
 use super::sweep::{Measured, Row};
-use super::{Study, TOLD_WELL};
+use super::{Study, WELL_RESOLVED};
 use crate::study::Table;
 
 /// Every configuration with everything measured of it; what failed has empty measurements.
@@ -19,7 +19,7 @@ pub fn table(study: &Study) -> Table {
     table.push("step_s", study.rows.iter().map(|row| row.configuration.step_s).collect());
     table.push("on_front", numbers(&|m| f64::from(u8::from(m.on_front))));
     table.push("error", numbers(&|m| m.error));
-    let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= TOLD_WELL * study.reference.estimate.of(*o));
+    let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= WELL_RESOLVED * study.reference.estimate.of(*o));
     table.push("reference_ten_times_better", numbers(&|m| f64::from(u8::from(well(m)))));
     table.push("observed_order", numbers(&|m| m.order.unwrap_or(f64::NAN)));
     table.push("observed_mesh_order", numbers(&|m| m.mesh_order.unwrap_or(f64::NAN)));

@@ -10,14 +10,14 @@ use crate::wire::{Angles, Displacements, Energies, Loads};
 
 /// Where two courses part, and how far.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Parting {
+pub struct Deviation {
     /// The first message that differs; `None` when all are alike.
     pub first: Option<Difference>,
     /// The largest difference of each quantity, and the simulated time of the session, by the quantity's name and unit.
     pub largest: BTreeMap<String, (f64, f64)>,
 }
 
-impl Parting {
+impl Deviation {
     /// Takes a recorded message and the bytes computed in its place.
     pub(super) fn compare(&mut self, recorded: &Event, computed: &[u8], session_s: f64) {
         match recorded {

@@ -5,7 +5,7 @@ use crate::scene::{Chain, End};
 
 /// A kind of result that a tolerance can bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Output {
+pub enum OutputGroup {
     /// Crank angle (its chord's), rad.
     Angle,
     /// Position of the chain's end, over its stroke: the slider's, or the free end's.
@@ -18,22 +18,24 @@ pub enum Output {
     Energy,
 }
 
-impl Output {
+impl OutputGroup {
     /// All of them.
-    pub const ALL: [Output; 5] = [Output::Angle, Output::Slider, Output::Deflection, Output::Forces, Output::Energy];
+    pub const ALL: [OutputGroup; 5] =
+        [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection, OutputGroup::Forces, OutputGroup::Energy];
     /// Those that are compared with a reference.
-    pub const COMPARED: [Output; 4] = [Output::Angle, Output::Slider, Output::Deflection, Output::Forces];
+    pub const COMPARED: [OutputGroup; 4] =
+        [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection, OutputGroup::Forces];
     /// Those that bind unless others are named.
-    pub const USUAL: [Output; 3] = [Output::Angle, Output::Slider, Output::Deflection];
+    pub const DEFAULT: [OutputGroup; 3] = [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection];
 
     /// The word on the command line.
     pub fn as_str(self) -> &'static str {
         match self {
-            Output::Angle => "angle",
-            Output::Slider => "slider",
-            Output::Deflection => "deflection",
-            Output::Forces => "forces",
-            Output::Energy => "energy",
+            OutputGroup::Angle => "angle",
+            OutputGroup::Slider => "slider",
+            OutputGroup::Deflection => "deflection",
+            OutputGroup::Forces => "forces",
+            OutputGroup::Energy => "energy",
         }
     }
 }
@@ -44,22 +46,22 @@ pub struct Channel {
     /// Its name in tables, with its unit.
     pub name: &'static str,
     /// The output it belongs to.
-    pub output: Output,
+    pub output: OutputGroup,
 }
 
-const fn channel(name: &'static str, output: Output) -> Channel {
+const fn channel(name: &'static str, output: OutputGroup) -> Channel {
     Channel { name, output }
 }
 
 /// Everything that may be sampled, in the order of a sample.
 pub const CHANNELS: [Channel; 7] = [
-    channel("crank_angle_rad", Output::Angle),
-    channel("end_position_m", Output::Slider),
-    channel("first_link_deflection_m", Output::Deflection),
-    channel("second_link_deflection_m", Output::Deflection),
-    channel("pivot_force_n", Output::Forces),
-    channel("crank_pin_force_n", Output::Forces),
-    channel("slider_pin_force_n", Output::Forces),
+    channel("crank_angle_rad", OutputGroup::Angle),
+    channel("end_position_m", OutputGroup::Slider),
+    channel("first_link_deflection_m", OutputGroup::Deflection),
+    channel("second_link_deflection_m", OutputGroup::Deflection),
+    channel("pivot_force_n", OutputGroup::Forces),
+    channel("crank_pin_force_n", OutputGroup::Forces),
+    channel("slider_pin_force_n", OutputGroup::Forces),
 ];
 
 /// One number or vector a channel; NaN where the model does not know it.

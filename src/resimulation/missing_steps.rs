@@ -1,32 +1,32 @@
 //! Steps that were due and are not there, and why.
 
-use super::course::Instant;
 use super::event::{Event, resets};
-use super::finding::{Finding, Why};
-use super::source::Source;
+use super::finding::{Finding, LossReason};
+use super::recorded_session::RecordedSession;
+use super::resimulator::EpochStep;
 use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::System;
 use crate::wire::{Gap, status::State};
 
-/// Holes that are kept for the report; more are only counted in the ones before.
+/// MissingSteps that are kept for the report; more are only counted in the ones before.
 const LIMIT: usize = 1000;
 
 /// Follows the topics of a recording through its steps.
-pub(super) struct Holes {
+pub(super) struct MissingSteps {
     step_s: f64,
-    tracks: Vec<Track>,
+    tracks: Vec<TopicTrack>,
     /// The number that the writer gives to the next command.
     next_command: u32,
     /// Numbers of the messages before which commands are missing.
-    commandless: Vec<u64>,
-    holes: Vec<Hole>,
+    numbers_after_missing_commands: Vec<u64>,
+    holes: Vec<MissingRange>,
 }
 
-struct Track {
+struct TopicTrack {
     topic: &'static str,
     rate: Option<PublishRate>,
     /// What was there last.
-    last: Option<Instant>,
+    last: Option<EpochStep>,
     /// The number that the writer gives to the next message: it counts what it wrote, so a jump means that the file has lost some.
     next: u32,
     /// A part of the file was lost since the last message.
@@ -35,7 +35,7 @@ struct Track {
     open: Option<usize>,
 }
 
-struct Hole {
+struct MissingRange {
     topic: &'static str,
     epoch: u64,
     after: u64,
@@ -46,9 +46,9 @@ struct Hole {
     number: u64,
 }
 
-impl Holes {
-    pub(super) fn new(source: &Source) -> Self {
-        let track = |topic, rate: fn(PublishRates) -> PublishRate| Track {
+impl MissingSteps {
+    pub(super) fn new(source: &RecordedSession) -> Self {
+        let track = |topic, rate: fn(PublishRates) -> PublishRate| TopicTrack {
             topic,
             rate: source.publish.map(rate),
             last: None,
@@ -63,7 +63,13 @@ impl Holes {
         if let System::Chain(_) = source.scene.scene.system {
             tracks.extend([track("angles", |rates| rates.angles), track("loads", |rates| rates.loads)]);
         }
-        Holes { step_s: source.scene.scene.solver.step_s, tracks, next_command: 0, commandless: Vec::new(), holes: Vec::new() }
+        MissingSteps {
+            step_s: source.scene.scene.solver.step_s,
+            tracks,
+            next_command: 0,
+            numbers_after_missing_commands: Vec::new(),
+            holes: Vec::new(),
+        }
     }
 
     /// A part of the file is lost.
@@ -76,20 +82,20 @@ impl Holes {
         let Some(stamp) = event.stamp() else { return };
         let at = (stamp.epoch, stamp.step);
         match event {
-            Event::Displacements(_) => self.here("displacements", at, sequence, number),
-            Event::Angles(_) => self.here("angles", at, sequence, number),
-            Event::Loads(_) => self.here("loads", at, sequence, number),
-            Event::Energies(_) => self.here("energies", at, sequence, number),
+            Event::Displacements(_) => self.arrived("displacements", at, sequence, number),
+            Event::Angles(_) => self.arrived("angles", at, sequence, number),
+            Event::Loads(_) => self.arrived("loads", at, sequence, number),
+            Event::Energies(_) => self.arrived("energies", at, sequence, number),
             // From here on, whatever was published.
             Event::Checkpoint(_) => {
-                let fresh = |track: &&mut Track| track.last.is_none_or(|(epoch, _)| epoch != at.0);
+                let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
                 self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
             }
             // What it says was all published before it.
             Event::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
             Event::Command(command) => {
                 if sequence != self.next_command {
-                    self.commandless.push(number);
+                    self.numbers_after_missing_commands.push(number);
                 }
                 self.next_command = sequence.wrapping_add(1);
                 if resets(command) {
@@ -100,7 +106,7 @@ impl Holes {
         }
     }
 
-    fn here(&mut self, topic: &str, at: Instant, sequence: u32, number: u64) {
+    fn arrived(&mut self, topic: &str, at: EpochStep, sequence: u32, number: u64) {
         let Some(i) = self.tracks.iter().position(|track| track.topic == topic) else { return };
         let track = &mut self.tracks[i];
         track.lost |= sequence != track.next;
@@ -113,7 +119,7 @@ impl Holes {
         (track.last, track.lost) = (Some(at), false);
     }
 
-    fn all_up_to(&mut self, (epoch, step): Instant, number: u64) {
+    fn all_up_to(&mut self, (epoch, step): EpochStep, number: u64) {
         for i in 0..self.tracks.len() {
             let open = self.holes.len();
             if self.check(i, (epoch, step.saturating_add(1)), number) {
@@ -123,38 +129,38 @@ impl Holes {
     }
 
     /// Keeps what is missing of a topic before an instant; whether anything is.
-    fn check(&mut self, i: usize, (epoch, before): Instant, number: u64) -> bool {
-        let Track { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
+    fn check(&mut self, i: usize, (epoch, before): EpochStep, number: u64) -> bool {
+        let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
         let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
         if count > 0 && self.holes.len() < LIMIT {
-            self.holes.push(Hole { topic, epoch, after: *after, before, count, damaged: *lost, number });
+            self.holes.push(MissingRange { topic, epoch, after: *after, before, count, damaged: *lost, number });
         }
         count > 0
     }
 
     /// Says why each is missing; and the numbers of the messages before which the file has lost something, or nothing says why
     /// something is missing: commands may be among it. `recovered`: the recording says that it was saved from a broken one.
-    pub(super) fn explain(self, gaps: &[Gap], recovered: bool) -> (Vec<Finding>, Vec<u64>) {
-        let why = |hole: &Hole| {
+    pub(super) fn into_findings(self, gaps: &[Gap], recovered: bool) -> (Vec<Finding>, Vec<u64>) {
+        let why = |hole: &MissingRange| {
             let told = |gap: &Gap| {
                 let last = gap.stamp.unwrap_or_default();
                 gap.topic == hole.topic && last.epoch == hole.epoch && gap.first_step < hole.before && last.step > hole.after
             };
             match hole.damaged {
-                true if recovered => Why::Recovered,
-                true => Why::Damage,
-                false if gaps.iter().any(told) => Why::Queue,
-                false => Why::Unexplained,
+                true if recovered => LossReason::Recovered,
+                true => LossReason::Damage,
+                false if gaps.iter().any(told) => LossReason::Queue,
+                false => LossReason::Unexplained,
             }
         };
-        let mut breaks = self.commandless;
+        let mut breaks = self.numbers_after_missing_commands;
         let mut findings = Vec::new();
         for hole in &self.holes {
             let why = why(hole);
-            if why != Why::Queue {
+            if why != LossReason::Queue {
                 breaks.push(hole.number);
             }
-            let Hole { topic, epoch, after, before, count, .. } = *hole;
+            let MissingRange { topic, epoch, after, before, count, .. } = *hole;
             findings.push(Finding::Missing { topic, epoch, after, before, count, why });
         }
         (findings, breaks)

@@ -11,7 +11,7 @@ use crate::wire::Stamp;
 
 /// What a recording says before its first message.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct RecordedSession {
     /// The file.
     pub path: PathBuf,
     /// The service's name on the bus.
@@ -28,7 +28,7 @@ pub struct Source {
     pub about: About,
 }
 
-impl Source {
+impl RecordedSession {
     /// Reads what a recording says of itself.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ impl Source {
             if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused, build } }
         })?;
         let started = about.started().ok_or_else(|| ResimulationError::NoStart(path.to_owned()))?;
-        Ok(Source {
+        Ok(RecordedSession {
             path: path.to_owned(),
             name: about.fact("name").to_owned(),
             started,

@@ -18,7 +18,7 @@ const CLOCK_SOURCE: &str = "/sys/devices/system/clocksource/clocksource0/current
 
 /// What a recording says about its session.
 #[derive(Debug, Clone)]
-pub struct Session {
+pub struct SessionInfo {
     /// The service's name on the bus.
     pub name: String,
     /// The scene in force, TOML.
@@ -31,7 +31,7 @@ pub struct Session {
     pub facts: Vec<(&'static str, String)>,
 }
 
-impl Session {
+impl SessionInfo {
     /// `log_time` of an instant of the session, ns.
     pub fn log_time_ns(&self, session_s: f64) -> u64 {
         log_time_ns(self.started, session_s)

@@ -10,7 +10,7 @@ use super::rows::{Decoder, Row};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
     /// One entry a protobuf topic.
-    pub topics: Vec<Topic>,
+    pub topics: Vec<TopicColumns>,
     /// Whether the recording ended early.
     pub cut_off: bool,
     /// Topics left out because their messages are not protobuf.
@@ -19,7 +19,7 @@ pub struct Contents {
 
 /// The numbers of one topic; the columns are those of [`export`](super::export()), all of equal length.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Topic {
+pub struct TopicColumns {
     /// Its key expression.
     pub name: String,
     /// Names and values, times in seconds since 1970; NaN where a message has no such field, or no number in it.
@@ -67,10 +67,10 @@ impl Filling {
         self.rows += 1;
     }
 
-    fn finish(mut self, name: String) -> Topic {
+    fn finish(mut self, name: String) -> TopicColumns {
         for (_, column) in &mut self.columns {
             column.resize(self.rows, f64::NAN);
         }
-        Topic { name, columns: self.columns }
+        TopicColumns { name, columns: self.columns }
     }
 }

@@ -10,27 +10,27 @@ use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefuse
 use crate::wire::{self, AppliedCommand, BadCommand, Telemetry, applied_command};
 
 /// A simulation that goes where its recording says.
-pub(super) struct Course {
+pub(super) struct Resimulator {
     simulation: Simulation,
     telemetry: Telemetry,
     epoch_start_s: f64,
     sample: Sample,
     /// The instant of the sample's observation.
-    observed: Option<Instant>,
+    observed: Option<EpochStep>,
 }
 
 /// An epoch, and the steps since it began.
-pub(super) type Instant = (u64, u64);
+pub(super) type EpochStep = (u64, u64);
 
-/// Why the course does not lead to an instant.
+/// Why the resimulator does not lead to an instant.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(super) enum Astray {
+pub(super) enum ResimulationFault {
     /// The computation failed where the recording went on.
     #[error("computed again, it {0}")]
     Diverged(#[from] Diverged),
     /// The instant is over.
     #[error("it is out of order: step {} of epoch {} was there before", .0.1, .0.0)]
-    Over(Instant),
+    Over(EpochStep),
     /// A recorded pulse would not be accepted.
     #[error("a recorded pulse would be refused: {0}")]
     Refused(#[from] PulseRefused),
@@ -42,7 +42,7 @@ pub(super) enum Astray {
     Epoch(u64),
 }
 
-impl Course {
+impl Resimulator {
     /// At the start of a scene.
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
@@ -50,7 +50,7 @@ impl Course {
         let sample =
             Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
         let telemetry = Telemetry::new(&scene.system, simulation.start());
-        Ok(Course { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
+        Ok(Resimulator { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
 
     pub(super) fn simulation(&self) -> &Simulation {
@@ -61,7 +61,7 @@ impl Course {
         (self.simulation, self.epoch_start_s)
     }
 
-    pub(super) fn instant(&self) -> Instant {
+    pub(super) fn instant(&self) -> EpochStep {
         (self.simulation.epoch(), self.simulation.step_count())
     }
 
@@ -86,16 +86,20 @@ impl Course {
     }
 
     /// Steps on to an instant; an epoch that follows begins with a reset. `after_step` is called after every step.
-    pub(super) fn go_to(&mut self, (epoch, step): Instant, mut after_step: impl FnMut(&mut Simulation)) -> Result<(), Astray> {
+    pub(super) fn go_to(
+        &mut self,
+        (epoch, step): EpochStep,
+        mut after_step: impl FnMut(&mut Simulation),
+    ) -> Result<(), ResimulationFault> {
         if epoch == self.simulation.epoch() + 1 {
             self.epoch_start_s += self.simulation.time_s();
             self.simulation.reset()?;
         }
         if epoch != self.simulation.epoch() {
-            return Err(Astray::Epoch(epoch));
+            return Err(ResimulationFault::Epoch(epoch));
         }
         if step < self.simulation.step_count() {
-            return Err(Astray::Over(self.instant()));
+            return Err(ResimulationFault::Over(self.instant()));
         }
         while self.simulation.step_count() < step {
             self.simulation.step()?;
@@ -104,18 +108,18 @@ impl Course {
         Ok(())
     }
 
-    /// Whether the present state can be looked at, and another step be taken from it. It is, so the course ends here.
-    pub(super) fn can_go_on(&mut self) -> bool {
-        self.look().is_ok() && self.simulation.step().is_ok()
+    /// Whether the present state can be looked at, and another step be taken from it. It is, so the resimulator ends here.
+    pub(super) fn can_step(&mut self) -> bool {
+        self.observe().is_ok() && self.simulation.step().is_ok()
     }
 
     /// Lets the simulation be seen at the present instant.
-    pub(super) fn visit(&mut self, see: impl FnOnce(&mut Simulation)) {
+    pub(super) fn with_simulation(&mut self, see: impl FnOnce(&mut Simulation)) {
         see(&mut self.simulation);
     }
 
     /// Does at the present instant what a recorded command did.
-    pub(super) fn command(&mut self, command: &AppliedCommand) -> Result<(), Astray> {
+    pub(super) fn command(&mut self, command: &AppliedCommand) -> Result<(), ResimulationFault> {
         if resets(command) {
             return self.go_to((self.simulation.epoch() + 1, 0), |_| {});
         }
@@ -131,7 +135,7 @@ impl Course {
     }
 
     /// Looks at the present instant.
-    pub(super) fn look(&mut self) -> Result<&Sample, Diverged> {
+    pub(super) fn observe(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
             self.sample.observation.clone_from(self.simulation.observe()?);
             self.sample.ledger = self.simulation.ledger();
@@ -143,9 +147,9 @@ impl Course {
 
     /// What would be recorded at the present instant in place of `recorded`: computed anew but for what only the wall clock and
     /// the service know. `None` for what is not computed.
-    pub(super) fn instead_of(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
+    pub(super) fn recompute(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
         if recorded.is_of_sample() {
-            self.look()?;
+            self.observe()?;
         }
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
         let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });

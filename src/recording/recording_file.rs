@@ -18,7 +18,7 @@ use super::{Channel, RecordingError};
 
 /// What a recording holds.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct RecordingFile {
     path: PathBuf,
     channels: BTreeMap<u16, Arc<Channel>>,
     /// In order of their first log time; none when the file has no index.
@@ -28,7 +28,7 @@ pub struct Source {
     cut_off: bool,
 }
 
-impl Source {
+impl RecordingFile {
     /// Reads the index of a recording; one that has none, because it was cut off, is read through.
     ///
     /// # Errors
@@ -49,7 +49,7 @@ impl Source {
         let begin_ns = chunks.first()?.message_start_time;
         let end_ns = chunks.iter().map(|chunk| chunk.message_end_time).max()?;
         let path = path.to_owned();
-        (!channels.is_empty()).then_some(Source { path, channels, chunks, begin_ns, end_ns, cut_off: false })
+        (!channels.is_empty()).then_some(RecordingFile { path, channels, chunks, begin_ns, end_ns, cut_off: false })
     }
 
     fn scanned(path: &Path) -> Result<Self, RecordingError> {
@@ -69,7 +69,7 @@ impl Source {
         if channels.is_empty() {
             return Err(RecordingError::Empty { path: path.to_owned() });
         }
-        Ok(Source { path: path.to_owned(), channels, chunks: Vec::new(), begin_ns, end_ns, cut_off })
+        Ok(RecordingFile { path: path.to_owned(), channels, chunks: Vec::new(), begin_ns, end_ns, cut_off })
     }
 
     /// The file.

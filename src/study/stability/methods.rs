@@ -4,7 +4,7 @@ use crate::scene::{IntegratorKind, ModelKind};
 
 /// A model and its integrator, as overrides of a scene.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way {
+pub(super) struct Method {
     /// What maps are called by; the model's and the integrator's words unless given.
     label: Option<&'static str>,
     pub model: ModelKind,
@@ -15,23 +15,23 @@ pub(super) struct Way {
     weight: Option<f64>,
 }
 
-impl Way {
+impl Method {
     /// Model and integrator as the maps of extremes run them: two elements a link, so that the middle of the rod is seen.
     const fn labelled(label: &'static str, model: ModelKind, integrator: IntegratorKind) -> Self {
-        Way { label: Some(label), model, integrator, elements: Some(2), weight: None }
+        Method { label: Some(label), model, integrator, elements: Some(2), weight: None }
     }
 
     /// Every model with every integrator that a scene may name for it, on the scene's own mesh.
-    pub fn all() -> impl Iterator<Item = Way> {
+    pub fn all() -> impl Iterator<Item = Method> {
         [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement]
             .into_iter()
-            .flat_map(|model| model.integrators().iter().map(move |&integrator| Way::of(model, integrator)))
+            .flat_map(|model| model.integrators().iter().map(move |&integrator| Method::of(model, integrator)))
     }
 
     /// A pair on the scene's own mesh; the incremental model has one element a link.
     pub fn of(model: ModelKind, integrator: IntegratorKind) -> Self {
         let elements = (model == ModelKind::Incremental).then_some(1);
-        Way { label: None, model, integrator, elements, weight: None }
+        Method { label: None, model, integrator, elements, weight: None }
     }
 
     /// Another of the schemes that suit the model: what owes nothing to this one. The incremental model has one scheme only.
@@ -41,12 +41,12 @@ impl Way {
             IntegratorKind::Esdirk => IntegratorKind::GeneralizedAlpha,
             IntegratorKind::TwoPoint | IntegratorKind::GeneralizedAlpha | IntegratorKind::RungeKutta => IntegratorKind::Esdirk,
         };
-        Way { integrator, ..self }
+        Method { integrator, ..self }
     }
 
     /// With so many elements a link.
     pub fn meshed(self, elements: usize) -> Self {
-        Way { elements: Some(elements), ..self }
+        Method { elements: Some(elements), ..self }
     }
 
     pub fn overrides(&self) -> Vec<String> {
@@ -70,20 +70,20 @@ impl Way {
     }
 }
 
-pub(super) const RIGID: Way = Way::labelled("rigid", ModelKind::Rigid, IntegratorKind::RungeKutta);
-pub(super) const RIGID_TWO_POINT: Way = Way::labelled("rigid two-point", ModelKind::Rigid, IntegratorKind::TwoPoint);
-pub(super) const INCREMENTAL: Way = Way {
+pub(super) const RIGID: Method = Method::labelled("rigid", ModelKind::Rigid, IntegratorKind::RungeKutta);
+pub(super) const RIGID_TWO_POINT: Method = Method::labelled("rigid two-point", ModelKind::Rigid, IntegratorKind::TwoPoint);
+pub(super) const INCREMENTAL: Method = Method {
     elements: Some(1),
     weight: Some(0.55),
-    ..Way::labelled("incremental", ModelKind::Incremental, IntegratorKind::TwoPoint)
+    ..Method::labelled("incremental", ModelKind::Incremental, IntegratorKind::TwoPoint)
 };
-pub(super) const MODAL: Way = Way::labelled("modal", ModelKind::Modal, IntegratorKind::GeneralizedAlpha);
-pub(super) const MODAL_EXPLICIT: Way = Way::labelled("modal explicit", ModelKind::Modal, IntegratorKind::RungeKutta);
-pub(super) const MODAL_TWO_POINT: Way = Way::labelled("modal", ModelKind::Modal, IntegratorKind::TwoPoint);
-pub(super) const MODAL_ESDIRK: Way = Way::labelled("modal esdirk", ModelKind::Modal, IntegratorKind::Esdirk);
-pub(super) const FINITE_ELEMENT: Way =
-    Way::labelled("finite-element", ModelKind::FiniteElement, IntegratorKind::GeneralizedAlpha);
-pub(super) const FINITE_ELEMENT_TWO_POINT: Way =
-    Way::labelled("finite-element", ModelKind::FiniteElement, IntegratorKind::TwoPoint);
-pub(super) const FINITE_ELEMENT_ESDIRK: Way =
-    Way::labelled("finite-element esdirk", ModelKind::FiniteElement, IntegratorKind::Esdirk);
+pub(super) const MODAL: Method = Method::labelled("modal", ModelKind::Modal, IntegratorKind::GeneralizedAlpha);
+pub(super) const MODAL_EXPLICIT: Method = Method::labelled("modal explicit", ModelKind::Modal, IntegratorKind::RungeKutta);
+pub(super) const MODAL_TWO_POINT: Method = Method::labelled("modal", ModelKind::Modal, IntegratorKind::TwoPoint);
+pub(super) const MODAL_ESDIRK: Method = Method::labelled("modal esdirk", ModelKind::Modal, IntegratorKind::Esdirk);
+pub(super) const FINITE_ELEMENT: Method =
+    Method::labelled("finite-element", ModelKind::FiniteElement, IntegratorKind::GeneralizedAlpha);
+pub(super) const FINITE_ELEMENT_TWO_POINT: Method =
+    Method::labelled("finite-element", ModelKind::FiniteElement, IntegratorKind::TwoPoint);
+pub(super) const FINITE_ELEMENT_ESDIRK: Method =
+    Method::labelled("finite-element esdirk", ModelKind::FiniteElement, IntegratorKind::Esdirk);

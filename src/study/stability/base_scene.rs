@@ -13,7 +13,7 @@ pub struct NotSuited {
 
 /// The scene that is swept.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Base {
+pub struct BaseScene {
     /// Its name.
     pub origin: String,
     /// Its TOML.
@@ -28,7 +28,7 @@ pub struct Base {
     shaped: [bool; 2],
 }
 
-impl Base {
+impl BaseScene {
     /// Takes a scene.
     ///
     /// # Errors
@@ -46,7 +46,7 @@ impl Base {
         let shaped = |link: &str| table.get(link).is_some_and(|link| link.get("section").is_some());
         // ω = (π/L)² sqrt(E J / (ρ A)) of a beam on two pins.
         let resonance = (PI / rod.length_m).powi(2) * (bar.bending_stiffness_nm2() / bar.mass_per_length_kg_per_m()).sqrt();
-        Ok(Base {
+        Ok(BaseScene {
             origin: source.origin.clone(),
             text: source.text.clone(),
             lengths_m: [crank.length_m, rod.length_m],

@@ -9,12 +9,12 @@ use crate::wire::{Status, status::State};
 
 /// A line on the terminal that is overwritten; nothing when there is no terminal.
 #[derive(Clone)]
-pub(super) struct Board {
+pub(super) struct StatusLine {
     line: ProgressBar,
-    told: Arc<Mutex<Told>>,
+    told: Arc<Mutex<StatusLineState>>,
 }
 
-struct Told {
+struct StatusLineState {
     /// What is said when the first status comes.
     heading: Option<String>,
     /// The newest status of each service, and whether a warning of it was shown.
@@ -23,14 +23,14 @@ struct Told {
 
 type Newest = Vec<(Option<Status>, bool)>;
 
-impl Board {
+impl StatusLine {
     /// For so many services.
     pub(super) fn new(count: usize) -> Self {
         let line = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{msg}") {
             line.set_style(style);
         }
-        Board { line, told: Arc::new(Mutex::new(Told { heading: None, newest: vec![(None, false); count] })) }
+        StatusLine { line, told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, false); count] })) }
     }
 
     /// What to say once the first status comes: then services run, and are recorded.
@@ -40,13 +40,13 @@ impl Board {
 
     /// Takes the statuses of service `index`, by that name.
     pub(super) fn of(&self, index: usize, name: &str) -> OnStatus {
-        let (board, name) = (self.clone(), name.to_owned());
-        Box::new(move |status| board.take(index, &name, status))
+        let (status_line, name) = (self.clone(), name.to_owned());
+        Box::new(move |status| status_line.take(index, &name, status))
     }
 
     fn take(&self, index: usize, name: &str, status: &Status) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        let Told { heading, newest } = &mut *told;
+        let StatusLineState { heading, newest } = &mut *told;
         if let Some(heading) = heading.take() {
             self.line.suspend(|| say!("{heading}"));
         }
