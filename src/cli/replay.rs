@@ -14,6 +14,7 @@ use super::live::runtime;
 use super::progress::bar;
 use super::signals::interrupted;
 use crate::bus::{self, BusOptions, Name};
+use crate::runtime::DurationQuantiles;
 use crate::service::{self, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
 use crate::wire::Status;
 
@@ -139,8 +140,8 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
 /// Says what was achieved.
 fn conclude(report: &ReplayReport) -> Done {
     let rate = report.achieved_rate.map_or(String::new(), |rate| format!(" at {rate:.4} times the recorded speed"));
-    let late = report.lateness_s.map_or(String::new(), |[p50, p99, _, max]| {
-        format!("; late by {:.3} ms (p50), {:.3} ms (p99), {:.3} ms (max)", p50 * 1e3, p99 * 1e3, max * 1e3)
+    let late = report.lateness.map_or(String::new(), |DurationQuantiles { p50_s, p99_s, max_s, .. }| {
+        format!("; late by {:.3} ms (p50), {:.3} ms (p99), {:.3} ms (max)", p50_s * 1e3, p99_s * 1e3, max_s * 1e3)
     });
     say!("replayed {} messages as flexcrank/{}{rate}{late}", report.messages, report.name);
     if report.slips > 0 {

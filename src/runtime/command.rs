@@ -1,4 +1,4 @@
-//! Commands on their way from the bus to the stepping thread, and their answers on the way back.
+//! The command queue: from the bus to the stepping thread. Replies go back through a callback.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -8,100 +8,100 @@ use std::thread::Thread;
 use crate::simulation::PulseRequest;
 use crate::wire::{CommandReply, control};
 
-/// Commands that may wait for the stepping thread; beyond that they are refused at the door.
+/// Capacity of the command queue; a command that finds it full is refused.
 const QUEUE: usize = 1024;
 
-/// What a command asks for.
+/// The request of a command.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
-    /// A torque pulse.
+    /// Add a torque pulse.
     Torque(PulseRequest),
-    /// Something about the run.
+    /// Control the run: pause, resume, step, reset, stop, start or stop a recording.
     Control(control::Action),
 }
 
-/// Where an answer goes. Called off the stepping thread.
+/// Sends the reply of a command. Called off the stepping thread.
 pub type ReplyTo = Box<dyn FnOnce(CommandReply) + Send>;
 
-/// A decoded command and where its answer goes.
+/// A decoded command with its reply callback.
 pub struct Command {
-    /// Chosen by the sender; empty when it does not care about repetition.
+    /// Identifies the command, for deduplication of retries; empty if the sender never retries.
     pub id: String,
-    /// What is asked for.
+    /// The request.
     pub request: Request,
-    /// Takes the answer.
+    /// Sends the reply.
     pub reply: ReplyTo,
 }
 
-/// The door for commands; cheap to clone.
+/// The sending end of the command queue. Cheap to clone.
 #[derive(Clone)]
 pub struct Inbox {
     queue: SyncSender<Command>,
     counts: Arc<SharedCounters>,
 }
 
-/// What is counted and wished for across threads.
+/// Counters and flags that the bus, the output thread and the stepping thread share.
 #[derive(Debug, Default)]
 pub struct SharedCounters {
     waiting: AtomicUsize,
     rejected: AtomicU64,
     dropped: AtomicU64,
     checkpoint_wanted: AtomicBool,
-    /// The thread that takes commands.
+    /// The stepping thread, to be woken by a command.
     thread: OnceLock<Thread>,
 }
 
 impl SharedCounters {
-    /// Commands are taken by this thread: it may be asleep.
+    /// Sets the stepping thread: a new command wakes it.
     pub(super) fn wake_with(&self, thread: Thread) {
-        // It is told once.
+        // The thread is set once.
         let _ = self.thread.set(thread);
     }
 
-    /// Asks for a checkpoint after the next step.
+    /// Requests a checkpoint after the next step.
     pub fn want_checkpoint(&self) {
         self.checkpoint_wanted.store(true, Ordering::Relaxed);
     }
 
-    /// Whether one was asked for since this was last called.
+    /// Whether a checkpoint was requested since the last call.
     pub(super) fn take_checkpoint_wanted(&self) -> bool {
         self.checkpoint_wanted.load(Ordering::Relaxed) && self.checkpoint_wanted.swap(false, Ordering::Relaxed)
     }
 
-    /// Commands refused at the door: undecodable, or the queue was full.
+    /// Commands refused before they reached the stepping thread: undecodable, or the queue was full.
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)
     }
 
-    /// Messages that a full queue kept from the recording.
+    /// Messages dropped from the recording because a queue was full.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// One message was kept from the recording.
+    /// Counts a message dropped from the recording.
     pub fn count_dropped(&self) {
         self.dropped.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// One command has been answered.
+    /// Counts a command as answered, which frees its place in the queue.
     pub fn answered(&self) {
         self.waiting.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
-/// The two ends of the command queue.
+/// Creates the command queue and returns both of its ends.
 pub fn inbox() -> (Inbox, Receiver<Command>) {
     let (queue, commands) = sync_channel(QUEUE);
     (Inbox { queue, counts: Arc::default() }, commands)
 }
 
 impl Inbox {
-    /// What this door has counted.
+    /// The counters that this queue shares.
     pub fn counts(&self) -> Arc<SharedCounters> {
         Arc::clone(&self.counts)
     }
 
-    /// Hands a command to the stepping thread, or refuses it at once when too many wait or the run is over.
+    /// Queues a command for the stepping thread. Refuses it at once if the queue is full or the run has ended.
     pub fn submit(&self, command: Command) {
         if self.counts.waiting.fetch_add(1, Ordering::Relaxed) >= QUEUE {
             return self.turn_away(command, "too many commands are waiting");
@@ -118,7 +118,7 @@ impl Inbox {
         self.refuse(command.id, reason.to_owned(), command.reply);
     }
 
-    /// Refuses something that never became a command, and counts it.
+    /// Refuses a command that is not queued, and counts the refusal.
     pub fn refuse(&self, id: String, reason: String, reply: ReplyTo) {
         self.counts.rejected.fetch_add(1, Ordering::Relaxed);
         reply(CommandReply { id, accepted: false, reason, ..CommandReply::default() });

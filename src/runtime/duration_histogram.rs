@@ -1,4 +1,4 @@
-//! How durations are spread: the lateness of steps or messages, the cost of steps.
+//! Histograms of durations: the lateness of steps and of replayed messages, the cost of steps.
 
 use std::time::Duration;
 
@@ -6,35 +6,49 @@ use hdrhistogram::Histogram;
 
 use crate::wire;
 
-/// Longest duration that is told from longer ones, ns.
+/// Longer durations are counted as this one, ns.
 const LONGEST_NS: u64 = 100_000_000_000;
 
-/// A histogram of durations, kept to two digits from 1 ns to 100 s.
+/// Quantiles of a [`DurationHistogram`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DurationQuantiles {
+    /// Median, s.
+    pub p50_s: f64,
+    /// Quantile 0.99, s.
+    pub p99_s: f64,
+    /// Quantile 0.999, s.
+    pub p999_s: f64,
+    /// Longest duration, s.
+    pub max_s: f64,
+}
+
+/// A histogram of durations with a resolution of two digits, from 1 ns to 100 s.
 pub struct DurationHistogram {
     nanoseconds: Histogram<u64>,
 }
 
 impl DurationHistogram {
-    /// Nothing recorded yet.
+    /// Creates an empty histogram.
     ///
     /// # Errors
-    /// When the histogram cannot be made.
+    /// Fails if the histogram cannot be allocated.
     pub fn new() -> Result<Self, hdrhistogram::CreationError> {
         Ok(DurationHistogram { nanoseconds: Histogram::new_with_bounds(1, LONGEST_NS, 2)? })
     }
 
-    /// SharedCounters one more.
+    /// Adds a duration.
     pub fn record(&mut self, duration: Duration) {
         self.nanoseconds.saturating_record(u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX));
     }
 
-    /// Quantiles 0.5, 0.99, 0.999 and the largest, s; `None` before the first.
-    pub fn quantiles_s(&self) -> Option<[f64; 4]> {
+    /// Returns the quantiles; `None` if the histogram is empty.
+    pub fn quantiles(&self) -> Option<DurationQuantiles> {
         let at = |quantile: f64| self.nanoseconds.value_at_quantile(quantile) as f64 * 1e-9;
-        (!self.nanoseconds.is_empty()).then(|| [at(0.5), at(0.99), at(0.999), self.nanoseconds.max() as f64 * 1e-9])
+        let max_s = self.nanoseconds.max() as f64 * 1e-9;
+        (!self.nanoseconds.is_empty()).then(|| DurationQuantiles { p50_s: at(0.5), p99_s: at(0.99), p999_s: at(0.999), max_s })
     }
 
-    /// All of it, by powers of two of a nanosecond; `None` before the first.
+    /// Returns the counts in bins that double from 1 ns on; `None` if the histogram is empty.
     pub fn histogram(&self) -> Option<wire::Histogram> {
         let counts = || self.nanoseconds.iter_log(1, 2.0).map(|bin| bin.count_since_last_iteration()).collect();
         (!self.nanoseconds.is_empty()).then(|| wire::Histogram { counts: counts() })
@@ -47,13 +61,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_bins_double() {
-        let mut spread = DurationHistogram::new().unwrap();
-        assert_eq!((spread.histogram(), spread.quantiles_s()), (None, None));
+    fn val_histogram_bins_double() {
+        let mut histogram = DurationHistogram::new().unwrap();
+        assert_eq!((histogram.histogram(), histogram.quantiles()), (None, None));
         for nanoseconds in [0, 1, 2, 3, 4, 7, 8, 1000] {
-            spread.record(Duration::from_nanos(nanoseconds));
+            histogram.record(Duration::from_nanos(nanoseconds));
         }
-        let counts = spread.histogram().unwrap().counts;
+        let counts = histogram.histogram().unwrap().counts;
         assert_eq!(&counts[..6], [1, 1, 2, 2, 1, 0], "{counts:?}");
         assert_eq!((counts.iter().sum::<u64>(), counts.len()), (8, 11), "the last from 512 to 1023");
         assert_eq!(counts.last(), Some(&1));

@@ -1,41 +1,41 @@
-//! The ledger of missed deadlines: each with its size and its cause as far as it can be told, told at most once a second.
+//! Missed deadlines: how late each step began and the likely cause, reported at most once a second on `overruns`.
 
 use std::time::Duration;
 
 use crate::simulation::Stamp;
 use crate::wire::{self, Miss, MissCause, Overruns, miss::Cause};
 
-/// Wall time between two tellings.
+/// Wall time between two reports.
 const PERIOD: Duration = Duration::from_secs(1);
-/// MissedDeadlines that are told one by one; more are only counted.
+/// Missed deadlines that one report lists; further ones are only counted.
 const ONE_BY_ONE: usize = 32;
 
-/// When a thread woke to step, and what it had used of the processor until then.
+/// When the thread woke to step, and the processor time it had used until then.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct WakeUp {
-    /// On the clock of the deadlines.
+    /// Wall time, on the clock of the deadlines.
     pub woke: Duration,
-    /// Processor time of the thread; zero where the system does not tell.
+    /// Processor time of the thread; zero if the system does not report it.
     pub processor: Duration,
 }
 
-/// What one simulator did between two deadlines.
+/// What one simulator spent its time on between two deadlines.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct StepTimings {
     /// When it last began to step.
     pub began: WakeUp,
-    /// Whether it asked for the next deadline before that was there.
+    /// Whether it was ready before the next deadline.
     pub ready: bool,
-    /// Wall time in the solver.
+    /// Wall time spent in the solver.
     pub solving: Duration,
-    /// Wall time for commands and for what leaves the thread.
+    /// Wall time spent on commands and on sending samples.
     pub sending: Duration,
-    /// Why it was late before.
+    /// Cause of the previous missed deadline, if the simulator is still behind.
     pub before: Option<Cause>,
 }
 
 impl StepTimings {
-    /// Why a step that was due at `due` begins at `now` only.
+    /// Returns the cause of a step that was due at `due` and begins only `now`.
     pub(super) fn cause(&self, due: Duration, now: Duration, wake_up: WakeUp) -> Cause {
         if self.ready {
             let asleep = wake_up.woke.saturating_sub(due);
@@ -59,7 +59,7 @@ impl StepTimings {
     }
 }
 
-/// MissedDeadlines that were not told of yet.
+/// Missed deadlines that are not reported yet.
 #[derive(Debug, Default)]
 pub(super) struct MissedDeadlines {
     pending: Option<Box<Overruns>>,
@@ -67,33 +67,33 @@ pub(super) struct MissedDeadlines {
 }
 
 impl MissedDeadlines {
-    /// One more, of `steps` steps that were due together.
+    /// Adds a missed deadline of `steps` steps that were due together.
     pub(super) fn note(&mut self, stamp: &Stamp, steps: u64, late: Duration, cause: Cause) {
         let step = stamp.step + 1;
-        let told = self.pending.get_or_insert_with(|| {
+        let report = self.pending.get_or_insert_with(|| {
             Box::new(Overruns { first_step: step, misses: Vec::with_capacity(ONE_BY_ONE), ..Overruns::default() })
         });
         let late_s = late.as_secs_f64();
-        told.stamp = Some(wire::stamp(stamp));
-        told.count += steps;
-        told.worst_s = told.worst_s.max(late_s);
-        if told.misses.len() < ONE_BY_ONE {
-            told.misses.push(Miss { step, late_s, cause: cause.into() });
+        report.stamp = Some(wire::stamp(stamp));
+        report.count += steps;
+        report.worst_s = report.worst_s.max(late_s);
+        if report.misses.len() < ONE_BY_ONE {
+            report.misses.push(Miss { step, late_s, cause: cause.into() });
         }
-        match told.causes.iter_mut().find(|sum| sum.cause() == cause) {
+        match report.causes.iter_mut().find(|sum| sum.cause() == cause) {
             Some(sum) => (sum.count, sum.worst_s) = (sum.count + steps, sum.worst_s.max(late_s)),
-            None => told.causes.push(MissCause { cause: cause.into(), count: steps, worst_s: late_s }),
+            None => report.causes.push(MissCause { cause: cause.into(), count: steps, worst_s: late_s }),
         }
     }
 
-    /// Deadlines were moved by so much after the miss noted last.
+    /// Notes that the deadlines were moved by `late` after the last miss.
     pub(super) fn given_up(&mut self, late: Duration) {
-        if let Some(told) = &mut self.pending {
-            told.given_up_s += late.as_secs_f64();
+        if let Some(report) = &mut self.pending {
+            report.given_up_s += late.as_secs_f64();
         }
     }
 
-    /// What there is to tell, when it is time.
+    /// Returns the report if there is one and a second has passed since the last.
     pub(super) fn due(&mut self, now: Duration) -> Option<Box<Overruns>> {
         if self.pending.is_none() || now < self.next {
             return None;
@@ -102,7 +102,7 @@ impl MissedDeadlines {
         self.pending.take()
     }
 
-    /// What there is to tell, now: steps are about to begin anew, or to end.
+    /// Returns the pending report at once, before a reset or the end of the run.
     pub(super) fn rest(&mut self) -> Option<Box<Overruns>> {
         self.pending.take()
     }
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn val_causes_are_told_apart() {
+    fn val_causes_of_missed_deadlines_are_distinguished() {
         let cause = |timings: StepTimings, woke, processor| timings.cause(MS * 10, MS * 20, wake_up(woke, processor));
         let busy = StepTimings { began: wake_up(9, 5), ..StepTimings::default() };
         assert_eq!(cause(StepTimings { ready: true, ..busy }, 20, 6), Cause::Scheduler, "it slept on");
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_misses_are_told_once_a_second_and_bounded() {
+    fn prop_missed_deadlines_are_reported_once_a_second_and_bounded() {
         let mut misses = MissedDeadlines::default();
         let stamp = |step| Stamp { step, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: std::time::SystemTime::UNIX_EPOCH };
         assert!(misses.due(MS).is_none());
@@ -145,10 +145,10 @@ mod tests {
             misses.note(&stamp(step), 1, MS * (step as u32 + 2), cause);
         }
         misses.given_up(MS * 3);
-        let told = misses.due(MS * 2).unwrap_or_default();
-        assert_eq!((told.count, told.first_step, told.misses.len(), told.causes.len()), (10_000, 1, ONE_BY_ONE, 2));
-        assert_eq!((told.worst_s, told.given_up_s), (10.001, 0.003));
-        assert_eq!(told.causes.iter().map(|sum| sum.count).sum::<u64>(), told.count);
+        let report = misses.due(MS * 2).unwrap_or_default();
+        assert_eq!((report.count, report.first_step, report.misses.len(), report.causes.len()), (10_000, 1, ONE_BY_ONE, 2));
+        assert_eq!((report.worst_s, report.given_up_s), (10.001, 0.003));
+        assert_eq!(report.causes.iter().map(|sum| sum.count).sum::<u64>(), report.count);
         misses.note(&stamp(1), 1, MS, Cause::Queue);
         assert!(misses.due(MS * 1001).is_none() && misses.due(MS * 1002).is_some());
     }

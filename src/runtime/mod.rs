@@ -1,4 +1,4 @@
-//! The stepping thread and its queues: pacing by absolute deadlines, commands in, samples out.
+//! The stepping thread and its queues: absolute deadlines, commands in, samples out.
 
 mod approach;
 mod command;
@@ -18,7 +18,7 @@ mod stepping_thread;
 
 pub use approach::{Approach, approach};
 pub use command::{Command, Inbox, ReplyTo, Request, SharedCounters, inbox};
-pub use duration_histogram::DurationHistogram;
+pub use duration_histogram::{DurationHistogram, DurationQuantiles};
 pub use output::{MissedSamples, MissedSamplesByTopic, Outbox, Output, RecordingRequest};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub use rate::{BadRate, PublishRate};

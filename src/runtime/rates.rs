@@ -1,53 +1,53 @@
-//! Which steps are published, topic by topic.
+//! Publishing rates by topic: which steps are published on which topics.
 
 use std::str::FromStr;
 
 use super::rate::PublishRate;
 
-/// Topics of telemetry that have a rate each: displacements, angles, loads, energies.
+/// Number of telemetry topics with a rate: displacements, angles, loads, energies.
 pub const TELEMETRY: usize = 4;
 
-/// How often the topics of telemetry are published.
+/// Publishing rates of the telemetry topics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PublishRates {
-    /// Of `displacements`.
+    /// Rate of `displacements`.
     pub displacements: PublishRate,
-    /// Of `angles`.
+    /// Rate of `angles`.
     pub angles: PublishRate,
-    /// Of `loads`, whose mean torque is over the time between two of them.
+    /// Rate of `loads`; its torque is the mean since the previous message.
     pub loads: PublishRate,
-    /// Of `energies`.
+    /// Rate of `energies`.
     pub energies: PublishRate,
 }
 
-/// Which topics a step is published on.
+/// The topics that a step is published on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct DueTopics {
-    /// On `displacements`.
+    /// Published on `displacements`.
     pub displacements: bool,
-    /// On `angles`.
+    /// Published on `angles`.
     pub angles: bool,
-    /// On `loads`.
+    /// Published on `loads`.
     pub loads: bool,
-    /// On `energies`.
+    /// Published on `energies`.
     pub energies: bool,
 }
 
 impl DueTopics {
-    /// On all of them.
+    /// Published on every topic.
     pub const ALL: DueTopics = DueTopics { displacements: true, angles: true, loads: true, energies: true };
 
-    /// Topic by topic, in the order of the fields.
+    /// The flags in the order of the fields.
     pub fn by_topic(self) -> [bool; TELEMETRY] {
         [self.displacements, self.angles, self.loads, self.energies]
     }
 
-    /// On any of them.
+    /// Whether the step is published at all.
     pub fn any(self) -> bool {
         self.by_topic().contains(&true)
     }
 
-    /// On those that `other` is not.
+    /// The topics of this that `other` lacks.
     pub fn without(self, other: DueTopics) -> DueTopics {
         DueTopics {
             displacements: self.displacements && !other.displacements,
@@ -65,18 +65,18 @@ impl From<PublishRate> for PublishRates {
 }
 
 impl PublishRates {
-    /// Of a scene without angles and loads: the mean torque is taken with displacements.
+    /// Rates for a scene that has no angles and loads: the mean torque follows `displacements`.
     pub fn without_angles_and_loads(self) -> Self {
         PublishRates { energies: self.energies, ..self.displacements.into() }
     }
 
-    /// The rate of every topic under its name.
+    /// Formats the rate of every topic by name, even if all are equal.
     pub fn by_topic(&self) -> String {
         let PublishRates { displacements, angles, loads, energies } = self;
         format!("displacements={displacements},angles={angles},loads={loads},energies={energies}")
     }
 
-    /// What step `step` of size `step_s` is published on.
+    /// Returns the topics that step `step` of size `step_s` is published on.
     pub fn due_topics(&self, step: u64, step_s: f64) -> DueTopics {
         DueTopics {
             displacements: self.displacements.is_due(step, step_s),
@@ -96,7 +96,7 @@ impl std::fmt::Display for PublishRates {
     }
 }
 
-/// Not rates.
+/// The text is not a list of publishing rates.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("a rate ({rate}), or rates of topics: 100,angles=all,loads=20; the topics are displacements, angles, loads and energies", rate = super::BadRate)]
 pub struct BadRates;
@@ -104,8 +104,7 @@ pub struct BadRates;
 impl FromStr for PublishRates {
     type Err = BadRates;
 
-    /// A rate for all topics, rates for single ones, or both: `100,angles=all`. Energies have the rate of loads unless they are
-    /// named themselves.
+    /// Parses one rate for all topics, rates by topic, or both: `100,angles=all`. Energies have the rate of loads unless named.
     fn from_str(text: &str) -> Result<Self, BadRates> {
         let mut rates: Option<PublishRates> = None;
         let mut named = Vec::new();
@@ -136,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_rates_are_read_and_written() {
+    fn val_rates_are_parsed_and_formatted() {
         let [displacements, loads] = [20.0, 100.0].map(PublishRate::Hz);
         let rates = PublishRates { displacements, angles: PublishRate::All, loads, energies: loads };
         for text in ["100,angles=all,displacements=20", "displacements=20,angles=all,loads=100", &rates.to_string()] {
@@ -157,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_step_is_published_where_its_rate_takes_it() {
+    fn prop_a_step_is_published_on_every_topic_whose_rate_is_due() {
         let rates: PublishRates = "angles=500,loads=100,displacements=10,energies=50".parse().unwrap_or(PublishRate::All.into());
         let due = |step| rates.due_topics(step, 1e-3);
         assert!(!due(1).any());

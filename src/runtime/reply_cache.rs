@@ -1,13 +1,13 @@
-//! Which command ids were answered, and how: so that a retry is harmless.
+//! Replies by command id, for deduplication: a retry under the same id is answered from this cache and not applied again.
 
 use std::collections::{HashMap, VecDeque};
 
 use crate::wire::CommandReply;
 
-/// Ids remembered; older ones are forgotten.
+/// Replies kept; the oldest is dropped first.
 const CAPACITY: usize = 65_536;
 
-/// Answers to the last commands that were accepted under an id.
+/// Replies to the last accepted commands, by id.
 #[derive(Debug, Default)]
 pub(crate) struct ReplyCache {
     answers: HashMap<String, CommandReply>,
@@ -15,12 +15,12 @@ pub(crate) struct ReplyCache {
 }
 
 impl ReplyCache {
-    /// The answer that this id was given before.
+    /// The reply that was given under this id, if any.
     pub(crate) fn get(&self, id: &str) -> Option<CommandReply> {
         self.answers.get(id).cloned()
     }
 
-    /// Remembers an answer; an empty id is never remembered.
+    /// Stores a reply, unless its id is empty.
     pub(crate) fn insert(&mut self, reply: &CommandReply) {
         if reply.id.is_empty() {
             return;
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_memory_is_bounded_and_forgets_the_oldest() {
+    fn prop_reply_cache_is_bounded_and_drops_the_oldest() {
         let mut cache = ReplyCache::default();
         for n in 0..CAPACITY + 10 {
             cache.insert(&CommandReply { id: n.to_string(), accepted: true, ..CommandReply::default() });

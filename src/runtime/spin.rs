@@ -1,34 +1,34 @@
-//! How a stepping thread waits for a deadline: it sleeps most of the time, and spins the last stretch.
+//! Busy-waiting before a deadline: the stepping thread sleeps most of the time and spins for the last stretch.
 
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// No spin is longer.
+/// The longest spin a user may set.
 pub(super) const LONGEST_SPIN: Duration = Duration::from_millis(10);
-/// No spin that is_auto the wake-ups is longer: what comes later, the machine has lost.
+/// The longest adaptive spin. It does not try to cover wake-ups that are later: the machine is overloaded then.
 const LONGEST_AUTO_SPIN: Duration = Duration::from_micros(200);
-/// Nor shorter.
+/// The shortest adaptive spin.
 const SHORTEST_AUTO_SPIN: Duration = Duration::from_micros(10);
-/// Nor does one take more than this part of the time between two deadlines.
+/// The adaptive spin takes at most this fraction (1/SHARE) of the time between two deadlines.
 const SHARE: u32 = 5;
-/// One wake-up in so many may come later.
+/// The adaptive spin lets one wake-up in this many come later than its length.
 const RARE: f64 = 1000.0;
-/// By how much a spin gets longer after one that does.
+/// Factor by which the adaptive spin grows after a wake-up that was later.
 const LONGER: f64 = 1.25;
 
-/// How long before a deadline a thread stops sleeping.
+/// Busy-waiting time before each deadline, during which the thread does not sleep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Spin {
-    /// As long as this machine wakes late, as seen at every wake-up.
+    /// Adapts to how late this machine wakes, measured at every wake-up.
     #[default]
     Auto,
-    /// So long.
+    /// A fixed time.
     Fixed(Duration),
 }
 
 impl Spin {
-    /// Never.
+    /// No busy-waiting.
     pub const NONE: Spin = Spin::Fixed(Duration::ZERO);
 }
 
@@ -42,11 +42,11 @@ impl fmt::Display for Spin {
     }
 }
 
-/// How long a thread spins before a deadline.
+/// The current spin of a thread, fixed or adaptive.
 ///
-/// One that is_auto gets longer by a quarter after every wake-up that was later, and shorter after every other by so little that
-/// both cancel out when one in [`RARE`] is later: stochastic approximation (Robbins and Monro 1951) of that quantile's logarithm.
-/// It begins at its longest.
+/// The adaptive spin grows by a quarter after every wake-up later than its length, and shrinks after every other. Both cancel out
+/// when one wake-up in [`RARE`] is later: stochastic approximation (Robbins and Monro 1951) of the logarithm of that quantile. It
+/// starts at its longest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct AdaptiveSpin {
     length_s: f64,
@@ -54,7 +54,7 @@ pub(super) struct AdaptiveSpin {
 }
 
 impl AdaptiveSpin {
-    /// As `spin` says.
+    /// Creates the spin that the options ask for.
     pub(super) fn new(spin: Spin) -> Self {
         let (length, is_auto) = match spin {
             Spin::Fixed(length) => (length, false),
@@ -63,15 +63,15 @@ impl AdaptiveSpin {
         AdaptiveSpin { length_s: length.as_secs_f64(), is_auto }
     }
 
-    /// How long it is when the deadline before was so long ago.
+    /// Returns the spin before a deadline that comes `period` after the last one.
     pub(super) fn length(&self, period: Duration) -> Duration {
         let length = Duration::from_secs_f64(self.length_s);
         if self.is_auto { length.min(period / SHARE) } else { length }
     }
 
-    /// The thread woke so late.
+    /// Learns from a wake-up that was `late`.
     pub(super) fn woke(&mut self, late: Duration) {
-        // What no spin would have caught teaches nothing of how long one should be.
+        // No allowed spin would have covered this wake-up, so it says nothing about the best length.
         if !self.is_auto || late > LONGEST_AUTO_SPIN {
             return;
         }
@@ -80,7 +80,7 @@ impl AdaptiveSpin {
     }
 }
 
-/// Not a spin.
+/// The text is not a spin.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("auto, or a time from 0 to 10ms such as 50us")]
 pub struct BadSpin;
@@ -107,9 +107,10 @@ mod tests {
     const PERIOD: Duration = Duration::from_millis(1);
     const US: f64 = 1e-6;
 
-    /// Wake-ups as late as `late` makes of numbers that are spread evenly from 0 to 1; how many were later than the spin.
+    /// Applies `count` wake-ups whose lateness is `late` of evenly spread numbers from 0 to 1. Returns how many exceeded the
+    /// spin.
     fn wake(spin: &mut AdaptiveSpin, count: u32, late: impl Fn(f64) -> f64) -> u32 {
-        // Steps of the golden ratio.
+        // Multiples of the golden ratio, modulo 1, are evenly spread.
         let even = (1..=count).map(|n| (f64::from(n) * 0.618_033_988_749_894_9).fract());
         even.map(|at| Duration::from_secs_f64(late(at))).fold(0, |missed, late| {
             let length = spin.length(PERIOD);
@@ -118,13 +119,13 @@ mod tests {
         })
     }
 
-    /// Exponentially distributed: one in a thousand is later than ln(1000) = 6.9 times the mean.
+    /// Exponential distribution: one in a thousand is later than ln(1000) = 6.9 times the mean.
     fn exponential(mean_s: f64) -> impl Fn(f64) -> f64 {
         move |at| -mean_s * (1.0 - at).ln()
     }
 
     #[test]
-    fn val_one_wake_up_in_a_thousand_is_later_than_the_spin() {
+    fn val_one_wake_up_in_a_thousand_exceeds_the_adaptive_spin() {
         let mut spin = AdaptiveSpin::new(Spin::Auto);
         wake(&mut spin, 20_000, exponential(8.0 * US));
         let missed = wake(&mut spin, 1_000_000, exponential(8.0 * US));
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn val_a_spin_follows_a_machine_that_wakes_later_at_once_and_a_better_one_in_seconds() {
+    fn val_the_adaptive_spin_grows_at_once_and_shrinks_in_seconds() {
         let mut spin = AdaptiveSpin::new(Spin::Auto);
         wake(&mut spin, 20_000, |_| 20.0 * US);
         assert!(spin.length(PERIOD) < Duration::from_micros(26), "{spin:?}");
@@ -156,13 +157,13 @@ mod tests {
         }
         assert!(spin.length(PERIOD) > LONGEST_AUTO_SPIN * 99 / 100, "{spin:?}");
         assert_eq!(spin.length(PERIOD / 2), PERIOD / 10, "a fifth of the time");
-        let mut told = AdaptiveSpin::new(Spin::Fixed(PERIOD));
-        wake(&mut told, 100, |_| 100.0 * US);
-        assert_eq!(told.length(PERIOD), PERIOD);
+        let mut fixed = AdaptiveSpin::new(Spin::Fixed(PERIOD));
+        wake(&mut fixed, 100, |_| 100.0 * US);
+        assert_eq!(fixed.length(PERIOD), PERIOD);
     }
 
     #[test]
-    fn val_spins_are_read() {
+    fn val_spins_are_parsed() {
         assert_eq!(("0".parse(), "auto".parse()), (Ok(Spin::NONE), Ok(Spin::Auto)));
         assert_eq!("50us".parse(), Ok(Spin::Fixed(Duration::from_micros(50))));
         for text in ["", "-1us", "1s", "50", "fast"] {

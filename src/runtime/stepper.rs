@@ -1,11 +1,11 @@
-//! One simulator on a stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
+//! One simulator on a stepping thread: it takes commands between steps, steps at deadlines and sends samples. It does no I/O.
 
 mod commands;
 mod deadlines;
 mod reporting;
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::command::{Command, SharedCounters};
@@ -17,9 +17,7 @@ use super::rate::PublishRate;
 use super::rates::{DueTopics, PublishRates};
 use super::reply_cache::ReplyCache;
 use super::shadow::ShadowSimulation;
-use super::spin::Spin;
 use super::step_error_histogram::StepErrorHistogram;
-use super::stepping_thread::{ThreadOptions, run_stepping_thread};
 use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 use reporting::STATUS_PERIOD;
@@ -27,26 +25,26 @@ pub(crate) use reporting::unbalanced;
 
 /// Simulated time between two checkpoints, s.
 const CHECKPOINT_PERIOD_S: f64 = 10.0;
-/// Most steps between two looks at the command queue.
+/// Largest number of steps between two looks at the command queue.
 const BURST: u64 = 64;
-/// Most queued commands that are taken before the next step: what comes faster waits, and is refused when the queue is full.
+/// Largest number of commands taken before the next step. Commands that come faster wait, and are refused when the queue is full.
 const COMMANDS_AT_ONCE: usize = 16;
 
-/// How a run is stepped.
+/// Pace, end, publishing rates and deadline policy of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteppingOptions {
-    /// How fast.
+    /// Speed of simulated time.
     pub pace: Pace,
-    /// Simulated time at which the run is finished, s.
+    /// Simulated time at which the run finishes, s.
     pub until_s: Option<f64>,
-    /// Which steps are published.
+    /// Publishing rates.
     pub publish: PublishRates,
-    /// What to do about missed deadlines.
+    /// Policy for missed deadlines.
     pub overrun: Overrun,
 }
 
 impl Default for SteppingOptions {
-    /// Real time without end, published as usual.
+    /// Real time without end, at the default publishing rate.
     fn default() -> Self {
         let publish = PublishRate::DEFAULT.into();
         SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
@@ -56,45 +54,45 @@ impl Default for SteppingOptions {
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ending {
-    /// `until_s` was reached.
+    /// The simulation reached `until_s`.
     Finished,
-    /// A command, a signal or a lost receiver ended it.
+    /// A command, a signal or a lost receiver stopped the run.
     Stopped,
-    /// The simulation could not go on.
+    /// The simulation diverged.
     Diverged(Diverged),
-    /// A deadline was missed, and that was to end it.
+    /// A step missed its deadline under [`Overrun::Stop`].
     Late {
-        /// The step that would have begun late.
+        /// The step that missed its deadline.
         step: u64,
-        /// By how much.
+        /// The lateness.
         late: Duration,
     },
 }
 
-/// A run that is over.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSummary {
-    /// How it ended.
+    /// How the run ended.
     pub ending: Ending,
-    /// Samples that were left out.
+    /// Number of dropped samples.
     pub dropped: u64,
-    /// What the energy balance says of its last epoch.
+    /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
 }
 
-/// What a simulator needs next of its thread.
+/// What a simulator needs next from its thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NextAction {
-    /// To step at this time of the clock.
+    /// A step at this time of the clock.
     Step(Duration),
-    /// To be seen to at this time, or when a command comes.
+    /// Housekeeping at this time, or when a command comes.
     Idle(Duration),
-    /// Nothing any more.
+    /// Nothing: the run has ended.
     Over,
 }
 
 impl NextAction {
-    /// When.
+    /// The time of the next action.
     pub(super) fn at(self) -> Duration {
         match self {
             NextAction::Step(at) | NextAction::Idle(at) => at,
@@ -105,17 +103,17 @@ impl NextAction {
 
 /// The ends of the queues that the stepping thread holds.
 pub struct Ports {
-    /// Commands in.
+    /// Receives commands.
     pub commands: Receiver<Command>,
-    /// Everything out.
+    /// Sends everything to the output thread.
     pub output: Outbox,
-    /// Samples to be filled again: their number bounds what is on its way.
+    /// Receives empty samples. Their number bounds the samples in flight.
     pub pool: Receiver<Arc<Sample>>,
-    /// What is counted across threads.
+    /// The counters shared across threads.
     pub counts: Arc<SharedCounters>,
 }
 
-/// The stepping thread's state.
+/// One simulator with its deadlines, statistics and queues.
 pub struct Stepper {
     simulation: Simulation,
     shadow: Option<ShadowSimulation>,
@@ -124,7 +122,7 @@ pub struct Stepper {
     pacer: Pacer,
     clock: Instant,
     next: NextAction,
-    /// How long its thread spins before a deadline.
+    /// Current busy-waiting time of the thread.
     spin: Duration,
     ending: Option<Ending>,
     lateness: DurationHistogram,
@@ -144,19 +142,19 @@ pub struct Stepper {
     next_checkpoint_s: f64,
     overruns: u64,
     dropped: u64,
-    /// Samples left out that were not told of yet, by topic.
+    /// Dropped samples that are not reported yet, by topic.
     missed: MissedSamplesByTopic,
     accepted: u64,
     rejected: u64,
-    /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
+    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
     worst_out_of_range: f64,
 }
 
 impl Stepper {
-    /// Takes a simulation, and a second one to run beside it.
+    /// Creates a stepper for a simulation and an optional shadow.
     ///
     /// # Errors
-    /// When the lateness histogram cannot be made.
+    /// Fails if a histogram cannot be allocated.
     pub fn new(
         simulation: Simulation,
         shadow: Option<ShadowSimulation>,
@@ -197,7 +195,7 @@ impl Stepper {
         })
     }
 
-    /// Takes up a session: its epoch began at `epoch_start_s` of it, and `answers` were given to the commands before.
+    /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`.
     pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
         self.epoch_start_s = epoch_start_s;
         answers.iter().for_each(|answer| self.replies.insert(answer));
@@ -205,42 +203,32 @@ impl Stepper {
         self
     }
 
-    /// Steps until the end on this thread, without any claim on it.
-    ///
-    /// Returns how it ended; `None` only if the thread that steps is gone.
-    pub fn run(self) -> Option<RunSummary> {
-        let (told, heard) = channel();
-        let finish = Box::new(move |ended| drop(told.send(ended)));
-        run_stepping_thread(vec![(self, finish)], ThreadOptions { spin: Spin::NONE, realtime: false });
-        heard.recv().ok()
-    }
-
-    /// Whether it has to wait for any.
+    /// Whether steps have deadlines.
     pub(super) fn has_deadlines(&self) -> bool {
         self.stepping.pace != Pace::Max
     }
 
-    /// What it needs next.
+    /// What the simulator needs next.
     pub(super) fn next(&self) -> NextAction {
         self.next
     }
 
-    /// Publishes the first state; deadlines are on `clock`. It is the `index`th of so many on its thread.
+    /// Publishes the first state; deadlines are on `clock`. This is simulator `index` of the `count` on the thread.
     pub(super) fn begin(&mut self, clock: Instant, (index, count): (usize, usize)) {
         self.clock = clock;
         self.ports.counts.wake_with(std::thread::current());
         self.checkpoint();
-        // What was true where a session is taken up was published before.
+        // The state at which a session resumes was published before.
         if !self.resumed {
             let published = self.publish(DueTopics::ALL);
             self.note_result(published);
         }
         self.status(State::Running, String::new());
-        // So that many on one thread do not all report at once.
+        // Spreads the status messages of all simulators on the thread over the status period.
         self.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
     }
 
-    /// From now on, time counts.
+    /// Starts the clock of the deadlines.
     pub(super) fn start(&mut self, now: Duration) {
         self.pacer.anchor(now, self.session_s());
     }
@@ -249,7 +237,7 @@ impl Stepper {
         self.ending = taken.err().map(Ending::Diverged).or(self.ending.take());
     }
 
-    /// Sees to everything but steps; its thread spins for so long.
+    /// Does everything but steps: status, reports, commands. `spin` is the thread's current busy-waiting time.
     pub(super) fn housekeep(&mut self, spin: Duration) {
         let begun = self.clock.elapsed();
         self.spin = spin;
@@ -260,13 +248,13 @@ impl Stepper {
         self.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
-    /// Takes commands, as many as come before `until`.
+    /// Handles the commands that come before `until`.
     pub(super) fn take_commands_until(&mut self, until: Duration) {
         let more = self.take_commands(until);
         self.decide(more);
     }
 
-    /// What is next; `more` commands may be waiting.
+    /// Decides what comes next. `more`: further commands may be waiting.
     fn decide(&mut self, more: bool) {
         self.next = if self.stopping || self.ending.is_some() {
             NextAction::Over
@@ -285,7 +273,7 @@ impl Stepper {
         }
     }
 
-    /// Ends; the last good state is published whatever the rate.
+    /// Ends the run. Publishes the last good state at any publishing rate.
     pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.ending.take().unwrap_or(Ending::Stopped);
         let (state, message) = match &ending {
@@ -295,7 +283,7 @@ impl Stepper {
         };
         let rest = DueTopics::ALL.without(self.due_topics());
         if rest.any() {
-            // Of a state that cannot be looked at, the last that could was published before.
+            // If this state cannot be observed, the last good one was published already.
             let _ = self.publish(rest);
         }
         self.report_overruns();
@@ -309,7 +297,7 @@ impl Stepper {
         self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
     }
 
-    /// Takes the steps that are due together; it is `now`.
+    /// Takes the steps that are due together at `now`.
     pub(super) fn step(&mut self, now: Duration, wake_up: WakeUp) {
         let count = if self.paused { self.pending_single_steps.min(BURST) } else { self.batch() };
         if let Err(ending) = self.account_lateness(now, wake_up, count) {
@@ -348,12 +336,12 @@ impl Stepper {
         Ok(())
     }
 
-    /// What the present step is published on.
+    /// The topics that the present step is published on.
     fn due_topics(&self) -> DueTopics {
         self.stepping.publish.due_topics(self.simulation.step_count(), self.simulation.step_s())
     }
 
-    /// Simulated time since the session began, through all resets, s.
+    /// Simulated time since the session began, resets included, s.
     fn session_s(&self) -> f64 {
         self.epoch_start_s + self.simulation.time_s()
     }
@@ -368,12 +356,12 @@ impl Stepper {
         }
     }
 
-    /// A lost receiver ends the run.
+    /// Sends to the output thread; a lost receiver ends the run.
     fn send(&mut self, output: Output) {
         self.stopping |= !self.ports.output.send(output);
     }
 
-    /// Sends the present state. Without a free sample in the pool: in real time drops and counts, otherwise waits.
+    /// Publishes the present state. With an empty pool, a paced run drops the sample and counts it; an unpaced run waits.
     fn publish(&mut self, due: DueTopics) -> Result<(), Diverged> {
         let begun = self.clock.elapsed();
         let published = self.send_sample(due);
@@ -392,7 +380,7 @@ impl Stepper {
             }
             return Ok(());
         };
-        // Nobody else has it: nothing is cloned.
+        // The pool holds the only reference, so nothing is cloned.
         let sample = Arc::make_mut(&mut free);
         sample.observation.clone_from(self.simulation.observe()?);
         self.worst_out_of_range = self.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
@@ -421,7 +409,7 @@ impl Stepper {
         self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
     }
 
-    /// Takes commands, as many as come before `until`; whether more may be waiting.
+    /// Handles commands that come before `until`; returns whether more may be waiting.
     fn take_commands(&mut self, until: Duration) -> bool {
         for _ in 0..COMMANDS_AT_ONCE {
             if until < Duration::MAX && self.clock.elapsed() >= until {

@@ -1,4 +1,4 @@
-//! The thread that steps: it waits for the next deadline, lets every simulator step that is due, and sees to commands between.
+//! The stepping thread: it waits for the next deadline, lets every simulator that is due step, and does the housekeeping between.
 
 use std::sync::Once;
 use std::thread;
@@ -10,30 +10,30 @@ use super::realtime;
 use super::spin::{AdaptiveSpin, Spin};
 use super::stepper::{NextAction, RunSummary, Stepper};
 
-/// Longer waits can be ended by a command.
+/// Commands can interrupt waits that are longer than this.
 const INTERRUPTIBLE_WAIT: Duration = Duration::from_millis(5);
-/// How long before a deadline they end at the latest.
+/// An interruptible wait ends this long before the deadline.
 const INTERRUPTIBLE_MARGIN: Duration = Duration::from_millis(2);
 
-/// A command is taken in less: none is begun so shortly before a deadline.
+/// Upper bound for handling a command: none is begun this close to a deadline.
 const COMMAND_TIME: Duration = Duration::from_micros(10);
 
-/// What is so for one stepping thread is so for all of the process, and told once.
+/// The real-time settings hold for the whole process, so they are logged once.
 static LOGGED: Once = Once::new();
 
-/// How a stepping thread wakes.
+/// How the stepping thread waits and is scheduled.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ThreadOptions {
-    /// How long it spins before a deadline.
+    /// Busy-waiting time before a deadline.
     pub spin: Spin,
-    /// Whether it asks the system for real-time scheduling and locked memory.
+    /// Whether to request real-time scheduling and locked memory.
     pub realtime: bool,
 }
 
-/// Called with how a run ended.
+/// Called with the result of a run.
 pub type Finish = Box<dyn FnOnce(RunSummary) + Send>;
 
-/// Steps all of them to their ends, on this thread.
+/// Runs all simulators on this thread until each has ended.
 pub fn run_stepping_thread(steppers: Vec<(Stepper, Finish)>, options: ThreadOptions) {
     let paced = steppers.iter().any(|(stepper, _)| stepper.has_deadlines());
     let granted = (paced && options.realtime).then(realtime::ask);
@@ -52,7 +52,7 @@ pub fn run_stepping_thread(steppers: Vec<(Stepper, Finish)>, options: ThreadOpti
     }
 }
 
-/// Readies the thread for deadlines, and says how.
+/// Prepares the thread for deadlines, and logs the settings.
 fn prepare_thread(options: ThreadOptions, granted: Option<&realtime::Granted>) {
     realtime::exact_timers();
     if let Some(granted) = granted {
@@ -60,12 +60,12 @@ fn prepare_thread(options: ThreadOptions, granted: Option<&realtime::Granted>) {
     }
 }
 
-/// The thread's state.
+/// The state of a stepping thread.
 struct SteppingThread {
     steppers: Vec<(Stepper, Finish)>,
     clock: Instant,
     spin: AdaptiveSpin,
-    /// The deadline of the steps taken last.
+    /// The deadline of the last steps.
     last_deadline: Duration,
 }
 
@@ -80,7 +80,7 @@ impl SteppingThread {
         self.do_chores();
     }
 
-    /// To the next deadline, or the next look at what there is to do.
+    /// Waits for the next deadline, or for housekeeping, and does it.
     fn wait_and_step(&mut self) {
         let next = self.steppers.iter().map(|(stepper, _)| stepper.next().at()).min().unwrap_or_default();
         let (now, spin) = (self.clock.elapsed(), self.spin.length(next.saturating_sub(self.last_deadline)));
@@ -104,9 +104,9 @@ impl SteppingThread {
         }
     }
 
-    /// Watches the clock until `next`.
+    /// Busy-waits until `next`.
     fn watch_clock(&self, next: Duration) -> WakeUp {
-        // To ask the system takes longer than a step is late: it is done while there is time, and what is spun is added.
+        // Reading the processor time takes longer than a step is late. It is read before the wait, and the time spun is added.
         let processor = realtime::processor_time();
         let begun = self.clock.elapsed();
         loop {
@@ -119,7 +119,7 @@ impl SteppingThread {
     }
 
     fn step(&mut self, deadline: Duration, wake_up: WakeUp) {
-        // The look at the clock that ended the wait says when the first step begins.
+        // The clock reading that ended the wait is the start of the first step.
         let mut now = wake_up.woke;
         for (stepper, _) in &mut self.steppers {
             if matches!(stepper.next(), NextAction::Step(due) if due <= wake_up.woke) {
@@ -137,7 +137,7 @@ impl SteppingThread {
         self.remove_finished();
     }
 
-    /// Takes leave of those that are at their ends.
+    /// Removes the simulators that have ended.
     fn remove_finished(&mut self) {
         for (mut stepper, finish) in self.steppers.extract_if(.., |(stepper, _)| matches!(stepper.next(), NextAction::Over)) {
             finish(stepper.end());

@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::mpsc::{channel, sync_channel};
 use std::time::Duration;
 
-use flexcrank::runtime::{Outbox, Output, Pace, Ports, PublishRate, PublishRates, Stepper, SteppingOptions, inbox};
+use flexcrank::runtime::{
+    Outbox, Output, Pace, Ports, PublishRate, PublishRates, Spin, Stepper, SteppingOptions, ThreadOptions, inbox,
+    run_stepping_thread,
+};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{Angles, Energies, Gap, Loads, Stamp};
 
@@ -44,16 +47,20 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
 }
 
 #[test]
-fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
+fn prop_samples_dropped_by_an_empty_pool_are_reported_by_topic() -> Outcome {
     let simulation = Simulation::new(&scene(&[])?.scene)?;
-    let (door, commands) = inbox();
-    let (output, told) = channel();
+    let (inbox, commands) = inbox();
+    let (output, outputs) = channel();
     let (_no_samples, pool) = sync_channel(1);
-    let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: door.counts() };
+    let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: inbox.counts() };
     let publish = "all,loads=100,energies=10".parse::<PublishRates>()?;
     let stepping = SteppingOptions { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..SteppingOptions::default() };
-    let dropped = Stepper::new(simulation, None, stepping, ports)?.run().map_or(0, |ended| ended.dropped);
-    let missed: Vec<_> = told
+    let (finish, finished) = channel();
+    let stepper = Stepper::new(simulation, None, stepping, ports)?;
+    let options = ThreadOptions { spin: Spin::NONE, realtime: false };
+    run_stepping_thread(vec![(stepper, Box::new(move |summary| drop(finish.send(summary))))], options);
+    let dropped = finished.recv()?.dropped;
+    let missed: Vec<_> = outputs
         .try_iter()
         .filter_map(|(_, output)| if let Output::MissedSamples(missed, _) = output { Some(missed) } else { None })
         .collect();

@@ -1,4 +1,4 @@
-//! Commands judged, applied between steps, and answered.
+//! Commands: checked, deduplicated, applied between steps, and answered.
 
 use std::time::Duration;
 
@@ -9,11 +9,11 @@ use crate::runtime::rates::DueTopics;
 use crate::simulation::{Effective, Stamp};
 use crate::wire::{self, AppliedCommand, CommandReply, applied_command, control};
 
-/// Most steps that one `step` command may ask for.
+/// Largest count of one `step` command.
 const STEPS_LIMIT: u64 = 1_000_000_000;
 
 impl Stepper {
-    /// Judges a command, applies it, and sends the answer on its way.
+    /// Checks and applies a command, and sends its reply.
     pub(super) fn handle_command(&mut self, command: Command) {
         let Command { id, request, reply } = command;
         let stamp = self.stamp();
@@ -55,16 +55,16 @@ impl Stepper {
                 let begins = matches!(action, control::Action::StartRecording(_));
                 self.send(Output::Recording(RecordingRequest { action, answer, reply, stamp }));
                 if begins {
-                    // So that the recording can be re-simulated from its first message on.
+                    // With a checkpoint, the recording can be re-simulated from its first message on.
                     self.checkpoint();
                 }
             }
             _ => self.send(Output::Answer(answer, reply, recorded, stamp)),
         }
         if begins_anew {
-            // After the command that caused it, so that a recording can be computed again in its own order.
+            // The checkpoint follows the command that caused it, so that a recording can be re-simulated in its own order.
             self.checkpoint();
-            // The start was looked at when the simulation was built: it can be again.
+            // The start was observed when the simulation was built, so it can be observed again.
             let _ = self.publish(DueTopics::ALL);
         }
     }
@@ -108,7 +108,7 @@ impl Stepper {
     }
 
     fn reset(&mut self) -> Result<&'static str, String> {
-        // Steps begin anew: what is missing must be told by the old count.
+        // Steps are counted anew after a reset, so dropped samples are reported before it.
         self.report_missed_samples();
         self.report_overruns();
         let session_s = self.session_s();
@@ -124,7 +124,7 @@ impl Stepper {
     }
 }
 
-/// The record of a command that took effect.
+/// The message that records a command.
 fn applied(answer: &CommandReply, request: &Request, stamp: &Stamp) -> AppliedCommand {
     let command = match request {
         Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&answer.id, pulse)),

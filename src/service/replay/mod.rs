@@ -14,7 +14,7 @@ use std::time::Duration;
 use super::{OnStatus, ServiceError};
 use crate::bus::{BusError, Name, ReplayEndpoint, ServiceEndpoint, Session, client};
 use crate::recording::RecordingFile;
-use crate::runtime::ReplyTo;
+use crate::runtime::{DurationQuantiles, ReplyTo};
 use crate::wire::replay_control;
 use player::Player;
 use route::Routes;
@@ -87,7 +87,7 @@ pub struct ReplayReport {
     /// Recorded over wall time from the first message to the last, pauses and jumps left out.
     pub achieved_rate: Option<f64>,
     /// How late puts began, against their deadlines: quantiles 0.5, 0.99, 0.999 and the largest, s.
-    pub lateness_s: Option<[f64; 4]>,
+    pub lateness: Option<DurationQuantiles>,
     /// How often it fell behind by more than a second, and went on from there without catching up.
     pub slips: u64,
     /// Whether the recording ended early.

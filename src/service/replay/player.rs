@@ -344,7 +344,7 @@ impl<'a> Player<'a> {
 
     fn status(&mut self, state: State) {
         self.next_status = self.clock.elapsed() + STATUS_PERIOD;
-        let [p50, p99, p999, max] = self.lateness.quantiles_s().map_or([None; 4], |quantiles| quantiles.map(Some));
+        let lateness = self.lateness.quantiles();
         let file = file_name(&self.replay.file);
         let status = Status {
             stamp: Some(wire::Stamp {
@@ -354,10 +354,10 @@ impl<'a> Player<'a> {
             }),
             state: state.into(),
             real_time_factor: self.timeline.achieved_rate(),
-            lateness_p50_s: p50,
-            lateness_p99_s: p99,
-            lateness_p999_s: p999,
-            lateness_max_s: max,
+            lateness_p50_s: lateness.map(|all| all.p50_s),
+            lateness_p99_s: lateness.map(|all| all.p99_s),
+            lateness_p999_s: lateness.map(|all| all.p999_s),
+            lateness_max_s: lateness.map(|all| all.max_s),
             message: format!("replaying {file}"),
             replay: Some(wire::Replay {
                 file,
@@ -378,7 +378,7 @@ impl<'a> Player<'a> {
             name,
             messages: self.messages,
             achieved_rate: self.timeline.achieved_rate(),
-            lateness_s: self.lateness.quantiles_s(),
+            lateness: self.lateness.quantiles(),
             slips: self.timeline.slips,
             cut_off: self.source.is_cut_off(),
             left_out: Vec::new(),
