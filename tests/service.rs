@@ -139,6 +139,27 @@ fn prop_recordings_start_and_stop_by_name() -> Outcome {
 }
 
 #[test]
+fn regress_a_refused_recording_command_is_not_counted_or_repeated_as_accepted() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    let start = Action::StartRecording(wire::StartRecording { name: "second".to_owned() });
+    let command = wire::Control { id: "while recording".to_owned(), action: Some(start) };
+    for attempt in ["first", "retry"] {
+        let reply = client::control(&service.client, &service.name, &command)?;
+        assert!(!reply.accepted && reply.reason.contains("already"), "{attempt}: {reply:?}");
+    }
+    let stop = wire::Control { id: "once".to_owned(), action: Some(Action::StopRecording(wire::StopRecording {})) };
+    assert!(client::control(&service.client, &service.name, &stop)?.accepted);
+    let retry = client::control(&service.client, &service.name, &stop)?;
+    assert!(retry.accepted && retry.reason.contains("repetition"), "{retry:?}");
+    let snapshot = || client::snapshot(&service.client, &service.name).and_then(|snapshot| snapshot.status);
+    let status = std::iter::from_fn(|| Some(snapshot())).flatten().find(|status| status.recording.is_none());
+    let counted = status.map(|status| (status.commands_accepted, status.commands_rejected));
+    assert_eq!(counted, Some((1, 2)), "a repetition is neither");
+    service.stop()?;
+    Ok(())
+}
+
+#[test]
 fn prop_a_cut_off_recording_is_read_up_to_the_cut() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Max, Some(5.0), PublishRate::All)?;
     let (_, folder) = service.finish()?;

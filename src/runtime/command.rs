@@ -2,9 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Thread;
 
+use super::reply_cache::ReplyCache;
 use crate::simulation::PulseRequest;
 use crate::wire::{CommandReply, control};
 
@@ -37,21 +38,23 @@ pub struct Command {
 #[derive(Clone)]
 pub struct Inbox {
     queue: SyncSender<Command>,
-    counts: Arc<SharedCounters>,
+    shared: Arc<SharedState>,
 }
 
-/// Counters and flags that the bus, the output thread and the stepping thread share.
+/// Counters, replies and requests that the bus, the stepping thread and the output thread share.
 #[derive(Debug, Default)]
-pub struct SharedCounters {
+pub struct SharedState {
     waiting: AtomicUsize,
+    accepted: AtomicU64,
     rejected: AtomicU64,
     dropped: AtomicU64,
     checkpoint_wanted: AtomicBool,
+    replies: Mutex<ReplyCache>,
     /// The stepping thread, to be woken by a command.
     thread: OnceLock<Thread>,
 }
 
-impl SharedCounters {
+impl SharedState {
     /// Sets the stepping thread: a new command wakes it.
     pub(super) fn wake_with(&self, thread: Thread) {
         // The thread is set once.
@@ -68,7 +71,38 @@ impl SharedCounters {
         self.checkpoint_wanted.load(Ordering::Relaxed) && self.checkpoint_wanted.swap(false, Ordering::Relaxed)
     }
 
-    /// Commands refused before they reached the stepping thread: undecodable, or the queue was full.
+    /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again.
+    pub fn reply_to_retry(&self, id: &str) -> Option<CommandReply> {
+        let reply = self.replies().get(id)?;
+        Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply })
+    }
+
+    /// Remembers the reply to a command that was accepted before this run, so that a retry is not applied again.
+    pub(super) fn remember(&self, reply: &CommandReply) {
+        self.replies().insert(reply);
+    }
+
+    /// Counts and remembers a command as accepted.
+    pub fn count_accepted(&self, reply: &CommandReply) {
+        self.accepted.fetch_add(1, Ordering::Relaxed);
+        self.replies().insert(reply);
+    }
+
+    /// Counts a command as refused.
+    pub fn count_rejected(&self) {
+        self.rejected.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn replies(&self) -> MutexGuard<'_, ReplyCache> {
+        self.replies.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Commands accepted in this run.
+    pub fn accepted(&self) -> u64 {
+        self.accepted.load(Ordering::Relaxed)
+    }
+
+    /// Commands refused in this run.
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)
     }
@@ -92,35 +126,35 @@ impl SharedCounters {
 /// Creates the command queue and returns both of its ends.
 pub fn inbox() -> (Inbox, Receiver<Command>) {
     let (queue, commands) = sync_channel(QUEUE);
-    (Inbox { queue, counts: Arc::default() }, commands)
+    (Inbox { queue, shared: Arc::default() }, commands)
 }
 
 impl Inbox {
-    /// The counters that this queue shares.
-    pub fn counts(&self) -> Arc<SharedCounters> {
-        Arc::clone(&self.counts)
+    /// The state shared with the stepping thread and the output thread.
+    pub fn shared(&self) -> Arc<SharedState> {
+        Arc::clone(&self.shared)
     }
 
     /// Queues a command for the stepping thread. Refuses it at once if the queue is full or the run has ended.
     pub fn submit(&self, command: Command) {
-        if self.counts.waiting.fetch_add(1, Ordering::Relaxed) >= QUEUE {
+        if self.shared.waiting.fetch_add(1, Ordering::Relaxed) >= QUEUE {
             return self.turn_away(command, "too many commands are waiting");
         }
         match self.queue.try_send(command) {
-            Ok(()) => self.counts.thread.get().map_or((), Thread::unpark),
+            Ok(()) => self.shared.thread.get().map_or((), Thread::unpark),
             Err(TrySendError::Full(command)) => self.turn_away(command, "too many commands are waiting"),
             Err(TrySendError::Disconnected(command)) => self.turn_away(command, "the run is over"),
         }
     }
 
     fn turn_away(&self, command: Command, reason: &str) {
-        self.counts.answered();
+        self.shared.answered();
         self.refuse(command.id, reason.to_owned(), command.reply);
     }
 
     /// Refuses a command that is not queued, and counts the refusal.
     pub fn refuse(&self, id: String, reason: String, reply: ReplyTo) {
-        self.counts.rejected.fetch_add(1, Ordering::Relaxed);
+        self.shared.count_rejected();
         reply(CommandReply { id, accepted: false, reason, ..CommandReply::default() });
     }
 }

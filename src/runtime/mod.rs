@@ -17,7 +17,7 @@ mod stepper;
 mod stepping_thread;
 
 pub use approach::{Approach, approach};
-pub use command::{Command, Inbox, ReplyTo, Request, SharedCounters, inbox};
+pub use command::{Command, Inbox, ReplyTo, Request, SharedState, inbox};
 pub use duration_histogram::{DurationHistogram, DurationQuantiles};
 pub use output::{MissedSamples, MissedSamplesByTopic, Outbox, Output, RecordingRequest};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};

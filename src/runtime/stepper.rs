@@ -8,14 +8,13 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
-use super::command::{Command, SharedCounters};
+use super::command::{Command, SharedState};
 use super::duration_histogram::DurationHistogram;
 use super::missed_deadlines::{MissedDeadlines, StepTimings, WakeUp};
 use super::output::{MissedSamples, MissedSamplesByTopic, Outbox, Output};
 use super::pacer::{Overrun, Pace, Pacer};
 use super::rate::PublishRate;
 use super::rates::{DueTopics, PublishRates};
-use super::reply_cache::ReplyCache;
 use super::shadow::ShadowSimulation;
 use super::step_error_histogram::StepErrorHistogram;
 use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
@@ -109,8 +108,8 @@ pub struct Ports {
     pub output: Outbox,
     /// Receives empty samples. Their number bounds the samples in flight.
     pub pool: Receiver<Arc<Sample>>,
-    /// The counters shared across threads.
-    pub counts: Arc<SharedCounters>,
+    /// The state shared with the bus and the output thread.
+    pub shared: Arc<SharedState>,
 }
 
 /// One simulator with its deadlines, statistics and queues.
@@ -132,7 +131,6 @@ pub struct Stepper {
     misses: MissedDeadlines,
     pacing_epoch: u64,
     given_up: Duration,
-    replies: ReplyCache,
     paused: bool,
     pending_single_steps: u64,
     stopping: bool,
@@ -144,8 +142,6 @@ pub struct Stepper {
     dropped: u64,
     /// Dropped samples that are not reported yet, by topic.
     missed: MissedSamplesByTopic,
-    accepted: u64,
-    rejected: u64,
     /// Largest published deflection over length that exceeded the model's range; 0 if none did.
     worst_out_of_range: f64,
 }
@@ -178,7 +174,6 @@ impl Stepper {
             misses: MissedDeadlines::default(),
             pacing_epoch: 0,
             given_up: Duration::ZERO,
-            replies: ReplyCache::default(),
             paused: false,
             pending_single_steps: 0,
             stopping: false,
@@ -189,8 +184,6 @@ impl Stepper {
             overruns: 0,
             dropped: 0,
             missed: MissedSamplesByTopic::default(),
-            accepted: 0,
-            rejected: 0,
             worst_out_of_range: 0.0,
         })
     }
@@ -198,7 +191,7 @@ impl Stepper {
     /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`.
     pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
         self.epoch_start_s = epoch_start_s;
-        answers.iter().for_each(|answer| self.replies.insert(answer));
+        answers.iter().for_each(|answer| self.ports.shared.remember(answer));
         self.resumed = true;
         self
     }
@@ -216,7 +209,7 @@ impl Stepper {
     /// Publishes the first state; deadlines are on `clock`. This is simulator `index` of the `count` on the thread.
     pub(super) fn begin(&mut self, clock: Instant, (index, count): (usize, usize)) {
         self.clock = clock;
-        self.ports.counts.wake_with(std::thread::current());
+        self.ports.shared.wake_with(std::thread::current());
         self.checkpoint();
         // The state at which a session resumes was published before.
         if !self.resumed {
@@ -398,7 +391,7 @@ impl Stepper {
     }
 
     fn checkpoint_if_due(&mut self) {
-        if self.session_s() >= self.next_checkpoint_s || self.ports.counts.take_checkpoint_wanted() {
+        if self.session_s() >= self.next_checkpoint_s || self.ports.shared.take_checkpoint_wanted() {
             self.checkpoint();
         }
     }

@@ -167,7 +167,7 @@ impl RunningSimulation {
         let RunSummary { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
-        let dropped = lost + self.inbox.counts().dropped();
+        let dropped = lost + self.inbox.shared().dropped();
         Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, encoded: closed.encoded })
     }
 }
@@ -226,7 +226,7 @@ impl Group {
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
         let output_worker = output_worker(session, live, &simulation, &inbox, to_pool)?;
         let output = Outbox::new(self.output.clone(), self.workers.len());
-        let ports = Ports { commands, output, pool, counts: inbox.counts() };
+        let ports = Ports { commands, output, pool, shared: inbox.shared() };
         let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
         if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
             stepper = stepper.resumed(epoch_start_s, &answers);
@@ -275,7 +275,7 @@ fn output_worker(
         target,
         recorder,
         pool,
-        counts: inbox.counts(),
+        shared: inbox.shared(),
         on_status: live.on_status,
         finished_recordings: Vec::new(),
         encoded: 0,

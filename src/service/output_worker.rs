@@ -11,7 +11,7 @@ use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry, Topic};
 use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, place};
-use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedCounters, TELEMETRY};
+use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedState, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
 
@@ -66,7 +66,7 @@ pub(super) struct OutputWorker {
     pub target: RecordingTarget,
     pub recorder: Option<Recorder>,
     pub pool: SyncSender<Arc<Sample>>,
-    pub counts: Arc<SharedCounters>,
+    pub shared: Arc<SharedState>,
     pub on_status: OnStatus,
     pub finished_recordings: Vec<Result<Written, RecordingError>>,
     /// Messages encoded so far.
@@ -109,7 +109,7 @@ impl OutputWorker {
             Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || shadow.encode_to_vec()),
             Output::Status(status, stamp) => self.status(*status, &stamp),
             Output::Answer(reply, reply_to, applied, stamp) => {
-                self.counts.answered();
+                self.shared.answered();
                 reply_to(reply);
                 if let Some(applied) = applied {
                     self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
@@ -127,7 +127,7 @@ impl OutputWorker {
     fn check_recording_full(&mut self) {
         let recording_full = self.recorder.as_ref().is_some_and(Recorder::is_full);
         if recording_full && !self.recording_full {
-            self.counts.want_checkpoint();
+            self.shared.want_checkpoint();
         }
         self.recording_full = recording_full;
     }
@@ -171,6 +171,7 @@ impl OutputWorker {
         }
         status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
         status.drops = self.drops.totals();
+        (status.commands_accepted, status.commands_rejected) = (self.shared.accepted(), self.shared.rejected());
         (self.on_status)(&status);
         let payload = status.encode_to_vec();
         self.publish_and_record(Topic::Status, stamp, payload.clone().into(), || payload);
@@ -189,7 +190,7 @@ impl OutputWorker {
         self.publish_and_record(topic, stamp, SnapshotEntry::Number, make);
     }
 
-    /// SharedCounters a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
+    /// SharedState a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
     /// kept of the one before.
     fn publish_and_record(
         &mut self,
@@ -221,7 +222,7 @@ impl OutputWorker {
         self.last_stamp = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
         if !recorder.record(self.message(chunk, schema, payload, stamp)) && !self.check_recording_ended() {
-            self.counts.count_dropped();
+            self.shared.count_dropped();
             self.drops.count_unrecorded(chunk, stamp);
         }
     }
@@ -290,6 +291,10 @@ impl OutputWorker {
     /// Does what the request asks for the recording, then answers.
     fn recording(&mut self, request: RecordingRequest) {
         let RecordingRequest { action, answer, reply, stamp } = request;
+        if let Some(reply_again) = self.shared.reply_to_retry(&answer.id) {
+            self.shared.answered();
+            return reply(reply_again);
+        }
         let done = match &action {
             Action::StartRecording(start) => self.start_recording(&start.name),
             _ => self.stop_recording(),
@@ -299,12 +304,15 @@ impl OutputWorker {
             Err(reason) => CommandReply { id: answer.id, accepted: false, reason, ..CommandReply::default() },
         };
         if answer.accepted {
+            self.shared.count_accepted(&answer);
             let control = wire::Control { id: answer.id.clone(), action: Some(action) };
             let command = Some(applied_command::Command::Control(control));
             let applied = AppliedCommand { stamp: Some(wire::stamp(&stamp)), reply: Some(answer.clone()), command };
             self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
+        } else {
+            self.shared.count_rejected();
         }
-        self.counts.answered();
+        self.shared.answered();
         reply(answer);
     }
 

@@ -52,7 +52,7 @@ fn prop_samples_dropped_by_an_empty_pool_are_reported_by_topic() -> Outcome {
     let (inbox, commands) = inbox();
     let (output, outputs) = channel();
     let (_no_samples, pool) = sync_channel(1);
-    let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: inbox.counts() };
+    let ports = Ports { commands, output: Outbox::new(output, 0), pool, shared: inbox.shared() };
     let publish = "all,loads=100,energies=10".parse::<PublishRates>()?;
     let stepping = SteppingOptions { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..SteppingOptions::default() };
     let (finish, finished) = channel();

@@ -7,7 +7,7 @@ use crate::runtime::command::{Command, Request};
 use crate::runtime::output::{Output, RecordingRequest};
 use crate::runtime::rates::DueTopics;
 use crate::simulation::{Effective, Stamp};
-use crate::wire::{self, AppliedCommand, CommandReply, applied_command, control};
+use crate::wire::{self, AppliedCommand, CommandReply, applied_command, control::Action};
 
 /// Largest count of one `step` command.
 const STEPS_LIMIT: u64 = 1_000_000_000;
@@ -17,9 +17,8 @@ impl Stepper {
     pub(super) fn handle_command(&mut self, command: Command) {
         let Command { id, request, reply } = command;
         let stamp = self.stamp();
-        if let Some(mut answer) = self.replies.get(&id) {
-            "a repetition: applied once".clone_into(&mut answer.reason);
-            return self.send(Output::Answer(answer, reply, None, stamp));
+        if let Some(reply_again) = self.ports.shared.reply_to_retry(&id) {
+            return self.send(Output::Answer(reply_again, reply, None, stamp));
         }
         let verdict = match &request {
             Request::Torque(pulse) => {
@@ -27,12 +26,13 @@ impl Stepper {
             }
             Request::Control(action) => self.control(action),
         };
+        // The output thread decides, counts and remembers commands that start or stop a recording.
+        let decides_here = !matches!(&request, Request::Control(Action::StartRecording(_) | Action::StopRecording(_)));
         let (answer, recorded) = match verdict {
             Ok((Effective { step, sim_time_s }, reason)) => {
                 if let (Request::Torque(pulse), Some(shadow)) = (&request, &mut self.shadow) {
                     shadow.add_pulse(pulse);
                 }
-                self.accepted += 1;
                 let answer = CommandReply {
                     id,
                     accepted: true,
@@ -40,19 +40,21 @@ impl Stepper {
                     effective_step: step,
                     effective_sim_time_s: sim_time_s,
                 };
-                self.replies.insert(&answer);
+                if decides_here {
+                    self.ports.shared.count_accepted(&answer);
+                }
                 let recorded = applied(&answer, &request, &stamp);
                 (answer, Some(Box::new(recorded)))
             }
             Err(reason) => {
-                self.rejected += 1;
+                self.ports.shared.count_rejected();
                 (CommandReply { id, accepted: false, reason, ..CommandReply::default() }, None)
             }
         };
-        let begins_anew = answer.accepted && matches!(&request, Request::Control(control::Action::Reset(_)));
+        let begins_anew = answer.accepted && matches!(&request, Request::Control(Action::Reset(_)));
         match request {
-            Request::Control(action @ (control::Action::StartRecording(_) | control::Action::StopRecording(_))) => {
-                let begins = matches!(action, control::Action::StartRecording(_));
+            Request::Control(action @ (Action::StartRecording(_) | Action::StopRecording(_))) => {
+                let begins = matches!(action, Action::StartRecording(_));
                 self.send(Output::Recording(RecordingRequest { action, answer, reply, stamp }));
                 if begins {
                     // With a checkpoint, the recording can be re-simulated from its first message on.
@@ -69,8 +71,7 @@ impl Stepper {
         }
     }
 
-    fn control(&mut self, action: &control::Action) -> Result<(Effective, &'static str), String> {
-        use control::Action;
+    fn control(&mut self, action: &Action) -> Result<(Effective, &'static str), String> {
         let reason = match action {
             Action::Pause(_) if self.paused => "was paused already",
             Action::Pause(_) => self.pause(),
