@@ -1,16 +1,17 @@
-//! Recordings put back on a real bus: whole, in command, steered from outside.
+//! Recordings put back on a real bus: whole, in order, steered from outside.
 
 mod common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use common::{Outcome, Service, scene};
-use flexcrank::bus::{self, BusError, Name, Session, Topic, client};
+use flexcrank::bus::{self, BusError, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::RecordingFile;
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::service::{ReplayAction, ReplayCommand, ReplayOptions, ReplayReport, ServiceError, replay};
@@ -73,7 +74,7 @@ impl Playing {
 /// Key, encoding, payload.
 type Sample = (String, String, Vec<u8>);
 
-/// Everything heard on some keys, in command.
+/// Everything heard on some keys, in order.
 type Heard = Arc<Mutex<Vec<Sample>>>;
 
 fn listen(session: &Session, key: &str) -> Result<Heard, Box<dyn std::error::Error>> {
@@ -401,5 +402,37 @@ fn prop_a_damaged_chunk_is_told_with_its_place() -> Outcome {
     let source = RecordingFile::open(&file)?;
     let error = source.messages_from(0)?.find_map(Result::err).ok_or("nothing was noticed")?;
     assert!(error.to_string().contains("the chunk at byte"), "{error}");
+    Ok(())
+}
+
+/// A replay as a process, so that its log can be read: refusals that nobody waits for are at most one line a second.
+#[test]
+fn regress_refusals_of_replay_commands_are_rate_limited() -> Outcome {
+    let (file, _folder) = recording()?;
+    let endpoint = format!("tcp/{}", std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?);
+    let replay = Command::new(env!("CARGO_BIN_EXE_flexcrank"))
+        .args(["replay", "--name", "ghost", "--start-paused", "--listen", &endpoint])
+        .arg(&file)
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let begun = Instant::now();
+    let client = loop {
+        match (BusOptions { connect: vec![endpoint.clone()], ..BusOptions::default() }).open_client() {
+            Ok(client) => break client,
+            Err(error) if begun.elapsed() > PATIENCE => return Err(error.into()),
+            Err(_) => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    client::wait_for_service(&client, &ghost())?;
+    for _ in 0..100 {
+        client::put(&client, &ghost().replay(), b"no command", "flexcrank.v1.ReplayControl")?;
+    }
+    let stop = ReplayControl { id: String::new(), action: Some(replay_control::Action::Stop(wire::Stop {})) };
+    assert!(client::replay_control(&client, &ghost(), &stop)?.accepted);
+    bus::close(&client)?;
+    let log = String::from_utf8(replay.wait_with_output()?.stderr)?;
+    let lines = log.lines().filter(|line| line.contains("a command was refused")).count() as u64;
+    assert!((1..=1 + begun.elapsed().as_secs()).contains(&lines), "{lines} lines:\n{log}");
     Ok(())
 }

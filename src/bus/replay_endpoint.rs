@@ -1,4 +1,4 @@
-//! A replayer's side of its remote control: `…/replay`, and what makes sense of `…/control`.
+//! A replay's commands on the bus: `…/replay`, and those of `…/control` that make sense for a replay.
 
 use std::sync::Arc;
 
@@ -10,48 +10,46 @@ use zenoh::{Session, Wait};
 
 use super::BusError;
 use super::keys::Name;
+use super::refusal_log::RefusalLog;
 use super::service_endpoint::{admitted, answer, decode, protobuf};
 use crate::runtime::ReplyTo;
 use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, replay_control::Action};
 
-/// Takes an order: its id, what it asks for, and where the answer goes.
-pub type Take = Arc<dyn Fn(String, Action, ReplyTo) + Send + Sync>;
+/// Handles a command: its id, its action, and the callback for the reply.
+pub type HandleCommand = Arc<dyn Fn(String, Action, ReplyTo) + Send + Sync>;
 
-/// From a payload to an id and an order; on failure, the id as far as it could be read.
+/// Decodes a payload into an id and an action. On failure, returns the id as far as it was readable.
 type Decode = fn(&[u8]) -> Result<(String, Action), (String, BadCommand)>;
 
-/// A replayer's controls on the bus.
+/// The command keys of a replay.
 pub struct ReplayEndpoint {
     queryables: [Queryable<()>; 2],
     subscriber: Subscriber<()>,
 }
 
 impl ReplayEndpoint {
-    /// Declares `…/replay`, for queries and puts, and `…/control`, for queries only: what a recording says there when it is
-    /// replayed with its commands is meant for others.
+    /// Declares `…/replay` for queries and puts, and `…/control` for queries only: the replay itself puts recorded control
+    /// commands there, for others.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh refuses.
-    pub fn declare(session: &Session, name: &Name, take: &Take) -> Result<Self, BusError> {
-        let queryables = [queryable(session, name.replay(), replay, take)?, queryable(session, name.control(), control, take)?];
-        let own = Arc::clone(take);
-        let reply = |reply: CommandReply| {
-            if !reply.accepted {
-                tracing::warn!(id = reply.id, reason = reply.reason, "a command was refused");
-            }
-        };
-        let own_key = name.replay();
-        let hear = move |sample: Sample| {
+    /// [`BusError`] if zenoh refuses.
+    pub fn declare(session: &Session, name: &Name, handle: &HandleCommand) -> Result<Self, BusError> {
+        let queryables =
+            [queryable(session, name.replay(), replay, handle)?, queryable(session, name.control(), control, handle)?];
+        let (own, own_key, refusal_log) = (Arc::clone(handle), name.replay(), RefusalLog::default());
+        let receive = move |sample: Sample| {
+            let refusal_log = refusal_log.clone();
+            let reply = move |reply: CommandReply| refusal_log.record(&reply);
             submit(&own, admitted(&own_key, sample.key_expr(), Some(sample.payload())), replay, Box::new(reply));
         };
-        let subscriber = session.declare_subscriber(name.replay()).callback(hear).wait().map_err(BusError::failed)?;
+        let subscriber = session.declare_subscriber(name.replay()).callback(receive).wait().map_err(BusError::failed)?;
         Ok(ReplayEndpoint { queryables, subscriber })
     }
 
     /// Leaves the bus.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh refuses.
+    /// [`BusError`] if zenoh refuses.
     pub fn close(self) -> Result<(), BusError> {
         self.subscriber.undeclare().wait().map_err(BusError::failed)?;
         for queryable in self.queryables {
@@ -61,9 +59,9 @@ impl ReplayEndpoint {
     }
 }
 
-fn queryable(session: &Session, key: String, decode: Decode, take: &Take) -> Result<Queryable<()>, BusError> {
-    let (own, answer_key) = (Arc::clone(take), key.clone());
-    let hear = move |query: Query| {
+fn queryable(session: &Session, key: String, decode: Decode, handle: &HandleCommand) -> Result<Queryable<()>, BusError> {
+    let (own, answer_key) = (Arc::clone(handle), key.clone());
+    let receive = move |query: Query| {
         let payload = admitted(&answer_key, query.key_expr(), query.payload());
         let key = answer_key.clone();
         let reply = move |reply: CommandReply| {
@@ -71,12 +69,12 @@ fn queryable(session: &Session, key: String, decode: Decode, take: &Take) -> Res
         };
         submit(&own, payload, decode, Box::new(reply));
     };
-    session.declare_queryable(key).callback(hear).wait().map_err(BusError::failed)
+    session.declare_queryable(key).callback(receive).wait().map_err(BusError::failed)
 }
 
-fn submit(take: &Take, payload: Result<Vec<u8>, BadCommand>, decode: Decode, reply: ReplyTo) {
+fn submit(handle: &HandleCommand, payload: Result<Vec<u8>, BadCommand>, decode: Decode, reply: ReplyTo) {
     match payload.map_err(|bad| (String::new(), bad)).and_then(|payload| decode(&payload)) {
-        Ok((id, action)) => take(id, action, reply),
+        Ok((id, action)) => handle(id, action, reply),
         Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }),
     }
 }
