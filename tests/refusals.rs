@@ -28,7 +28,7 @@ fn regress_addresses_that_are_none() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--listen", "nonsense"], 2, &["'nonsense' for '--listen", usual])?;
     refused(&["watch", "--connect", "foo"], 2, &["'foo' for '--connect", usual])?;
     refused(&["run", "--listen", "tcp/127.0.0.1:99999"], 2, &["99999 is not a port", usual])?;
-    refused(&["run", "--listen", "pigeon/loft:1"], 2, &["pigeon is not spoken here", usual])?;
+    refused(&["run", "--listen", "pigeon/loft:1"], 2, &["the protocol pigeon is not supported", usual])?;
     refused(&["run", "--zenoh-config", "nosuch.json5"], 2, &["--zenoh-config nosuch.json5: No such file"])?;
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("zenoh.json5");

@@ -1,4 +1,4 @@
-//! The bus: key expressions, sessions, services and clients. The only layer that names zenoh.
+//! The bus: key expressions, sessions, services and clients. Only this layer uses zenoh.
 
 mod address;
 pub mod client;
@@ -25,10 +25,10 @@ pub use subscriptions::{Subscriptions, subscriptions};
 /// An open session on the bus.
 pub use zenoh::Session;
 
-/// Closes a session, waiting until everything that was put is on its way.
+/// Closes a session after everything published has been sent.
 ///
 /// # Errors
-/// [`BusError`] when zenoh refuses.
+/// [`BusError`] if zenoh refuses.
 pub fn close(session: &Session) -> Result<(), BusError> {
     use zenoh::Wait;
     session.close().wait().map_err(BusError::failed)

@@ -1,4 +1,4 @@
-//! Recorded bytes put back on the bus, as their recording describes them.
+//! Publishing of recorded bytes, with the encoding that the recording states.
 
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
@@ -7,16 +7,16 @@ use zenoh::{Session, Wait};
 
 use super::BusError;
 
-/// A publisher of recorded bytes. It waits for a slow subscriber rather than leave a message out.
+/// A publisher of recorded bytes. It waits for a slow subscriber and drops nothing.
 pub struct RawPublisher {
     publisher: Publisher<'static>,
 }
 
 impl RawPublisher {
-    /// Declares a publisher under a key, with the encoding and the schema's name that the recording states.
+    /// Declares a publisher under a key, with the encoding and schema name that the recording states.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh refuses.
+    /// [`BusError`] if zenoh refuses.
     pub fn declare(session: &Session, key: &str, encoding: &str, schema: Option<&str>) -> Result<Self, BusError> {
         let publisher = session
             .declare_publisher(key.to_owned())
@@ -27,16 +27,16 @@ impl RawPublisher {
         Ok(RawPublisher { publisher })
     }
 
-    /// Puts a payload on the bus.
+    /// Publishes a payload.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh refuses.
+    /// [`BusError`] if zenoh refuses.
     pub fn put(&self, payload: &[u8]) -> Result<(), BusError> {
         self.publisher.put(payload).wait().map_err(BusError::failed)
     }
 }
 
-/// What zenoh calls an encoding that MCAP calls by a shorter name.
+/// Returns zenoh's name of an MCAP message encoding.
 fn zenoh_encoding(encoding: &str, schema: Option<&str>) -> Encoding {
     let encoding = match encoding {
         "protobuf" => Encoding::APPLICATION_PROTOBUF,

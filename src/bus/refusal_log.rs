@@ -1,21 +1,21 @@
-//! Refusals of commands that nobody waits for an answer to: logged, but never so many that they flood the log.
+//! Rate-limited log of refused commands whose sender waits for no reply.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::wire::CommandReply;
 
-/// Between two lines of the log.
+/// Rate limit: time between two lines of the log.
 const LOG_PERIOD: Duration = Duration::from_secs(1);
 
-/// Refusals since the last line of the log.
+/// The time of the last line, and the number of refusals since.
 #[derive(Clone, Default)]
 pub(super) struct RefusalLog {
     since: Arc<Mutex<(Option<Instant>, u64)>>,
 }
 
 impl RefusalLog {
-    /// Logs a refusal, or counts it.
+    /// Logs a refusal, or counts it if the last line is less than a second old.
     pub(super) fn record(&self, reply: &CommandReply) {
         if reply.accepted {
             return;
@@ -25,7 +25,7 @@ impl RefusalLog {
         }
     }
 
-    /// How many were not logged since the last line, when it is time for another.
+    /// Returns the number of refusals not logged since the last line; `None` if it is too early for another line.
     fn count(&self, now: Instant) -> Option<u64> {
         let mut since = self.since.lock().unwrap_or_else(PoisonError::into_inner);
         let (logged, others) = &mut *since;
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_a_flood_is_one_line_a_second() {
+    fn prop_the_rate_limit_is_one_line_a_second() {
         let refusal_log = RefusalLog::default();
         let begun = Instant::now();
         assert_eq!(refusal_log.count(begun), Some(0));

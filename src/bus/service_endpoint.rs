@@ -1,4 +1,4 @@
-//! A service's side of the bus: its publishers, its command queryables, its presence.
+//! A service on the bus: it publishes topics, answers snapshot queries and receives commands.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,16 +20,16 @@ use super::subscription_state::SubscriptionState;
 use crate::runtime::{Command, Inbox, ReplyTo, Request};
 use crate::wire::{self, BadCommand, CommandReply, Control, Snapshot, TorquePulse};
 
-/// `application/protobuf;flexcrank.v1.X`.
+/// The encoding `application/protobuf;flexcrank.v1.X`.
 pub(super) fn protobuf(schema: &str) -> Encoding {
     Encoding::APPLICATION_PROTOBUF.with_schema(schema)
 }
 
-/// Largest command, bytes.
+/// Size limit of a command, bytes.
 const PAYLOAD_LIMIT: usize = 4096;
-/// How long routers may take to answer.
+/// Time that routers have to answer.
 const ROUTER_TIMEOUT: Duration = Duration::from_millis(500);
-/// Longest id of a command, bytes: tens of thousands of them are remembered.
+/// Length limit of a command's id, bytes: the reply cache keeps tens of thousands.
 const ID_LIMIT: usize = 128;
 
 /// A service on the bus. Dropping it leaves the bus; [`ServiceEndpoint::close`] does so in order.
@@ -43,10 +43,10 @@ pub struct ServiceEndpoint {
 }
 
 impl ServiceEndpoint {
-    /// Declares everything a service has: topics, scene, schema, snapshot and, given an inbox, commands; presence last.
+    /// Declares topics, scene, schema, snapshot and, given an inbox, commands; presence last.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh refuses a declaration.
+    /// [`BusError`] if zenoh refuses a declaration.
     pub fn declare(session: &Session, name: &Name, scene: &str, inbox: Option<&Inbox>) -> Result<Self, BusError> {
         let (mut publishers, mut subscription_states) = (BTreeMap::new(), BTreeMap::new());
         for topic in Topic::ALL {
@@ -77,7 +77,7 @@ impl ServiceEndpoint {
         Ok(ServiceEndpoint { publishers, subscription_states, latest, queryables, subscribers, presence })
     }
 
-    /// Publishes a message and keeps it for the snapshot.
+    /// Publishes a message, and stores it for the snapshot.
     pub fn publish(&self, topic: Topic, payload: impl Into<ZBytes>) {
         let payload = payload.into();
         let (number, _) = self.keep(topic, payload.clone());
@@ -86,21 +86,21 @@ impl ServiceEndpoint {
         }
     }
 
-    /// Keeps a message for the snapshot: first of all, so that who has subscribed too late for it finds it there. Its number, which
-    /// counts from 1, and what was kept of the one before.
+    /// Stores a message for the snapshot. This comes first, so that a client that subscribes too late for the message finds it in
+    /// the snapshot. Returns its sequence number, which counts from 1, and the previous entry.
     pub fn keep(&self, topic: Topic, newest: impl Into<SnapshotEntry>) -> (u64, SnapshotEntry) {
         lock(&self.latest).keep(topic, newest.into())
     }
 
-    /// Whether anybody listens: to be asked once a message is kept, which has to be [put](ServiceEndpoint::put) if so.
+    /// Whether a topic has subscribers. Ask after a message is stored; if so, [`put`](ServiceEndpoint::put) it.
     ///
-    /// Who subscribes and then asks for the snapshot is known here when the next message after those of the snapshot is kept.
+    /// A client that subscribes and then queries the snapshot is known here before the next message is stored.
     pub fn has_subscribers(&self, topic: Topic) -> bool {
         let state = self.subscription_states.get(&topic).zip(self.publishers.get(&topic));
         state.is_some_and(|(state, publisher)| state.has_subscribers(publisher))
     }
 
-    /// Puts a message with its number on the bus.
+    /// Publishes a message with its sequence number.
     pub fn put(&self, topic: Topic, number: u64, payload: impl Into<ZBytes>) {
         let Some(publisher) = self.publishers.get(&topic) else { return };
         if let Err(error) = publisher.put(payload.into()).attachment(number.to_le_bytes().to_vec()).wait() {
@@ -108,7 +108,7 @@ impl ServiceEndpoint {
         }
     }
 
-    /// The newest of everything.
+    /// The newest message of every topic.
     pub fn snapshot(&self) -> Snapshot {
         lock(&self.latest).snapshot()
     }
@@ -116,7 +116,7 @@ impl ServiceEndpoint {
     /// Leaves the bus: presence first, then commands, then topics.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh refuses.
+    /// [`BusError`] if zenoh refuses.
     pub fn close(self) -> Result<(), BusError> {
         self.presence.undeclare().wait().map_err(BusError::failed)?;
         for subscriber in self.subscribers {
@@ -132,7 +132,7 @@ impl ServiceEndpoint {
     }
 }
 
-/// Waits for what routers have to say of who listens already: it comes before their answer to what is asked after.
+/// Waits until routers have announced existing subscriptions: the announcement precedes the answer to this query.
 fn wait_for_routers(session: &Session, name: &Name) -> Result<(), BusError> {
     let answers = session.liveliness().get(name.presence()).timeout(ROUTER_TIMEOUT).wait().map_err(BusError::failed)?;
     while answers.recv().is_ok() {}
@@ -143,7 +143,7 @@ fn lock(latest: &Mutex<SnapshotCache>) -> MutexGuard<'_, SnapshotCache> {
     latest.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A queryable that always answers the same.
+/// A queryable with a constant answer.
 fn fixed(session: &Session, key: String, payload: Vec<u8>, encoding: Encoding) -> Result<Queryable<()>, BusError> {
     let payload = ZBytes::from(payload);
     let answer_key = key.clone();
@@ -164,7 +164,7 @@ fn snapshot(
     let collect = move |query: Query| {
         let snapshot = {
             let latest = lock(&latest);
-            // Messages kept from here on are for whoever asks, if he has subscribed.
+            // Messages stored from here on must reach the querying client, if it has subscribed.
             subscription_states.values().for_each(SubscriptionState::expire);
             latest.snapshot()
         };
@@ -179,7 +179,7 @@ pub(super) fn answer(query: &Query, key: &str, payload: ZBytes, encoding: Encodi
     }
 }
 
-/// From a payload to an id and a request; on failure, the id as far as it could be read.
+/// Decodes a payload into an id and a request. On failure, returns the id as far as it was readable.
 type Decode = fn(&[u8]) -> Result<(String, Request), (String, BadCommand)>;
 
 fn torque(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
@@ -196,9 +196,9 @@ fn control(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
     }
 }
 
-/// The payload of what came, if it came under the very key and is no larger than a command can be.
+/// Checks that a message came under the exact key and within the size limit, and returns its payload.
 ///
-/// A key with wildcards may have passed rules that would have kept the key itself out.
+/// A key with wildcards may pass access rules that would block the key itself.
 pub(super) fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Result<Vec<u8>, BadCommand> {
     let bytes = payload.map_or(0, ZBytes::len);
     if key.as_str() != own_key {
@@ -232,7 +232,7 @@ fn submit(inbox: &Inbox, payload: Result<Vec<u8>, BadCommand>, decode: Decode, r
 fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Queryable<()>, BusError> {
     let answer_key = key.to_owned();
     let refusal_log = RefusalLog::default();
-    let take = move |query: Query| {
+    let receive = move |query: Query| {
         let payload = admitted(&answer_key, query.key_expr(), query.payload());
         if let Err(bad) = &payload {
             refusal_log.record(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
@@ -243,16 +243,16 @@ fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox)
         };
         submit(&inbox, payload, decode, Box::new(reply));
     };
-    session.declare_queryable(key.to_owned()).callback(take).wait().map_err(BusError::failed)
+    session.declare_queryable(key.to_owned()).callback(receive).wait().map_err(BusError::failed)
 }
 
 fn command_subscriber(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Subscriber<()>, BusError> {
     let own_key = key.to_owned();
     let refusal_log = RefusalLog::default();
-    let take = move |sample: zenoh::sample::Sample| {
+    let receive = move |sample: zenoh::sample::Sample| {
         let refusal_log = refusal_log.clone();
         let reply = move |reply: CommandReply| refusal_log.record(&reply);
         submit(&inbox, admitted(&own_key, sample.key_expr(), Some(sample.payload())), decode, Box::new(reply));
     };
-    session.declare_subscriber(key.to_owned()).callback(take).wait().map_err(BusError::failed)
+    session.declare_subscriber(key.to_owned()).callback(receive).wait().map_err(BusError::failed)
 }

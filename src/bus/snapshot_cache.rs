@@ -1,4 +1,4 @@
-//! The newest message of every topic, for the snapshot. Telemetry is made into messages only when a snapshot is asked for.
+//! The newest message of every topic, for snapshot queries. Telemetry is encoded only when a snapshot is queried.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,15 +9,15 @@ use super::keys::Topic;
 use crate::simulation::Sample;
 use crate::wire::{Snapshot, Telemetry};
 
-/// What the snapshot keeps of a message.
+/// The snapshot's entry for one topic.
 #[derive(Debug, Default)]
 pub enum SnapshotEntry {
-    /// That there was one.
+    /// Only the sequence number.
     #[default]
     Number,
-    /// Its bytes.
+    /// An encoded message.
     Bytes(ZBytes),
-    /// What it is made of.
+    /// The sample to encode when the snapshot is queried.
     Sample(Arc<Telemetry>, Arc<Sample>),
 }
 
@@ -27,14 +27,14 @@ impl<B: Into<ZBytes>> From<B> for SnapshotEntry {
     }
 }
 
-/// The newest of every topic, and its number.
+/// The newest entry of every topic, with its sequence number.
 #[derive(Debug, Default)]
 pub(super) struct SnapshotCache {
     messages: BTreeMap<Topic, (u64, SnapshotEntry)>,
 }
 
 impl SnapshotCache {
-    /// Keeps a message; its number, which counts from 1, and what was kept of the one before.
+    /// Stores a message. Returns its sequence number, which counts from 1, and the previous entry.
     pub(super) fn keep(&mut self, topic: Topic, newest: SnapshotEntry) -> (u64, SnapshotEntry) {
         let (number, kept) = self.messages.entry(topic).or_default();
         *number += 1;

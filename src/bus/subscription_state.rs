@@ -1,4 +1,4 @@
-//! Whether anybody wants a topic. zenoh tells of changes, a moment late: until what it told is what it answers, it is asked.
+//! Whether a topic has subscribers. zenoh reports changes with a delay, so it is asked until its report agrees with its answer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,21 +8,21 @@ use zenoh::pubsub::Publisher;
 
 use super::BusError;
 
-/// What is known of the subscriptions to one topic.
+/// The known state of the subscriptions to one topic.
 ///
-/// zenoh judges every change some time after it, beside what it judged last, and tells only of what differs then: who has gone
-/// and come again in between is not told of. What it told last is right in the end, so an answer that differs from it is
-/// not the last word.
+/// zenoh evaluates every change with a delay, against its last evaluation, and reports differences only. A subscriber that leaves
+/// and another that comes in between are not reported. The last report is right in the end, so an answer that differs from it may
+/// change.
 #[derive(Default)]
 pub(super) struct SubscriptionState {
     notified: Arc<AtomicBool>,
     answered: AtomicBool,
-    /// Whether it has been asked since the last expire, the first of which is at the start.
+    /// Whether zenoh was asked since the last call of [`SubscriptionState::expire`], or at all.
     certain: AtomicBool,
 }
 
 impl SubscriptionState {
-    /// For a publisher, as long as it lives.
+    /// Follows a publisher's subscriptions as long as the publisher lives.
     pub(super) fn of(publisher: &Publisher<'static>) -> Result<Self, BusError> {
         let state = SubscriptionState::default();
         let notified = Arc::clone(&state.notified);
@@ -35,14 +35,14 @@ impl SubscriptionState {
         Ok(state)
     }
 
-    /// Lets the next look ask zenoh, whose notice of a new subscription may come later than what its subscriber sends next.
+    /// Makes the next look ask zenoh: its report of a new subscription may come after a query of the same client.
     pub(super) fn expire(&self) {
         self.certain.store(false, Ordering::Release);
     }
 
-    /// Whether there is a subscription. `publisher` is the one that this is for.
+    /// Whether there is a subscription to `publisher`, which must be the one this follows.
     pub(super) fn has_subscribers(&self, publisher: &Publisher<'static>) -> bool {
-        // A message too many does no harm.
+        // Publishing without need does no harm.
         self.resolve(|| publisher.matching_status().wait().map_or(true, |status| status.matching()))
     }
 
@@ -63,42 +63,42 @@ mod tests {
     use super::*;
 
     fn unasked() -> bool {
-        unreachable!("zenoh is asked without need")
+        unreachable!("zenoh must not be asked again")
     }
 
     #[test]
-    fn regress_who_was_there_before_is_known_before_zenoh_tells_of_him() {
+    fn regress_an_earlier_subscriber_is_known_before_zenoh_reports_it() {
         assert!(SubscriptionState::default().resolve(|| true));
     }
 
     #[test]
-    fn regress_who_asked_for_the_snapshot_is_known_before_zenoh_tells_of_him() {
+    fn regress_a_snapshot_client_is_known_before_zenoh_reports_it() {
         let state = SubscriptionState::default();
         assert!(!state.resolve(|| false));
         assert!(!state.resolve(unasked));
         state.expire();
         assert!(state.resolve(|| true));
-        assert!(state.resolve(|| true), "asked until it is told");
+        assert!(state.resolve(|| true), "asked until reported");
         state.notified.store(true, Ordering::Release);
         assert!(state.resolve(unasked));
     }
 
     #[test]
-    fn regress_who_comes_before_zenoh_told_that_another_had_gone_is_known() {
+    fn regress_a_subscriber_that_replaces_another_unreported_is_known() {
         let state = SubscriptionState::default();
         state.notified.store(true, Ordering::Release);
         assert!(state.resolve(|| true));
         state.expire();
-        assert!(!state.resolve(|| false), "gone, which is not told yet");
-        assert!(state.resolve(|| true), "another has come, which zenoh never tells of: it still has the one before");
+        assert!(!state.resolve(|| false), "gone, not reported yet");
+        assert!(state.resolve(|| true), "replaced, never reported: zenoh still reports the one before");
     }
 
     #[test]
-    fn regress_who_has_gone_before_zenoh_told_that_he_had_come_is_not_known_for_ever() {
+    fn regress_a_subscriber_that_left_unreported_is_forgotten() {
         let state = SubscriptionState::default();
         state.expire();
         assert!(state.resolve(|| true));
-        assert!(!state.resolve(|| false), "zenoh never tells of him");
+        assert!(!state.resolve(|| false), "gone, never reported");
         assert!(!state.resolve(unasked));
     }
 }

@@ -1,4 +1,4 @@
-//! Who listens: subscriptions of other sessions, as this session's own routing knows them.
+//! Subscriptions of other sessions, as this session's own routing table lists them.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use zenoh::{Session, Wait};
 
 use super::BusError;
 
-/// Asking oneself takes no time; this is for the case that something is wrong.
+/// The session answers its own query at once; the timeout is for faults.
 const TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The subscriptions that match some keys.
@@ -19,18 +19,18 @@ pub struct Subscriptions {
 }
 
 impl Subscriptions {
-    /// Sessions that have at least one of the subscriptions.
+    /// Number of sessions with at least one of the subscriptions.
     pub fn sessions(&self) -> usize {
         self.subscriptions.iter().map(|(session, _)| session).collect::<BTreeSet<_>>().len()
     }
 }
 
-/// Subscriptions of other sessions to any of `keys`. All that are behind one router count as one session, the router's.
+/// Returns the subscriptions of other sessions to any of `keys`. All sessions behind one router count as one, the router's.
 ///
-/// The session must have been opened with [`BusOptions::sees_subscriptions`](super::BusOptions::sees_subscriptions).
+/// The session must be opened with [`BusOptions::sees_subscriptions`](super::BusOptions::sees_subscriptions).
 ///
 /// # Errors
-/// [`BusError`] when zenoh fails.
+/// [`BusError`] if zenoh fails.
 pub fn subscriptions(session: &Session, keys: &[String]) -> Result<Subscriptions, BusError> {
     let own = session.zid().to_string();
     let prefix = format!("@/{own}/*/subscriber/");
@@ -44,7 +44,7 @@ pub fn subscriptions(session: &Session, keys: &[String]) -> Result<Subscriptions
         let wanted = keys.iter().any(|wanted| KeyExpr::new(wanted.as_str()).is_ok_and(|wanted| key.intersects(&wanted)));
         if wanted {
             let sources: Sources = serde_json::from_slice(&sample.payload().to_bytes()).unwrap_or_default();
-            // What clients subscribe to is also told as this session's own, which hands it on.
+            // A client's subscription is also listed as this session's own, which forwards it.
             let others = sources.sessions().filter(|session| *session != own);
             subscriptions.extend(others.map(|session| (session, key.to_string())));
         }
@@ -52,7 +52,7 @@ pub fn subscriptions(session: &Session, keys: &[String]) -> Result<Subscriptions
     Ok(Subscriptions { subscriptions })
 }
 
-/// Sessions that a subscription came from, as zenoh's administration space tells them.
+/// Sessions that a subscription came from, as zenoh's administration space lists them.
 #[derive(Debug, Default, serde::Deserialize)]
 #[serde(default)]
 struct Sources {

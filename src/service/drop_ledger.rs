@@ -1,11 +1,11 @@
-//! What recording_full queues kept out, until it can be told.
+//! Dropped messages: counted per topic for `status`, and reported as gaps on `gaps`.
 
 use std::collections::BTreeMap;
 
 use crate::simulation::Stamp;
 use crate::wire::{self, Gap, TopicDrops};
 
-/// DropLedger that were not told of yet, one a topic, epoch and kind.
+/// Totals per topic, and the gaps that are not reported yet, one per topic, epoch and kind.
 #[derive(Debug, Default)]
 pub(super) struct DropLedger {
     pending: BTreeMap<(String, u64, bool), Gap>,
@@ -13,13 +13,13 @@ pub(super) struct DropLedger {
 }
 
 impl DropLedger {
-    /// A message that was published, where it is of a topic that is, but could not be recorded.
+    /// Counts a message that could not be recorded, though its topic is published.
     pub(super) fn count_unrecorded(&mut self, topic: &str, stamp: &Stamp) {
         let stamped = Some(wire::stamp(stamp));
         self.add(Gap { stamp: stamped, topic: topic.to_owned(), count: 1, first_step: stamp.step, published: true });
     }
 
-    /// Puts a gap with those that it goes on from.
+    /// Adds a gap: counts its messages, and merges it with the pending gap that it continues.
     pub(super) fn add(&mut self, gap: Gap) {
         let fresh = || TopicDrops { topic: gap.topic.clone(), ..TopicDrops::default() };
         let total = self.totals.entry(gap.topic.clone()).or_insert_with(fresh);
@@ -27,12 +27,12 @@ impl DropLedger {
         self.merge(gap);
     }
 
-    /// Everything so far, by topic.
+    /// Totals per topic.
     pub(super) fn totals(&self) -> Vec<TopicDrops> {
         self.totals.values().cloned().collect()
     }
 
-    /// Puts back one that was taken and could not be told.
+    /// Merges a gap into the pending ones without counting it again.
     pub(super) fn merge(&mut self, gap: Gap) {
         let epoch = gap.stamp.as_ref().map_or(0, |stamp| stamp.epoch);
         self.pending
@@ -45,7 +45,7 @@ impl DropLedger {
             .or_insert(gap);
     }
 
-    /// All of them, to be told.
+    /// Takes all pending gaps, to report them.
     pub(super) fn take(&mut self) -> impl Iterator<Item = Gap> + use<> {
         std::mem::take(&mut self.pending).into_values()
     }

@@ -1,4 +1,4 @@
-//! Live services: simulations stepped in real time, on the bus, recorded.
+//! Live services: simulations stepped in real time, published on the bus and recorded.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -23,89 +23,89 @@ use crate::scene::SceneSource;
 use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{self, Angles, Telemetry, control};
 
-/// Samples that may be on their way from one simulation at once; fewer where many run.
+/// Samples in flight from one simulation, if few run.
 const MOST_SAMPLES: usize = 2048;
-/// So many of all of them.
+/// Samples in flight from all simulations of the process.
 const SAMPLES_IN_TOTAL: usize = 32_768;
-/// But of each not fewer than this.
+/// Fewest samples in flight from one simulation.
 const FEWEST_SAMPLES: usize = 128;
 
-/// What to run and how.
+/// Options of a live service.
 pub struct LiveOptions {
-    /// Its name on the bus.
+    /// Name on the bus.
     pub name: Name,
     /// The scene.
     pub scene: SceneSource,
-    /// Pace, end and publishing rate.
+    /// Pace, end and publishing rates.
     pub stepping: SteppingOptions,
     /// File to record to from the start, if any.
     pub record: Option<PathBuf>,
-    /// Folder for recordings that are asked for by name.
+    /// Folder of recordings that a command starts.
     pub recordings: PathBuf,
     /// A crash loses at most what was recorded in this time.
     pub flush_period: Duration,
-    /// Wait at every flush until the disk has it.
+    /// At every flush, wait until the data is on the disk.
     pub fsync: bool,
-    /// When the recording goes on in a new file.
+    /// When the recording continues in a new file.
     pub split: Option<Split>,
-    /// No recording becomes larger than this, all its parts together.
+    /// Size limit of a recording, all parts together.
     pub max_recording_bytes: Option<u64>,
-    /// How often to tell the mechanism as shapes for 3D viewers, times a second; if at all.
+    /// Rate of scene updates, shapes for 3D viewers; `None` publishes none.
     pub scene_updates_hz: Option<f64>,
     /// The command line, for the recording.
     pub command_line: String,
-    /// Called with every status.
+    /// Called with every status message.
     pub on_status: OnStatus,
-    /// Speak under the name even if another service does.
+    /// Use the name even if another service has it.
     pub force: bool,
-    /// The session that is taken up, if it is none of its own.
+    /// The session to resume, if any.
     pub resumed: Option<Resumption>,
 }
 
-/// A session that was recorded up to where the simulation stands now.
+/// A recorded session to resume.
 #[derive(Debug, Clone)]
 pub struct Resumption {
-    /// Wall clock at its start.
+    /// Wall clock at the start of the session.
     pub started: SystemTime,
-    /// Simulated time of the session at which the epoch began, s.
+    /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
-    /// The answers to the commands taken before, so that a retry is harmless.
+    /// Replies to the commands accepted before, so that a retry is not applied again.
     pub answers: Vec<wire::CommandReply>,
-    /// The recording, and where it was taken up.
+    /// The recording, and where the session resumes.
     pub of: String,
 }
 
-/// How a run went.
+/// The result of a run.
 #[derive(Debug)]
 pub struct LiveReport {
-    /// How it ended.
+    /// How the run ended.
     pub ending: Ending,
-    /// The last angles published, of a scene that has any.
+    /// The last published angles, if the scene has any.
     pub angles: Option<Angles>,
-    /// The recordings it encoded.
+    /// The recordings made.
     pub recordings: Vec<Result<Written, RecordingError>>,
-    /// What the energy balance says of its last epoch.
+    /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
-    /// Samples and messages that recording_full queues kept from bus or recording.
+    /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
-    /// Messages that were encoded, since somebody listened or they were recorded.
+    /// Messages encoded because a topic had subscribers or was recorded.
     pub encoded: u64,
 }
 
-/// A simulation to be run, and a second one beside it if given.
+/// A simulation to run, with an optional shadow.
 pub struct LiveSimulation {
-    /// How.
+    /// Its options.
     pub live: LiveOptions,
-    /// At its start.
+    /// The simulation, at its start.
     pub simulation: Simulation,
-    /// The second one.
+    /// The shadow.
     pub shadow: Option<ShadowSimulation>,
 }
 
-/// Runs a simulation on a thread without any claim on the system; see [`run_all`].
+/// Runs a simulation without real-time scheduling or busy-waiting; see [`run_all`].
 ///
 /// # Errors
-/// [`ServiceError`] when the name is taken, the recording cannot be encoded or the bus refuses.
+/// [`ServiceError`] if the name is taken, the recording cannot be created or the bus refuses.
 pub async fn run(
     session: &Session,
     live: LiveOptions,
@@ -118,10 +118,10 @@ pub async fn run(
 }
 
 /// Runs simulations under one session, each until its scene's end, a `stop` command, divergence, or `shutdown`; leaves the bus in
-/// order. They share stepping threads, as many as there are processors, and as many output threads.
+/// order. There are as many stepping threads as processors, and as many output threads.
 ///
 /// # Errors
-/// [`ServiceError`] when a name is taken, a recording cannot be encoded or the bus refuses.
+/// [`ServiceError`] if a name is taken, a recording cannot be created or the bus refuses.
 pub async fn run_all(
     session: &Session,
     members: Vec<LiveSimulation>,
@@ -155,7 +155,7 @@ pub async fn run_all(
     reports
 }
 
-/// What is to be heard of a simulation that runs.
+/// Handles to a running simulation.
 struct RunningSimulation {
     inbox: Inbox,
     ended: oneshot::Receiver<RunSummary>,
@@ -172,7 +172,7 @@ impl RunningSimulation {
     }
 }
 
-/// Threads, and what they are for.
+/// Threads with their purposes.
 type Threads = Vec<(&'static str, JoinHandle<()>)>;
 
 fn start(
@@ -233,7 +233,7 @@ impl Group {
         }
         let (finish, ended) = oneshot::channel();
         let (close, closed) = oneshot::channel();
-        // Nobody waits for these only when the service is being torn down.
+        // The receivers are gone only if the service is being torn down.
         self.steppers.push((stepper, Box::new(move |ended| drop(finish.send(ended)))));
         self.workers.push((output_worker, close));
         Ok(RunningSimulation { inbox, ended, closed })
@@ -287,13 +287,13 @@ fn output_worker(
     })
 }
 
-/// A sample to be filled.
+/// An empty sample.
 fn blank(simulation: &Simulation) -> Sample {
     let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
     Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() }
 }
 
-/// Asks the stepping thread to end.
+/// Stops the run.
 fn stop(inbox: &Inbox) {
     let request = Request::Control(control::Action::Stop(wire::Stop {}));
     inbox.submit(Command { id: String::new(), request, reply: Box::new(|_| {}) });

@@ -1,4 +1,4 @@
-//! Where bus, recording and runtime meet: a live service, and a replayed one.
+//! Live services and replays: the layer that joins bus, recording and runtime.
 
 mod drop_ledger;
 mod error;

@@ -1,4 +1,4 @@
-//! The output thread: everything that leaves a stepping thread goes on the bus and into the recordings here.
+//! The output thread: it publishes on the bus and records whatever the stepping thread sends.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,16 +15,16 @@ use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, 
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
 
-/// Last chunk of the key that checkpoints are recorded under; they are never published.
+/// Last chunk of the key that checkpoints are recorded under. They are not published.
 const CHECKPOINT: &str = "checkpoint";
 
-/// Topics of samples, in the order of [`DueTopics::by_topic`].
+/// The telemetry topics, in the order of [`DueTopics::by_topic`].
 const TELEMETRY_TOPICS: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
 
-/// Called with every status, off the stepping thread.
+/// Called with every status message, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
 
-/// Where and how to record.
+/// Folder, settings and session facts of the recordings of one simulation.
 #[derive(Debug, Clone)]
 pub(super) struct RecordingTarget {
     pub folder: PathBuf,
@@ -38,10 +38,10 @@ impl RecordingTarget {
     }
 }
 
-/// Handles what comes from each simulation until it is over, or the stepping thread is gone; then closes and says so.
+/// Handles the output of each simulation until it ends or the stepping thread is gone, then closes its worker.
 pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outputs: &Receiver<(usize, Output)>) {
     let mut workers: Vec<Option<(OutputWorker, oneshot::Sender<Closed>)>> = workers.into_iter().map(Some).collect();
-    // Nobody waits for a close only when the service is being torn down.
+    // The receiver is gone only if the service is being torn down.
     let close = |(output_worker, closed): (OutputWorker, oneshot::Sender<Closed>)| drop(closed.send(output_worker.close()));
     let mut open = workers.len();
     while open > 0
@@ -58,7 +58,7 @@ pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outpu
     workers.into_iter().flatten().for_each(close);
 }
 
-/// What is known of one simulation where its output is handled.
+/// Publishes and records the output of one simulation.
 pub(super) struct OutputWorker {
     pub name: Name,
     pub endpoint: ServiceEndpoint,
@@ -69,22 +69,22 @@ pub(super) struct OutputWorker {
     pub shared: Arc<SharedState>,
     pub on_status: OnStatus,
     pub finished_recordings: Vec<Result<Written, RecordingError>>,
-    /// Messages encoded so far.
+    /// Number of messages encoded.
     pub encoded: u64,
     pub drops: DropLedger,
-    /// When to tell shapes, if that is wanted.
+    /// Decides which samples are published as scene updates, if any are.
     pub scene_update_timer: Option<SceneUpdateTimer>,
-    /// Why the last recording has ended by itself.
+    /// Why the last recording ended early.
     pub recording_failure: Option<String>,
-    /// Of what was handled last.
+    /// Stamp of the last message.
     pub last_stamp: Option<Stamp>,
-    /// Whether the recording was recording_full when last looked at.
+    /// Whether the recording had reached its part size at the last check.
     pub recording_full: bool,
 }
 
-/// What is left of a simulation that is over.
+/// What remains of a simulation that has ended.
 pub(super) struct Closed {
-    /// Whether it has left the bus in order.
+    /// Whether it left the bus in order.
     pub left: Result<(), BusError>,
     pub recordings: Vec<Result<Written, RecordingError>>,
     pub angles: Option<Angles>,
@@ -123,7 +123,7 @@ impl OutputWorker {
         }
     }
 
-    /// A recording that has become recording_full goes on in a new file at the next checkpoint.
+    /// When the file reaches its part size, requests a checkpoint: the recording goes on in a new file from there.
     fn check_recording_full(&mut self) {
         let recording_full = self.recorder.as_ref().is_some_and(Recorder::is_full);
         if recording_full && !self.recording_full {
@@ -154,10 +154,10 @@ impl OutputWorker {
         }
     }
 
-    /// Puts a sample back in the pool, unless a snapshot may need it: then it comes back when a newer one takes its place.
+    /// Returns a sample to the pool, unless the snapshot still holds it: then it returns when a newer one replaces it.
     fn return_to_pool(&self, sample: Arc<Sample>) {
         if Arc::strong_count(&sample) == 1 {
-            // The stepping thread may be gone already: then nobody needs the sample any more.
+            // If the stepping thread is gone, nothing needs the sample.
             let _ = self.pool.try_send(sample);
         }
     }
@@ -177,7 +177,7 @@ impl OutputWorker {
         self.publish_and_record(Topic::Status, stamp, payload.clone().into(), || payload);
     }
 
-    /// A message of telemetry, which the snapshot can make itself.
+    /// Publishes and records a telemetry message; the snapshot keeps the sample.
     fn publish_telemetry(&mut self, topic: Topic, sample: &Arc<Sample>, make: impl FnOnce() -> Vec<u8>) {
         let kept = SnapshotEntry::Sample(Arc::clone(&self.telemetry), Arc::clone(sample));
         if let SnapshotEntry::Sample(_, before) = self.publish_and_record(topic, &sample.stamp, kept, make) {
@@ -185,13 +185,13 @@ impl OutputWorker {
         }
     }
 
-    /// A message that is in no snapshot.
+    /// Publishes and records a message that the snapshot does not hold.
     fn send(&mut self, topic: Topic, stamp: &Stamp, make: impl FnOnce() -> Vec<u8>) {
         self.publish_and_record(topic, stamp, SnapshotEntry::Number, make);
     }
 
-    /// SharedState a message, keeps of it what the snapshot needs, and makes it if it is recorded or somebody listens. Returns what was
-    /// kept of the one before.
+    /// Counts a message and stores its snapshot entry. Encodes it only if the topic has subscribers or a recording runs. Returns
+    /// the previous snapshot entry.
     fn publish_and_record(
         &mut self,
         topic: Topic,
@@ -217,7 +217,7 @@ impl OutputWorker {
         before
     }
 
-    /// Records a message under the key that ends in `chunk`, or keeps in mind that it is missing.
+    /// Records a message under the key that ends in `chunk`, or counts it as dropped.
     fn record(&mut self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
         self.last_stamp = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
@@ -227,13 +227,13 @@ impl OutputWorker {
         }
     }
 
-    /// A recording that has ended by itself is told of, and the simulation goes on without.
+    /// Notes that a recording has ended early; the simulation goes on without it. Returns whether it has.
     fn check_recording_ended(&mut self) -> bool {
         let Some(recorder) = self.recorder.take_if(|recorder| recorder.has_ended()) else { return false };
         let results = recorder.finish();
         let why = match results.last() {
             Some(Err(error)) => error.to_string(),
-            _ => "it has the size that it may have".to_owned(),
+            _ => "it reached --max-recording-size".to_owned(),
         };
         let recording_failure = format!("recording stopped: {why}");
         tracing::error!("{recording_failure}; the simulation goes on");
@@ -258,7 +258,7 @@ impl OutputWorker {
         self.record(CHECKPOINT, "flexcrank.v1.Checkpoint", message.encode_to_vec(), stamp);
     }
 
-    /// Samples that never came here are missing on the bus and in the recording.
+    /// Adds samples dropped by the stepping thread to the drop ledger.
     fn missed(&mut self, missed: &MissedSamplesByTopic, stamp: &Stamp) {
         let turns = self.telemetry.turns();
         let exists = |topic: &Topic| turns || !matches!(topic, Topic::Angles | Topic::Loads);
@@ -275,7 +275,7 @@ impl OutputWorker {
         self.publish_gaps(stamp);
     }
 
-    /// Publishes and records what is missing; what cannot be recorded yet is told later.
+    /// Publishes and records the pending gaps. A gap that cannot be recorded now is retried later.
     fn publish_gaps(&mut self, stamp: &Stamp) {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
@@ -288,7 +288,7 @@ impl OutputWorker {
         }
     }
 
-    /// Does what the request asks for the recording, then answers.
+    /// Starts or stops a recording, then replies.
     fn recording(&mut self, request: RecordingRequest) {
         let RecordingRequest { action, answer, reply, stamp } = request;
         if let Some(reply_again) = self.shared.reply_to_retry(&answer.id) {
@@ -318,7 +318,7 @@ impl OutputWorker {
 
     fn start_recording(&mut self, name: &str) -> Result<PathBuf, String> {
         if let Some(recorder) = &self.recorder {
-            return Err(format!("recording to {} already: stop it first", recorder.path().display()));
+            return Err(format!("already recording to {}: stop that first", recorder.path().display()));
         }
         let path = match name {
             "" => place::fresh(&self.target.folder, &self.name.to_string(), std::time::SystemTime::now()),

@@ -1,10 +1,10 @@
-//! When the mechanism is told as shapes: at a rate of its own, for eyes.
+//! Rate of scene updates: which samples are published as shapes for 3D viewers.
 
-/// So many times a second of the session.
+/// Selects samples at a rate of session time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SceneUpdateTimer {
     rate_hz: f64,
-    /// How many periods had begun at the last one.
+    /// Number of periods begun at the last selected sample.
     begun: f64,
 }
 
@@ -13,7 +13,7 @@ impl SceneUpdateTimer {
         SceneUpdateTimer { rate_hz, begun: f64::NEG_INFINITY }
     }
 
-    /// Whether a sample at this time of the session is the first in its period.
+    /// Whether the sample at this session time is the first in its period.
     pub(super) fn is_due(&mut self, session_s: f64) -> bool {
         let begun = (session_s * self.rate_hz + 1e-9).floor();
         let first = begun > self.begun;
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_a_modest_rate_takes_evenly_from_a_fast_one() {
+    fn val_scene_updates_are_evenly_spaced() {
         let mut scene_update_timer = SceneUpdateTimer::new(25.0);
         let taken: Vec<u32> = (0..2000).filter(|&step| scene_update_timer.is_due(f64::from(step) * 5e-3)).collect();
         assert_eq!(taken.len(), 250);
@@ -35,7 +35,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_no_sample_is_taken_twice_and_slow_ones_all() {
+    fn prop_no_sample_is_selected_twice_and_slow_ones_all() {
         let mut scene_update_timer = SceneUpdateTimer::new(25.0);
         assert!(
             scene_update_timer.is_due(0.0)

@@ -1,4 +1,4 @@
-//! What a replayer can be told.
+//! Commands to a replay, from the bus and from the keyboard.
 
 use std::ops::RangeInclusive;
 use std::sync::mpsc::{SendError, Sender};
@@ -6,29 +6,29 @@ use std::sync::mpsc::{SendError, Sender};
 use crate::runtime::ReplyTo;
 use crate::wire::{CommandReply, Next, Rate, Seek, replay_control};
 
-/// Rates that a replay may have, recorded seconds per second.
+/// Allowed rates of a replay, recorded seconds per second.
 pub const RATES: RangeInclusive<f64> = 1e-3..=1e6;
 
-/// What to do. Times are recorded time since the first message, s.
+/// The action of a command. Times are recorded time since the first message, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ReplayAction {
-    /// Hold.
+    /// Pause.
     Pause,
-    /// Go on.
+    /// Continue.
     Resume,
-    /// The one or the other.
+    /// Pause if running, continue if paused.
     Toggle,
-    /// Go on from there.
+    /// Jump to this recorded time.
     Seek(f64),
-    /// Go on from there, counted from here; never beyond either end.
+    /// Jump by this recorded time, but not past either end.
     Skip(f64),
     /// Play at this rate.
     Rate(f64),
-    /// Play at so many times the rate.
+    /// Multiply the rate by this factor.
     Faster(f64),
-    /// When paused, play so many messages.
+    /// While paused, play this many messages.
     Next(u64),
-    /// End.
+    /// End the replay.
     Stop,
 }
 
@@ -51,31 +51,31 @@ impl TryFrom<replay_control::Action> for ReplayAction {
     }
 }
 
-/// An order on its way to the replayer.
+/// A command to a replay.
 pub struct ReplayCommand {
-    /// Chosen by the sender; empty when it does not care about repetition.
+    /// Identifies the command, for deduplication of retries; empty if the sender never retries.
     pub id: String,
-    /// What to do.
+    /// The action.
     pub action: ReplayAction,
-    /// Takes the answer.
+    /// Sends the reply.
     pub reply: ReplyTo,
 }
 
 impl ReplayCommand {
-    /// An order whose answer nobody needs.
+    /// A command whose reply is discarded.
     pub fn quiet(action: ReplayAction) -> Self {
         ReplayCommand { id: String::new(), action, reply: Box::new(|_| {}) }
     }
 }
 
-/// Hands an order over, or answers that it is too late.
+/// Queues a command, or refuses it if the replay has ended.
 pub(super) fn submit(commands: &Sender<ReplayCommand>, command: ReplayCommand) {
     if let Err(SendError(command)) = commands.send(command) {
         refuse(command.id, "the replay is over".to_owned(), command.reply);
     }
 }
 
-/// Answers no.
+/// Replies with a refusal.
 pub(super) fn refuse(id: String, reason: String, reply: ReplyTo) {
     reply(CommandReply { id, reason, ..CommandReply::default() });
 }

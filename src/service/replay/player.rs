@@ -1,4 +1,4 @@
-//! The playing thread: waits for deadlines, puts messages on the bus, and does as it is told in between.
+//! The playing thread: it waits for deadlines, publishes recorded messages and handles commands in between.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,25 +19,25 @@ use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
 
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
-/// A sleep ends late by about so much on a quiet machine: so long before a deadline the clock is watched instead.
+/// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
 const SPIN: Duration = Duration::from_micros(100);
-/// Between two looks at who subscribes.
+/// Time between two looks at the subscriptions.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
-/// Subscriptions have settled when none has come or gone for so long: a program that subscribes to several topics does it
-/// one by one.
+/// Subscriptions count as settled after this time without a change: a program that subscribes to several topics does so one by
+/// one.
 const SETTLED: Duration = Duration::from_millis(200);
 
 pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What became of a message.
+/// The result of waiting for a message's deadline.
 enum WaitOutcome {
-    /// It is due.
+    /// The message is due.
     Due,
-    /// It is not wanted any more: play goes on elsewhere.
+    /// The message is obsolete: the replay has jumped.
     Moved,
-    /// The replay is over.
+    /// The replay has ended.
     Stop,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Player<'a> {
     timeline: Timeline,
     /// Messages to be played one by one while paused.
     pending_single_messages: u64,
-    /// Recorded time of the message that is to come, s.
+    /// Recorded time of the next message, s.
     next_s: f64,
     moved: bool,
     stopping: bool,
@@ -97,11 +97,11 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Plays until the end or an order to stop.
+    /// Plays until the end or a stop command.
     pub fn play(&mut self) -> Result<(), ServiceError> {
         exact_timers();
         self.await_subscribers()?;
-        // Who was waited for has not heard it yet.
+        // The sessions that were waited for have not received a status yet.
         self.next_status = Duration::ZERO;
         let begin = self.clock.elapsed() + self.replay.delay;
         while !self.stopping && self.clock.elapsed() < begin {
@@ -139,12 +139,12 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// Recorded time at which it ends, s.
+    /// Recorded time at which the replay ends, s.
     fn end_s(&self) -> f64 {
         self.replay.duration_s.map_or(f64::INFINITY, |duration_s| self.replay.start_offset_s + duration_s)
     }
 
-    /// At the end: whether there is anything more to play.
+    /// At the end: starts again if the replay loops. Returns whether it does.
     fn restart_if_looped(&mut self) -> Result<bool, ServiceError> {
         if self.replay.looped && self.messages > 0 {
             self.move_to(self.replay.start_offset_s)?;
@@ -200,7 +200,7 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Does as it is told, and says how it stands, until a deadline or the next thing that happens.
+    /// Waits until the deadline, the next status or a command, and handles that.
     fn wait_and_serve(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
         let now = self.clock.elapsed();
         if now >= self.next_status {
@@ -217,7 +217,7 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Sleeps; an order ends it early.
+    /// Sleeps; a command ends the sleep early.
     fn sleep(&mut self, time: Duration) -> Result<(), ServiceError> {
         match self.commands.recv_timeout(time) {
             Ok(command) => self.handle_command(command),
@@ -245,12 +245,12 @@ impl<'a> Player<'a> {
             }
             Err(reason) => refuse(id, reason, reply),
         }
-        // A change is told at once.
+        // A change is published at once.
         self.next_status = Duration::ZERO;
         Ok(())
     }
 
-    /// Does it, and says what was done, or why not.
+    /// Applies an action. Returns what was done, or why not.
     fn apply(&mut self, action: ReplayAction) -> Result<Result<String, String>, ServiceError> {
         let now = self.clock.elapsed();
         let duration_s = self.source.duration_s();
@@ -289,7 +289,7 @@ impl<'a> Player<'a> {
             }
             ReplayAction::Next(count) => {
                 self.pending_single_messages = self.pending_single_messages.saturating_add(count);
-                "playing so many messages".to_owned()
+                format!("playing {count} messages")
             }
             ReplayAction::Stop => {
                 self.stopping = true;
@@ -305,7 +305,7 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// Recorded time, never past the message that is to come, s.
+    /// Position in recorded time, never past the next message, s.
     fn position_s(&self) -> f64 {
         self.timeline.position_s(self.clock.elapsed()).min(self.next_s)
     }
@@ -326,7 +326,7 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// Puts a recorded command where it was sent to.
+    /// Publishes a recorded command on the key it was sent to.
     fn put_command(&self, message: &Recorded) -> Result<(), ServiceError> {
         let Ok(applied) = AppliedCommand::decode(message.data.as_ref()) else { return Ok(()) };
         let keys = &self.routes.commands;
@@ -371,7 +371,7 @@ impl<'a> Player<'a> {
         self.endpoint.publish(Topic::Status, status.encode_to_vec());
     }
 
-    /// Says that it is over, leaves the bus, and reports.
+    /// Publishes the final status, leaves the bus, and reports.
     pub fn close(mut self, name: Name) -> Result<ReplayReport, ServiceError> {
         self.status(State::Finished);
         let report = ReplayReport {

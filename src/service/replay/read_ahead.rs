@@ -1,4 +1,4 @@
-//! The reading thread: messages read and unpacked ahead of their time, so that the playing thread never waits for the disk.
+//! The reading thread: it reads and decompresses messages ahead, so that the playing thread never waits for the disk.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use std::thread::{Builder, JoinHandle};
 use crate::recording::{Recorded, RecordingError, RecordingFile};
 use crate::service::ServiceError;
 
-/// Batches that may wait, and how much is in one: what is read ahead is bounded by this, or by the largest messages.
+/// Bounds of reading ahead: batches in the queue, and the size of one. A single larger message makes its batch larger.
 const BATCHES: usize = 8;
 const BATCH_BYTES: usize = 128 * 1024;
 const BATCH_MESSAGES: usize = 1024;
 
 type Batch = VecDeque<Result<Recorded, RecordingError>>;
 
-/// Messages from a place on. Dropping it ends its thread.
+/// Messages from a log time on. Dropping it ends its thread.
 pub(super) struct ReadAhead {
     batches: Receiver<Batch>,
     batch: Batch,
@@ -23,7 +23,7 @@ pub(super) struct ReadAhead {
 }
 
 impl ReadAhead {
-    /// Begins to read from a log time on.
+    /// Starts to read messages from a log time on.
     pub fn start(source: &Arc<RecordingFile>, from_ns: u64) -> std::io::Result<Self> {
         let (queue, batches) = sync_channel(BATCHES);
         let source = Arc::clone(source);
@@ -39,7 +39,7 @@ impl Iterator for ReadAhead {
         while self.batch.is_empty() {
             match self.batches.recv() {
                 Ok(batch) => self.batch = batch,
-                // The end, unless the thread did not get there.
+                // The end of the recording, unless the thread panicked.
                 Err(_) => return self.thread.take()?.join().is_err().then_some(Err(ServiceError::Died("reading"))),
             }
         }
@@ -47,7 +47,7 @@ impl Iterator for ReadAhead {
     }
 }
 
-/// Reads to the end, or until nobody wants more.
+/// Reads to the end, or until the receiver is gone.
 fn read(source: &RecordingFile, from_ns: u64, queue: &SyncSender<Batch>) {
     let messages = match source.messages_from(from_ns) {
         Ok(messages) => messages,
@@ -67,6 +67,6 @@ fn read(source: &RecordingFile, from_ns: u64, queue: &SyncSender<Batch>) {
             bytes = 0;
         }
     }
-    // Nobody waits for it only when the replay is over.
+    // The receiver is gone only if the replay has ended.
     let _ = queue.send(batch);
 }
