@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use common::rewritten::{as_is, rewritten, rewritten_with_rates};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::client;
-use flexcrank::recording::{Export, Recorded, export};
+use flexcrank::recording::{Export, RecordedMessage, export};
 use flexcrank::resimulation::{AddedPulse, Change, Finding, LossReason, RecordedSession, Verification, resume, verify, what_if};
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::scene::SceneSource;
@@ -298,7 +298,7 @@ fn prop_a_changed_energy_is_named() -> Outcome {
 #[test]
 fn prop_energies_that_are_missing_or_not_finite_are_named() -> Outcome {
     let (_folder, file) = short()?;
-    let of = |message: &Recorded, topic: &str| message.channel.topic.ends_with(topic);
+    let of = |message: &RecordedMessage, topic: &str| message.channel.topic.ends_with(topic);
     let without = |n: u64, message: &Recorded| as_is(n, message).filter(|_| !of(message, "/energies"));
     let found = verified(&rewritten(&file, "without.mcap", &without, &str::to_owned)?)?;
     assert!(found.is_wrong(), "{:?}", found.findings);

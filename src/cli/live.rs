@@ -12,7 +12,7 @@ use super::status_line::StatusLine;
 pub(super) use super::status_line::describe;
 use super::{Done, shown_s};
 use crate::bus::{self, BusError};
-use crate::recording::{RecordingError, Split, Written, place};
+use crate::recording::{RecordingError, Split, Written, paths};
 use crate::runtime::{Ending, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
 use crate::scene::{IntegratorKind, MODELS, SceneSource};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
@@ -60,12 +60,12 @@ fn member(
 ) -> anyhow::Result<LiveSimulation> {
     let Beginning { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
-    let folder = Path::new(place::FOLDER);
+    let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
         (_, true) => None,
-        (Some(path), _) if count > 1 => Some(place::part(path, u32::try_from(index + 1)?)),
+        (Some(path), _) if count > 1 => Some(paths::part(path, u32::try_from(index + 1)?)),
         (Some(path), _) => Some(path.clone()),
-        (None, _) => Some(place::fresh(folder, &name.to_string(), SystemTime::now())),
+        (None, _) => Some(paths::fresh(folder, &name.to_string(), SystemTime::now())),
     };
     if let Some(first) = path.as_ref().map(|path| first_file(path, args.split)).filter(|first| first.exists()) {
         return Err(RecordingError::Exists(first).into());
@@ -100,7 +100,7 @@ fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<ShadowSimulation> 
 }
 
 fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
-    split.map_or_else(|| record.to_owned(), |_| place::part(record, 1))
+    split.map_or_else(|| record.to_owned(), |_| paths::part(record, 1))
 }
 
 /// Every weight below ½ makes vibrations grow, at any step.

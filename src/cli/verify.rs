@@ -75,7 +75,7 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     let mut out = std::io::stdout();
     let Verification { structure, physics, recomputed, span_s, findings } = found;
     writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;
-    let other = source.about.other_build();
+    let other = source.metadata.other_build();
     if !other.is_empty() {
         writeln!(out, "  recorded by another build ({}): last bits may differ", other.join("; "))?;
     }

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use super::Done;
 use super::progress::over_file;
-use crate::recording::{Written, place};
+use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, RecordedSession, WhatIfOutcome, what_if as compute};
 
 /// Options of a replay that mean nothing where nothing goes on the bus.
@@ -68,7 +68,7 @@ pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<Done> {
         overrides: args.overrides.clone(),
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
     };
-    let fresh = || place::fresh(Path::new(place::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
+    let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
     let bar = over_file(file, 1);
     let outcome = compute(&source, &change, &args.record.clone().unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();

@@ -9,7 +9,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
 use super::parse::parse;
-use super::reader::{RECORD_LIMIT, Recorded};
+use super::reader::{RECORD_LIMIT, RecordedMessage};
 
 /// Channels and schemas seen so far.
 pub(super) type Channels = ChannelAccumulator<'static>;
@@ -104,7 +104,7 @@ fn content_end(record: &[u8]) -> Option<usize> {
 #[derive(Default)]
 pub(super) struct Chunk {
     /// With the number of their channel.
-    pub messages: Vec<(u16, Recorded)>,
+    pub messages: Vec<(u16, RecordedMessage)>,
     /// What its message indexes must say.
     pub index: BTreeMap<u16, Vec<MessageIndexEntry>>,
 }
@@ -129,7 +129,7 @@ impl Chunk {
                 let id = header.channel_id;
                 let channel = channels.get(id).ok_or(McapError::UnknownChannel(header.sequence, id))?;
                 self.index.entry(id).or_default().push(MessageIndexEntry { log_time: header.log_time, offset });
-                let message = Recorded {
+                let message = RecordedMessage {
                     channel,
                     sequence: header.sequence,
                     log_time: header.log_time,

@@ -22,7 +22,7 @@ pub(super) const PIECE: usize = 64 * 1024;
 pub type Channel = mcap::Channel<'static>;
 
 /// One message of a recording.
-pub type Recorded = mcap::Message<'static>;
+pub type RecordedMessage = mcap::Message<'static>;
 
 /// The messages of a recording, in file order. Ends at the first damage, with the error; a chunk whose sum is wrong has none. Of
 /// a chunk that the file ends in come those that are there in full.
@@ -63,7 +63,7 @@ impl Messages {
     }
 
     /// The next message; `None` at the end of the data.
-    fn read(&mut self) -> McapResult<Option<Recorded>> {
+    fn read(&mut self) -> McapResult<Option<RecordedMessage>> {
         loop {
             if let Some(chunk) = &mut self.chunk {
                 match chunk.find(|opcode, data| take(opcode, data, &mut self.channels)) {
@@ -130,14 +130,14 @@ impl Messages {
 }
 
 enum Outside {
-    Message(Recorded),
+    Message(RecordedMessage),
     Chunk,
     End,
 }
 
 /// The message that a record is, if it is one. Records of no use here are not looked into: a damaged attachment must not keep
 /// anybody from the messages.
-pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResult<Option<Recorded>> {
+pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResult<Option<RecordedMessage>> {
     if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
         return Ok(None);
     }
@@ -154,7 +154,7 @@ pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResu
 }
 
 impl Iterator for Messages {
-    type Item = Result<Recorded, RecordingError>;
+    type Item = Result<RecordedMessage, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.over {

@@ -10,18 +10,18 @@ use std::time::Duration;
 use super::session_info::SessionInfo;
 use super::settings::{Settings, WhenFull};
 use super::writer::{SessionWriter, Written};
-use super::{Message, RecordingError, place};
+use super::{Message, RecordingError, paths};
 
 /// Messages that may wait for the disk.
 const QUEUE: usize = 8192;
 /// Between two looks at a full queue.
-const LOOK_AGAIN: Duration = Duration::from_millis(1);
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 /// The thread rests between two looks at its queue: to be woken for every message would cost more than writing it. So long at
 /// most, and no longer than this part of the flush period.
-const REST: Duration = Duration::from_millis(10);
+const QUEUE_POLL_PERIOD: Duration = Duration::from_millis(10);
 const REST_PER_FLUSH: u32 = 8;
 /// It does not rest when it found so many.
-const MANY: usize = 512;
+const BUSY_BATCH: usize = 512;
 
 /// A recording in progress.
 pub struct Recorder {
@@ -79,7 +79,7 @@ impl Recorder {
     /// Hands over a message; `false` when it was left out, because the disk is too slow or recording has failed.
     pub fn record(&self, message: Message) -> bool {
         match self.when_full {
-            WhenFull::Wait => self.insist(message),
+            WhenFull::Wait => self.record_blocking(message),
             WhenFull::Drop => self.try_send(message).is_ok(),
         }
     }
@@ -96,7 +96,7 @@ impl Recorder {
     }
 
     /// Hands over a message, waiting for the disk if need be; `false` when recording has failed.
-    pub fn insist(&self, mut message: Message) -> bool {
+    pub fn record_blocking(&self, mut message: Message) -> bool {
         loop {
             match self.try_send(message) {
                 Ok(()) => return true,
@@ -104,7 +104,7 @@ impl Recorder {
                 // To be woken for every message that leaves a full queue would cost more than writing it.
                 Err(TrySendError::Full(back)) => message = back,
             }
-            std::thread::sleep(LOOK_AGAIN);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 
@@ -117,7 +117,7 @@ impl Recorder {
 }
 
 fn part_path(base: &Path, part: u32) -> PathBuf {
-    if part == 0 { base.to_owned() } else { place::part(base, part) }
+    if part == 0 { base.to_owned() } else { paths::part(base, part) }
 }
 
 /// The recording thread's state.
@@ -159,7 +159,7 @@ impl Recording {
 
     /// Whether the limit was reached.
     fn take(&mut self, messages: &Receiver<Message>) -> Result<bool, RecordingError> {
-        let rest = REST.min(self.settings.flush_period / REST_PER_FLUSH);
+        let rest = QUEUE_POLL_PERIOD.min(self.settings.flush_period / REST_PER_FLUSH);
         loop {
             let next = match self.writer.due_in() {
                 Some(wait) => messages.recv_timeout(wait),
@@ -171,8 +171,8 @@ impl Recording {
                 Err(RecvTimeoutError::Timeout) => self.writer.flush()?,
                 Err(RecvTimeoutError::Disconnected) => return Ok(false),
             }
-            let mut found = MANY;
-            while found >= MANY {
+            let mut found = BUSY_BATCH;
+            while found >= BUSY_BATCH {
                 found = 0;
                 loop {
                     match messages.try_recv() {

@@ -13,7 +13,7 @@ use mcap::{MAGIC, McapError, McapResult};
 
 use super::chunk::Records;
 use super::parse::parse;
-use super::reader::{Messages, RECORD_LIMIT, Recorded, is_cut_off};
+use super::reader::{Messages, RECORD_LIMIT, RecordedMessage, is_cut_off};
 use super::{Channel, RecordingError};
 
 /// What a recording holds.
@@ -110,7 +110,7 @@ impl RecordingFile {
     pub fn messages_from(
         &self,
         from_ns: u64,
-    ) -> Result<Box<dyn Iterator<Item = Result<Recorded, RecordingError>> + Send>, RecordingError> {
+    ) -> Result<Box<dyn Iterator<Item = Result<RecordedMessage, RecordingError>> + Send>, RecordingError> {
         if self.chunks.is_empty() {
             let messages = Messages::open(&self.path)?;
             let whole = messages.take_while(|message| !message.as_ref().is_err_and(is_cut_off));
@@ -185,12 +185,12 @@ struct InOrder {
     file: File,
     channels: HashMap<u16, Arc<Channel>>,
     chunks: VecDeque<ChunkIndex>,
-    waiting: BTreeMap<(u64, u64, usize), Recorded>,
+    waiting: BTreeMap<(u64, u64, usize), RecordedMessage>,
     from_ns: u64,
 }
 
 impl Iterator for InOrder {
-    type Item = Result<Recorded, RecordingError>;
+    type Item = Result<RecordedMessage, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {

@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use mcap::{Attachment, Writer};
 
-use super::build;
+use super::build_info;
 use crate::wire;
 
 /// Name of the metadata record.
@@ -48,7 +48,7 @@ impl SessionInfo {
             ("scene_crc32", sum(&self.scene)),
         ];
         let part = part.map(|part| ("part", part.to_string()));
-        let build = build::FACTS.map(|(key, value)| (key, value.to_owned()));
+        let build = build_info::FACTS.map(|(key, value)| (key, value.to_owned()));
         let all = facts.into_iter().chain(self.facts.iter().cloned()).chain(build).chain(part);
         let metadata = all.map(|(key, value)| (key.to_owned(), value)).collect();
         mcap.write_metadata(&mcap::records::Metadata { name: METADATA.to_owned(), metadata })?;

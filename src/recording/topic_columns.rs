@@ -32,7 +32,7 @@ pub struct TopicColumns {
 /// [`RecordingError`] when it cannot be read, is empty, or a message does not fit its schema.
 pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
     let mut decoder = Decoder::new(recording);
-    let mut topics: BTreeMap<String, Filling> = BTreeMap::new();
+    let mut topics: BTreeMap<String, ColumnBuilder> = BTreeMap::new();
     let cut_off = decoder.each_row(|topic, row| {
         topics.entry(topic.to_owned()).or_default().take(row);
         Ok(())
@@ -46,13 +46,13 @@ pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
 
 /// A topic's columns while they are filled.
 #[derive(Default)]
-struct Filling {
+struct ColumnBuilder {
     columns: Vec<(String, Vec<f64>)>,
     index: HashMap<String, usize>,
     rows: usize,
 }
 
-impl Filling {
+impl ColumnBuilder {
     fn take(&mut self, row: &Row) {
         for (name, cell) in row {
             let place = self.index.get(name).copied().unwrap_or_else(|| {

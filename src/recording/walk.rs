@@ -13,7 +13,7 @@ use mcap::{MAGIC, McapError};
 use super::RecordingError;
 use super::chunk::{Channels, Chunk, RECORD_HEAD};
 use super::parse::parse;
-use super::reader::{PIECE, RECORD_LIMIT, Recorded};
+use super::reader::{PIECE, RECORD_LIMIT, RecordedMessage};
 
 /// Something in a recording that cannot be read, or contradicts the rest.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,9 +27,9 @@ pub struct Damage {
 }
 
 /// What a walk meets, in file order.
-pub enum Found<'a> {
+pub enum WalkItem<'a> {
     /// A message.
-    Message(&'a Recorded),
+    Message(&'a RecordedMessage),
     /// A metadata record: its name and entries.
     Metadata(&'a str, &'a BTreeMap<String, String>),
     /// An attachment: its name and bytes.
@@ -54,13 +54,13 @@ pub struct Structure {
 }
 
 /// Whether to go on.
-pub type Going = std::ops::ControlFlow<()>;
+pub type WalkFlow = std::ops::ControlFlow<()>;
 
 /// Walks through a recording; `visit` is told everything and the byte where it stands, and may end the walk.
 ///
 /// # Errors
 /// [`RecordingError::File`] when the file cannot be opened or read. Whatever is wrong inside is in the [`Structure`].
-pub fn walk(path: &Path, visit: impl FnMut(Found<'_>, u64) -> Going) -> Result<Structure, RecordingError> {
+pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Result<Structure, RecordingError> {
     let mut file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
     let closed = ends_with_magic(&mut file).map_err(RecordingError::file(path))?;
     let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
@@ -101,7 +101,7 @@ struct Walker<V> {
     indexed: [u64; 2],
 }
 
-impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
+impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
     fn through(mut self, file: &mut BufReader<File>, closed: bool) -> std::io::Result<Structure> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -139,14 +139,14 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
         Ok(self.structure)
     }
 
-    fn damaged(&mut self, what: String, lost_ns: Option<[u64; 2]>) -> Going {
+    fn damaged(&mut self, what: String, lost_ns: Option<[u64; 2]>) -> WalkFlow {
         let damage = Damage { offset: self.position, what, lost_ns };
-        let going = (self.visit)(Found::Damage(&damage), self.position);
+        let going = (self.visit)(WalkItem::Damage(&damage), self.position);
         self.structure.damage.push(damage);
         going
     }
 
-    fn record(&mut self, opcode: u8, data: &[u8]) -> Going {
+    fn record(&mut self, opcode: u8, data: &[u8]) -> WalkFlow {
         if opcode != op::MESSAGE_INDEX && !self.awaited.is_empty() {
             self.awaited.clear();
             self.damaged("the chunk before it has messages that its index does not list".to_owned(), None)?;
@@ -158,19 +158,19 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
                 let there = self.is_there(&index);
                 self.indexed[0] += 1;
                 self.indexed[1] += u64::from(!there);
-                Going::Continue(())
+                WalkFlow::Continue(())
             }
             Ok(Record::Statistics(statistics)) => self.statistics(&statistics),
-            Ok(Record::Metadata(metadata)) => (self.visit)(Found::Metadata(&metadata.name, &metadata.metadata), self.position),
-            Ok(Record::Attachment { header, data, .. }) => (self.visit)(Found::Attachment(&header.name, &data), self.position),
+            Ok(Record::Metadata(metadata)) => (self.visit)(WalkItem::Metadata(&metadata.name, &metadata.metadata), self.position),
+            Ok(Record::Attachment { header, data, .. }) => (self.visit)(WalkItem::Attachment(&header.name, &data), self.position),
             Ok(Record::Footer(_)) => self.footer(),
             Ok(Record::Message { .. }) => self.damaged("a message outside of any chunk".to_owned(), None),
-            Ok(_) => Going::Continue(()),
+            Ok(_) => WalkFlow::Continue(()),
             Err(error) => self.damaged(error.to_string(), None),
         }
     }
 
-    fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> Going {
+    fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> WalkFlow {
         let times = [header.message_start_time, header.message_end_time];
         let read = Chunk::read(record, &mut self.channels);
         self.chunks.insert(self.position, (RECORD_HEAD + record.len() as u64, header));
@@ -182,18 +182,18 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
         self.structure.messages += chunk.messages.len() as u64;
         for (id, message) in &chunk.messages {
             *self.counts.entry(*id).or_default() += 1;
-            (self.visit)(Found::Message(message), self.position)?;
+            (self.visit)(WalkItem::Message(message), self.position)?;
         }
         self.awaited = chunk.index;
-        Going::Continue(())
+        WalkFlow::Continue(())
     }
 
-    fn message_index(&mut self, index: MessageIndex) -> Going {
+    fn message_index(&mut self, index: MessageIndex) -> WalkFlow {
         let expected = self.awaited.remove(&index.channel_id);
         // After a chunk that cannot be read nothing is awaited.
         let after_damage = self.structure.damage.last().is_some_and(|damage| damage.lost_ns.is_some());
         if expected.as_ref() == Some(&index.records) || expected.is_none() && (after_damage || index.records.is_empty()) {
-            return Going::Continue(());
+            return WalkFlow::Continue(());
         }
         self.damaged("a message index does not fit the chunk before it".to_owned(), None)
     }
@@ -209,20 +209,20 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
         })
     }
 
-    fn statistics(&mut self, said: &Statistics) -> Going {
+    fn statistics(&mut self, said: &Statistics) -> WalkFlow {
         let said_counts: BTreeMap<u16, u64> =
             said.channel_message_counts.iter().filter(|(_, count)| **count > 0).map(|(id, count)| (*id, *count)).collect();
         if said.message_count == self.structure.messages && said_counts == self.counts {
-            return Going::Continue(());
+            return WalkFlow::Continue(());
         }
         let (said, found) = (said.message_count, self.structure.messages);
         self.damaged(format!("the statistics count {said} messages, the file holds {found} that can be read"), None)
     }
 
-    fn footer(&mut self) -> Going {
+    fn footer(&mut self) -> WalkFlow {
         let (chunks, [indexed, astray]) = (self.chunks.len() as u64, self.indexed);
         if indexed == chunks && astray == 0 {
-            return Going::Continue(());
+            return WalkFlow::Continue(());
         }
         self.damaged(format!("the index lists {indexed} of {chunks} chunks, {astray} of them where there is no such chunk"), None)
     }

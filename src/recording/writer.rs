@@ -13,7 +13,7 @@ use mcap::{Compression, WriteOptions, Writer};
 use super::message::Message;
 use super::session_info::SessionInfo;
 use super::settings::{Settings, Split};
-use super::{RecordingError, build};
+use super::{RecordingError, build_info};
 use crate::wire;
 
 /// Chunks are closed when they reach this size, or are due.
@@ -40,7 +40,7 @@ pub(super) fn options() -> WriteOptions {
         .compression(Some(Compression::Lz4))
         .chunk_size(Some(CHUNK_BYTES))
         .disable_seeking(true)
-        .library(format!("flexcrank {}", build::VERSION))
+        .library(format!("flexcrank {}", build_info::VERSION))
 }
 
 /// Makes a new file, and its folder; never overwrites one.
@@ -119,7 +119,7 @@ impl SessionWriter {
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
         self.span_ns = Some((first.min(message.log_time_ns), last.max(message.log_time_ns)));
         let since = *self.waiting_since.get_or_insert_with(Instant::now);
-        if since.elapsed() >= self.patience() { self.flush() } else { Ok(()) }
+        if since.elapsed() >= self.longest_wait() { self.flush() } else { Ok(()) }
     }
 
     fn append(&mut self, message: &Message) -> mcap::McapResult<()> {
@@ -144,13 +144,13 @@ impl SessionWriter {
     }
 
     /// How long a message may wait to be flushed: less than the period, so that what flushing takes fits in as well.
-    fn patience(&self) -> Duration {
+    fn longest_wait(&self) -> Duration {
         self.settings.flush_period * 3 / 4
     }
 
     /// How long until a flush is due; `None` when nothing waits for one.
     pub(super) fn due_in(&self) -> Option<Duration> {
-        self.waiting_since.map(|since| self.patience().saturating_sub(since.elapsed()))
+        self.waiting_since.map(|since| self.longest_wait().saturating_sub(since.elapsed()))
     }
 
     /// Closes the open chunk and hands it to the system, and to the disk if that was asked for.

@@ -2,7 +2,7 @@
 
 use prost::{DecodeError, Message as _};
 
-use crate::recording::Recorded;
+use crate::recording::RecordedMessage;
 use crate::wire::{
     Angles, AppliedCommand, Checkpoint, Displacements, Energies, Gap, Loads, Stamp, Status, applied_command, control,
 };
@@ -24,7 +24,7 @@ pub(super) enum Event {
 
 impl Event {
     /// Decodes by the name of the schema.
-    pub(super) fn of(message: &Recorded) -> Result<Self, DecodeError> {
+    pub(super) fn of(message: &RecordedMessage) -> Result<Self, DecodeError> {
         let data = message.data.as_ref();
         Ok(match schema(message) {
             "flexcrank.v1.Displacements" => Event::Displacements(Displacements::decode(data)?),
@@ -76,12 +76,12 @@ impl Event {
 }
 
 /// Fully qualified name of a message's type; empty where the file has none.
-pub(super) fn schema(message: &Recorded) -> &str {
+pub(super) fn schema(message: &RecordedMessage) -> &str {
     message.channel.schema.as_ref().map_or("", |schema| &schema.name)
 }
 
 /// The last chunk of a message's topic.
-pub(super) fn topic(message: &Recorded) -> &str {
+pub(super) fn topic(message: &RecordedMessage) -> &str {
     message.channel.topic.rsplit('/').next().unwrap_or_default()
 }
 

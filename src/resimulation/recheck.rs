@@ -7,7 +7,7 @@ use super::finding::Finding;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
 use super::survey::Survey;
-use crate::recording::{Found, Going, Recorded, walk};
+use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
 
@@ -53,11 +53,11 @@ pub(super) fn recheck(
         number: 0,
     };
     walk(&source.path, |found, position| {
-        if let Found::Message(message) = found {
+        if let WalkItem::Message(message) = found {
             recheck.message(message);
         }
         progress(position);
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     let Recheck { done, mut findings, first, differing, .. } = recheck;
     findings.extend(first.map(|first| Finding::Differs { first: Box::new(first), messages: differing }));
@@ -81,7 +81,7 @@ struct Recheck<'a, B: Iterator<Item = u64>> {
 }
 
 impl<B: Iterator<Item = u64>> Recheck<'_, B> {
-    fn message(&mut self, message: &Recorded) {
+    fn message(&mut self, message: &RecordedMessage) {
         while self.breaks.next_if(|number| *number <= self.number).is_some() {
             self.anchored = false;
         }
@@ -112,7 +112,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     }
 
     /// Compares the state with that of a checkpoint, and goes on from what was recorded.
-    fn checkpoint(&mut self, message: &Recorded, event: &Event, checkpoint: &Checkpoint, at: EpochStep) {
+    fn checkpoint(&mut self, message: &RecordedMessage, event: &Event, checkpoint: &Checkpoint, at: EpochStep) {
         if self.anchored {
             self.compare(message, event, at);
         } else if at == (0, 0) {
@@ -152,7 +152,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.findings.push(Finding::ResimulationFault { epoch, step, what });
     }
 
-    fn compare(&mut self, message: &Recorded, event: &Event, at: EpochStep) {
+    fn compare(&mut self, message: &RecordedMessage, event: &Event, at: EpochStep) {
         if !self.go_to(at) {
             return;
         }
@@ -209,7 +209,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         prost::Message::decode(computed.as_slice()).map_or(computed, as_recorded)
     }
 
-    fn differs(&mut self, message: &Recorded, computed: &[u8], instant: EpochStep) {
+    fn differs(&mut self, message: &RecordedMessage, computed: &[u8], instant: EpochStep) {
         self.differing += 1;
         if self.first.is_some() {
             return;

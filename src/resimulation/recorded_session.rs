@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::ResimulationError;
-use crate::recording::{self, About};
+use crate::recording::{self, RecordingMetadata};
 use crate::runtime::PublishRates;
 use crate::scene::SceneSource;
 use crate::wire::Stamp;
@@ -25,7 +25,7 @@ pub struct RecordedSession {
     /// Whether energies were published as a topic. Earlier versions published them in `status` only and recorded no rate for them.
     pub energies: bool,
     /// All that it says of itself.
-    pub about: About,
+    pub metadata: RecordingMetadata,
 }
 
 impl RecordedSession {
@@ -34,21 +34,21 @@ impl RecordedSession {
     /// # Errors
     /// [`ResimulationError`] when it cannot be read or says too little, or its scene is refused.
     pub fn open(path: &Path) -> Result<Self, ResimulationError> {
-        let about = About::read(path)?;
-        let text = about.scene.as_deref().unwrap_or_default();
+        let metadata = RecordingMetadata::read(path)?;
+        let text = metadata.scene.as_deref().unwrap_or_default();
         let scene = SceneSource::parse(&format!("{}: scene.toml", path.display()), text, &[]).map_err(|refused| {
-            let build = about.other_build().join("; ");
+            let build = metadata.other_build().join("; ");
             if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused, build } }
         })?;
-        let started = about.started().ok_or_else(|| ResimulationError::NoStart(path.to_owned()))?;
+        let started = metadata.started().ok_or_else(|| ResimulationError::NoStart(path.to_owned()))?;
         Ok(RecordedSession {
             path: path.to_owned(),
-            name: about.fact("name").to_owned(),
+            name: metadata.fact("name").to_owned(),
             started,
             scene,
-            publish: about.fact("publish_hz").parse().ok(),
-            energies: about.fact("publish_hz").contains("energies="),
-            about,
+            publish: metadata.fact("publish_hz").parse().ok(),
+            energies: metadata.fact("publish_hz").contains("energies="),
+            metadata,
         })
     }
 

@@ -4,7 +4,7 @@ use super::ResimulationError;
 use super::event::Event;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, Resimulator};
-use crate::recording::{Found, Going, Recorded, walk};
+use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply};
 
@@ -31,15 +31,15 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
     walk(&source.path, |found, position| {
         progress(position);
         match found {
-            Found::Message(message) if message.log_time > until_ns => {
+            WalkItem::Message(message) if message.log_time > until_ns => {
                 trail.goes_on = true;
-                return Going::Break(());
+                return WalkFlow::Break(());
             }
-            Found::Message(message) => trail.take(source, message),
-            Found::Damage(damage) => trail.broken |= damage.lost_ns.is_some(),
+            WalkItem::Message(message) => trail.take(source, message),
+            WalkItem::Damage(damage) => trail.broken |= damage.lost_ns.is_some(),
             _ => {}
         }
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     let checkpoint = trail.checkpoint.as_ref().ok_or_else(|| ResimulationError::NothingToResume(source.path.clone()))?;
     let mut resimulator = Resimulator::new(&source.scene.scene)?;
@@ -87,7 +87,7 @@ struct Trail {
 }
 
 impl Trail {
-    fn take(&mut self, source: &RecordedSession, message: &Recorded) {
+    fn take(&mut self, source: &RecordedSession, message: &RecordedMessage) {
         let Ok(event) = Event::of(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| source.is_timely(stamp, message.log_time)) else { return };
         match event {

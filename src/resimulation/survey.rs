@@ -5,7 +5,7 @@ use super::finding::Finding;
 use super::missing_steps::MissingSteps;
 use super::physics::Physics;
 use super::recorded_session::RecordedSession;
-use crate::recording::{Found, Going, Recorded, RecordingError, Structure, walk};
+use crate::recording::{RecordedMessage, RecordingError, Structure, WalkFlow, WalkItem, walk};
 use crate::wire::{Gap, Stamp};
 
 /// Name of the metadata record of a recording that was saved from a broken one.
@@ -39,16 +39,16 @@ pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result
     let mut recovered = false;
     let structure = walk(&source.path, |found, position| {
         match found {
-            Found::Message(message) => reading.message(message),
-            Found::Damage(damage) if damage.lost_ns.is_some() => {
+            WalkItem::Message(message) => reading.message(message),
+            WalkItem::Damage(damage) if damage.lost_ns.is_some() => {
                 reading.holes.damaged();
                 reading.breaks.push(reading.messages);
             }
-            Found::Metadata(RECOVERED, _) => recovered = true,
+            WalkItem::Metadata(RECOVERED, _) => recovered = true,
             _ => {}
         }
         progress(position);
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     let Reading { physics, mut findings, mut breaks, gaps, holes, span_ns, .. } = reading;
     let (missing, lost) = holes.into_findings(&gaps, recovered);
@@ -58,7 +58,7 @@ pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result
     findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
     findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
     findings.extend(recovered.then_some(Finding::Recovered));
-    if !source.about.scene_is_original() {
+    if !source.metadata.scene_is_original() {
         findings.push(Finding::SceneChanged);
     }
     Ok(Survey { structure, physics, findings, breaks, gaps, span_ns })
@@ -78,7 +78,7 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    fn message(&mut self, message: &Recorded) {
+    fn message(&mut self, message: &RecordedMessage) {
         let number = self.messages;
         self.messages += 1;
         let event = match Event::of(message) {
@@ -106,7 +106,7 @@ impl Reading<'_> {
     }
 
     /// Log times never fall, and are the session's start plus the simulated time since then.
-    fn time(&mut self, message: &Recorded, stamp: Option<Stamp>) {
+    fn time(&mut self, message: &RecordedMessage, stamp: Option<Stamp>) {
         let log_time = message.log_time;
         let [first, last] = self.span_ns.unwrap_or([log_time; 2]);
         self.span_ns = Some([first, last.max(log_time)]);

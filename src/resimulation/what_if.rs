@@ -11,7 +11,7 @@ use super::difference::{Difference, Field};
 use super::event::{Event, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
-use crate::recording::{self, Found, Going, Recorded, Recorder, SessionInfo, Settings, WhenFull, Written, walk};
+use crate::recording::{self, RecordedMessage, Recorder, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written, walk};
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, PulseRequest};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_command};
@@ -73,7 +73,7 @@ pub fn what_if(
     pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     let first = beginning(source, change, pulses.first())?;
     let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
-    let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.about.fact("publish_hz").to_owned()));
+    let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.metadata.fact("publish_hz").to_owned()));
     let of = format!("{} {}", source.path.display(), change.command_line);
     let session = SessionInfo {
         name: source.name.clone(),
@@ -98,12 +98,12 @@ pub fn what_if(
     let (mut number, mut end) = (0, Ok(()));
     walk(&source.path, |found, position| {
         progress(position);
-        let Found::Message(message) = found else { return Going::Continue(()) };
+        let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
         number += 1;
         if number > first {
             end = attempt.message(message);
         }
-        if end.is_ok() { Going::Continue(()) } else { Going::Break(()) }
+        if end.is_ok() { WalkFlow::Continue(()) } else { WalkFlow::Break(()) }
     })?;
     let end = end.and_then(|()| attempt.all_added());
     let Attempt { recorder, deviation, from_s, .. } = attempt;
@@ -124,13 +124,13 @@ fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPuls
     let (mut number, mut begin) = (0, None);
     let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
     walk(&source.path, |found, _| {
-        let Found::Message(message) = found else { return Going::Continue(()) };
+        let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
         if schema(message) == "flexcrank.v1.Checkpoint" && message.log_time <= until_ns {
             begin = Some(number);
         }
         number += 1;
         let decided = begin.is_some() && (!change.overrides.is_empty() || message.log_time > until_ns);
-        if decided { Going::Break(()) } else { Going::Continue(()) }
+        if decided { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
     })?;
     begin.ok_or_else(|| match first {
         Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s },
@@ -165,7 +165,7 @@ struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    fn message(&mut self, message: &Recorded) -> Result<(), Stopped> {
+    fn message(&mut self, message: &RecordedMessage) -> Result<(), Stopped> {
         let Ok(event) = Event::of(message) else { return Ok(()) };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return Ok(()) };
         if self.from_s.is_none() {
@@ -192,7 +192,7 @@ impl Attempt<'_> {
         }
     }
 
-    fn begin(&mut self, checkpoint: &Checkpoint, event: &Event, message: &Recorded) -> Result<(), Stopped> {
+    fn begin(&mut self, checkpoint: &Checkpoint, event: &Event, message: &RecordedMessage) -> Result<(), Stopped> {
         let unlike = |what: &str| {
             let (path, what) = (self.source.path.clone(), what.to_owned());
             Stopped::Other(ResimulationError::Unlike { path, what })
@@ -211,7 +211,7 @@ impl Attempt<'_> {
     }
 
     /// Every added pulse that begins before `session_s` is taken before the step that feels it.
-    fn add_pulses_before(&mut self, session_s: f64, message: &Recorded) -> Result<(), Stopped> {
+    fn add_pulses_before(&mut self, session_s: f64, message: &RecordedMessage) -> Result<(), Stopped> {
         while let Some(pulse) = self.pulses.get(self.added).filter(|pulse| pulse.start_s < session_s).copied() {
             self.added += 1;
             let stamp = self.resimulator.stamp();
@@ -238,7 +238,7 @@ impl Attempt<'_> {
         }
     }
 
-    fn command(&mut self, command: &AppliedCommand, message: &Recorded) -> Result<(), Stopped> {
+    fn command(&mut self, command: &AppliedCommand, message: &RecordedMessage) -> Result<(), Stopped> {
         if resets(command) {
             self.record(topic(message), "flexcrank.v1.AppliedCommand", message.data.to_vec(), message);
             return Ok(self.resimulator.command(command)?);
@@ -248,7 +248,7 @@ impl Attempt<'_> {
     }
 
     /// Takes in a pulse, and records that it did.
-    fn take(&mut self, id: &str, request: &PulseRequest, message: &Recorded) -> Result<(), Stopped> {
+    fn take(&mut self, id: &str, request: &PulseRequest, message: &RecordedMessage) -> Result<(), Stopped> {
         let effective = self.resimulator.apply(request)?;
         let reply = CommandReply {
             id: id.to_owned(),
@@ -263,7 +263,7 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    fn compare(&mut self, event: &Event, message: &Recorded) -> Result<(), Stopped> {
+    fn compare(&mut self, event: &Event, message: &RecordedMessage) -> Result<(), Stopped> {
         let Some(computed) = self.write_in_place_of(event, message)? else { return Ok(()) };
         if matches!(event, Event::Checkpoint(_)) || computed == message.data.as_ref() {
             return Ok(());
@@ -282,7 +282,7 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    fn write_in_place_of(&mut self, event: &Event, message: &Recorded) -> Result<Option<Vec<u8>>, Stopped> {
+    fn write_in_place_of(&mut self, event: &Event, message: &RecordedMessage) -> Result<Option<Vec<u8>>, Stopped> {
         let computed = self.resimulator.recompute(event)?;
         if let (Some(payload), Some(schema)) = (&computed, event.schema()) {
             self.record(topic(message), schema, payload.clone(), message);
@@ -290,7 +290,7 @@ impl Attempt<'_> {
         Ok(computed)
     }
 
-    fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &Recorded) {
+    fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &RecordedMessage) {
         let prefix = message.channel.topic.rsplit_once('/').map_or("", |(prefix, _)| prefix);
         // What fails is told when the recording is finished.
         let _ = self.recorder.record(recording::Message {

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry, Topic};
-use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, place};
+use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedState, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
@@ -321,8 +321,8 @@ impl OutputWorker {
             return Err(format!("already recording to {}: stop that first", recorder.path().display()));
         }
         let path = match name {
-            "" => place::fresh(&self.target.folder, &self.name.to_string(), std::time::SystemTime::now()),
-            name => place::named(&self.target.folder, name).map_err(|error| error.to_string())?,
+            "" => paths::fresh(&self.target.folder, &self.name.to_string(), std::time::SystemTime::now()),
+            name => paths::named(&self.target.folder, name).map_err(|error| error.to_string())?,
         };
         self.recorder = Some(self.target.start(&path).map_err(|error| error.to_string())?);
         self.recording_failure = None;
@@ -340,7 +340,7 @@ impl OutputWorker {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
             if let Some(now) = self.last_stamp {
-                recorder.insist(self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), &now));
+                recorder.record_blocking(self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), &now));
             }
             self.endpoint.publish(Topic::Gaps, payload);
         }

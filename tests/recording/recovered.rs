@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flexcrank::recording::{Messages, Recorded, RecordingError, Recovered, recover};
+use flexcrank::recording::{Messages, RecordedMessage, RecordingError, Recovered, recover};
 use flexcrank::runtime::{Pace, PublishRate};
 
 use crate::common::{Outcome, Service, scene};
@@ -18,7 +18,7 @@ fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
 /// Every message: topic, number, times, bytes.
 type Known = (String, u32, u64, u64, Vec<u8>);
 
-fn known(message: Recorded) -> Known {
+fn known(message: RecordedMessage) -> Known {
     (message.channel.topic.clone(), message.sequence, message.log_time, message.publish_time, message.data.to_vec())
 }
 

@@ -1,15 +1,15 @@
 //! Recordings as tables: one wide table a topic, as CSV or Parquet, decoded by the schemas that the file itself carries.
 
+mod column_types;
 mod csv;
-mod learn;
 mod parquet;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::rows::{Cell, Decoder, Part};
+use super::rows::{Decoder, FieldValue, TimeRange};
 use super::{RecordingError, RecordingFile, writer::Written};
-use learn::{Column, Columns};
+use column_types::{Column, Columns};
 
 /// What to export, and where to.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -49,8 +49,8 @@ pub struct Exported {
 /// [`RecordingError`] when the recording cannot be read, a message does not fit its schema, a time or a column is asked for that
 /// is not there, or a table cannot be written.
 pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
-    let part = Part::new(export.from_s, export.to_s, export.every_s);
-    let mut decoder = Decoder::new(recording).part(part);
+    let part = TimeRange::new(export.from_s, export.to_s, export.every_s);
+    let mut decoder = Decoder::new(recording).within(part);
     let mut topics: BTreeMap<String, Columns> = BTreeMap::new();
     let cut_off = decoder.each_row(|topic, row| {
         topics.entry(topic.to_owned()).or_default().learn(row);
@@ -59,7 +59,7 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
     if topics.is_empty() {
         return Err(empty(recording, export)?);
     }
-    learn::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
+    column_types::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
     let mut tables = BTreeMap::new();
     for (topic, columns) in topics {
         tables.insert(topic.clone(), Table::create(export, &topic, columns)?);
@@ -83,7 +83,7 @@ fn empty(recording: &Path, export: &Export) -> Result<RecordingError, RecordingE
 /// A file that rows are written to.
 trait Sheet {
     /// One row, with a cell for each column or none.
-    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError>;
+    fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError>;
     /// Closes the file.
     fn finish(self: Box<Self>) -> Result<PathBuf, RecordingError>;
 }
@@ -113,7 +113,7 @@ impl Table {
         Ok(Table { index, sheets, rows: 0 })
     }
 
-    fn write(&mut self, row: &[(String, Cell)]) -> Result<(), RecordingError> {
+    fn write(&mut self, row: &[(String, FieldValue)]) -> Result<(), RecordingError> {
         let mut cells = vec![None; self.index.len()];
         for (name, cell) in row {
             if let Some(column) = self.index.get(name) {

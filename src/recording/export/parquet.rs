@@ -12,9 +12,9 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
 use super::Sheet;
-use super::learn::{Column, Kind};
+use super::column_types::{Column, ColumnType};
 use crate::recording::RecordingError;
-use crate::recording::rows::Cell;
+use crate::recording::rows::FieldValue;
 
 /// What rows of a table may wait in memory before they are written as a row group, bytes.
 const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
@@ -54,7 +54,7 @@ impl ParquetSheet {
 }
 
 impl Sheet for ParquetSheet {
-    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError> {
+    fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError> {
         self.waiting += self.columns.iter_mut().zip(cells).map(|(column, cell)| column.push(*cell)).sum::<usize>();
         if self.waiting >= ROW_GROUP_BYTES {
             self.write_group().map_err(|error| refused(&self.path, error))?;
@@ -78,11 +78,11 @@ fn refused(path: &Path, error: ParquetError) -> RecordingError {
 fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
     let field = |column: &Column| {
         let (physical, logical) = match column.kind {
-            Kind::Integer => (Physical::INT64, None),
-            Kind::Time => (Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::NANOS))),
-            Kind::Number => (Physical::DOUBLE, None),
-            Kind::Flag => (Physical::BOOLEAN, None),
-            Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            ColumnType::Integer => (Physical::INT64, None),
+            ColumnType::Time => (Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::NANOS))),
+            ColumnType::Number => (Physical::DOUBLE, None),
+            ColumnType::Flag => (Physical::BOOLEAN, None),
+            ColumnType::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
         let field = Type::primitive_type_builder(&column.name, physical).with_repetition(Repetition::OPTIONAL);
         Ok(Arc::new(field.with_logical_type(logical).build()?))
@@ -106,22 +106,22 @@ enum Values {
 }
 
 impl Cells {
-    fn new(kind: Kind) -> Self {
+    fn new(kind: ColumnType) -> Self {
         let values = match kind {
-            Kind::Integer | Kind::Time => Values::Integers(Vec::new()),
-            Kind::Number => Values::Numbers(Vec::new()),
-            Kind::Flag => Values::Flags(Vec::new()),
-            Kind::Text => Values::Texts(Vec::new()),
+            ColumnType::Integer | ColumnType::Time => Values::Integers(Vec::new()),
+            ColumnType::Number => Values::Numbers(Vec::new()),
+            ColumnType::Flag => Values::Flags(Vec::new()),
+            ColumnType::Text => Values::Texts(Vec::new()),
         };
         Cells { levels: Vec::new(), values }
     }
 
     /// Takes the cell of the next row, if it has one; returns about how many bytes it takes.
-    fn push(&mut self, cell: Option<&Cell>) -> usize {
+    fn push(&mut self, cell: Option<&FieldValue>) -> usize {
         let size = match (&mut self.values, cell) {
-            (Values::Integers(values), Some(Cell::Integer(value) | Cell::Time(value))) => keep(values, *value),
+            (Values::Integers(values), Some(FieldValue::Integer(value) | FieldValue::Time(value))) => keep(values, *value),
             (Values::Numbers(values), Some(cell)) => keep(values, cell.number()),
-            (Values::Flags(values), Some(Cell::Flag(value))) => keep(values, *value),
+            (Values::Flags(values), Some(FieldValue::Flag(value))) => keep(values, *value),
             (Values::Texts(values), Some(cell)) => {
                 let text = cell.to_string().into_bytes();
                 text.len() + keep(values, text.into())

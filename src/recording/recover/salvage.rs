@@ -12,7 +12,7 @@ use mcap::{Attachment, McapResult, Summary, Writer};
 use crate::recording::chunk::Records;
 use crate::recording::parse::parse;
 use crate::recording::writer::{create_new, options};
-use crate::recording::{RecordingError, build};
+use crate::recording::{RecordingError, build_info};
 
 /// Name of the metadata record that says what a file was recovered from.
 const METADATA: &str = "flexcrank-recovered";
@@ -222,7 +222,7 @@ impl Salvage {
         let lost = lost_messages.map_or("unknown".to_owned(), |lost| lost.to_string());
         let facts = [
             ("from", from.display().to_string()),
-            ("version", build::VERSION.to_owned()),
+            ("version", build_info::VERSION.to_owned()),
             ("lost_messages", lost),
             ("unchecked_messages", self.unchecked.to_string()),
         ];

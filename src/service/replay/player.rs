@@ -13,7 +13,7 @@ use super::route::Routes;
 use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport};
 use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
-use crate::recording::{Recorded, RecordingFile};
+use crate::recording::{RecordedMessage, RecordingFile};
 use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
@@ -310,7 +310,7 @@ impl<'a> Player<'a> {
         self.timeline.position_s(self.clock.elapsed()).min(self.next_s)
     }
 
-    fn put(&mut self, message: &Recorded, at_s: f64) -> Result<(), ServiceError> {
+    fn put(&mut self, message: &RecordedMessage, at_s: f64) -> Result<(), ServiceError> {
         let Some(route) = self.routes.of(message.channel.id) else { return Ok(()) };
         if let Some(late) = self.timeline.put(self.clock.elapsed(), at_s) {
             self.lateness.record(late);
@@ -327,7 +327,7 @@ impl<'a> Player<'a> {
     }
 
     /// Publishes a recorded command on the key it was sent to.
-    fn put_command(&self, message: &Recorded) -> Result<(), ServiceError> {
+    fn put_command(&self, message: &RecordedMessage) -> Result<(), ServiceError> {
         let Ok(applied) = AppliedCommand::decode(message.data.as_ref()) else { return Ok(()) };
         let keys = &self.routes.commands;
         match applied.command {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
-use crate::recording::{Recorded, RecordingError, RecordingFile};
+use crate::recording::{RecordedMessage, RecordingError, RecordingFile};
 use crate::service::ServiceError;
 
 /// Bounds of reading ahead: batches in the queue, and the size of one. A single larger message makes its batch larger.
@@ -13,7 +13,7 @@ const BATCHES: usize = 8;
 const BATCH_BYTES: usize = 128 * 1024;
 const BATCH_MESSAGES: usize = 1024;
 
-type Batch = VecDeque<Result<Recorded, RecordingError>>;
+type Batch = VecDeque<Result<RecordedMessage, RecordingError>>;
 
 /// Messages from a log time on. Dropping it ends its thread.
 pub(super) struct ReadAhead {
@@ -33,7 +33,7 @@ impl ReadAhead {
 }
 
 impl Iterator for ReadAhead {
-    type Item = Result<Recorded, ServiceError>;
+    type Item = Result<RecordedMessage, ServiceError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         while self.batch.is_empty() {

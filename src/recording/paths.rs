@@ -21,7 +21,7 @@ pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
         .unwrap_or_else(|| path(""))
 }
 
-/// Part `n` of a recording: `take.mcap` becomes `take-001.mcap`.
+/// TimeRange `n` of a recording: `take.mcap` becomes `take-001.mcap`.
 pub fn part(path: &Path, n: u32) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().map_or(String::new(), |extension| format!(".{}", extension.to_string_lossy()));

@@ -1,41 +1,41 @@
-//! What a recording says about its session, before its first message.
+//! What a recording says metadata its session, before its first message.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::SystemTime;
 
 use super::session_info::{METADATA, SCENE, sum};
-use super::walk::{Found, Going, walk};
-use super::{RecordingError, build};
+use super::walk::{WalkFlow, WalkItem, walk};
+use super::{RecordingError, build_info};
 
-/// What a recording says about its session.
+/// What a recording says metadata its session.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct About {
+pub struct RecordingMetadata {
     /// The entries of its own metadata record.
     pub facts: BTreeMap<String, String>,
     /// The scene, TOML.
     pub scene: Option<String>,
 }
 
-impl About {
+impl RecordingMetadata {
     /// Reads a recording as far as is needed.
     ///
     /// # Errors
     /// [`RecordingError`] when it cannot be read, or is none of ours: it must have our metadata and a scene.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
-        let mut about = About::default();
+        let mut metadata = RecordingMetadata::default();
         walk(path, |found, _| {
             match found {
-                Found::Metadata(METADATA, facts) => about.facts.clone_from(facts),
-                Found::Attachment(SCENE, bytes) => about.scene = Some(String::from_utf8_lossy(bytes).into_owned()),
+                WalkItem::Metadata(METADATA, facts) => metadata.facts.clone_from(facts),
+                WalkItem::Attachment(SCENE, bytes) => metadata.scene = Some(String::from_utf8_lossy(bytes).into_owned()),
                 _ => {}
             }
-            if about.scene.is_some() && !about.facts.is_empty() { Going::Break(()) } else { Going::Continue(()) }
+            if metadata.scene.is_some() && !metadata.facts.is_empty() { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
         })?;
-        if about.scene.is_none() || about.facts.is_empty() {
+        if metadata.scene.is_none() || metadata.facts.is_empty() {
             return Err(RecordingError::Anonymous { path: path.to_owned() });
         }
-        Ok(about)
+        Ok(metadata)
     }
 
     /// An entry, or nothing.
@@ -49,7 +49,7 @@ impl About {
             let recorded = self.fact(name);
             (recorded != own).then(|| format!("{name} {recorded}, not {own}"))
         };
-        build::FACTS.into_iter().filter_map(differs).collect()
+        build_info::FACTS.into_iter().filter_map(differs).collect()
     }
 
     /// Whether the scene is the one that the session was begun with, by the sum that the metadata keeps of it.

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use crate::nearest::nearest;
 use crate::recording::RecordingError;
-use crate::recording::rows::{Cell, TIMES};
+use crate::recording::rows::{FieldValue, TIMES};
 
 /// The type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ColumnType {
     Integer,
     Number,
     Flag,
@@ -17,23 +17,23 @@ pub(super) enum Kind {
     Time,
 }
 
-impl Kind {
-    fn of(cell: &Cell) -> Self {
+impl ColumnType {
+    fn of(cell: &FieldValue) -> Self {
         match cell {
-            Cell::Integer(_) => Kind::Integer,
-            Cell::Number(_) => Kind::Number,
-            Cell::Flag(_) => Kind::Flag,
-            Cell::Text(_) => Kind::Text,
-            Cell::Time(_) => Kind::Time,
+            FieldValue::Integer(_) => ColumnType::Integer,
+            FieldValue::Number(_) => ColumnType::Number,
+            FieldValue::Flag(_) => ColumnType::Flag,
+            FieldValue::Text(_) => ColumnType::Text,
+            FieldValue::Time(_) => ColumnType::Time,
         }
     }
 
     /// What holds both.
-    fn with(self, other: Kind) -> Kind {
+    fn with(self, other: ColumnType) -> ColumnType {
         match (self, other) {
             (a, b) if a == b => a,
-            (Kind::Integer, Kind::Number) | (Kind::Number, Kind::Integer) => Kind::Number,
-            _ => Kind::Text,
+            (ColumnType::Integer, ColumnType::Number) | (ColumnType::Number, ColumnType::Integer) => ColumnType::Number,
+            _ => ColumnType::Text,
         }
     }
 }
@@ -42,7 +42,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     pub name: String,
-    pub kind: Kind,
+    pub kind: ColumnType,
 }
 
 /// Columns in the order in which they were first seen.
@@ -53,9 +53,9 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub fn learn(&mut self, row: &[(String, Cell)]) {
+    pub fn learn(&mut self, row: &[(String, FieldValue)]) {
         for (name, cell) in row {
-            let kind = Kind::of(cell);
+            let kind = ColumnType::of(cell);
             match self.index.get(name) {
                 Some(place) => self.columns[*place].kind = self.columns[*place].kind.with(kind),
                 None => {
@@ -117,7 +117,8 @@ mod tests {
 
     fn topic(names: &[&str]) -> Columns {
         let mut columns = Columns::default();
-        let row: Vec<(String, Cell)> = TIMES.iter().chain(names).map(|name| ((*name).to_owned(), Cell::Number(0.0))).collect();
+        let row: Vec<(String, FieldValue)> =
+            TIMES.iter().chain(names).map(|name| ((*name).to_owned(), FieldValue::Number(0.0))).collect();
         columns.learn(&row);
         columns
     }
@@ -144,9 +145,9 @@ mod tests {
     #[test]
     fn prop_a_column_has_one_type() {
         let mut columns = Columns::default();
-        for cell in [Cell::Integer(1), Cell::Number(0.5), Cell::Integer(2)] {
+        for cell in [FieldValue::Integer(1), FieldValue::Number(0.5), FieldValue::Integer(2)] {
             columns.learn(&[("x".to_owned(), cell)]);
         }
-        assert_eq!(columns.finish(), [Column { name: "x".to_owned(), kind: Kind::Number }]);
+        assert_eq!(columns.finish(), [Column { name: "x".to_owned(), kind: ColumnType::Number }]);
     }
 }
