@@ -242,7 +242,7 @@ fn prop_a_removed_chunk_is_named_with_its_steps() -> Outcome {
 #[test]
 fn prop_a_changed_command_is_named() -> Outcome {
     let (_folder, file) = short()?;
-    let stronger = |n: u64, message: &Recorded| {
+    let stronger = |n: u64, message: &RecordedMessage| {
         let mut command = match AppliedCommand::decode(message.data.as_ref()) {
             Ok(command) if message.channel.topic.ends_with("/commands") => command,
             _ => return as_is(n, message),
@@ -274,7 +274,7 @@ fn prop_a_changed_energy_is_named() -> Outcome {
         ("energy_in_play_j", |row| &mut row.energy_in_play_j),
     ];
     for (name, field) in fields {
-        let other = |n: u64, message: &Recorded| {
+        let other = |n: u64, message: &RecordedMessage| {
             let mut energies = match Energies::decode(message.data.as_ref()) {
                 Ok(energies) if message.channel.topic.ends_with("/energies") => energies,
                 _ => return as_is(n, message),
@@ -299,11 +299,11 @@ fn prop_a_changed_energy_is_named() -> Outcome {
 fn prop_energies_that_are_missing_or_not_finite_are_named() -> Outcome {
     let (_folder, file) = short()?;
     let of = |message: &RecordedMessage, topic: &str| message.channel.topic.ends_with(topic);
-    let without = |n: u64, message: &Recorded| as_is(n, message).filter(|_| !of(message, "/energies"));
+    let without = |n: u64, message: &RecordedMessage| as_is(n, message).filter(|_| !of(message, "/energies"));
     let found = verified(&rewritten(&file, "without.mcap", &without, &str::to_owned)?)?;
     assert!(found.is_wrong(), "{:?}", found.findings);
     assert!(found.findings.iter().all(|finding| matches!(finding, Finding::Missing { topic: "energies", .. })), "{found:?}");
-    let broken = |n: u64, message: &Recorded| match Energies::decode(message.data.as_ref()) {
+    let broken = |n: u64, message: &RecordedMessage| match Energies::decode(message.data.as_ref()) {
         Ok(energies) if of(message, "/energies") => Some(Energies { strain_j: Some(f64::INFINITY), ..energies }.encode_to_vec()),
         _ => as_is(n, message),
     };
@@ -317,7 +317,8 @@ fn prop_energies_that_are_missing_or_not_finite_are_named() -> Outcome {
 fn regress_recordings_without_energies_are_computed_again_as_they_are() -> Outcome {
     for rates in ["all", "displacements=all,angles=all,loads=1000"] {
         let (folder, file) = short()?;
-        let less = |n: u64, message: &Recorded| as_is(n, message).filter(|_| !message.channel.topic.ends_with("/energies"));
+        let less =
+            |n: u64, message: &RecordedMessage| as_is(n, message).filter(|_| !message.channel.topic.ends_with("/energies"));
         let old = rewritten_with_rates(&file, "old.mcap", &less, &str::to_owned, Some(rates))?;
         assert_eq!(verified(&old)?.findings, [], "{rates}");
         let source = RecordedSession::open(&old)?;

@@ -1,11 +1,11 @@
-//! Which program this is: what a recording says of the build that made it.
+//! Build information: identifies the program that made a recording.
 
 /// Version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Names and values: the same in two programs that compute the same bits.
+/// Names and values that are equal in two builds that compute the same bits.
 ///
-/// `commit` is what `git describe --always --dirty` said when the program was built, or `unknown` outside of git.
+/// `commit` is the output of `git describe --always --dirty` at build time, or `unknown` outside of git.
 pub const FACTS: [(&str, &str); 5] = [
     ("version", VERSION),
     ("commit", env!("FLEXCRANK_COMMIT")),

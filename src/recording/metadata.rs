@@ -1,4 +1,4 @@
-//! What a recording says metadata its session, before its first message.
+//! The metadata of a recording: session facts and scene, read from its beginning.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,20 +8,20 @@ use super::session_info::{METADATA, SCENE, sum};
 use super::walk::{WalkFlow, WalkItem, walk};
 use super::{RecordingError, build_info};
 
-/// What a recording says metadata its session.
+/// Session facts and scene of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RecordingMetadata {
-    /// The entries of its own metadata record.
+    /// Entries of flexcrank's metadata record.
     pub facts: BTreeMap<String, String>,
     /// The scene, TOML.
     pub scene: Option<String>,
 }
 
 impl RecordingMetadata {
-    /// Reads a recording as far as is needed.
+    /// Reads a recording until metadata and scene are complete.
     ///
     /// # Errors
-    /// [`RecordingError`] when it cannot be read, or is none of ours: it must have our metadata and a scene.
+    /// [`RecordingError`] if the file cannot be read, or lacks flexcrank's metadata or a scene.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut metadata = RecordingMetadata::default();
         walk(path, |found, _| {
@@ -38,12 +38,12 @@ impl RecordingMetadata {
         Ok(metadata)
     }
 
-    /// An entry, or nothing.
+    /// An entry; empty if absent.
     pub fn fact(&self, key: &str) -> &str {
         self.facts.get(key).map_or("", String::as_str)
     }
 
-    /// How the program that recorded it differs from this one, `name recorded, not own`; nothing when it is the same build.
+    /// Differences between the build that recorded and this one, as `name recorded, not own`; empty for the same build.
     pub fn other_build(&self) -> Vec<String> {
         let differs = |(name, own): (&str, &str)| {
             let recorded = self.fact(name);
@@ -52,13 +52,13 @@ impl RecordingMetadata {
         build_info::FACTS.into_iter().filter_map(differs).collect()
     }
 
-    /// Whether the scene is the one that the session was begun with, by the sum that the metadata keeps of it.
+    /// Whether the scene has the checksum that the metadata stores.
     pub fn scene_is_original(&self) -> bool {
         let sum = self.scene.as_deref().map(sum);
         self.facts.get("scene_crc32").is_none_or(|kept| Some(kept) == sum.as_ref())
     }
 
-    /// Wall clock at the session's start: what `log_time` counts from.
+    /// Wall clock at the start of the session, the origin of `log_time`.
     pub fn started(&self) -> Option<SystemTime> {
         SystemTime::try_from(self.fact("started").parse::<prost_types::Timestamp>().ok()?).ok()
     }

@@ -1,4 +1,4 @@
-//! Sessions as MCAP files: writing, reading, exporting. The only layer that names mcap.
+//! Recordings: sessions as MCAP files, written, read, recovered and exported. Only this layer uses the mcap library.
 
 pub mod build_info;
 mod chunk;

@@ -1,4 +1,4 @@
-//! Where recordings go.
+//! File names of recordings.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -6,10 +6,10 @@ use std::time::SystemTime;
 use super::RecordingError;
 use crate::wire;
 
-/// The folder that recordings go to unless a path is given.
+/// Default folder of recordings.
 pub const FOLDER: &str = "recordings";
 
-/// `FOLDER/<name>-<UTC time>.mcap`, numbered when that exists already.
+/// `FOLDER/<name>-<UTC time>.mcap`, numbered if that exists already.
 pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
     let time = wire::timestamp(now).to_string();
     let time: String = time.split('.').next().unwrap_or(&time).chars().filter(char::is_ascii_alphanumeric).collect();
@@ -21,14 +21,14 @@ pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
         .unwrap_or_else(|| path(""))
 }
 
-/// TimeRange `n` of a recording: `take.mcap` becomes `take-001.mcap`.
+/// Part `n` of a recording: `take.mcap` becomes `take-001.mcap`.
 pub fn part(path: &Path, n: u32) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().map_or(String::new(), |extension| format!(".{}", extension.to_string_lossy()));
     path.with_file_name(format!("{stem}-{n:03}{extension}"))
 }
 
-/// `FOLDER/<name>.mcap` for a name from outside, which must not lead anywhere else.
+/// `FOLDER/<name>.mcap` for an untrusted name, which must not lead to another folder.
 ///
 /// # Errors
 /// [`RecordingError::Name`] unless the name is a plain file name.
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_name_is_never_a_route() {
+    fn prop_a_name_never_leaves_the_folder() {
         for name in ["", "../x", "a/b", "/etc/x", "..", ".hidden", "a\\b", "a\0b", "ü"] {
             assert!(named(Path::new("r"), name).is_err(), "{name:?}");
         }

@@ -1,4 +1,4 @@
-//! A recording to be played: what it holds, and its messages from any time on, in order of their log time.
+//! A recording opened for replay: its topics, and its messages from any time on, in order of log time.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::fs::File;
@@ -16,12 +16,12 @@ use super::parse::parse;
 use super::reader::{Messages, RECORD_LIMIT, RecordedMessage, is_cut_off};
 use super::{Channel, RecordingError};
 
-/// What a recording holds.
+/// A recording with its index.
 #[derive(Debug, Clone)]
 pub struct RecordingFile {
     path: PathBuf,
     channels: BTreeMap<u16, Arc<Channel>>,
-    /// In order of their first log time; none when the file has no index.
+    /// Chunks in order of their first log time; empty if the file has no index.
     chunks: Vec<ChunkIndex>,
     begin_ns: u64,
     end_ns: u64,
@@ -29,10 +29,10 @@ pub struct RecordingFile {
 }
 
 impl RecordingFile {
-    /// Reads the index of a recording; one that has none, because it was cut off, is read through.
+    /// Opens a recording and reads its index; a file without one, because it was cut off, is scanned instead.
     ///
     /// # Errors
-    /// [`RecordingError`] when it cannot be read, is not MCAP or holds no messages.
+    /// [`RecordingError`] if the file cannot be read, is not MCAP or holds no messages.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut file = File::open(path).map_err(RecordingError::file(path))?;
         match Index::read(&mut file).ok().flatten().and_then(|index| Self::indexed(path, index)) {
@@ -72,12 +72,12 @@ impl RecordingFile {
         Ok(RecordingFile { path: path.to_owned(), channels, chunks: Vec::new(), begin_ns, end_ns, cut_off })
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Topics with their encodings and schemas, by number.
+    /// Topics with their encodings and schemas, by id.
     pub fn channels(&self) -> impl Iterator<Item = &Channel> {
         self.channels.values().map(Arc::as_ref)
     }
@@ -102,11 +102,12 @@ impl RecordingFile {
         self.cut_off
     }
 
-    /// Messages from a log time on. With an index, in order of log time, and at equal times in file order, memory bounded by the
-    /// chunks that overlap; without, in file order. Ends at the first damage, with the error; quietly where the file is cut off.
+    /// Messages from a log time on. With an index they come in order of log time, then of file position, and memory is bounded by
+    /// the chunks that overlap. Without an index they come in file order. Ends at the first damage, with the error; a file that
+    /// is cut off ends without one.
     ///
     /// # Errors
-    /// [`RecordingError`] when the file cannot be opened.
+    /// [`RecordingError`] if the file cannot be opened.
     pub fn messages_from(
         &self,
         from_ns: u64,
@@ -125,18 +126,18 @@ impl RecordingFile {
     }
 }
 
-/// What the summary at the end of a file says.
+/// Channels and chunks listed in the summary at the end of a file.
 struct Index {
     channels: BTreeMap<u16, Arc<Channel>>,
     chunks: Vec<ChunkIndex>,
 }
 
-/// A footer's record and the magic behind it, bytes; where in them the summary's place is.
+/// Size of the footer record and the magic after it, bytes; position of the summary's start within.
 const FOOTER: i64 = 1 + 8 + 20 + 8;
 const SUMMARY_START: usize = 1 + 8;
 
 impl Index {
-    /// `None` when the file has no summary.
+    /// Reads the index; `None` if the file has no summary.
     fn read(file: &mut File) -> McapResult<Option<Self>> {
         let mut footer = [0; FOOTER as usize];
         file.seek(SeekFrom::End(-FOOTER))?;
@@ -179,7 +180,8 @@ impl Index {
     }
 }
 
-/// Messages of an indexed file. Those of every chunk that begins before the next message wait, sorted by log time and place.
+/// Messages of an indexed file in order. Chunks that begin before the next message are loaded, their messages sorted by log time
+/// and position.
 struct InOrder {
     path: PathBuf,
     file: File,
@@ -234,7 +236,7 @@ impl InOrder {
     }
 }
 
-/// The chunk record that begins at a byte of a file.
+/// Reads the chunk record that begins at a byte of a file.
 fn chunk_record(file: &mut File, at: u64) -> McapResult<Vec<u8>> {
     let mut head = [0; 9];
     file.seek(SeekFrom::Start(at))?;

@@ -1,4 +1,4 @@
-//! What a recording says of its session: metadata, and the scene as an attachment.
+//! Session information in a recording: the metadata record, and the scene as an attachment.
 
 use std::fs;
 use std::io::{Seek, Write};
@@ -13,21 +13,21 @@ use crate::wire;
 pub(super) const METADATA: &str = "flexcrank";
 /// Name of the attachment with the scene.
 pub(super) const SCENE: &str = "scene.toml";
-/// Where Linux says what its clock runs on.
+/// File in which Linux states the clock source.
 const CLOCK_SOURCE: &str = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
 
-/// What a recording says about its session.
+/// Facts about a session, for its recordings.
 #[derive(Debug, Clone)]
 pub struct SessionInfo {
     /// The service's name on the bus.
     pub name: String,
-    /// The scene in force, TOML.
+    /// The scene, TOML.
     pub scene: String,
-    /// Wall clock at the session's start: what `log_time` counts from.
+    /// Wall clock at the start of the session, the origin of `log_time`.
     pub started: SystemTime,
     /// The command line.
     pub command_line: String,
-    /// What else there is to know of it, by name.
+    /// Further facts, by name.
     pub facts: Vec<(&'static str, String)>,
 }
 
@@ -37,7 +37,7 @@ impl SessionInfo {
         log_time_ns(self.started, session_s)
     }
 
-    /// Writes all of it; `part` is the number of the file where a session fills several.
+    /// Writes metadata and scene; `part` is the number of the file if the session fills several.
     pub(super) fn write<W: Write + Seek>(&self, mcap: &mut Writer<W>, part: Option<u32>) -> mcap::McapResult<()> {
         let facts = [
             ("name", self.name.clone()),
@@ -68,7 +68,7 @@ pub fn log_time_ns(started: SystemTime, session_s: f64) -> u64 {
     started.checked_add(elapsed).map_or(u64::MAX, nanoseconds)
 }
 
-/// A sum by which a changed scene shows.
+/// Checksum of a scene, to detect changes.
 pub(super) fn sum(scene: &str) -> String {
     format!("{:08x}", crc32fast::hash(scene.as_bytes()))
 }
@@ -78,7 +78,7 @@ pub fn nanoseconds(time: SystemTime) -> u64 {
     time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
 }
 
-/// What the host's clock runs on, as far as it says.
+/// The clock source of the host, as far as known.
 fn clock_source() -> String {
     fs::read_to_string(CLOCK_SOURCE).map_or_else(|_| "unknown".to_owned(), |source| source.trim().to_owned())
 }

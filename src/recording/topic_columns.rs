@@ -1,4 +1,4 @@
-//! Recordings in memory: the numbers of every topic, column by column.
+//! Recordings in memory: all numbers of every topic, column by column.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -6,30 +6,30 @@ use std::path::Path;
 use super::RecordingError;
 use super::rows::{Decoder, Row};
 
-/// What a recording holds, as numbers.
+/// The numbers of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
-    /// One entry a protobuf topic.
+    /// One entry per protobuf topic.
     pub topics: Vec<TopicColumns>,
     /// Whether the recording ended early.
     pub cut_off: bool,
-    /// Topics left out because their messages are not protobuf.
+    /// Topics skipped because their messages are not protobuf.
     pub skipped: Vec<String>,
 }
 
-/// The numbers of one topic; the columns are those of [`export`](super::export()), all of equal length.
+/// The numbers of one topic. The columns are those of [`export`](super::export()), all of equal length.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TopicColumns {
-    /// Its key expression.
+    /// Key expression.
     pub name: String,
-    /// Names and values, times in seconds since 1970; NaN where a message has no such field, or no number in it.
+    /// Column names and values. Times are in seconds since 1970; a missing or non-numeric field is NaN.
     pub columns: Vec<(String, Vec<f64>)>,
 }
 
 /// Reads all messages of a recording.
 ///
 /// # Errors
-/// [`RecordingError`] when it cannot be read, is empty, or a message does not fit its schema.
+/// [`RecordingError`] if the file cannot be read, is empty, or a message does not fit its schema.
 pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
     let mut decoder = Decoder::new(recording);
     let mut topics: BTreeMap<String, ColumnBuilder> = BTreeMap::new();
@@ -44,7 +44,7 @@ pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
     Ok(Contents { topics, cut_off, skipped: decoder.skipped })
 }
 
-/// A topic's columns while they are filled.
+/// The columns of a topic while rows are added.
 #[derive(Default)]
 struct ColumnBuilder {
     columns: Vec<(String, Vec<f64>)>,

@@ -1,4 +1,4 @@
-//! Which columns there are, of which type, and which of them are wanted.
+//! Columns of exported tables: their names, types and selection.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -28,7 +28,7 @@ impl ColumnType {
         }
     }
 
-    /// What holds both.
+    /// The narrowest type that holds both.
     fn with(self, other: ColumnType) -> ColumnType {
         match (self, other) {
             (a, b) if a == b => a,
@@ -45,7 +45,7 @@ pub(super) struct Column {
     pub kind: ColumnType,
 }
 
-/// Columns in the order in which they were first seen.
+/// Columns in the order of their first appearance.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
     columns: Vec<Column>,
@@ -71,7 +71,7 @@ impl Columns {
     }
 }
 
-/// A column that no topic has, and the one that is most like it.
+/// A requested column that no topic has, and the most similar name.
 #[derive(Debug, PartialEq)]
 pub(super) struct Unknown {
     wanted: String,
@@ -84,7 +84,7 @@ impl Unknown {
     }
 }
 
-/// Keeps what is wanted, times beside it, and drops topics that have nothing of it.
+/// Keeps the requested columns with the times, and drops topics that have none of them.
 pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String]) -> Result<(), Unknown> {
     if wanted.is_empty() {
         return Ok(());
@@ -106,7 +106,7 @@ fn is_time(name: &str) -> bool {
     TIMES.contains(&name)
 }
 
-/// Whether a column is the one asked for, or below it.
+/// Whether a column is the wanted one or nested below it.
 fn is_part(name: &str, wanted: &str) -> bool {
     name.strip_prefix(wanted).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_column_is_chosen_by_its_name_or_what_it_is_part_of() {
+    fn prop_a_column_is_selected_by_its_name_or_a_prefix() {
         let all = || {
             BTreeMap::from([
                 ("angles".to_owned(), topic(&["links.crank.chord_rad", "links.rod.chord_rad"])),

@@ -1,4 +1,4 @@
-//! A table as CSV.
+//! CSV tables.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use super::column_types::Column;
 use crate::recording::RecordingError;
 use crate::recording::rows::FieldValue;
 
-/// A CSV file with a line of names; cells that a message left out are empty.
+/// A CSV file with a header; missing fields are empty.
 pub(super) struct CsvSheet {
     path: PathBuf,
     writer: csv::Writer<std::fs::File>,

@@ -1,4 +1,4 @@
-//! A table as Parquet: typed columns, in compressed row groups of bounded size.
+//! Parquet tables: typed columns, in compressed row groups of bounded size.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -16,15 +16,15 @@ use super::column_types::{Column, ColumnType};
 use crate::recording::RecordingError;
 use crate::recording::rows::FieldValue;
 
-/// What rows of a table may wait in memory before they are written as a row group, bytes.
+/// Size of the buffered rows at which a row group is written, bytes.
 const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
 
-/// A Parquet file; cells that a message left out are null.
+/// A Parquet file; missing fields are null.
 pub(super) struct ParquetSheet {
     path: PathBuf,
     file: SerializedFileWriter<File>,
     columns: Vec<Cells>,
-    /// What waits in `columns`, bytes.
+    /// Size of the buffered rows, bytes.
     waiting: usize,
 }
 
@@ -38,7 +38,7 @@ impl ParquetSheet {
         Ok(ParquetSheet { path, file, columns: cells, waiting: 0 })
     }
 
-    /// Writes the rows that wait as a row group.
+    /// Writes the buffered rows as a row group.
     fn write_group(&mut self) -> Result<(), ParquetError> {
         let mut group = self.file.next_row_group()?;
         for cells in &mut self.columns {
@@ -74,7 +74,7 @@ fn refused(path: &Path, error: ParquetError) -> RecordingError {
     RecordingError::file(path)(std::io::Error::other(error))
 }
 
-/// All columns beside each other, each of them optional.
+/// A flat schema in which every column is optional.
 fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
     let field = |column: &Column| {
         let (physical, logical) = match column.kind {
@@ -91,9 +91,9 @@ fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
     Ok(Arc::new(Type::group_type_builder("row").with_fields(fields).build()?))
 }
 
-/// Cells of a column that wait to be written.
+/// Buffered cells of a column.
 struct Cells {
-    /// 1 for each row with a cell, 0 for each without.
+    /// 1 for each row with a value, 0 for each without.
     levels: Vec<i16>,
     values: Values,
 }
@@ -116,7 +116,7 @@ impl Cells {
         Cells { levels: Vec::new(), values }
     }
 
-    /// Takes the cell of the next row, if it has one; returns about how many bytes it takes.
+    /// Adds the cell of the next row, if it has one; returns its approximate size in bytes.
     fn push(&mut self, cell: Option<&FieldValue>) -> usize {
         let size = match (&mut self.values, cell) {
             (Values::Integers(values), Some(FieldValue::Integer(value) | FieldValue::Time(value))) => keep(values, *value),
@@ -126,14 +126,14 @@ impl Cells {
                 let text = cell.to_string().into_bytes();
                 text.len() + keep(values, text.into())
             }
-            // A column's type was learned from the same cells: only where there is none.
+            // The column's type was derived from the same cells, so this is a missing value.
             (Values::Integers(_) | Values::Numbers(_) | Values::Flags(_) | Values::Texts(_), _) => 0,
         };
         self.levels.push(i16::from(size > 0));
         size + size_of::<i16>()
     }
 
-    /// Writes them all, and keeps none.
+    /// Writes and clears the buffered cells.
     fn write(&mut self, column: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
         let levels = Some(self.levels.as_slice());
         match &mut self.values {
