@@ -1,4 +1,4 @@
-//! The newest message of every topic, for snapshot queries. Telemetry is encoded only when a snapshot is queried.
+//! The newest message of every topic, for snapshot queries. TelemetryEncoder is encoded only when a snapshot is queried.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use zenoh::bytes::ZBytes;
 
 use super::keys::Topic;
 use crate::simulation::Sample;
-use crate::wire::{Snapshot, Telemetry};
+use crate::wire::{Snapshot, TelemetryEncoder};
 
 /// The snapshot's entry for one topic.
 #[derive(Debug, Default)]
@@ -18,7 +18,7 @@ pub enum SnapshotEntry {
     /// An encoded message.
     Bytes(ZBytes),
     /// The sample to encode when the snapshot is queried.
-    Sample(Arc<Telemetry>, Arc<Sample>),
+    Sample(Arc<TelemetryEncoder>, Arc<Sample>),
 }
 
 impl<B: Into<ZBytes>> From<B> for SnapshotEntry {
@@ -43,16 +43,16 @@ impl SnapshotCache {
 
     pub(super) fn snapshot(&self) -> Snapshot {
         Snapshot {
-            displacements: self.newest(Topic::Displacements, Telemetry::displacements),
-            angles: self.newest(Topic::Angles, Telemetry::angles),
-            loads: self.newest(Topic::Loads, Telemetry::loads),
-            energies: self.newest(Topic::Energies, Telemetry::energies),
+            displacements: self.newest(Topic::Displacements, TelemetryEncoder::displacements),
+            angles: self.newest(Topic::Angles, TelemetryEncoder::angles),
+            loads: self.newest(Topic::Loads, TelemetryEncoder::loads),
+            energies: self.newest(Topic::Energies, TelemetryEncoder::energies),
             status: self.newest(Topic::Status, |_, _| Default::default()),
             sequences: self.messages.iter().map(|(topic, (number, _))| (topic.chunk().to_owned(), *number)).collect(),
         }
     }
 
-    fn newest<M: prost::Message + Default>(&self, topic: Topic, make: impl Fn(&Telemetry, &Sample) -> M) -> Option<M> {
+    fn newest<M: prost::Message + Default>(&self, topic: Topic, make: impl Fn(&TelemetryEncoder, &Sample) -> M) -> Option<M> {
         match self.messages.get(&topic).map(|(_, kept)| kept)? {
             SnapshotEntry::Number => None,
             SnapshotEntry::Bytes(bytes) => M::decode(&*bytes.to_bytes()).ok(),

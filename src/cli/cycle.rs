@@ -134,12 +134,12 @@ fn show_extremes(table: &Table) -> std::io::Result<()> {
 }
 
 fn extreme_row(extreme: &Extreme) -> Vec<String> {
-    let noise = 1e-12 * extreme.least[0].abs().max(extreme.greatest[0].abs());
+    let noise = 1e-12 * extreme.least.value.abs().max(extreme.greatest.value.abs());
     let value = |value: f64| figure(if value.abs() < noise { 0.0 } else { value });
     let degrees = |angle_rad: f64| format!("{:.1}°", angle_rad.to_degrees());
-    let ([least, least_at], [greatest, greatest_at]) = (extreme.least, extreme.greatest);
     let unit = extreme.unit.to_owned();
-    vec![extreme.quantity.clone(), unit, value(least), degrees(least_at), value(greatest), degrees(greatest_at)]
+    let ends = [extreme.least, extreme.greatest].map(|end| [value(end.value), degrees(end.crank_angle_rad)]);
+    [extreme.quantity.clone(), unit].into_iter().chain(ends.into_iter().flatten()).collect()
 }
 
 fn show_balance(table: &Table) -> std::io::Result<()> {

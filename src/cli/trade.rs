@@ -271,7 +271,7 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
         }
     };
     let timing = &m.timing;
-    let spread = 50.0 * (timing.spread[1] - timing.spread[0]) / timing.seconds_per_s;
+    let spread = 50.0 * (timing.slowest_per_s - timing.quickest_per_s) / timing.seconds_per_s;
     let order = |order: Option<f64>| order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}"));
     let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
     let [angle, slider, deflection, forces, energy] = OutputGroup::ALL.map(error);

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use super::Done;
 use super::progress::over_file;
 use crate::recording::{Written, paths};
-use crate::resimulation::{AddedPulse, Change, RecordedSession, WhatIfOutcome, what_if as compute};
+use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
 
 /// Options of a replay that mean nothing where nothing goes on the bus.
 const OF_THE_BUS: [&str; 16] = [
@@ -86,10 +86,10 @@ fn report(outcome: &WhatIfOutcome) -> anyhow::Result<Done> {
         None => writeln!(out, "the two never part")?,
         Some(first) => writeln!(out, "the two part at {first}")?,
     }
-    for (name, (largest, at_s)) in &deviation.largest {
-        match largest {
+    for (name, LargestDifference { value, at_s }) in &deviation.largest {
+        match value {
             0.0 => writeln!(out, "  {name:<24} is the same")?,
-            _ => writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?,
+            _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
         }
     }
     if let Some(diverged) = diverged {

@@ -1,4 +1,4 @@
-//! How far two courses of a session part.
+//! Deviation between a recorded session and its re-simulation.
 
 use std::collections::BTreeMap;
 
@@ -8,17 +8,26 @@ use super::difference::Difference;
 use super::event::Event;
 use crate::wire::{Angles, Displacements, Energies, Loads};
 
-/// Where two courses part, and how far.
+/// First and largest differences between a recorded session and its re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Deviation {
-    /// The first message that differs; `None` when all are alike.
+    /// The first message that differs; `None` if none does.
     pub first: Option<Difference>,
-    /// The largest difference of each quantity, and the simulated time of the session, by the quantity's name and unit.
-    pub largest: BTreeMap<String, (f64, f64)>,
+    /// The largest difference of each quantity, by the quantity's name and unit.
+    pub largest: BTreeMap<String, LargestDifference>,
+}
+
+/// The largest difference of a quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestDifference {
+    /// Its absolute value, in the quantity's unit.
+    pub value: f64,
+    /// Session time, s.
+    pub at_s: f64,
 }
 
 impl Deviation {
-    /// Takes a recorded message and the bytes computed in its place.
+    /// Compares a recorded message with the re-simulated one.
     pub(super) fn compare(&mut self, recorded: &Event, computed: &[u8], session_s: f64) {
         match recorded {
             Event::Displacements(was) => self.displacements(was, &Displacements::decode(computed).unwrap_or_default(), session_s),
@@ -31,10 +40,10 @@ impl Deviation {
 
     fn put(&mut self, name: &str, difference: f64, session_s: f64) {
         if !self.largest.contains_key(name) {
-            self.largest.insert(name.to_owned(), (0.0, session_s));
+            self.largest.insert(name.to_owned(), LargestDifference { value: 0.0, at_s: session_s });
         }
-        if let Some(largest) = self.largest.get_mut(name).filter(|(largest, _)| difference.abs() > *largest) {
-            *largest = (difference.abs(), session_s);
+        if let Some(largest) = self.largest.get_mut(name).filter(|largest| difference.abs() > largest.value) {
+            *largest = LargestDifference { value: difference.abs(), at_s: session_s };
         }
     }
 

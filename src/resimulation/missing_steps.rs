@@ -1,4 +1,4 @@
-//! Steps that were due and are not there, and why.
+//! Missing steps: samples that were due by the publishing rate and are not in the recording, and why.
 
 use super::event::{Event, resets};
 use super::finding::{Finding, LossReason};
@@ -8,14 +8,14 @@ use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::System;
 use crate::wire::{Gap, status::State};
 
-/// MissingSteps that are kept for the report; more are only counted in the ones before.
+/// Largest number of missing ranges kept for the report.
 const LIMIT: usize = 1000;
 
-/// Follows the topics of a recording through its steps.
+/// Follows every topic through the steps of a recording.
 pub(super) struct MissingSteps {
     step_s: f64,
     tracks: Vec<TopicTrack>,
-    /// The number that the writer gives to the next command.
+    /// Expected sequence number of the next command.
     next_command: u32,
     /// Numbers of the messages before which commands are missing.
     numbers_after_missing_commands: Vec<u64>,
@@ -25,13 +25,13 @@ pub(super) struct MissingSteps {
 struct TopicTrack {
     topic: &'static str,
     rate: Option<PublishRate>,
-    /// What was there last.
+    /// Last recorded step.
     last: Option<EpochStep>,
-    /// The number that the writer gives to the next message: it counts what it wrote, so a jump means that the file has lost some.
+    /// Expected sequence number of the next message: a jump means that messages were lost from the file.
     next: u32,
-    /// A part of the file was lost since the last message.
+    /// Whether part of the file was lost since the last message.
     lost: bool,
-    /// A hole that something else has shown: the topic's next message may say why.
+    /// Index of a missing range that another topic revealed: the next message of this topic may explain it.
     open: Option<usize>,
 }
 
@@ -42,7 +42,7 @@ struct MissingRange {
     before: u64,
     count: u64,
     damaged: bool,
-    /// Number of the message that showed it.
+    /// Number of the message that revealed it.
     number: u64,
 }
 
@@ -72,12 +72,12 @@ impl MissingSteps {
         }
     }
 
-    /// A part of the file is lost.
+    /// Notes that part of the file is lost.
     pub(super) fn damaged(&mut self) {
         self.tracks.iter_mut().for_each(|track| track.lost = true);
     }
 
-    /// Takes the next message, the `number`th of the file and the `sequence`th that was written on its channel.
+    /// Adds message number `number` of the file, with sequence number `sequence` on its channel.
     pub(super) fn take(&mut self, event: &Event, sequence: u32, number: u64) {
         let Some(stamp) = event.stamp() else { return };
         let at = (stamp.epoch, stamp.step);
@@ -86,12 +86,12 @@ impl MissingSteps {
             Event::Angles(_) => self.arrived("angles", at, sequence, number),
             Event::Loads(_) => self.arrived("loads", at, sequence, number),
             Event::Energies(_) => self.arrived("energies", at, sequence, number),
-            // From here on, whatever was published.
+            // Samples are expected from here on, in a new epoch.
             Event::Checkpoint(_) => {
                 let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
                 self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
             }
-            // What it says was all published before it.
+            // Everything due before the status was published before it.
             Event::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
             Event::Command(command) => {
                 if sequence != self.next_command {
@@ -128,7 +128,7 @@ impl MissingSteps {
         }
     }
 
-    /// Keeps what is missing of a topic before an instant; whether anything is.
+    /// Notes the missing range of a topic before an instant; returns whether there is one.
     fn check(&mut self, i: usize, (epoch, before): EpochStep, number: u64) -> bool {
         let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
         let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
@@ -138,18 +138,18 @@ impl MissingSteps {
         count > 0
     }
 
-    /// Says why each is missing; and the numbers of the messages before which the file has lost something, or nothing says why
-    /// something is missing: commands may be among it. `recovered`: the recording says that it was saved from a broken one.
+    /// Returns the missing ranges with reasons, and the numbers of messages before which commands may be missing too.
+    /// `recovered`: the recording was recovered from a damaged one.
     pub(super) fn into_findings(self, gaps: &[Gap], recovered: bool) -> (Vec<Finding>, Vec<u64>) {
         let why = |hole: &MissingRange| {
-            let told = |gap: &Gap| {
+            let reported = |gap: &Gap| {
                 let last = gap.stamp.unwrap_or_default();
                 gap.topic == hole.topic && last.epoch == hole.epoch && gap.first_step < hole.before && last.step > hole.after
             };
             match hole.damaged {
                 true if recovered => LossReason::Recovered,
                 true => LossReason::Damage,
-                false if gaps.iter().any(told) => LossReason::Queue,
+                false if gaps.iter().any(reported) => LossReason::Queue,
                 false => LossReason::Unexplained,
             }
         };

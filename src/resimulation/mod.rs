@@ -1,4 +1,4 @@
-//! Recordings computed again: verified to the bit, taken up where they ended, or changed to see what would have been.
+//! Re-simulation of recordings: verified to the bit, resumed, or changed to see what would have been.
 
 mod deviation;
 mod difference;
@@ -15,11 +15,11 @@ mod survey;
 mod verify;
 mod what_if;
 
-pub use deviation::Deviation;
+pub use deviation::{Deviation, LargestDifference};
 pub use difference::{Difference, Field};
 pub use error::ResimulationError;
 pub use finding::{Finding, LossReason};
-pub use physics::Physics;
+pub use physics::PhysicsCheck;
 pub use recheck::Recomputed;
 pub use recorded_session::RecordedSession;
 pub use resume::{Resumed, resume};

@@ -1,4 +1,4 @@
-//! The second reading of a recording: everything computed again and compared, from one checkpoint to the next.
+//! The second reading of a recording: every message is re-simulated and compared, from one checkpoint to the next.
 
 use super::ResimulationError;
 use super::difference::{Difference, Field};
@@ -11,28 +11,28 @@ use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
 
-/// What was computed again.
+/// Counts and energies of a re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Recomputed {
-    /// Steps.
+    /// Steps computed.
     pub steps: u64,
-    /// Telemetry messages and statuses compared.
+    /// Telemetry and status messages compared.
     pub messages: u64,
-    /// Checkpoints begun from.
+    /// Checkpoints restored.
     pub checkpoints: u64,
-    /// Pulses taken in.
+    /// Pulses applied.
     pub pulses: u64,
-    /// Messages that could not be computed again, because what leads to them is lost.
+    /// Messages that could not be re-simulated because data before them is lost.
     pub skipped: u64,
-    /// Largest |error of the energy balance| by any status or energies, J.
+    /// Largest |error of the energy balance| at any status or energies, J.
     pub balance_error_j: f64,
-    /// Most energy in play at any of them, J.
+    /// Largest energy in play at any of them, J.
     pub energy_j: f64,
-    /// The verdict on the energy balance at the last of them that had left its tolerance, or else at the last.
+    /// Verdict on the energy balance: the last one out of tolerance, or else the last.
     pub verdict: Option<EnergyVerdict>,
 }
 
-/// Reads a recording a second time; `progress` is told the byte reached.
+/// Reads a recording a second time; `progress` is called with the position in bytes.
 pub(super) fn recheck(
     source: &RecordedSession,
     survey: &Survey,
@@ -67,7 +67,7 @@ pub(super) fn recheck(
 struct Recheck<'a, B: Iterator<Item = u64>> {
     source: &'a RecordedSession,
     resimulator: Resimulator,
-    /// Whether the resimulator is that of the recording.
+    /// Whether the re-simulation is in the state of the recording.
     anchored: bool,
     breaks: std::iter::Peekable<B>,
     gaps: &'a [Gap],
@@ -86,7 +86,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             self.anchored = false;
         }
         self.number += 1;
-        // What does not fit its schema, or its time, was told by the first reading.
+        // The first reading reports messages that do not fit their schema or time.
         let Ok(event) = Event::of(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return };
         let at = (stamp.epoch, stamp.step);
@@ -94,7 +94,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         match &event {
             Event::Checkpoint(checkpoint) => self.checkpoint(message, &event, checkpoint, at),
             Event::Other | Event::Gap(_) => {}
-            // The command that begins a recording comes before its first state, and moves nothing.
+            // The command that started the recording precedes its first state, and does not change it.
             Event::Command(command) if !self.anchored && is_control(command) => {}
             _ if !self.anchored => self.done.skipped += 1,
             Event::Command(command) => self.command(command, at),
@@ -102,7 +102,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Whether a queue kept out commands between where the resimulator is and an instant.
+    /// Whether a full queue dropped commands between the present instant and `at`.
     fn commands_are_missing_before(&self, at: EpochStep) -> bool {
         let from = self.resimulator.instant();
         self.gaps.iter().filter(|gap| gap.topic == "commands").any(|gap| {
@@ -111,12 +111,12 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         })
     }
 
-    /// Compares the state with that of a checkpoint, and goes on from what was recorded.
+    /// Compares the state with a checkpoint, then restores the checkpoint.
     fn checkpoint(&mut self, message: &RecordedMessage, event: &Event, checkpoint: &Checkpoint, at: EpochStep) {
         if self.anchored {
             self.compare(message, event, at);
         } else if at == (0, 0) {
-            // The start is known without any recording.
+            // The start needs no checkpoint.
             self.anchored = true;
             self.compare(message, event, at);
         }
@@ -174,15 +174,15 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Where the file says that the simulation could not go on, it cannot when computed again.
+    /// Where the recording diverged, the re-simulation must diverge too.
     fn diverges(&mut self, at: EpochStep) {
         if self.resimulator.can_step() {
-            self.fault(at, "the file says that it diverged here; computed again, it goes on".to_owned());
+            self.fault(at, "the recording diverged here, but the re-simulation continues".to_owned());
         }
         self.anchored = false;
     }
 
-    /// The computed account: what the file says is compared with it message by message.
+    /// Keeps the largest balance error and the verdict of the re-simulation; each message is compared separately.
     fn account(&mut self) {
         let simulation = self.resimulator.simulation();
         let ledger = simulation.ledger();
@@ -193,7 +193,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Loads after some that are missing: whether the mean torque was taken in between is not known.
+    /// Keeps the recorded mean torque after missing loads: whether they ended its period is unknown.
     fn tolerate_unknown_torque(&mut self, event: &Event, computed: Vec<u8>, at: EpochStep) -> Vec<u8> {
         let Event::Loads(recorded) = event else { return computed };
         let since = self.last_loads.replace(at);
@@ -232,7 +232,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return };
         let (epoch, step) = at;
         let Ok(request) = wire::pulse_request(pulse) else {
-            return self.fault(at, format!("the command `{id}` is no pulse of a shape that exists"));
+            return self.fault(at, format!("the pulse `{id}` has an unknown shape"));
         };
         self.done.pulses += 1;
         match self.resimulator.apply(&request) {
@@ -269,7 +269,7 @@ fn is_control(command: &AppliedCommand) -> bool {
     matches!(command.command, Some(applied_command::Command::Control(_)))
 }
 
-/// A command in words.
+/// Describes a command in words.
 fn describe(command: &AppliedCommand, id: &str) -> String {
     let step = command.stamp.unwrap_or_default().step;
     match &command.command {

@@ -1,4 +1,4 @@
-//! A recording as something to be computed again: its scene, its name, its clock.
+//! A recorded session to re-simulate: its scene, name and clock.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -9,30 +9,31 @@ use crate::runtime::PublishRates;
 use crate::scene::SceneSource;
 use crate::wire::Stamp;
 
-/// What a recording says before its first message.
+/// The facts of a recorded session.
 #[derive(Debug, Clone)]
 pub struct RecordedSession {
-    /// The file.
+    /// Path of the recording.
     pub path: PathBuf,
     /// The service's name on the bus.
     pub name: String,
-    /// Wall clock at the session's start: what `log_time` counts from.
+    /// Wall clock at the start of the session, the origin of `log_time`.
     pub started: SystemTime,
-    /// The scene it was made with.
+    /// The recorded scene.
     pub scene: SceneSource,
-    /// Which steps were published, if it says so.
+    /// Publishing rates, if recorded.
     pub publish: Option<PublishRates>,
-    /// Whether energies were published as a topic. Earlier versions published them in `status` only and recorded no rate for them.
+    /// Whether energies were published as a topic. Earlier versions published them in `status` only and recorded no rate for
+    /// them.
     pub energies: bool,
-    /// All that it says of itself.
+    /// Metadata of the recording.
     pub metadata: RecordingMetadata,
 }
 
 impl RecordedSession {
-    /// Reads what a recording says of itself.
+    /// Opens a recording and reads its metadata and scene.
     ///
     /// # Errors
-    /// [`ResimulationError`] when it cannot be read or says too little, or its scene is refused.
+    /// [`ResimulationError`] if the recording cannot be read, its metadata is incomplete, or its scene is refused.
     pub fn open(path: &Path) -> Result<Self, ResimulationError> {
         let metadata = RecordingMetadata::read(path)?;
         let text = metadata.scene.as_deref().unwrap_or_default();
@@ -52,7 +53,7 @@ impl RecordedSession {
         })
     }
 
-    /// Whether a stamp can be that of a message with this `log_time`: its time is that of its step, and not after it.
+    /// Whether a stamp is consistent with `log_time`: its time equals that of its step, and does not lie after it.
     pub(super) fn is_timely(&self, stamp: &Stamp, log_time_ns: u64) -> bool {
         let sim_time_s = stamp.step as f64 * self.scene.scene.solver.step_s;
         stamp.sim_time_s.to_bits() == sim_time_s.to_bits() && self.log_time_ns(sim_time_s) <= log_time_ns

@@ -1,4 +1,4 @@
-//! A scene computed along the instants of a recording.
+//! Re-simulation of a recorded scene, from one recorded instant to the next.
 
 use std::time::SystemTime;
 
@@ -7,49 +7,49 @@ use prost::Message as _;
 use super::event::{Event, resets};
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
-use crate::wire::{self, AppliedCommand, BadCommand, Telemetry, applied_command};
+use crate::wire::{self, AppliedCommand, BadCommand, TelemetryEncoder, applied_command};
 
-/// A simulation that goes where its recording says.
+/// A simulation that follows a recording.
 pub(super) struct Resimulator {
     simulation: Simulation,
-    telemetry: Telemetry,
+    telemetry: TelemetryEncoder,
     epoch_start_s: f64,
     sample: Sample,
     /// The instant of the sample's observation.
     observed: Option<EpochStep>,
 }
 
-/// An epoch, and the steps since it began.
+/// An epoch, and the step within it.
 pub(super) type EpochStep = (u64, u64);
 
-/// Why the resimulator does not lead to an instant.
+/// Why re-simulation cannot follow the recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(super) enum ResimulationFault {
-    /// The computation failed where the recording went on.
-    #[error("computed again, it {0}")]
+    /// The re-simulation diverged where the recording continues.
+    #[error("the re-simulation {0}")]
     Diverged(#[from] Diverged),
-    /// The instant is over.
-    #[error("it is out of order: step {} of epoch {} was there before", .0.1, .0.0)]
+    /// The recorded instant lies before the present one.
+    #[error("it is out of order, after step {} of epoch {}", .0.1, .0.0)]
     Over(EpochStep),
-    /// A recorded pulse would not be accepted.
+    /// A recorded pulse is refused.
     #[error("a recorded pulse would be refused: {0}")]
     Refused(#[from] PulseRefused),
-    /// A recorded pulse is none.
-    #[error("a recorded pulse cannot be taken: {0}")]
+    /// A recorded pulse is invalid.
+    #[error("a recorded pulse is invalid: {0}")]
     NoPulse(#[from] BadCommand),
-    /// Epochs rise by one.
+    /// Epochs must increase by one.
     #[error("epoch {0} does not follow")]
     Epoch(u64),
 }
 
 impl Resimulator {
-    /// At the start of a scene.
+    /// Starts at the beginning of a scene.
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
         let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
         let sample =
             Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
-        let telemetry = Telemetry::new(&scene.system, simulation.start());
+        let telemetry = TelemetryEncoder::new(&scene.system, simulation.start());
         Ok(Resimulator { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
 
@@ -75,7 +75,7 @@ impl Resimulator {
         }
     }
 
-    /// Takes up a recorded state; `false`, and nothing changed, when it does not fit the scene.
+    /// Restores a recorded state; returns `false`, and changes nothing, if the state does not fit the scene.
     pub(super) fn restore(&mut self, state: &Checkpoint, epoch_start_s: f64) -> bool {
         self.observed = None;
         let fits = self.simulation.restore(state);
@@ -85,7 +85,7 @@ impl Resimulator {
         fits
     }
 
-    /// Steps on to an instant; an epoch that follows begins with a reset. `after_step` is called after every step.
+    /// Steps to an instant, with a reset before the next epoch. `after_step` is called after every step.
     pub(super) fn go_to(
         &mut self,
         (epoch, step): EpochStep,
@@ -108,17 +108,17 @@ impl Resimulator {
         Ok(())
     }
 
-    /// Whether the present state can be looked at, and another step be taken from it. It is, so the resimulator ends here.
+    /// Whether the present state can be observed and another step taken. Takes that step, so the re-simulation ends here.
     pub(super) fn can_step(&mut self) -> bool {
         self.observe().is_ok() && self.simulation.step().is_ok()
     }
 
-    /// Lets the simulation be seen at the present instant.
+    /// Gives access to the simulation at the present instant.
     pub(super) fn with_simulation(&mut self, see: impl FnOnce(&mut Simulation)) {
         see(&mut self.simulation);
     }
 
-    /// Does at the present instant what a recorded command did.
+    /// Applies a recorded command at the present instant.
     pub(super) fn command(&mut self, command: &AppliedCommand) -> Result<(), ResimulationFault> {
         if resets(command) {
             return self.go_to((self.simulation.epoch() + 1, 0), |_| {});
@@ -129,12 +129,12 @@ impl Resimulator {
         Ok(())
     }
 
-    /// Takes in a pulse at the present instant.
+    /// Adds a pulse at the present instant.
     pub(super) fn apply(&mut self, pulse: &PulseRequest) -> Result<Effective, PulseRefused> {
         self.simulation.add_pulse(pulse)
     }
 
-    /// Looks at the present instant.
+    /// Observes the present instant.
     pub(super) fn observe(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
             self.sample.observation.clone_from(self.simulation.observe()?);
@@ -145,8 +145,8 @@ impl Resimulator {
         Ok(&self.sample)
     }
 
-    /// What would be recorded at the present instant in place of `recorded`: computed anew but for what only the wall clock and
-    /// the service know. `None` for what is not computed.
+    /// Re-simulates a recorded message of the present instant, except for fields that only the wall clock and the service
+    /// determine. `None` if the message is not computed.
     pub(super) fn recompute(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
         if recorded.is_of_sample() {
             self.observe()?;
@@ -156,7 +156,7 @@ impl Resimulator {
         Ok(match recorded {
             Event::Displacements(_) => {
                 if !self.telemetry.turns() {
-                    // Without loads, these are all that there is of a sample.
+                    // Without loads, the mean torque follows the displacements.
                     self.simulation.take_driving_torque_nm();
                 }
                 Some(wire::Displacements { stamp, ..self.telemetry.displacements(&self.sample) }.encode_to_vec())
@@ -176,7 +176,7 @@ impl Resimulator {
         })
     }
 
-    /// A status with energies, works, verdict and estimated error computed anew.
+    /// Re-simulates energies, works, verdict and estimated error of a status.
     fn status(&self, recorded: &wire::Status) -> wire::Status {
         let status = wire::Status {
             stamp: Some(wire::Stamp {

@@ -1,4 +1,4 @@
-//! A session taken up where its recording left it.
+//! Resuming a session where its recording ended.
 
 use super::ResimulationError;
 use super::event::Event;
@@ -8,23 +8,23 @@ use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply};
 
-/// A session as it was at an instant of its recording.
+/// A session at an instant of its recording.
 pub struct Resumed {
-    /// Its state: pulses that wait or act are among it.
+    /// The simulation, with its pending and active pulses.
     pub simulation: Simulation,
-    /// Simulated time of the session at which the epoch began, s.
+    /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
-    /// The answers to the commands taken until then, in order.
+    /// Replies to the commands accepted until then, in order.
     pub answers: Vec<CommandReply>,
 }
 
-/// Goes from the last checkpoint on, with the recorded commands, to the end of a recording, or to `at_s`, simulated s since the
-/// session began (commands of that very instant are taken). `progress` is told the byte reached.
+/// Re-simulates from the last checkpoint, with the recorded commands, to the end of a recording or to `at_s`, in simulated s
+/// since the session began (commands at that very instant are applied). `progress` is called with the position in bytes.
 ///
-/// What comes after damage can be taken up only at a checkpoint.
+/// After damage, a session can be resumed only from a checkpoint.
 ///
 /// # Errors
-/// [`ResimulationError`] when it cannot be read, `at_s` is not in it, or its scene no longer gives what was recorded.
+/// [`ResimulationError`] if the recording cannot be read, `at_s` is not in it, or its scene does not reproduce it.
 pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
     let until_ns = at_s.map_or(u64::MAX, |at_s| source.log_time_ns(at_s));
     let mut trail = Trail::default();
@@ -49,7 +49,7 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         return Err(unlike("its checkpoint is not one of its scene".to_owned()));
     }
     let sampling = |simulation: &mut Simulation| {
-        // A sample that was due ended the time that the next one's mean torque is of.
+        // A published sample ends the period of the mean torque.
         if source.publish.is_some_and(|rates| rates.loads.is_due(simulation.step_count(), simulation.step_s())) {
             simulation.take_mean_torque_nm();
         }
@@ -71,18 +71,18 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
     Ok(Resumed { simulation, epoch_start_s, answers: trail.answers })
 }
 
-/// What leads to the instant to resume at.
+/// The checkpoint and commands that lead to the instant to resume at.
 #[derive(Default)]
 struct Trail {
     checkpoint: Option<Checkpoint>,
-    /// Since the checkpoint.
+    /// Commands since the checkpoint.
     commands: Vec<AppliedCommand>,
-    /// Last instant recorded.
+    /// Last recorded instant.
     last: EpochStep,
     answers: Vec<CommandReply>,
-    /// Something was lost since the checkpoint.
+    /// Whether messages are missing since the checkpoint.
     broken: bool,
-    /// The recording goes on after that.
+    /// Whether the recording continues after the instant.
     goes_on: bool,
 }
 
@@ -113,7 +113,7 @@ impl Trail {
         }
     }
 
-    /// The instant nearest to `at_s` of the session; `None` when it is not in the recording.
+    /// Returns the instant nearest to session time `at_s`; `None` if it is not in the recording.
     fn instant_at(&self, at_s: f64, resimulator: &Resimulator, source: &RecordedSession) -> Option<EpochStep> {
         let step_s = source.scene.scene.solver.step_s;
         let stamp = resimulator.stamp();

@@ -1,4 +1,4 @@
-//! What would have been: a recorded session computed again with other commands or another scene, and where the two part.
+//! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,50 +16,50 @@ use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, PulseRequest};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_command};
 
-/// How the result is recorded.
+/// Settings of the new recording.
 const SETTINGS: Settings =
     Settings { flush_period: Duration::from_secs(1), fsync: false, split: None, limit_bytes: None, when_full: WhenFull::Wait };
 
-/// A pulse that was not there.
+/// A pulse added to a recorded session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AddedPulse {
-    /// When it begins, simulated s since the session began.
+    /// Start, simulated s since the session began.
     pub start_s: f64,
     /// Mean torque, N·m.
     pub torque_nm: f64,
-    /// Its duration, s.
+    /// Duration, s.
     pub duration_s: f64,
 }
 
-/// What is changed.
+/// Changes to a recorded session.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Change {
-    /// Pulses added.
+    /// Added pulses.
     pub pulses: Vec<AddedPulse>,
     /// `KEY=VALUE` overrides of the scene.
     pub overrides: Vec<String>,
-    /// The change as it was asked for, for the new recording.
+    /// The command line, for the new recording.
     pub command_line: String,
 }
 
-/// What came of a change.
+/// Result of a what-if.
 #[derive(Debug)]
 pub struct WhatIfOutcome {
-    /// From which simulated time of the session it was computed again, s.
+    /// Session time at which the re-simulation began, s.
     pub from_s: f64,
-    /// Where the two part.
+    /// Deviation from the recording.
     pub deviation: Deviation,
-    /// Why it went no further than this.
+    /// Why the re-simulation ended early, if it diverged.
     pub diverged: Option<Diverged>,
     /// The new recording.
     pub written: Vec<Written>,
 }
 
-/// Computes a session again from the last checkpoint before the change, or with another scene from its start; records it to `path`.
-/// `progress` is told the byte of the old recording reached.
+/// Re-simulates a session from the last checkpoint before the change, or with another scene from its start, and records the
+/// result to `path`. `progress` is called with the position in the old recording, in bytes.
 ///
 /// # Errors
-/// [`ResimulationError`] when the recording cannot be read, the change is refused or is not within the recording, or the result
+/// [`ResimulationError`] if the recording cannot be read, the change is refused or lies outside the recording, or the result
 /// cannot be written.
 pub fn what_if(
     source: &RecordedSession,
@@ -119,7 +119,7 @@ pub fn what_if(
     Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written })
 }
 
-/// How many messages come before the checkpoint to begin with.
+/// Number of messages before the checkpoint to start from.
 fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
     let (mut number, mut begin) = (0, None);
     let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
@@ -138,7 +138,7 @@ fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPuls
     })
 }
 
-/// Why a computation went no further.
+/// Why a re-simulation stopped.
 enum Stopped {
     ResimulationFault(ResimulationFault),
     Other(ResimulationError),
@@ -157,9 +157,9 @@ struct Attempt<'a> {
     resimulator: Resimulator,
     recorder: Recorder,
     pulses: Vec<AddedPulse>,
-    /// So many of them.
+    /// Number of pulses added so far.
     added: usize,
-    /// Where it began, once it has.
+    /// Session time at which it began, once it has.
     from_s: Option<f64>,
     deviation: Deviation,
 }
@@ -179,7 +179,7 @@ impl Attempt<'_> {
         if stamp.epoch == self.resimulator.instant().0 {
             self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
-        // Steps of another size are matched by their time.
+        // Steps of another size are matched by time.
         let steps = stamp.sim_time_s / self.step_s;
         let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
@@ -210,7 +210,7 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    /// Every added pulse that begins before `session_s` is taken before the step that feels it.
+    /// Adds every pulse that begins before `session_s`, before the step that it acts in.
     fn add_pulses_before(&mut self, session_s: f64, message: &RecordedMessage) -> Result<(), Stopped> {
         while let Some(pulse) = self.pulses.get(self.added).filter(|pulse| pulse.start_s < session_s).copied() {
             self.added += 1;
@@ -247,7 +247,7 @@ impl Attempt<'_> {
         self.take(&pulse.id, &wire::pulse_request(pulse)?, message)
     }
 
-    /// Takes in a pulse, and records that it did.
+    /// Adds a pulse, and records the command.
     fn take(&mut self, id: &str, request: &PulseRequest, message: &RecordedMessage) -> Result<(), Stopped> {
         let effective = self.resimulator.apply(request)?;
         let reply = CommandReply {
@@ -292,7 +292,7 @@ impl Attempt<'_> {
 
     fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &RecordedMessage) {
         let prefix = message.channel.topic.rsplit_once('/').map_or("", |(prefix, _)| prefix);
-        // What fails is told when the recording is finished.
+        // A failure is reported when the recording is finished.
         let _ = self.recorder.record(recording::Message {
             topic: format!("{prefix}/{topic}"),
             schema,

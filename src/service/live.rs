@@ -21,7 +21,7 @@ use crate::runtime::{
 };
 use crate::scene::SceneSource;
 use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
-use crate::wire::{self, Angles, Telemetry, control};
+use crate::wire::{self, Angles, TelemetryEncoder, control};
 
 /// Samples in flight from one simulation, if few run.
 const MOST_SAMPLES: usize = 2048;
@@ -271,7 +271,7 @@ fn output_worker(
     Ok(OutputWorker {
         name: live.name,
         endpoint,
-        telemetry: Arc::new(Telemetry::new(&live.scene.scene.system, simulation.start())),
+        telemetry: Arc::new(TelemetryEncoder::new(&live.scene.scene.system, simulation.start())),
         target,
         recorder,
         pool,

@@ -13,7 +13,7 @@ use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry, Topic};
 use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedState, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, Telemetry, applied_command, control::Action};
+use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, TelemetryEncoder, applied_command, control::Action};
 
 /// Last chunk of the key that checkpoints are recorded under. They are not published.
 const CHECKPOINT: &str = "checkpoint";
@@ -62,7 +62,7 @@ pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outpu
 pub(super) struct OutputWorker {
     pub name: Name,
     pub endpoint: ServiceEndpoint,
-    pub telemetry: Arc<Telemetry>,
+    pub telemetry: Arc<TelemetryEncoder>,
     pub target: RecordingTarget,
     pub recorder: Option<Recorder>,
     pub pool: SyncSender<Arc<Sample>>,

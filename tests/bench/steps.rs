@@ -11,7 +11,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Sample, Simulation, Stamp};
-use flexcrank::wire::{Angles, Displacements, Energies, Loads, Telemetry};
+use flexcrank::wire::{Angles, Displacements, Energies, Loads, TelemetryEncoder};
 use prost::Message;
 
 fn main() {
@@ -77,19 +77,19 @@ fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
 
 type Messages = (Displacements, Angles, Loads, Energies);
 
-fn messages(telemetry: &Telemetry, sample: &Sample) -> Messages {
+fn messages(telemetry: &TelemetryEncoder, sample: &Sample) -> Messages {
     (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample), telemetry.energies(sample))
 }
 
 /// A running mechanism of so many elements a link, and what turns its state into messages.
-fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
+fn told(elements: usize) -> (Simulation, TelemetryEncoder, Sample) {
     let overrides = overrides("finite-element", &both("elements", elements));
     let scene = SceneSource::open("ref-r2s", &overrides).unwrap().scene;
     let mut simulation = moving(&overrides);
     let observation = simulation.observe().unwrap().clone();
     let wall = SystemTime::UNIX_EPOCH;
     let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, epoch_start_s: 0.0, wall };
-    let telemetry = Telemetry::new(&scene.system, &observation);
+    let telemetry = TelemetryEncoder::new(&scene.system, &observation);
     let ledger = simulation.ledger();
     (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation, ledger })
 }

@@ -51,7 +51,7 @@ mod sweep;
 pub use balance::{Arms, balance};
 pub use columns::words;
 pub use error::CycleError;
-pub use extremes::{Extreme, Extremes, extremes};
+pub use extremes::{Extreme, ExtremeValue, Extremes, extremes};
 pub use setup::speed_rad_per_s;
 pub use sweep::{ratios_between, sweep};
 

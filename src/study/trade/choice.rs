@@ -146,7 +146,7 @@ pub fn choose(
 
 /// Simulated seconds per second, by the slowest repeat.
 fn speed(measured: &Measured) -> f64 {
-    measured.timing.spread[1].recip()
+    measured.timing.slowest_per_s.recip()
 }
 
 /// What holds both demands in the study, cheapest first by counted work; or which demand fails.
@@ -198,7 +198,7 @@ fn verify(
     let timing = time(configuration, other, grid, seconds)?;
     let errors = reference.errors(&run);
     let error = reference.told(&errors, outputs);
-    Ok(Trial { errors, error, real_time_factor: timing.spread[1].recip(), long_energy: None })
+    Ok(Trial { errors, error, real_time_factor: timing.slowest_per_s.recip(), long_energy: None })
 }
 
 impl Trial {

@@ -58,8 +58,10 @@ pub struct Effort {
 pub struct Timing {
     /// Seconds of computing per simulated second: median of the repeats.
     pub seconds_per_s: f64,
-    /// The same: quickest and slowest repeat.
-    pub spread: [f64; 2],
+    /// The same, of the quickest repeat.
+    pub quickest_per_s: f64,
+    /// The same, of the slowest repeat.
+    pub slowest_per_s: f64,
     /// Repeats.
     pub repeats: usize,
     /// 99.9th percentile of single steps, s.
@@ -165,7 +167,8 @@ pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, fi
     let per_s = |seconds: f64| seconds / grid.until_s();
     Ok(Timing {
         seconds_per_s: per_s(seconds[(seconds.len() - 1) / 2]),
-        spread: [per_s(seconds[0]), per_s(seconds[seconds.len() - 1])],
+        quickest_per_s: per_s(seconds[0]),
+        slowest_per_s: per_s(seconds[seconds.len() - 1]),
         repeats: seconds.len(),
         step_p999_s: 1e-9 * single.value_at_quantile(0.999) as f64,
         step_worst_s: 1e-9 * single.max() as f64,

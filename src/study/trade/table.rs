@@ -24,8 +24,8 @@ pub fn table(study: &Study) -> Table {
     table.push("observed_order", numbers(&|m| m.order.unwrap_or(f64::NAN)));
     table.push("observed_mesh_order", numbers(&|m| m.mesh_order.unwrap_or(f64::NAN)));
     table.push("seconds_per_simulated_s", numbers(&|m| m.timing.seconds_per_s));
-    table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[0]));
-    table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[1]));
+    table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.quickest_per_s));
+    table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.slowest_per_s));
     table.push("counted_seconds_per_simulated_s", numbers(&|m| m.counted_s_per_s));
     table.push("repeats", numbers(&|m| m.timing.repeats as f64));
     table.push("steps_per_s", study.rows.iter().map(steps_per_s).collect());
