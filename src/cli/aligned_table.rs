@@ -1,8 +1,8 @@
-//! Tables in the terminal.
+//! Aligned tables in the terminal.
 
 use std::io::{self, Write as _};
 
-/// Prints rows in columns as wide as they need to be: words, those before column `figures`, to the left; figures to the right.
+/// Prints rows in aligned columns: those before column `figures` to the left, the others to the right.
 pub(super) fn print(rows: &[Vec<String>], figures: usize) -> io::Result<()> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0);
@@ -18,7 +18,7 @@ pub(super) fn print(rows: &[Vec<String>], figures: usize) -> io::Result<()> {
     Ok(())
 }
 
-/// Six significant digits, with a power of ten only where it is needed.
+/// Formats with six significant digits, and a power of ten only where needed.
 pub(super) fn figure(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude == 0.0 {

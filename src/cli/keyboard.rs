@@ -1,4 +1,4 @@
-//! Single keys from the terminal, without waiting for Enter.
+//! Keyboard control of a replay: single keys, without Enter.
 
 use std::io::{IsTerminal as _, Read as _};
 use std::sync::mpsc::Sender;
@@ -9,18 +9,18 @@ use crate::service::{ReplayAction, ReplayCommand};
 
 /// Recorded time that an arrow key skips, s.
 const SKIP_S: f64 = 5.0;
-/// What an arrow key does to the rate.
+/// Factor by which an arrow key changes the rate.
 const FASTER: f64 = 1.1;
 
-/// A terminal that hands over every key at once; dropping it puts the terminal back as it was.
+/// A terminal in single-key mode; dropping it restores the terminal.
 pub(super) struct Keyboard {
     before: Termios,
 }
 
 impl Keyboard {
-    /// Begins to turn keys into commands; `None` when standard input is no terminal, or another program has it.
+    /// Starts to turn keys into commands; `None` if standard input is not a terminal, or another program uses it.
     ///
-    /// Signals stay as they are: Ctrl-C interrupts.
+    /// Signals keep working: Ctrl-C interrupts.
     pub(super) fn listen(commands: &Sender<ReplayCommand>) -> Option<Self> {
         let stdin = std::io::stdin();
         let ours = stdin.is_terminal() && tcgetpgrp(&stdin).is_ok_and(|group| group == rustix::process::getpgrp());
@@ -47,7 +47,7 @@ impl Drop for Keyboard {
     }
 }
 
-/// Reads keys until there are no more, or nobody obeys.
+/// Reads keys until the input or the replay ends.
 fn hear(commands: &Sender<ReplayCommand>) {
     let mut keys = Keys::default();
     for byte in std::io::stdin().lock().bytes() {
@@ -60,7 +60,7 @@ fn hear(commands: &Sender<ReplayCommand>) {
     }
 }
 
-/// How much of an arrow key's sequence has come: escape, `[` or `O`, a letter.
+/// State of the parser of arrow keys: escape, `[` or `O`, a letter.
 #[derive(Debug, Default, Clone, Copy, PartialEq)]
 enum Keys {
     #[default]

@@ -1,4 +1,4 @@
-//! `run`: services that go on until they are done or told to stop.
+//! `run`: live services, until they finish or are stopped.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -6,11 +6,11 @@ use std::time::SystemTime;
 use anyhow::Context as _;
 
 use super::args::RunArgs;
-use super::resume::{Beginning, begin};
+use super::resume::{RunStart, begin};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 pub(super) use super::status_line::describe;
-use super::{Done, shown_s};
+use super::{ExitStatus, shown_s};
 use crate::bus::{self, BusError};
 use crate::recording::{RecordingError, Split, Written, paths};
 use crate::runtime::{Ending, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
@@ -19,19 +19,19 @@ use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 
-pub(super) fn run(args: RunArgs) -> anyhow::Result<Done> {
-    let beginnings = begin(&args)?;
-    let count = beginnings.len();
+pub(super) fn run(args: RunArgs) -> anyhow::Result<ExitStatus> {
+    let starts = begin(&args)?;
+    let count = starts.len();
     if !args.force {
-        let names: Vec<&bus::Name> = beginnings.iter().map(|beginning| &beginning.name).collect();
+        let names: Vec<&bus::Name> = starts.iter().map(|start| &start.name).collect();
         if let Some(taken) = args.bus.options().first_taken_through_endpoints(&names)? {
             return Err(BusError::Taken(taken).into());
         }
     }
     let status_line = StatusLine::new(count);
     let mut members = Vec::with_capacity(count);
-    for (index, beginning) in beginnings.into_iter().enumerate() {
-        members.push(member(&args, beginning, (index, count), &status_line)?);
+    for (index, start) in starts.into_iter().enumerate() {
+        members.push(member(&args, start, (index, count), &status_line)?);
     }
     if let Some(LiveSimulation { live, .. }) = members.first() {
         status_line.head(heading(live, count));
@@ -51,14 +51,14 @@ pub(super) fn run(args: RunArgs) -> anyhow::Result<Done> {
     Ok(conclude(&reports))
 }
 
-/// The `index`th of so many.
+/// Prepares service `index` of `count`.
 fn member(
     args: &RunArgs,
-    beginning: Beginning,
+    beginning: RunStart,
     (index, count): (usize, usize),
     status_line: &StatusLine,
 ) -> anyhow::Result<LiveSimulation> {
-    let Beginning { name, scene, simulation, publish, resumption } = beginning;
+    let RunStart { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
@@ -103,7 +103,7 @@ fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
     split.map_or_else(|| record.to_owned(), |_| paths::part(record, 1))
 }
 
-/// Every weight below ½ makes vibrations grow, at any step.
+/// Warns of a weight below ½: vibrations grow at any step.
 fn warn_of_weight(live: &LiveOptions) {
     let solver = &live.scene.scene.solver;
     if solver.integrator == IntegratorKind::TwoPoint && solver.weight < 0.5 {
@@ -115,7 +115,7 @@ fn warn_of_weight(live: &LiveOptions) {
     }
 }
 
-/// What is said of the first of so many.
+/// The heading for the first of `count` services.
 fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: usize) -> String {
     let solver = &scene.scene.solver;
     let to =
@@ -131,10 +131,11 @@ fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: 
     )
 }
 
-/// Says where each ended, how, and what was recorded; of many, only what is out of the ordinary.
-fn conclude(reports: &[LiveReport]) -> Done {
+/// Prints how each service ended and what it recorded; for several, only what is out of the ordinary.
+fn conclude(reports: &[LiveReport]) -> ExitStatus {
     let many = reports.len() > 1;
-    let done = reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| gravity(*done)).unwrap_or(Done::Well);
+    let done =
+        reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
     if many {
         let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
         let messages: u64 = written.iter().map(|written| written.messages).sum();
@@ -145,54 +146,54 @@ fn conclude(reports: &[LiveReport]) -> Done {
     done
 }
 
-fn gravity(done: Done) -> u8 {
+fn severity(done: ExitStatus) -> u8 {
     match done {
-        Done::Well => 0,
-        Done::Lossy => 1,
-        Done::Untrusted => 2,
-        Done::Refused => 3,
-        Done::Late => 4,
-        Done::Diverged => 5,
+        ExitStatus::Success => 0,
+        ExitStatus::Lossy => 1,
+        ExitStatus::Untrusted => 2,
+        ExitStatus::Refused => 3,
+        ExitStatus::Late => 4,
+        ExitStatus::Diverged => 5,
     }
 }
 
-fn conclude_one(report: &LiveReport, many: bool) -> Done {
+fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
     if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
     }
     let mut done = match &report.ending {
-        Ending::Finished | Ending::Stopped => Done::Well,
+        Ending::Finished | Ending::Stopped => ExitStatus::Success,
         Ending::Diverged(diverged) => {
             say!("error: {diverged}");
-            Done::Diverged
+            ExitStatus::Diverged
         }
         Ending::Late { step, late } => {
-            say!("error: step {step} would have begun {late:.1?} late, and --overrun is stop");
-            Done::Late
+            say!("error: step {step} missed its deadline by {late:.1?}, and --overrun is stop");
+            ExitStatus::Late
         }
     };
     let mut lossy = report.dropped > 0;
     if lossy {
-        say!("warning: {} samples were left out because bus or disk could not keep up", report.dropped);
+        say!("warning: {} samples were dropped because bus or disk could not keep up", report.dropped);
     }
     for recording in &report.recordings {
         lossy |= recording.as_ref().map_or(true, |written| written.limited);
         if !many || recording.is_err() {
-            tell(recording);
+            report_recording(recording);
         }
     }
-    if lossy && done == Done::Well {
-        done = Done::Lossy;
+    if lossy && done == ExitStatus::Success {
+        done = ExitStatus::Lossy;
     }
-    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, Done::Well | Done::Lossy) = (report.verdict, done) {
+    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
         say!("warning: {}", unbalanced(worst_j, in_play_j));
-        done = Done::Untrusted;
+        done = ExitStatus::Untrusted;
     }
     done
 }
 
-fn tell(recording: &Result<Written, RecordingError>) {
+fn report_recording(recording: &Result<Written, RecordingError>) {
     match recording {
         Ok(Written { path, messages, limited }) => {
             let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };

@@ -1,4 +1,4 @@
-//! One line for what is running: a service's status, or a summary of many.
+//! The status line in the terminal: the status of one service, or a summary of many.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::service::OnStatus;
 use crate::wire::{Status, status::State};
 
-/// A line on the terminal that is overwritten; nothing when there is no terminal.
+/// A line on the terminal that is overwritten; invisible without a terminal.
 #[derive(Clone)]
 pub(super) struct StatusLine {
     line: ProgressBar,
@@ -15,16 +15,16 @@ pub(super) struct StatusLine {
 }
 
 struct StatusLineState {
-    /// What is said when the first status comes.
+    /// Printed when the first status arrives.
     heading: Option<String>,
-    /// The newest status of each service, and whether a warning of it was shown.
+    /// The newest status of each service, and whether its warning was printed.
     newest: Newest,
 }
 
 type Newest = Vec<(Option<Status>, bool)>;
 
 impl StatusLine {
-    /// For so many services.
+    /// Creates a status line for `count` services.
     pub(super) fn new(count: usize) -> Self {
         let line = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{msg}") {
@@ -33,12 +33,12 @@ impl StatusLine {
         StatusLine { line, told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, false); count] })) }
     }
 
-    /// What to say once the first status comes: then services run, and are recorded.
+    /// Sets the heading to print with the first status: by then services run and record.
     pub(super) fn head(&self, heading: String) {
         self.told.lock().unwrap_or_else(PoisonError::into_inner).heading = Some(heading);
     }
 
-    /// Takes the statuses of service `index`, by that name.
+    /// Returns the status callback of service `index`.
     pub(super) fn of(&self, index: usize, name: &str) -> OnStatus {
         let (status_line, name) = (self.clone(), name.to_owned());
         Box::new(move |status| status_line.take(index, &name, status))
@@ -52,7 +52,7 @@ impl StatusLine {
         }
         let many = newest.len() > 1;
         let Some((kept, warned)) = newest.get_mut(index) else { return };
-        // The first warning stays.
+        // Only the first warning is printed.
         if status.state() == State::Running && !status.message.is_empty() && !*warned {
             *warned = true;
             let whose = if many { format!("{name}: ") } else { String::new() };
@@ -61,19 +61,19 @@ impl StatusLine {
         *kept = Some(status.clone());
         match many {
             false => self.line.set_message(describe(status)),
-            // Once for all of them.
+            // One summary per round of statuses.
             true if index == 0 => self.line.set_message(summary(newest)),
             true => {}
         }
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub(super) fn clear(&self) {
         self.line.finish_and_clear();
     }
 }
 
-/// A status in one line.
+/// Formats a status as one line.
 pub(super) fn describe(status: &Status) -> String {
     let state = State::try_from(status.state).unwrap_or_default();
     let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
@@ -89,7 +89,7 @@ pub(super) fn describe(status: &Status) -> String {
     )
 }
 
-/// The slowest and the latest of many.
+/// Summarizes many services by the slowest and the latest.
 fn summary(newest: &[(Option<Status>, bool)]) -> String {
     let all = || newest.iter().filter_map(|(status, _)| status.as_ref());
     let running = all().filter(|status| status.state() == State::Running).count();

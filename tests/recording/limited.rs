@@ -37,7 +37,7 @@ fn prop_a_limited_recording_ends_whole_and_the_simulation_goes_on() -> Outcome {
         assert!(limited.last() == Some(&true) && limited.iter().filter(|limited| **limited).count() == 1, "{limited:?}");
         assert!(split.is_none() || written.len() > 1);
         let said = said.lock().unwrap_or_else(PoisonError::into_inner);
-        assert!(said.contains("recording stopped: it has the size that it may have"), "{said}");
+        assert!(said.contains("recording stopped: it reached --max-recording-size"), "{said}");
     }
     Ok(())
 }

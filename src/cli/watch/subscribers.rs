@@ -1,10 +1,10 @@
-//! What a service tells, as it arrives.
+//! Subscriptions of the view.
 
 use crate::bus::{BusError, Name, Session, Topic, client};
 use crate::wire::{Angles, Displacements, Energies, Loads, Status};
 
-/// Subscriptions to all that is shown.
-pub(super) struct Feed {
+/// Subscriptions to everything shown.
+pub(super) struct Subscribers {
     angles: client::TopicSubscriber,
     displacements: client::TopicSubscriber,
     loads: client::TopicSubscriber,
@@ -12,10 +12,10 @@ pub(super) struct Feed {
     status: client::TopicSubscriber,
 }
 
-impl Feed {
+impl Subscribers {
     pub(super) fn subscribe(session: &Session, name: &Name) -> Result<Self, BusError> {
         let subscribe = |topic| client::subscribe(session, name, topic);
-        Ok(Feed {
+        Ok(Subscribers {
             angles: subscribe(Topic::Angles)?,
             displacements: subscribe(Topic::Displacements)?,
             loads: subscribe(Topic::Loads)?,
