@@ -200,7 +200,7 @@ fn prop_every_extreme_ends_cleanly() -> Tried {
 /// Two rows of four steps that ended so.
 fn ended(categories: [Category; 8]) -> Swept {
     let axis = |name, values: &[f64]| Axis::new(name, Spacing::Listed, values.to_vec());
-    let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Method };
+    let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Travel };
     let (x, y) = (axis("step_s", &[1e-6, 1e-5, 1e-4, 1e-3]), axis("damping_s", &[0.0, 1.0]));
     let map = Map { name: "damping".into(), title: "damping".into(), x, y, cells: vec![cell; 8] };
     let outcome = |category| Outcome {
@@ -247,7 +247,7 @@ fn prop_the_sweep_names_every_model_with_every_integrator_against_another() -> T
             let [of_cell, of_reference] = [&cell.overrides, &reference.overrides].map(|overrides| word(overrides, key));
             assert_ne!(of_cell, of_reference, "{key} {:?}", cell.overrides);
         }
-        if cell.measure == Measure::Method {
+        if cell.measure == Measure::Travel {
             assert_eq!(word(&cell.overrides, "solver.model="), word(&reference.overrides, "solver.model="));
         }
     }

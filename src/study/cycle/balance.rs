@@ -7,7 +7,7 @@ use super::{CycleError, Options};
 use crate::scene::{Chain, Link, SceneSource};
 use crate::study::Table;
 
-/// Where the counterweights sit, both as points.
+/// Positions of the counterweights, which are point masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arms {
     /// Distance of `m₄` from O, on the crank's extension opposite A, m.
@@ -95,12 +95,12 @@ fn add_point(link: &mut Link, kg: f64, at_m: f64) {
     link.inertia_kg_m2 = about_pin - mass_kg * centre_m * centre_m;
 }
 
-/// About the link's first pin.
+/// Moment of inertia about the link's first pin.
 fn inertia_about_pin(link: &Link) -> f64 {
     link.inertia_kg_m2 + link.mass_kg * link.centre_of_mass_m.powi(2)
 }
 
-/// What is compared.
+/// The compared quantities.
 const FIGURES: [(&str, QuantityKind); 7] = [
     ("mass", QuantityKind::Mass),
     ("crank_inertia_about_o", QuantityKind::Inertia),

@@ -4,7 +4,7 @@ use super::machine::CycleInstant;
 use super::setup::Setup;
 use crate::study::Table;
 
-/// What values are divided by: powers of a length (m), a rate (rad/s) and a mass (kg).
+/// Units of values: powers of a length (m), a rate (rad/s) and a mass (kg).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Units {
     pub length: f64,
@@ -92,7 +92,7 @@ impl QuantityKind {
     }
 }
 
-/// What a column holds, in words, and its unit: `m/s²`, or, dimensionless, what it is divided by: `/ l2 ω²`.
+/// The quantity of a column in words, and its unit: `m/s²`, or, if dimensionless, its divisor: `/ l2 ω²`.
 pub fn words(column: &str) -> (String, &'static str) {
     let split = QuantityKind::ALL.iter().find_map(|kind| {
         let [si, unit, over, divisor] = kind.names();

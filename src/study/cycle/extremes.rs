@@ -1,4 +1,4 @@
-//! Where the columns are largest and smallest.
+//! Smallest and largest values of the columns.
 
 use super::columns::words;
 use crate::study::Table;
@@ -8,7 +8,7 @@ use crate::study::Table;
 pub struct Extreme {
     /// The column.
     pub column: String,
-    /// What it holds, in words.
+    /// The quantity in words.
     pub quantity: String,
     /// Its unit, or what it is divided by.
     pub unit: &'static str,

@@ -1,4 +1,4 @@
-//! The rigid crank-slider looked at, one crank angle at a time.
+//! The rigid crank-slider at a given crank angle.
 
 use crate::mechanics::crank_slider::moving;
 use crate::mechanics::{Input, LinkObservation, Mechanism as _, Observation, Rigid};
@@ -10,10 +10,10 @@ pub(super) struct Machine {
     seen: Observation,
 }
 
-/// What there is to know at one angle; SI units. Triples are a value, its rate and its acceleration.
+/// The state at one angle, in SI units. Triples are a value, its rate and its acceleration.
 pub(super) struct CycleInstant {
     pub crank: [f64; 3],
-    /// Of φ, below the x axis.
+    /// Angle φ below the x axis.
     pub rod: [f64; 3],
     pub piston: [f64; 3],
     pub centre: [[f64; 2]; 3],
@@ -28,7 +28,7 @@ pub(super) struct CycleInstant {
     pub shaking: [f64; 2],
     pub torque: f64,
     pub kinetic: f64,
-    /// Of everything as the crank feels it: `2 T` at unit rate.
+    /// Inertia of the mechanism at the crank: `2 T` at unit rate.
     pub inertia: f64,
 }
 

@@ -59,7 +59,7 @@ use super::Table;
 use crate::scene::SceneSource;
 use setup::Setup;
 
-/// What is asked of a turn.
+/// Options of a turn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Crank-to-rod ratios, each with the scene's rod and the crank's length changed to suit; none for the scene's own.

@@ -1,4 +1,4 @@
-//! From scene and options to a machine and how its crank turns.
+//! The machine and its rotation, from scene and options.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ pub(super) struct Setup {
     pub spin: CrankRotation,
 }
 
-/// How the crank turns: `θ̈` constant, so `θ̇² = ω² + 2 θ̈ θ`.
+/// Rotation of the crank: `θ̈` constant, so `θ̇² = ω² + 2 θ̈ θ`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CrankRotation {
     pub speed: f64,
@@ -66,7 +66,7 @@ impl Setup {
         self.chain.links[0].length_m
     }
 
-    /// What values are divided by.
+    /// Units of the values.
     pub fn units(&self, dimensionless: bool) -> Result<Units, CycleError> {
         if !dimensionless {
             return Ok(Units::SI);

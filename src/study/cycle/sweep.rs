@@ -1,7 +1,7 @@
-//! What the crank-to-rod ratio costs and gains: the question that the thesis leaves as future work.
+//! Costs and gains of the crank-to-rod ratio: the question that the thesis leaves as future work.
 //!
-//! For the thesis's compressor there is no best ratio in itself, but a price for each: with rod, masses and speed kept, every
-//! load grows with `λ`, and faster than what the machine sweeps for its size. At a given stroke, piston acceleration grows only
+//! For the thesis's compressor no ratio is best, but each has its price: with rod, masses and speed kept, every load grows with
+//! `λ`, and faster than the swept volume relative to the machine's size. At a given stroke, piston acceleration grows only
 //! by `1 + λ` while the machine's length, `1 + 1/(2 λ)` strokes, falls: divide by `stroke_m` to see that.
 
 use super::columns::QuantityKind;

@@ -1,4 +1,4 @@
-//! The scene that is swept, and what the axes need to know of it.
+//! The scene of a sweep, and its properties that the axes need.
 
 use std::f64::consts::PI;
 
@@ -11,10 +11,10 @@ pub struct NotSuited {
     origin: String,
 }
 
-/// The scene that is swept.
+/// The scene of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseScene {
-    /// Its name.
+    /// Name of the scene.
     pub origin: String,
     /// Its TOML.
     pub text: String,
@@ -29,7 +29,7 @@ pub struct BaseScene {
 }
 
 impl BaseScene {
-    /// Takes a scene.
+    /// Prepares a scene for a sweep.
     ///
     /// # Errors
     /// [`NotSuited`] unless it is a crank-slider of two bars.

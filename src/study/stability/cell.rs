@@ -1,4 +1,4 @@
-//! One cell: a scene by overrides, run for some steps, looked at all along.
+//! One cell: a scene with overrides, run for a number of steps and compared throughout.
 
 use super::base_scene::BaseScene;
 use super::outcome::{Category, Outcome};
@@ -10,12 +10,12 @@ use crate::simulation::{Diverged, EnergyLedger, Simulation};
 /// A cell is wrong when a pin or the middle of the rod is ever further from its reference than this part of its [`Measure`]; where
 /// no reference reaches, when the energy balance is off by this part of the energy that was there and put in.
 pub const BOUND: f64 = 0.01;
-/// A run is looked at about so many times.
+/// Approximate number of observations in a run.
 const LOOKS: u64 = 400;
-/// A reference keeps about so many samples.
+/// Approximate number of samples in a reference.
 const SAMPLES: u64 = 4000;
-/// The least method that errors are a part of, over the length of crank and rod.
-const LEAST_WAY: f64 = 1e-3;
+/// Smallest distance that errors are relative to, over the length of crank and rod.
+const LEAST_TRAVEL: f64 = 1e-3;
 
 /// Runs a cell; every end is an outcome.
 pub(super) fn run(base: &BaseScene, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
@@ -72,14 +72,14 @@ fn build(base: &BaseScene, cell: &Cell) -> Result<(Simulation, f64), String> {
     Ok((simulation, length_m))
 }
 
-/// Compares as it goes.
+/// Compares a run with its reference.
 struct Comparison<'a> {
     reference: Option<&'a Trajectory>,
     length_m: f64,
     measure: Measure,
-    /// Largest from the reference.
+    /// Largest distance from the reference, m.
     distance_m: Option<f64>,
-    /// Largest of the reference from its start.
+    /// Largest distance of the reference from its start, m.
     reference_travel_m: f64,
     out_of_range: bool,
 }
@@ -98,11 +98,11 @@ impl Comparison<'_> {
         }
     }
 
-    /// The largest distance over what it is measured by.
+    /// The largest distance, relative to the cell's [`Measure`].
     fn error(&self) -> Option<f64> {
         let whole_m = match self.measure {
             Measure::Length => self.length_m,
-            Measure::Method => self.reference_travel_m.clamp(LEAST_WAY * self.length_m, self.length_m),
+            Measure::Travel => self.reference_travel_m.clamp(LEAST_TRAVEL * self.length_m, self.length_m),
         };
         self.distance_m.map(|distance_m| distance_m / whole_m)
     }
@@ -132,7 +132,7 @@ fn refused(message: String) -> Outcome {
     }
 }
 
-/// A divergence is clean when all that it says is finite, and so is the last good state.
+/// A divergence is clean if its report and the last good state are finite.
 fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Outcome {
     let message = diverged.to_string();
     let said = !["NaN", "inf"].iter().any(|word| message.contains(word));

@@ -10,18 +10,18 @@ use super::methods::Method;
 use super::plan::{Axis, Cell, Measure, Spacing};
 use crate::scene::ModelKind;
 
-/// A cell takes no more steps, however fine they are: 20 ms of the motion at 1 µs, all of it from 13 µs on.
+/// Step limit of a cell, however fine its steps: 20 ms of the motion at 1 µs, all of it from 13 µs on.
 const MOST_STEPS: u64 = 20_000;
-/// Nor more than so many over its modes.
+/// Step limit divided by the number of modes.
 const MOST_MODE_STEPS: u64 = 100_000;
-/// Nor more than so many over its elements.
+/// Step limit divided by the number of elements.
 const MOST_ELEMENT_STEPS: u64 = 200_000;
-/// Step of references, s: not that of any column.
+/// Step of references, s; no column has this step.
 const REFERENCE_STEP_S: f64 = 2e-5;
-/// Finer meshes are compared with this one: it errs by less than 1e-4 of what is asked for.
+/// Elements of the reference mesh; its error is below 1e-4 of the bound.
 const REFERENCE_ELEMENTS: usize = 20;
 
-/// A scene's key that a map varies.
+/// A scene key that a map varies.
 struct Varied {
     map: &'static str,
     axis: &'static str,
@@ -108,7 +108,7 @@ impl Builder<'_> {
             let (reference, measure) = if method.model == ModelKind::Incremental {
                 (self.reference(&method, &given), Measure::Length)
             } else {
-                (self.other_scheme(reference, &given), Measure::Method)
+                (self.other_scheme(reference, &given), Measure::Travel)
             };
             for &step_s in &x.values {
                 let overrides = [method.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
@@ -131,7 +131,7 @@ impl Builder<'_> {
     }
 }
 
-/// What a row of a map runs, and what it is compared with.
+/// One row of a map, and its reference.
 struct Row {
     method: Method,
     reference: Method,

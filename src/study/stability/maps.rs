@@ -1,9 +1,9 @@
-//! The maps of the extremes sweep: one function a kind of extreme.
+//! The maps of the extremes sweep: one function per kind of extreme.
 //!
-//! What is not swept is the base scene's, but that every link has two elements (one for the incremental model), so that the
-//! middle of the rod is seen. References are the finite-element model with eight elements a link, or the rigid model for rigid
-//! cells, at a fine step by another scheme; one reference serves every model and every step of the same mechanism.
-//! `damping` has the maps of the scene as it stands.
+//! A key that is not swept has the base scene's value, but every link has two elements (one for the incremental model), so that
+//! the middle of the rod is observed. References are the finite-element model with eight elements per link, or the rigid model
+//! for rigid cells, at a fine step by another scheme. One reference serves every model and step of the same mechanism. `damping`
+//! has the maps of the scene as it stands.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,7 +16,7 @@ use super::plan::{Axis, Cell, Map, MapPlan, Measure, Spacing};
 use crate::scene::{IntegratorKind, ModelKind};
 use Spacing::{Linear, Listed, Log};
 
-/// How much of it.
+/// Size of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// Everything: thousands of cells.

@@ -5,13 +5,13 @@ use crate::scene::{IntegratorKind, ModelKind};
 /// A model and its integrator, as overrides of a scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Method {
-    /// What maps are called by; the model's and the integrator's words unless given.
+    /// Name in maps; default: model and integrator.
     label: Option<&'static str>,
     pub model: ModelKind,
     pub integrator: IntegratorKind,
-    /// Elements of each link; the scene's unless given.
+    /// Elements of each link; default: the scene's.
     elements: Option<usize>,
-    /// ϑ; the scene's unless given.
+    /// Weight ϑ; default: the scene's.
     weight: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ impl Method {
         Method { label: None, model, integrator, elements, weight: None }
     }
 
-    /// Another of the schemes that suit the model: what owes nothing to this one. The incremental model has one scheme only.
+    /// Another scheme that suits the model, as an independent reference. The incremental model has one scheme only.
     pub fn other_scheme(self) -> Self {
         let integrator = match self.integrator {
             _ if self.model == ModelKind::Incremental => self.integrator,
@@ -44,7 +44,7 @@ impl Method {
         Method { integrator, ..self }
     }
 
-    /// With so many elements a link.
+    /// The same method with this many elements per link.
     pub fn meshed(self, elements: usize) -> Self {
         Method { elements: Some(elements), ..self }
     }

@@ -1,8 +1,7 @@
-//! Where the numbers break: the schemes on one mass, and a crank-slider at the extremes of everything that it is made of.
+//! Where the numerics break down: the schemes on one mass, and a crank-slider at the extremes of its parameters.
 //!
-//! [`schemes`](Scheme) compares the spectral radius of every integrator, as it runs, with theory, without damping and on the whole
-//! left half-plane. [`MapPlan`] lists the cells of
-//! the extremes sweep, [`sweep`] runs them: every cell ends as one of the [`Category`]s.
+//! [`schemes`](Scheme) compares the spectral radius of every running integrator with theory, without damping and on the whole
+//! left half-plane. [`MapPlan`] lists the cells of the extremes sweep, [`sweep`] runs them: every cell ends in one [`Category`].
 
 mod base_scene;
 mod cell;

@@ -12,7 +12,7 @@ use super::sweep::{Measured, Row};
 use super::{REFERENCE_PART, Study};
 use crate::scene::{Drive, Motion, Pulse, Scene, System};
 
-/// What must hold.
+/// Requirements on the choice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demands {
     /// Bound of the largest relative error among the outputs.
@@ -37,7 +37,7 @@ pub struct Trial {
 /// The configuration that holds both demands on all runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chosen {
-    /// Where it stood in the study.
+    /// Its row of the study.
     pub row: Row,
     /// Simulated seconds per second there, by the slowest repeat.
     pub real_time_factor: f64,
@@ -97,20 +97,20 @@ pub enum Refusal {
 /// Chosen, or refused.
 pub type Choice = Result<Chosen, Refusal>;
 
-/// How much the verifying run differs.
+/// Speed factor of the verifying run.
 const OTHER_SPEED: f64 = 1.2;
 const OTHER_TORQUE: f64 = 0.8;
 const OTHER_DURATION: f64 = 1.5;
-/// How long energy must be kept, s: what becomes of it in a short run says little of a long one, where it reaches the vibrations
-/// that the step resolves worst.
+/// Duration over which energy must be kept, s. A short run shows little of a long one, in which energy errors reach the
+/// vibrations that the step resolves worst.
 const LONG_S: f64 = 600.0;
 /// Candidates that are verified at most.
 const CANDIDATES: usize = 12;
 
-/// Chooses from a study of `scene`; `budget_s` bounds the reference of the verifying run, `progress` hears what runs.
+/// Chooses from a study of `scene`. `budget_s` bounds the reference of the verifying run; `progress` is called before every run.
 ///
 /// # Errors
-/// [`Refusal`] when nothing holds both demands.
+/// [`Refusal`] if no configuration meets the requirements.
 pub fn choose(
     scene: &Scene,
     study: &Study,
@@ -149,7 +149,7 @@ fn speed(measured: &Measured) -> f64 {
     measured.timing.slowest_per_s.recip()
 }
 
-/// What holds both demands in the study, cheapest first by counted work; or which demand fails.
+/// Returns the configurations that meet the requirements, cheapest first by counted work, or the requirement that fails.
 fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
     let mut all: Vec<(&Row, &Measured)> = study.measured().collect();
     all.sort_by(|a, b| a.1.counted_s_per_s.total_cmp(&b.1.counted_s_per_s));
@@ -197,7 +197,7 @@ fn verify(
     let (run, seconds) = run(configuration, other, grid)?;
     let timing = time(configuration, other, grid, seconds)?;
     let errors = reference.errors(&run);
-    let error = reference.told(&errors, outputs);
+    let error = reference.bounded_error(&errors, outputs);
     Ok(Trial { errors, error, real_time_factor: timing.slowest_per_s.recip(), long_energy: None })
 }
 

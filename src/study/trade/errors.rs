@@ -1,4 +1,4 @@
-//! Distances between sampled runs, and what became of the energy.
+//! Errors of sampled runs against each other, and of their energy.
 
 use super::output_group::{CHANNELS, OutputGroup, Sample};
 
@@ -18,7 +18,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Of `run` against `reference`, sample by sample, in all but energy. What the run does not know is infinitely wrong.
+    /// Errors of `run` against `reference` in everything but energy. A quantity that the run does not compute has infinite error.
     pub(super) fn between(run: &[Sample], reference: &[Sample], scales: &[f64; N]) -> Self {
         let (mut squares, mut max) = ([0.0; N], [0.0_f64; N]);
         for (a, b) in run.iter().zip(reference) {

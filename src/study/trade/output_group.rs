@@ -1,4 +1,4 @@
-//! What is compared: channels of numbers sampled at common instants, grouped into the outputs that a user names.
+//! The compared quantities: channels sampled at common instants, grouped into the outputs that a user names.
 
 use crate::mechanics::{LinkObservation, Observation};
 use crate::scene::{Chain, End};
@@ -14,7 +14,7 @@ pub enum OutputGroup {
     Deflection,
     /// Joint forces, over the peak at each joint.
     Forces,
-    /// Balance of energy, over the most kinetic and strain energy that there was: told by a run alone, without a reference.
+    /// Balance of energy, over the largest kinetic and strain energy; known from a run alone, without a reference.
     Energy,
 }
 
@@ -22,10 +22,10 @@ impl OutputGroup {
     /// All of them.
     pub const ALL: [OutputGroup; 5] =
         [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection, OutputGroup::Forces, OutputGroup::Energy];
-    /// Those that are compared with a reference.
+    /// The outputs that are compared with a reference.
     pub const COMPARED: [OutputGroup; 4] =
         [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection, OutputGroup::Forces];
-    /// Those that bind unless others are named.
+    /// The outputs that count unless others are named.
     pub const DEFAULT: [OutputGroup; 3] = [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection];
 
     /// The word on the command line.
@@ -67,7 +67,7 @@ pub const CHANNELS: [Channel; 7] = [
 /// One number or vector a channel; NaN where the model does not know it.
 pub type Sample = [[f64; 2]; CHANNELS.len()];
 
-/// Deflections below this fraction of a link's length are none: the link is straight, and errors are counted over its length.
+/// A link with deflections below this fraction of its length counts as straight; its errors are relative to its length.
 const STRAIGHT: f64 = 1e-6;
 
 /// Reads samples off a chain's observations.
@@ -116,7 +116,7 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// What an error is divided by in each channel: 1 rad; stroke or reach; peak deflection; peak force.
+/// The scale that errors are divided by in each channel: 1 rad; stroke or reach; peak deflection; peak force.
 pub(super) fn scales(chain: &Chain, reference: &[Sample]) -> [f64; CHANNELS.len()] {
     let lengths_m: Vec<f64> = chain.links.iter().map(|link| link.length_m).collect();
     let travel_m = match chain.end {

@@ -25,14 +25,14 @@ pub enum Failed {
     Histogram(#[from] hdrhistogram::CreationError),
 }
 
-/// What a run gives that is the same every time.
+/// The reproducible results of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     pub samples: Vec<Sample>,
     pub effort: Effort,
     /// See [`Balance::error`].
     pub energy_error: f64,
-    /// What the run itself estimated of its error in the first link's chord angle, rad.
+    /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
     pub memory_bytes: usize,
     pub out_of_range: bool,
@@ -49,18 +49,18 @@ pub struct Effort {
     pub newton_iterations: u64,
     /// Factorizations.
     pub factorizations: u64,
-    /// Steps that failed at first and were taken in parts.
+    /// Steps that failed and were repeated in parts.
     pub retried: u64,
 }
 
-/// How long computing took.
+/// Computing time of a configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Seconds of computing per simulated second: median of the repeats.
     pub seconds_per_s: f64,
-    /// The same, of the quickest repeat.
+    /// Seconds of computing per simulated second: quickest repeat.
     pub quickest_per_s: f64,
-    /// The same, of the slowest repeat.
+    /// Seconds of computing per simulated second: slowest repeat.
     pub slowest_per_s: f64,
     /// Repeats.
     pub repeats: usize,
@@ -106,7 +106,7 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     Ok((Run { samples, effort, energy_error, estimated_angle_rad, memory_bytes, out_of_range }, seconds))
 }
 
-/// What became of the energy in a run.
+/// The energy balance of a run.
 #[derive(Debug, Clone, Copy, Default)]
 struct Balance {
     worst_j: f64,
@@ -145,7 +145,7 @@ fn memory_bytes(simulation: Simulation) -> usize {
     size_of::<Simulation>() + usize::try_from(-given_back).unwrap_or(0)
 }
 
-/// Times a configuration that ran before in `first_s`: whole runs, and one with every step looked at.
+/// Times a configuration that ran before in `first_s`: whole runs, and one with every step timed.
 pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, first_s: f64) -> Result<Timing, Failed> {
     let scene = configuration.scene(scene);
     let mut simulation = Simulation::new(&scene)?;
