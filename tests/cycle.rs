@@ -197,7 +197,7 @@ fn prop_centre_of_mass_and_piston_move_as_their_rates_say() -> Outcome {
 }
 
 #[test]
-fn regress_what_cannot_be_turned_is_refused() {
+fn regress_a_scene_without_a_full_turn_is_refused() {
     let beam = SceneSource::open("ref-r5", &[]).unwrap();
     let says = |source: &SceneSource, options: Options| cycle(source, &options).unwrap_err().to_string();
     assert!(says(&beam, Options::default()).contains("ref-r5 is not a crank-slider"));
@@ -306,7 +306,7 @@ fn prop_sections_give_mass_centre_and_inertia_to_every_ratio() -> Outcome {
 }
 
 #[test]
-fn val_extremes_say_where_and_how_large() -> Outcome {
+fn val_extremes_have_value_and_crank_angle() -> Outcome {
     let options = Options { ratios: vec![0.1, 0.25], dimensionless: true, ..Options::default() };
     let all = extremes(&cycle(&compressor(&[]), &options)?);
     assert_eq!(all.iter().map(|one| one.ratio).collect::<Vec<_>>(), [0.1, 0.25]);
@@ -352,7 +352,7 @@ fn val_program_prints_extremes_and_writes_what_the_library_computes() -> Outcome
 }
 
 #[test]
-fn regress_program_refuses_bad_usage_with_2_and_says_why() {
+fn regress_bad_usage_is_refused_with_exit_code_2_and_a_reason() {
     for (args, expected) in [
         (&["ref-r5"][..], "ref-r5 is not a crank-slider"),
         (&["thesis-compresor"], "did you mean `thesis-compressor`?"),

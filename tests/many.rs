@@ -14,7 +14,7 @@ use flexcrank::service::{self, LiveSimulation};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{AppliedCommand, Loads, Status, TorquePulse};
 
-/// How long a message or an answer may take on a busy machine.
+/// Time for a message or reply on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Pulses of four clients at once, every third sent twice.
@@ -95,7 +95,7 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) -> Outcome {
 }
 
 #[test]
-fn prop_a_topic_is_wanted_while_somebody_listens() -> Outcome {
+fn prop_a_topic_has_subscribers_while_a_client_subscribes() -> Outcome {
     let (session, client) = linked_sessions()?;
     let name: Name = "test".parse()?;
     let endpoint = ServiceEndpoint::declare(&session, &name, "", None)?;
@@ -119,7 +119,7 @@ fn prop_a_topic_is_wanted_while_somebody_listens() -> Outcome {
 }
 
 #[test]
-fn prop_nothing_is_made_that_nobody_wants() -> Outcome {
+fn prop_only_subscribed_or_recorded_messages_are_encoded() -> Outcome {
     let unheard = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(2.0), |live| {
         live.record = None;
         live.scene_updates_hz = Some(25.0);
@@ -143,7 +143,7 @@ fn prop_nothing_is_made_that_nobody_wants() -> Outcome {
 }
 
 #[test]
-fn prop_who_listens_before_hears_the_first_message_through_a_router() -> Outcome {
+fn prop_an_earlier_subscriber_receives_the_first_message_through_a_router() -> Outcome {
     use zenoh::Wait;
     let address = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let endpoint = vec![format!("tcp/{address}")];
@@ -161,7 +161,7 @@ fn prop_who_listens_before_hears_the_first_message_through_a_router() -> Outcome
     for round in 0..20 {
         let name: Name = format!("test-{round}").parse()?;
         let subscriber = client.declare_subscriber(name.topic(Topic::Angles)).wait().map_err(|error| error.to_string())?;
-        // What the router answers comes after it has heard of the subscription.
+        // The router's answer comes after it has received the subscription.
         client::services(&client, Duration::ZERO, |_| true)?;
         let session = options.open_service()?;
         let endpoint = ServiceEndpoint::declare(&session, &name, "", None)?;

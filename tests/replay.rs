@@ -74,7 +74,7 @@ impl Playing {
 /// Key, encoding, payload.
 type Sample = (String, String, Vec<u8>);
 
-/// Everything heard on some keys, in order.
+/// Everything received on some keys, in order.
 type Heard = Arc<Mutex<Vec<Sample>>>;
 
 fn listen(session: &Session, key: &str) -> Result<Heard, Box<dyn std::error::Error>> {
@@ -138,7 +138,7 @@ fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
 }
 
 #[test]
-fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
+fn prop_the_first_message_reaches_the_awaited_subscribers() -> Outcome {
     let (file, _folder) = recording()?;
     let first = common::payloads(&file, "angles")?.swap_remove(0);
     for n in 0..5 {
@@ -178,7 +178,7 @@ fn prop_a_delay_is_waited_out_and_can_be_cut_short() -> Outcome {
     Ok(())
 }
 
-/// What a recorded service was told, in order: the id and, of a pulse, its torque.
+/// The recorded commands in order: the id and, for a pulse, its torque.
 fn commands(file: &Path) -> Outcome<Vec<(String, Option<f64>)>> {
     let told = |applied: AppliedCommand| match applied.command {
         Some(applied_command::Command::Torque(pulse)) => (pulse.id, Some(pulse.torque_nm)),
@@ -214,7 +214,7 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
 }
 
 #[test]
-fn prop_too_few_subscribers_are_told() -> Outcome {
+fn prop_too_few_subscribers_are_an_error() -> Outcome {
     let (file, _folder) = recording()?;
     let patience = Duration::from_millis(300);
     let playing = Playing::start(ReplayOptions {
@@ -393,7 +393,7 @@ fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome
 }
 
 #[test]
-fn prop_a_damaged_chunk_is_told_with_its_place() -> Outcome {
+fn prop_a_damaged_chunk_is_reported_with_its_position() -> Outcome {
     let (file, _folder) = recording()?;
     let mut bytes = std::fs::read(&file)?;
     let middle = bytes.len() / 3;
@@ -405,7 +405,7 @@ fn prop_a_damaged_chunk_is_told_with_its_place() -> Outcome {
     Ok(())
 }
 
-/// A replay as a process, so that its log can be read: refusals that nobody waits for are at most one line a second.
+/// Replays in a process of its own, to read its log.
 #[test]
 fn regress_refusals_of_replay_commands_are_rate_limited() -> Outcome {
     let (file, _folder) = recording()?;

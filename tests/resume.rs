@@ -1,4 +1,4 @@
-//! Sessions taken up from their recordings, and what would have been.
+//! Resumed sessions, and what-if.
 #![allow(clippy::expect_used, reason = "a test may fail")]
 
 mod common;
@@ -64,7 +64,7 @@ fn commanded() -> Result<tempfile::TempDir, Box<dyn std::error::Error>> {
 }
 
 #[test]
-fn prop_a_resumed_session_is_alike_to_the_bit_with_one_that_never_stopped() -> Outcome {
+fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
     let folder = commanded()?;
     let straight = telemetry(&folder.path().join("run.mcap"))?;
     let whole = std::fs::read(folder.path().join("run.mcap"))?;
@@ -98,7 +98,7 @@ fn prop_a_resumed_session_is_alike_to_the_bit_with_one_that_never_stopped() -> O
 }
 
 #[test]
-fn prop_what_if_is_what_would_have_been() -> Outcome {
+fn prop_what_if_equals_a_session_recorded_with_the_change() -> Outcome {
     let run = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let scene = SceneSource::open("crank-slider", &overrides)?;

@@ -99,13 +99,13 @@ fn prop_pause_steps_and_reset_count_exactly() -> Outcome {
 }
 
 #[test]
-fn prop_steps_when_paused_are_exactly_as_many_as_asked() -> Outcome {
+fn prop_a_paused_run_takes_exactly_the_requested_steps() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
     let say = |action| client::control(&service.client, &service.name, &control(action));
     let mut at = say(Action::Pause(wire::Pause {}))?.effective_step;
     for count in [1, 7, 250, 3000] {
         say(Action::Step(wire::Steps { count }))?;
-        // What a pause would hold back is the step after those that were taken.
+        // The reply to a pause names the step after those that were taken.
         let mut now = at;
         while now < at + count {
             now = say(Action::Pause(wire::Pause {}))?.effective_step;
@@ -211,7 +211,7 @@ fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
 }
 
 #[test]
-fn prop_a_model_out_of_its_range_says_so() -> Outcome {
+fn prop_a_model_out_of_its_range_warns() -> Outcome {
     let scene = flexcrank::scene::SceneSource::open("ref-r4m", &["solver.model=modal".to_owned()])?;
     let (_, folder) = Service::start(scene, Pace::Max, Some(1.0), PublishRate::Hz(200.0))?.finish()?;
     let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
@@ -265,7 +265,7 @@ fn prop_energies_come_at_their_own_rate_and_add_up() -> Outcome {
 }
 
 #[test]
-fn prop_energies_have_the_rate_of_loads_unless_told_otherwise() -> Outcome {
+fn prop_energies_have_the_rate_of_loads_by_default() -> Outcome {
     let folder = recorded(scene(&[])?, 1.0, "10,loads=37")?;
     let file = folder.path().join("run.mcap");
     let energies = steps(common::decoded::<Energies>(&file, "energies")?.iter().map(|row| row.stamp));
@@ -288,7 +288,7 @@ fn prop_an_oscillator_has_energies_too() -> Outcome {
 }
 
 #[test]
-fn prop_energies_reach_who_subscribes_to_them_and_the_snapshot() -> Outcome {
+fn prop_energies_reach_subscribers_and_the_snapshot() -> Outcome {
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1.0), None, |live| live.record = None)?;
     let begun = Instant::now();
     // The snapshot is empty until the first state has been handed over.

@@ -393,7 +393,7 @@ fn finite(what: &impl std::fmt::Debug) -> bool {
     !["NaN", "inf,", "inf]", "inf)", "inf }"].iter().any(|word| text.contains(word))
 }
 
-/// Fifty steps of a scene, if it can be had; `Err` says what came out that must not.
+/// Fifty steps of a scene, if it is accepted; `Err` names an invalid result.
 fn fifty_steps(text: &str) -> Result<&'static str, TestCaseError> {
     let Ok(source) = SceneSource::parse("random", text, &[]) else { return Ok("refused") };
     let mut simulation = match Simulation::new(&source.scene) {
@@ -419,12 +419,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn prop_a_random_mechanism_runs_or_says_why_not(text in mechanism()) {
+    fn prop_a_random_mechanism_runs_or_reports_why_not(text in mechanism()) {
         fifty_steps(&text)?;
     }
 
     #[test]
-    fn prop_a_random_oscillator_runs_or_says_why_not(text in oscillator()) {
+    fn prop_a_random_oscillator_runs_or_reports_why_not(text in oscillator()) {
         fifty_steps(&text)?;
     }
 }

@@ -1,4 +1,4 @@
-//! Speed against accuracy: what the study says is true, is the same every time, and decides rightly.
+//! Speed against accuracy: the study's figures are right and reproducible, and its choice meets the demands.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
@@ -171,7 +171,7 @@ fn val_the_cheapest_that_holds_is_chosen_and_others_are_refused() {
 }
 
 #[test]
-fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
+fn val_configurations_that_lose_energy_slowly_are_passed_over_if_energy_counts() {
     let source = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true"]);
     let selection = Selection {
         models: vec![ModelKind::Rigid],
@@ -195,7 +195,7 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
 /// The default scene has what `trade --tolerance 1e-3 --real-time-factor 20` chooses, here among the settings near it. The choice is by
 /// counted work, so a busy machine does not change it.
 #[test]
-fn val_the_default_scene_has_what_trade_chooses() {
+fn val_the_default_scene_has_the_settings_that_trade_chooses() {
     let source = open("crank-slider", &[]);
     let selection = Selection {
         models: vec![ModelKind::Modal],

@@ -99,7 +99,7 @@ fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
 }
 
 #[test]
-fn regress_a_small_error_of_the_energy_balance_is_told_too() -> Outcome {
+fn regress_a_small_balance_error_is_reported() -> Outcome {
     let scene = SceneSource::open(
         "thesis-crank-slider",
         &["solver.model=rigid", "solver.integrator=runge-kutta", "solver.step_s=0.001"].map(str::to_owned),
@@ -120,7 +120,7 @@ fn regress_a_small_error_of_the_energy_balance_is_told_too() -> Outcome {
 }
 
 #[test]
-fn prop_what_full_queues_kept_out_is_lost_not_wrong() -> Outcome {
+fn prop_messages_dropped_by_full_queues_are_lost_not_wrong() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1e5), Some(30.0), PublishRate::All)?;
     let (report, folder) = service.finish()?;
     assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
@@ -312,7 +312,7 @@ fn prop_energies_that_are_missing_or_not_finite_are_named() -> Outcome {
     Ok(())
 }
 
-/// As earlier versions recorded: no energies but in `status`, and no rate of theirs.
+/// A recording of an earlier version: energies in `status` only, without a rate.
 #[test]
 fn regress_recordings_without_energies_are_computed_again_as_they_are() -> Outcome {
     for rates in ["all", "displacements=all,angles=all,loads=1000"] {

@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if median < ENOUGH { Err(format!("less than {ENOUGH}").into()) } else { Ok(()) }
 }
 
-/// About as long and as compressible as telemetry is.
+/// A message as long and as compressible as telemetry.
 fn message(n: u64) -> Message {
     let (topic, schema) = TOPICS[(n % 3) as usize];
     let numbers = (0..48_u32).flat_map(|k| ((n as f64 * 1e-3 + f64::from(k)).sin() * f64::from(k % 5)).to_le_bytes());

@@ -21,7 +21,7 @@ fn main() {
 /// Items timed at once: enough for caches and clock alike.
 const ITEMS: usize = 100;
 
-/// Times `work`, each counted as so many items.
+/// Times `work`, counted as `items` items.
 fn repeat<T>(bencher: Bencher<'_, '_>, items: usize, mut work: impl FnMut() -> T) {
     let repeats = (ITEMS / items).max(1);
     bencher.counter(ItemsCount::new(repeats * items)).bench_local(|| {
@@ -68,7 +68,7 @@ fn step_modal(bencher: Bencher<'_, '_>, modes: usize) {
     repeat(bencher, 1, || simulation.step().unwrap());
 }
 
-/// By elements a link; those of both are counted.
+/// By elements per link; the elements of both links are counted.
 #[divan::bench(args = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000], max_time = 2)]
 fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
     let mut simulation = moving(&overrides("finite-element", &both("elements", elements)));
@@ -81,7 +81,7 @@ fn messages(telemetry: &TelemetryEncoder, sample: &Sample) -> Messages {
     (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample), telemetry.energies(sample))
 }
 
-/// A running mechanism of so many elements a link, and what turns its state into messages.
+/// A running mechanism with this many elements per link, and the encoder of its state.
 fn told(elements: usize) -> (Simulation, TelemetryEncoder, Sample) {
     let overrides = overrides("finite-element", &both("elements", elements));
     let scene = SceneSource::open("ref-r2s", &overrides).unwrap().scene;

@@ -41,7 +41,7 @@ pub fn linked_sessions() -> Result<(Session, Session), Box<dyn Error>> {
     Ok((service, client))
 }
 
-/// What runs a scene in real time without end, called `test` and not recorded.
+/// Options of a service that runs a scene in real time without end, named `test` and not recorded.
 pub fn live(scene: SceneSource, folder: &Path) -> Result<LiveOptions, Box<dyn Error>> {
     Ok(LiveOptions {
         name: "test".parse()?,
@@ -102,7 +102,7 @@ impl Service {
         )
     }
 
-    /// With anything changed that a run can be told.
+    /// Starts a service with changed options.
     pub fn start_as(
         folder: TempDir,
         scene: SceneSource,
@@ -114,7 +114,7 @@ impl Service {
         Self::launch(folder, scene, (simulation, None), SteppingOptions { pace, until_s, ..SteppingOptions::default() }, change)
     }
 
-    /// As fast as it can, from where a recording has left a simulation.
+    /// Resumes a recorded session, unpaced.
     pub fn resume(
         scene: SceneSource,
         simulation: Simulation,
@@ -222,7 +222,7 @@ impl Listener {
         heard.iter().find(|(key, _)| key.ends_with(&suffix)).map(|(_, all)| all.clone()).unwrap_or_default()
     }
 
-    /// Waits until so many messages of a topic have come.
+    /// Waits until `count` messages of a topic have come.
     pub fn wait_for(&self, topic: Topic, count: usize, patience: Duration) -> Outcome {
         let begun = Instant::now();
         while self.payloads(topic).len() < count {

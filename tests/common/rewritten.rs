@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use flexcrank::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 
-/// What to write in place of a message: itself, nothing, or something else.
+/// Replaces a message: by itself, nothing, or another one.
 pub type Rewrite<'a> = &'a dyn Fn(u64, &RecordedMessage) -> Option<Vec<u8>>;
 
-/// Writes a recording anew with all sums right, each message as `rewrite` says, the scene as `scene` says.
+/// Writes a recording again with valid checksums, each message replaced by `rewrite`, and the scene by `scene`.
 pub fn rewritten(
     file: &Path,
     name: &str,
@@ -19,7 +19,7 @@ pub fn rewritten(
     rewritten_with_rates(file, name, rewrite, scene, None)
 }
 
-/// The same, with other publishing rates stated, if any.
+/// As [`rewritten`], with other publishing rates in the metadata, if any.
 pub fn rewritten_with_rates(
     file: &Path,
     name: &str,

@@ -1,4 +1,4 @@
-//! What full queues keep out is told: no step is missing without an explanation.
+//! Gaps: every step that a full queue dropped is reported.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{channel, sync_channel};
@@ -24,7 +24,7 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
     let steps = 60_000;
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1e5), Some(steps as f64 * 1e-3), |live| {
         live.stepping.publish = PublishRate::All.into();
-        // Whoever takes the samples is held up again and again.
+        // The output thread is held up again and again.
         live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(25)));
     })?;
     let (report, folder) = service.finish()?;
