@@ -1,8 +1,8 @@
-//! What a step, a look and a message cost, by model and size: `cargo bench`.
+//! Cost of steps, observations and messages, by model and size: `cargo bench`.
 //!
-//! Times are of several of them, rates of one: steps, looks or messages a second; with finite elements, of one element's part
-//! of a step: that this rate stays the same from a few elements to a thousand says that cost is linear in them. A short run:
-//! `cargo bench -- --max-time 0.05`; one bench: `cargo bench -- finite_element`.
+//! Times are for a batch; rates are steps, observations or messages per second. With finite elements the rate counts elements: it
+//! stays the same from a few elements to a thousand if the cost is linear in them. A short run: `cargo bench -- --max-time 0.05`;
+//! one bench: `cargo bench -- finite_element`.
 #![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
 
 use std::time::SystemTime;

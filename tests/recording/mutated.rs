@@ -1,8 +1,8 @@
-//! Recordings broken in every way: every entry point says so, or reads what is there; none panics, none takes the memory.
+//! Damaged recordings: every entry point reports the damage or reads the rest; none panics or allocates without bound.
 //!
-//! `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated` breaks as many files as one likes;
-//! what fails is left in the folder that it names. It knows the format, and repeats what it did for the same seed. `fuzz/` has a
-//! target that is led by coverage instead; what that has found is read here, too.
+//! `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated` damages any number of files, and
+//! leaves failing ones in the folder that it names. The mutations know the format, and are the same for the same seed. `fuzz/` has
+//! a coverage-guided target; the files it has found are read here too.
 
 use std::path::Path;
 use std::sync::mpsc::channel;
