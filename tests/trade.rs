@@ -27,7 +27,7 @@ fn timeless(study: &Study) -> Vec<String> {
     let row = |row: &flexcrank::study::trade::Row| {
         let outcome = row.outcome.as_ref().map(|m| {
             let same = (m.errors, m.error, m.order, m.mesh_order, m.effort);
-            format!("{same:?} {} {}", m.memory_bytes, m.out_of_range)
+            format!("{same:?} {}", m.out_of_range)
         });
         format!("{} {outcome:?}", row.configuration)
     };
@@ -124,7 +124,7 @@ fn order_integrators_have_theirs_on_a_smooth_problem() {
 }
 
 #[test]
-fn order_of_the_mesh_and_the_memory_it_takes() {
+fn order_of_the_mesh() {
     let selection = Selection {
         models: vec![ModelKind::FiniteElement],
         integrators: vec![IntegratorKind::TwoPoint],
@@ -135,13 +135,8 @@ fn order_of_the_mesh_and_the_memory_it_takes() {
     let question = Question { until_s: Some(0.5), ..ask(selection, &[OutputGroup::Angle], 20.0) };
     let told = answer(&open("ref-r2s", &[]), &question);
     let [coarse, fine] = told.measured().map(|(_, measured)| measured).collect::<Vec<_>>()[..] else { panic!("two meshes") };
-    println!("{:?} after {:e}, {} and {} bytes", fine.mesh_order, coarse.error, coarse.memory_bytes, fine.memory_bytes);
+    println!("{:?} after {:e}", fine.mesh_order, coarse.error);
     assert!(coarse.mesh_order.is_none() && fine.mesh_order.unwrap() >= 3.5, "{:?}", fine.mesh_order);
-    let state_bytes = |elements: usize| 2 * 5 * 4 * elements * size_of::<f64>();
-    for (measured, elements) in [(coarse, 4), (fine, 8)] {
-        assert!(measured.memory_bytes > state_bytes(elements), "{elements} elements: {} bytes", measured.memory_bytes);
-    }
-    assert!(fine.memory_bytes > coarse.memory_bytes + state_bytes(4), "matrices, too, grow with the mesh");
 }
 
 #[test]

@@ -33,10 +33,10 @@ Errors are relative: crank angle in rad, slider over its stroke, deflection of e
     of the scene, and --budget does not bound that check.
 
 Columns: s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
-    are costs of single steps. newton and factor are iterations and factorizations per step. memory is the bytes that \
-    the simulation holds. order is the observed order against the next longer step, mesh the one against the next \
-    coarser mesh. `*` marks the front: no other configuration is both cheaper and more accurate. `<` marks an error \
-    below the reference's own uncertainty, `~` one less than ten times as large.";
+    are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
+    against the next longer step, mesh the one against the next coarser mesh. `*` marks the front: no other \
+    configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
+    less than ten times as large.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -208,7 +208,7 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     text
 }
 
-const HEAD: [&str; 21] = [
+const HEAD: [&str; 20] = [
     "",
     "model",
     "integrator",
@@ -228,7 +228,6 @@ const HEAD: [&str; 21] = [
     "mesh",
     "newton",
     "factor",
-    "memory B",
     "note",
 ];
 
@@ -296,7 +295,6 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
         order(m.mesh_order),
         per_step(m.effort.newton_iterations),
         per_step(m.effort.factorizations),
-        m.memory_bytes.to_string(),
         match (m.out_of_range, m.effort.retried) {
             (true, _) => "out of range".to_owned(),
             (_, 0) => String::new(),

@@ -34,7 +34,6 @@ pub(super) struct Run {
     pub energy_error: f64,
     /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
-    pub memory_bytes: usize,
     pub out_of_range: bool,
 }
 
@@ -102,8 +101,8 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     effort.steps = simulation.step_count();
     effort.retried = simulation.retried();
     let estimated_angle_rad = simulation.error_estimate().map(|error| error.angle_rad());
-    let (energy_error, memory_bytes) = (balance.error(), memory_bytes(simulation));
-    Ok((Run { samples, effort, energy_error, estimated_angle_rad, memory_bytes, out_of_range }, seconds))
+    let energy_error = balance.error();
+    Ok((Run { samples, effort, energy_error, estimated_angle_rad, out_of_range }, seconds))
 }
 
 /// The energy balance of a run.
@@ -137,12 +136,6 @@ pub(super) fn energy_error(configuration: &Configuration, scene: &Scene, grid: &
         balance.see(&simulation.ledger());
     }
     Ok(balance.error())
-}
-
-/// What a simulation holds, matrices and all: its own bytes, and those it gives back when it is dropped.
-fn memory_bytes(simulation: Simulation) -> usize {
-    let given_back = allocation_counter::measure(|| drop(simulation)).bytes_current;
-    size_of::<Simulation>() + usize::try_from(-given_back).unwrap_or(0)
 }
 
 /// Times a configuration that ran before in `first_s`: whole runs, and one with every step timed.

@@ -30,8 +30,6 @@ pub struct Measured {
     pub mesh_order: Option<f64>,
     /// Work of the solver.
     pub effort: Effort,
-    /// Bytes that the simulation holds, the same from its start to its end.
-    pub memory_bytes: usize,
     /// Whether deflections left the model's range.
     pub out_of_range: bool,
     /// The run's own estimate of its error in the first link's chord angle, rad.
@@ -194,7 +192,6 @@ impl Sweep<'_> {
             order: longer.and_then(|row| order(row, row.configuration.step_s / step_s)),
             mesh_order: meshed.and_then(|row| order(row, elements(row))),
             effort: run.effort,
-            memory_bytes: run.memory_bytes,
             estimated_angle_rad: run.estimated_angle_rad,
             counted_s_per_s: 1e-6 * family.counted_us(&run.effort, self.scene) / self.grid.until_s(),
             out_of_range: run.out_of_range,

@@ -31,7 +31,6 @@ pub fn table(study: &Study) -> Table {
     table.push("steps_per_s", study.rows.iter().map(steps_per_s).collect());
     table.push("step_p999_s", numbers(&|m| m.timing.step_p999_s));
     table.push("step_worst_s", numbers(&|m| m.timing.step_worst_s));
-    table.push("memory_bytes", numbers(&|m| m.memory_bytes as f64));
     table.push("steps", numbers(&|m| m.effort.steps as f64));
     table.push("residuals", numbers(&|m| m.effort.residuals as f64));
     table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));
