@@ -1,5 +1,5 @@
-//! Compiles the messages with a pure-Rust protobuf compiler, leaves the descriptor sets beside the generated code, and
-//! tells the program what it was built from and with.
+//! Compiles the messages with a pure-Rust protobuf compiler, writes the descriptor sets beside the generated code, and passes
+//! build information to the program.
 use std::process::Command;
 use std::{env, error::Error, fs, path::PathBuf};
 
@@ -16,12 +16,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             prost_build::Config::new().out_dir(&out).compile_fds(descriptors)?;
         }
     }
-    tell_build();
+    export_build_info();
     Ok(())
 }
 
 /// Commit, profile, compiler and target; outside of git, the commit is `unknown`.
-fn tell_build() {
+fn export_build_info() {
     for file in ["src", "Cargo.lock"] {
         println!("cargo:rerun-if-changed={file}");
     }

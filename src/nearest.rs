@@ -1,6 +1,6 @@
-//! The name that somebody may have meant.
+//! The most similar known name, for error messages.
 
-/// What is less like a name than this (Jaro–Winkler, 0 to 1) was not meant by it.
+/// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;
 
 /// The one of `names` that is most like `given`, if any is like it.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use flexcrank::scene::SceneSource;
 use flexcrank::study::Table;
-use flexcrank::study::cycle::{Arms, CycleError, Options, balance, cycle, extremes, ratios_between, sweep, words};
+use flexcrank::study::cycle::{Arms, CycleError, ExtremeValue, Options, balance, cycle, extremes, ratios_between, sweep, words};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -197,7 +197,7 @@ fn prop_centre_of_mass_and_piston_move_as_their_rates_say() -> Outcome {
 }
 
 #[test]
-fn regress_what_cannot_be_turned_is_refused() {
+fn regress_a_scene_without_a_full_turn_is_refused() {
     let beam = SceneSource::open("ref-r5", &[]).unwrap();
     let says = |source: &SceneSource, options: Options| cycle(source, &options).unwrap_err().to_string();
     assert!(says(&beam, Options::default()).contains("ref-r5 is not a crank-slider"));
@@ -306,15 +306,15 @@ fn prop_sections_give_mass_centre_and_inertia_to_every_ratio() -> Outcome {
 }
 
 #[test]
-fn val_extremes_say_where_and_how_large() -> Outcome {
+fn val_extremes_have_value_and_crank_angle() -> Outcome {
     let options = Options { ratios: vec![0.1, 0.25], dimensionless: true, ..Options::default() };
     let all = extremes(&cycle(&compressor(&[]), &options)?);
     assert_eq!(all.iter().map(|one| one.ratio).collect::<Vec<_>>(), [0.1, 0.25]);
     let find = |name| all[1].of.iter().find(|extreme| extreme.column.starts_with(name)).unwrap();
-    assert_eq!(find("piston_acceleration").least, [-0.3125, 0.0]);
-    assert_eq!(find("piston_position").greatest, [1.25, 0.0]);
+    assert_eq!(find("piston_acceleration").least, ExtremeValue { value: -0.3125, crank_angle_rad: 0.0 });
+    assert_eq!(find("piston_position").greatest, ExtremeValue { value: 1.25, crank_angle_rad: 0.0 });
     let rod = find("rod_angle");
-    assert!((rod.greatest[0] - 0.25f64.asin()).abs() < 1e-15 && (rod.greatest[1] - TAU / 4.0).abs() < 1e-15);
+    assert!((rod.greatest.value - 0.25f64.asin()).abs() < 1e-15 && (rod.greatest.crank_angle_rad - TAU / 4.0).abs() < 1e-15);
     assert_eq!((rod.quantity.as_str(), rod.unit), ("rod angle", "rad"));
     assert_eq!(words("piston_acceleration_over_l2_omega2"), ("piston acceleration".to_owned(), "/ l2 ω²"));
     assert_eq!(words("rod_inertia_about_a_before_kg_m2"), ("rod inertia about A before".to_owned(), "kg·m²"));
@@ -352,7 +352,7 @@ fn val_program_prints_extremes_and_writes_what_the_library_computes() -> Outcome
 }
 
 #[test]
-fn regress_program_refuses_bad_usage_with_2_and_says_why() {
+fn regress_bad_usage_is_refused_with_exit_code_2_and_a_reason() {
     for (args, expected) in [
         (&["ref-r5"][..], "ref-r5 is not a crank-slider"),
         (&["thesis-compresor"], "did you mean `thesis-compressor`?"),

@@ -1,4 +1,4 @@
-//! Where the numbers break: a typed end, never a number that is not finite.
+//! Divergence: a typed error, never a number that is not finite.
 
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Cause, Diverged, Simulation};

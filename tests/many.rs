@@ -8,13 +8,13 @@ use std::thread;
 use std::time::Duration;
 
 use common::{Outcome, Service, linked_sessions, scene};
-use flexcrank::bus::{self, BusOptions, Endpoint, Name, Topic, client};
-use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, Stepping, Waking};
-use flexcrank::service::{self, Member};
+use flexcrank::bus::{self, BusOptions, Name, ServiceEndpoint, Topic, client};
+use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, SteppingOptions, ThreadOptions};
+use flexcrank::service::{self, LiveSimulation};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{AppliedCommand, Loads, Status, TorquePulse};
 
-/// How long a message or an answer may take on a busy machine.
+/// Time for a message or reply on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Pulses of four clients at once, every third sent twice.
@@ -95,22 +95,22 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) -> Outcome {
 }
 
 #[test]
-fn prop_a_topic_is_wanted_while_somebody_listens() -> Outcome {
+fn prop_a_topic_has_subscribers_while_a_client_subscribes() -> Outcome {
     let (session, client) = linked_sessions()?;
     let name: Name = "test".parse()?;
-    let endpoint = Endpoint::declare(&session, &name, "", None)?;
-    client::find(&client, &name)?;
+    let endpoint = ServiceEndpoint::declare(&session, &name, "", None)?;
+    client::wait_for_service(&client, &name)?;
     for round in 0..50 {
-        assert!(!endpoint.is_wanted(Topic::Angles), "round {round}");
+        assert!(!endpoint.has_subscribers(Topic::Angles), "round {round}");
         let joined = client::join(&client, &name, Topic::Angles)?;
-        assert!(endpoint.is_wanted(Topic::Angles), "round {round}: known at once of who has asked for the snapshot");
-        assert!(!endpoint.is_wanted(Topic::Loads), "round {round}: nobody listens to this one");
+        assert!(endpoint.has_subscribers(Topic::Angles), "round {round}: known at once of who has asked for the snapshot");
+        assert!(!endpoint.has_subscribers(Topic::Loads), "round {round}: nobody listens to this one");
         drop(joined);
-        wait_until("the subscriber has gone", || !endpoint.is_wanted(Topic::Angles))?;
+        wait_until("the subscriber has gone", || !endpoint.has_subscribers(Topic::Angles))?;
         let subscriber = client::subscribe(&client, &name, Topic::Angles)?;
-        wait_until("a subscriber has come", || endpoint.is_wanted(Topic::Angles))?;
+        wait_until("a subscriber has come", || endpoint.has_subscribers(Topic::Angles))?;
         drop(subscriber);
-        wait_until("that has gone", || !endpoint.is_wanted(Topic::Angles))?;
+        wait_until("that has gone", || !endpoint.has_subscribers(Topic::Angles))?;
     }
     endpoint.close()?;
     bus::close(&session)?;
@@ -119,14 +119,14 @@ fn prop_a_topic_is_wanted_while_somebody_listens() -> Outcome {
 }
 
 #[test]
-fn prop_nothing_is_made_that_nobody_wants() -> Outcome {
+fn prop_only_subscribed_or_recorded_messages_are_encoded() -> Outcome {
     let unheard = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(2.0), |live| {
         live.record = None;
         live.scene_updates_hz = Some(25.0);
     })?;
     let (report, _) = unheard.finish()?;
     let last = report.angles.and_then(|angles| angles.stamp).ok_or("the newest is kept all the same")?;
-    assert_eq!((report.made, last.step), (0, 2000));
+    assert_eq!((report.encoded, last.step), (0, 2000));
     let heard = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1.0), None, |live| live.record = None)?;
     let mut joined = client::join(&heard.client, &heard.name, Topic::Angles)?;
     let mut count = 0;
@@ -138,12 +138,12 @@ fn prop_nothing_is_made_that_nobody_wants() -> Outcome {
     while joined.next(Duration::ZERO).is_some() {
         count += 1;
     }
-    assert!(report.made >= count && report.made < 2 * count, "{} made of one topic, {count} heard", report.made);
+    assert!(report.encoded >= count && report.encoded < 2 * count, "{} made of one topic, {count} heard", report.encoded);
     Ok(())
 }
 
 #[test]
-fn prop_who_listens_before_hears_the_first_message_through_a_router() -> Outcome {
+fn prop_an_earlier_subscriber_receives_the_first_message_through_a_router() -> Outcome {
     use zenoh::Wait;
     let address = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let endpoint = vec![format!("tcp/{address}")];
@@ -161,10 +161,10 @@ fn prop_who_listens_before_hears_the_first_message_through_a_router() -> Outcome
     for round in 0..20 {
         let name: Name = format!("test-{round}").parse()?;
         let subscriber = client.declare_subscriber(name.topic(Topic::Angles)).wait().map_err(|error| error.to_string())?;
-        // What the router answers comes after it has heard of the subscription.
+        // The router's answer comes after it has received the subscription.
         client::services(&client, Duration::ZERO, |_| true)?;
         let session = options.open_service()?;
-        let endpoint = Endpoint::declare(&session, &name, "", None)?;
+        let endpoint = ServiceEndpoint::declare(&session, &name, "", None)?;
         for payload in [vec![1], vec![2]] {
             endpoint.publish(Topic::Angles, payload);
         }
@@ -186,23 +186,27 @@ fn prop_many_services_share_a_process_and_nothing_else() -> Outcome {
     let scene = scene(&[])?;
     let mut members = Vec::new();
     for number in 0..COUNT {
-        let live = service::Live {
+        let live = service::LiveOptions {
             name: format!("many-{number:03}").parse()?,
-            stepping: Stepping { pace: Pace::Factor(1.0), until_s: Some(0.5 + 0.1 * number as f64), ..Stepping::default() },
+            stepping: SteppingOptions {
+                pace: Pace::Factor(1.0),
+                until_s: Some(0.5 + 0.1 * number as f64),
+                ..SteppingOptions::default()
+            },
             record: Some(folder.path().join(format!("{number}.mcap"))),
             ..common::live(scene.clone(), folder.path())?
         };
-        members.push(Member { live, simulation: Simulation::new(&scene.scene)?, shadow: None });
+        members.push(LiveSimulation { live, simulation: Simulation::new(&scene.scene)?, shadow: None });
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
-    let waking = Waking { spin: Spin::NONE, realtime: false };
+    let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
     let running = thread::spawn(move || {
         let reports = runtime.block_on(service::run_all(&session, members, waking, std::future::pending()));
         bus::close(&session)?;
         reports
     });
     let seventh: Name = "many-007".parse()?;
-    client::find(&client, &seventh)?;
+    client::wait_for_service(&client, &seventh)?;
     let pulse = TorquePulse { id: "p".to_owned(), torque_nm: 1.0, duration_s: 0.01, ..TorquePulse::default() };
     assert!(client::pulse(&client, &seventh, &pulse)?.accepted);
     let reports = running.join().map_err(|_| "the services panicked")??;

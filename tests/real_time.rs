@@ -1,4 +1,4 @@
-//! Deadlines: what is told of those that are missed, and what comes of it. No test here depends on how fast the machine is.
+//! Deadlines: reports of missed ones, and the policies. No test here depends on the speed of the machine.
 
 mod common;
 
@@ -10,7 +10,7 @@ use flexcrank::wire::{Overruns, Status};
 /// A pace that no machine holds.
 const HOPELESS: Pace = Pace::Factor(1e6);
 
-/// Runs a second of simulated time at that pace; the last status, and what was told of missed deadlines.
+/// Runs a second of simulated time at that pace; returns the last status and the reports of missed deadlines.
 fn hurried(policy: Overrun) -> Result<(Ending, Status, Vec<Overruns>), Box<dyn std::error::Error>> {
     let service =
         Service::start_as(tempfile::tempdir()?, scene(&[])?, HOPELESS, Some(1.0), |live| live.stepping.overrun = policy)?;
@@ -38,7 +38,7 @@ fn prop_every_missed_deadline_is_in_the_ledger() -> Outcome {
 }
 
 #[test]
-fn prop_skipping_moves_deadlines_and_says_so() -> Outcome {
+fn prop_skipping_moves_deadlines_and_reports_it() -> Outcome {
     let (ending, status, told) = hurried(Overrun::Skip)?;
     assert_eq!(ending, Ending::Finished);
     assert!(status.pacing_epoch > 0 && status.given_up_s > 0.0);

@@ -1,13 +1,13 @@
-//! What cannot be is refused: by name, with what would do, and with the exit code that says whose fault it is.
+//! Refusals: each names the problem and a remedy, and its exit code shows whose fault it is.
 
 use std::error::Error;
 use std::process::Command;
 
 const SAMPLE: &str = "recordings/sample-three-pulses.mcap";
-/// Of nobody's neighbourhood.
+/// An endpoint apart from the local services.
 const ALONE: &str = "tcp/127.0.0.1:0";
 
-/// Exit code, standard output, and what was said besides, by the program in the project's folder.
+/// Runs the program in the project's folder; returns exit code, standard output and standard error.
 fn flexcrank(words: &[&str]) -> Result<(Option<i32>, String, String), Box<dyn Error>> {
     let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output()?;
     Ok((output.status.code(), String::from_utf8(output.stdout)?, String::from_utf8(output.stderr)?))
@@ -23,12 +23,12 @@ fn refused(words: &[&str], code: i32, why: &[&str]) -> Result<(), Box<dyn Error>
 }
 
 #[test]
-fn regress_addresses_that_are_none() -> Result<(), Box<dyn Error>> {
+fn regress_invalid_addresses() -> Result<(), Box<dyn Error>> {
     let usual = "tcp/127.0.0.1:7447";
     refused(&["run", "--listen", "nonsense"], 2, &["'nonsense' for '--listen", usual])?;
     refused(&["watch", "--connect", "foo"], 2, &["'foo' for '--connect", usual])?;
     refused(&["run", "--listen", "tcp/127.0.0.1:99999"], 2, &["99999 is not a port", usual])?;
-    refused(&["run", "--listen", "pigeon/loft:1"], 2, &["pigeon is not spoken here", usual])?;
+    refused(&["run", "--listen", "pigeon/loft:1"], 2, &["the protocol pigeon is not supported", usual])?;
     refused(&["run", "--zenoh-config", "nosuch.json5"], 2, &["--zenoh-config nosuch.json5: No such file"])?;
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("zenoh.json5");
@@ -79,7 +79,7 @@ fn regress_files_for_folders_and_folders_for_files() -> Result<(), Box<dyn Error
 }
 
 #[test]
-fn regress_what_is_said_by_halves() -> Result<(), Box<dyn Error>> {
+fn regress_incomplete_arguments() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--set", "pulse=[{"], 2, &["--set pulse=[{: not TOML: "])?;
     refused(&["run", "--set", "rod.length_m=1.2m"], 2, &["--set rod.length_m=1.2m: not TOML: "])?;
     refused(&["run", "--set", "solver.model=modla"], 2, &["did you mean \"modal\"?"])?;
@@ -91,7 +91,7 @@ fn regress_what_is_said_by_halves() -> Result<(), Box<dyn Error>> {
 }
 
 #[test]
-fn regress_what_a_change_leaves_as_it_was_is_the_same() -> Result<(), Box<dyn Error>> {
+fn regress_a_quantity_that_a_change_leaves_alone_is_the_same() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let record = folder.path().join("same.mcap");
     let path = record.to_str().ok_or("a path that is no text")?;

@@ -4,16 +4,17 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use common::{Outcome, Service, scene};
-use flexcrank::bus::{self, BusError, Name, Session, Topic, client};
-use flexcrank::recording::Source;
+use flexcrank::bus::{self, BusError, BusOptions, Name, Session, Topic, client};
+use flexcrank::recording::RecordingFile;
 use flexcrank::runtime::{Pace, PublishRate};
-use flexcrank::service::{Action, Order, Replay, ReplayReport, ServiceError, replay};
+use flexcrank::service::{ReplayAction, ReplayCommand, ReplayOptions, ReplayReport, ServiceError, replay};
 use flexcrank::wire::{
     self, AppliedCommand, CommandReply, ReplayControl, Status, applied_command, replay_control, status::State,
 };
@@ -34,21 +35,21 @@ fn recording() -> Result<(PathBuf, TempDir), Box<dyn std::error::Error>> {
 struct Playing {
     client: Session,
     player: Session,
-    orders: Sender<Order>,
+    commands: Sender<ReplayCommand>,
     thread: JoinHandle<Result<ReplayReport, ServiceError>>,
     statuses: Arc<Mutex<Vec<Status>>>,
 }
 
 impl Playing {
-    fn start(plan: Replay) -> Result<Self, Box<dyn std::error::Error>> {
+    fn start(plan: ReplayOptions) -> Result<Self, Box<dyn std::error::Error>> {
         let (player, client) = common::linked_sessions()?;
-        let (orders, queue) = channel();
-        let (session, own) = (player.clone(), orders.clone());
+        let (commands, queue) = channel();
+        let (session, own) = (player.clone(), commands.clone());
         let statuses: Arc<Mutex<Vec<Status>>> = Arc::default();
         let keep = Arc::clone(&statuses);
         let on_status = Box::new(move |status: &Status| keep.lock().map(|mut all| all.push(status.clone())).unwrap_or(()));
         let thread = std::thread::spawn(move || replay(&session, &plan, (own, queue), on_status));
-        Ok(Playing { client, player, orders, thread, statuses })
+        Ok(Playing { client, player, commands, thread, statuses })
     }
 
     fn wait_until(&self, what: impl Fn(&Status) -> bool) -> Outcome {
@@ -73,7 +74,7 @@ impl Playing {
 /// Key, encoding, payload.
 type Sample = (String, String, Vec<u8>);
 
-/// Everything heard on some keys, in order.
+/// Everything received on some keys, in order.
 type Heard = Arc<Mutex<Vec<Sample>>>;
 
 fn listen(session: &Session, key: &str) -> Result<Heard, Box<dyn std::error::Error>> {
@@ -114,7 +115,7 @@ fn replay_control(playing: &Playing, action: replay_control::Action) -> Result<C
 #[test]
 fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
     let (file, _folder) = recording()?;
-    let plan = Replay { file: file.clone(), rate: 4.0, name: Some(ghost()), wait_for: 1, ..Replay::default() };
+    let plan = ReplayOptions { file: file.clone(), rate: 4.0, name: Some(ghost()), wait_for: 1, ..ReplayOptions::default() };
     let playing = Playing::start(plan)?;
     let heard = common::Listener::new(&playing.client, &ghost())?;
     for topic in [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies] {
@@ -131,19 +132,24 @@ fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
     assert!(states.contains(&State::Replaying));
     let report = playing.finish()?;
     assert_eq!((report.messages, report.cut_off, report.slips), (4 * 1001, false, 0));
-    assert!(report.lateness_s.is_some_and(|[p50, p99, _, max]| p50 <= p99 && p99 <= max));
+    assert!(report.lateness.is_some_and(|late| late.p50_s <= late.p99_s && late.p99_s <= late.max_s));
     assert!(report.achieved_rate.is_some_and(|rate| rate < 4.01), "{:?}", report.achieved_rate);
     Ok(())
 }
 
 #[test]
-fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
+fn prop_the_first_message_reaches_the_awaited_subscribers() -> Outcome {
     let (file, _folder) = recording()?;
     let first = common::payloads(&file, "angles")?.swap_remove(0);
     for n in 0..5 {
-        let plan =
-            Replay { file: file.clone(), rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], ..Replay::default() };
-        let playing = Playing::start(Replay { wait_for: 1, ..plan })?;
+        let plan = ReplayOptions {
+            file: file.clone(),
+            rate: 1e3,
+            name: Some(ghost()),
+            topics: vec!["angles".into()],
+            ..ReplayOptions::default()
+        };
+        let playing = Playing::start(ReplayOptions { wait_for: 1, ..plan })?;
         std::thread::sleep(Duration::from_millis(7 * n));
         let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
         let all = wait_for(&heard, 1001)?;
@@ -157,21 +163,22 @@ fn prop_the_first_message_reaches_who_is_waited_for() -> Outcome {
 fn prop_a_delay_is_waited_out_and_can_be_cut_short() -> Outcome {
     let (file, _folder) = recording()?;
     let delay = Duration::from_millis(300);
-    let plan = Replay { file, rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], delay, ..Replay::default() };
+    let plan =
+        ReplayOptions { file, rate: 1e3, name: Some(ghost()), topics: vec!["angles".into()], delay, ..ReplayOptions::default() };
     let begun = Instant::now();
-    let playing = Playing::start(Replay { wait_for: 1, ..plan.clone() })?;
+    let playing = Playing::start(ReplayOptions { wait_for: 1, ..plan.clone() })?;
     let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
     wait_for(&heard, 1)?;
     assert!(begun.elapsed() >= delay);
     assert_eq!(playing.finish()?.messages, 1001);
-    let playing = Playing::start(Replay { delay: Duration::from_secs(3600), ..plan })?;
+    let playing = Playing::start(ReplayOptions { delay: Duration::from_secs(3600), ..plan })?;
     playing.wait_until(|status| status.state() == State::Replaying)?;
-    playing.orders.send(Order::quiet(Action::Stop))?;
+    playing.commands.send(ReplayCommand::quiet(ReplayAction::Stop))?;
     assert_eq!(playing.finish()?.messages, 0);
     Ok(())
 }
 
-/// What a recorded service was told, in order: the id and, of a pulse, its torque.
+/// The recorded commands in order: the id and, for a pulse, its torque.
 fn commands(file: &Path) -> Outcome<Vec<(String, Option<f64>)>> {
     let told = |applied: AppliedCommand| match applied.command {
         Some(applied_command::Command::Torque(pulse)) => (pulse.id, Some(pulse.torque_nm)),
@@ -194,11 +201,11 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
     assert_eq!(wanted[..2], [("push".to_owned(), Some(5.0)), ("pull".to_owned(), Some(-3.0))]);
     // The recorded stop ends it before.
     let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), Some(20.0), PublishRate::All)?;
-    client::find(&driven.client, &driven.name)?;
-    let plan = Replay { file, topics: vec!["commands".into()], force: true, ..Replay::default() };
+    client::wait_for_service(&driven.client, &driven.name)?;
+    let plan = ReplayOptions { file, topics: vec!["commands".into()], force: true, ..ReplayOptions::default() };
     let silent = replay(&driven.client, &plan, channel(), Box::new(|_| {}));
     assert!(silent.is_err_and(|error| error.to_string().contains("--commands")), "commands are not telemetry");
-    let report = replay(&driven.client, &Replay { commands: true, ..plan }, channel(), Box::new(|_| {}))?;
+    let report = replay(&driven.client, &ReplayOptions { commands: true, ..plan }, channel(), Box::new(|_| {}))?;
     assert_eq!(report.messages, 3);
     // The last of them was to stop, and was meant for the service, not for the replayer.
     let (_, folder) = driven.finish()?;
@@ -207,10 +214,16 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
 }
 
 #[test]
-fn prop_too_few_subscribers_are_told() -> Outcome {
+fn prop_too_few_subscribers_are_an_error() -> Outcome {
     let (file, _folder) = recording()?;
     let patience = Duration::from_millis(300);
-    let playing = Playing::start(Replay { file, name: Some(ghost()), wait_for: 2, wait_timeout: patience, ..Replay::default() })?;
+    let playing = Playing::start(ReplayOptions {
+        file,
+        name: Some(ghost()),
+        wait_for: 2,
+        wait_timeout: patience,
+        ..ReplayOptions::default()
+    })?;
     let _heard = listen(&playing.client, "flexcrank/ghost/*")?;
     let refused = playing.finish().err().ok_or("it did not wait")?;
     assert!(refused.to_string().contains("1 of 2 subscribers"), "{refused}");
@@ -221,9 +234,15 @@ fn prop_too_few_subscribers_are_told() -> Outcome {
 fn prop_a_replay_is_steered_over_the_bus() -> Outcome {
     let (file, _folder) = recording()?;
     let wanted = common::payloads(&file, "angles")?;
-    let plan = Replay { file, start_paused: true, name: Some(ghost()), topics: vec!["angles".into()], ..Replay::default() };
+    let plan = ReplayOptions {
+        file,
+        start_paused: true,
+        name: Some(ghost()),
+        topics: vec!["angles".into()],
+        ..ReplayOptions::default()
+    };
     let playing = Playing::start(plan)?;
-    client::find(&playing.client, &ghost())?;
+    client::wait_for_service(&playing.client, &ghost())?;
     let heard = listen(&playing.client, "flexcrank/ghost/angles")?;
     playing.wait_until(|status| status.replay.as_ref().is_some_and(|replay| replay.paused))?;
     let say = |action| replay_control(&playing, action);
@@ -256,17 +275,18 @@ fn prop_a_replay_is_steered_over_the_bus() -> Outcome {
 fn prop_a_looped_part_comes_again_and_again() -> Outcome {
     let (file, _folder) = recording()?;
     let wanted = common::payloads(&file, "loads")?;
-    let plan = Replay { rate: 50.0, looped: true, start_offset_s: 0.25, duration_s: Some(0.5), ..Replay::default() };
-    let plan = Replay { file, name: Some(ghost()), ..plan };
-    let playing = Playing::start(Replay { topics: vec!["ghost/loads".into()], ..plan.clone() });
+    let plan =
+        ReplayOptions { rate: 50.0, looped: true, start_offset_s: 0.25, duration_s: Some(0.5), ..ReplayOptions::default() };
+    let plan = ReplayOptions { file, name: Some(ghost()), ..plan };
+    let playing = Playing::start(ReplayOptions { topics: vec!["ghost/loads".into()], ..plan.clone() });
     assert!(
         playing?.finish().is_err_and(|error| error.to_string().contains("flexcrank/test/loads")),
         "topics are recorded names"
     );
-    let playing = Playing::start(Replay { topics: vec!["test/loads".into()], wait_for: 1, ..plan })?;
+    let playing = Playing::start(ReplayOptions { topics: vec!["test/loads".into()], wait_for: 1, ..plan })?;
     let heard = listen(&playing.client, "flexcrank/ghost/loads")?;
     let all: Vec<Vec<u8>> = wait_for(&heard, 1200)?.into_iter().map(|heard| heard.2).collect();
-    playing.orders.send(Order::quiet(Action::Stop))?;
+    playing.commands.send(ReplayCommand::quiet(ReplayAction::Stop))?;
     playing.finish()?;
     let part = &wanted[250..=750];
     assert!(all[..501] == *part && all[501..1002] == *part, "the part from 0.25 s to 0.75 s, twice");
@@ -277,14 +297,14 @@ fn prop_a_looped_part_comes_again_and_again() -> Outcome {
 fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     let (file, _folder) = recording()?;
     let (live, player) = common::linked_sessions()?;
-    let service = bus::Endpoint::declare(&live, &"test".parse()?, "", None)?;
-    client::find(&player, &"test".parse()?)?;
-    let plan = Replay { file, rate: 1e3, ..Replay::default() };
+    let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, "", None)?;
+    client::wait_for_service(&player, &"test".parse()?)?;
+    let plan = ReplayOptions { file, rate: 1e3, ..ReplayOptions::default() };
     let refused = replay(&player, &plan, channel(), Box::new(|_| {}));
     assert!(refused.is_err_and(|error| error.to_string().contains("--force")));
-    let remapped = Replay { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
+    let remapped = ReplayOptions { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
     assert_eq!(replay(&player, &remapped, channel(), Box::new(|_| {}))?.name, ghost());
-    let forced = Replay { force: true, ..plan };
+    let forced = ReplayOptions { force: true, ..plan };
     assert_eq!(replay(&player, &forced, channel(), Box::new(|_| {}))?.messages, 4 * 1001);
     service.close()?;
     Ok(())
@@ -322,7 +342,12 @@ fn prop_recordings_of_others_are_replayed_as_they_are() -> Outcome {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("robot.mcap");
     foreign(&file, true)?;
-    let playing = Playing::start(Replay { file, wait_for: 1, remaps: vec!["/log:=robot/log".parse()?], ..Replay::default() })?;
+    let playing = Playing::start(ReplayOptions {
+        file,
+        wait_for: 1,
+        remaps: vec!["/log:=robot/log".parse()?],
+        ..ReplayOptions::default()
+    })?;
     let heard = listen(&playing.client, "**")?;
     let all = wait_for(&heard, 7)?;
     let report = playing.finish()?;
@@ -348,7 +373,7 @@ fn prop_recordings_of_others_are_replayed_as_they_are() -> Outcome {
 #[test]
 fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome {
     let (file, folder) = recording()?;
-    let source = Source::open(&file)?;
+    let source = RecordingFile::open(&file)?;
     let all: Vec<u64> = source.messages_from(0)?.map(|message| Ok(message?.log_time)).collect::<Result<_, ServiceError>>()?;
     assert_eq!(all.first(), Some(&source.begin_ns()));
     assert!(all.is_sorted() && (source.duration_s() - 1.0).abs() < 1e-6, "{}", source.duration_s());
@@ -358,24 +383,56 @@ fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome
     let whole = std::fs::read(&file)?;
     let cut = folder.path().join("cut.mcap");
     std::fs::write(&cut, &whole[..whole.len() / 2])?;
-    let source = Source::open(&cut)?;
+    let source = RecordingFile::open(&cut)?;
     assert!(source.is_cut_off() && source.duration_s() > 0.1);
     assert!(source.messages_from(source.begin_ns())?.all(|message| message.is_ok()));
     let loose = folder.path().join("loose.mcap");
     foreign(&loose, false)?;
-    assert_eq!(Source::open(&loose)?.messages_from(0)?.filter_map(Result::ok).count(), 8, "messages outside chunks");
+    assert_eq!(RecordingFile::open(&loose)?.messages_from(0)?.filter_map(Result::ok).count(), 8, "messages outside chunks");
     Ok(())
 }
 
 #[test]
-fn prop_a_damaged_chunk_is_told_with_its_place() -> Outcome {
+fn prop_a_damaged_chunk_is_reported_with_its_position() -> Outcome {
     let (file, _folder) = recording()?;
     let mut bytes = std::fs::read(&file)?;
     let middle = bytes.len() / 3;
     bytes[middle] ^= 0x10;
     std::fs::write(&file, bytes)?;
-    let source = Source::open(&file)?;
+    let source = RecordingFile::open(&file)?;
     let error = source.messages_from(0)?.find_map(Result::err).ok_or("nothing was noticed")?;
     assert!(error.to_string().contains("the chunk at byte"), "{error}");
+    Ok(())
+}
+
+/// Replays in a process of its own, to read its log.
+#[test]
+fn regress_refusals_of_replay_commands_are_rate_limited() -> Outcome {
+    let (file, _folder) = recording()?;
+    let endpoint = format!("tcp/{}", std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?);
+    let replay = Command::new(env!("CARGO_BIN_EXE_flexcrank"))
+        .args(["replay", "--name", "ghost", "--start-paused", "--listen", &endpoint])
+        .arg(&file)
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let begun = Instant::now();
+    let client = loop {
+        match (BusOptions { connect: vec![endpoint.clone()], ..BusOptions::default() }).open_client() {
+            Ok(client) => break client,
+            Err(error) if begun.elapsed() > PATIENCE => return Err(error.into()),
+            Err(_) => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    client::wait_for_service(&client, &ghost())?;
+    for _ in 0..100 {
+        client::put(&client, &ghost().replay(), b"no command", "flexcrank.v1.ReplayControl")?;
+    }
+    let stop = ReplayControl { id: String::new(), action: Some(replay_control::Action::Stop(wire::Stop {})) };
+    assert!(client::replay_control(&client, &ghost(), &stop)?.accepted);
+    bus::close(&client)?;
+    let log = String::from_utf8(replay.wait_with_output()?.stderr)?;
+    let lines = log.lines().filter(|line| line.contains("a command was refused")).count() as u64;
+    assert!((1..=1 + begun.elapsed().as_secs()).contains(&lines), "{lines} lines:\n{log}");
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Sessions taken up from their recordings, and what would have been.
+//! Resumed sessions, and what-if.
 #![allow(clippy::expect_used, reason = "a test may fail")]
 
 mod common;
@@ -10,7 +10,7 @@ use std::time::Duration;
 use common::{Outcome, Service};
 use flexcrank::bus::{Topic, client};
 use flexcrank::recording::Messages;
-use flexcrank::resimulation::{AddedPulse, Change, ResimulationError, Resumed, Source, resume, verify, what_if};
+use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, ResimulationError, Resumed, resume, verify, what_if};
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::scene::SceneSource;
 use flexcrank::service::Resumption;
@@ -64,13 +64,13 @@ fn commanded() -> Result<tempfile::TempDir, Box<dyn std::error::Error>> {
 }
 
 #[test]
-fn prop_a_resumed_session_is_alike_to_the_bit_with_one_that_never_stopped() -> Outcome {
+fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
     let folder = commanded()?;
     let straight = telemetry(&folder.path().join("run.mcap"))?;
     let whole = std::fs::read(folder.path().join("run.mcap"))?;
     let cut = folder.path().join("cut.mcap");
     std::fs::write(&cut, &whole[..whole.len() * 2 / 3])?;
-    let source = Source::open(&cut)?;
+    let source = RecordedSession::open(&cut)?;
     for at_s in [None, Some(0.7771)] {
         let Resumed { simulation, epoch_start_s, answers } = resume(&source, at_s, &|_| {})?;
         assert!(simulation.step_count() > 300 && answers.len() == 4);
@@ -89,7 +89,7 @@ fn prop_a_resumed_session_is_alike_to_the_bit_with_one_that_never_stopped() -> O
             assert!(key.2 > from, "{key:?}");
             assert_eq!(straight.get(key), Some(value), "{key:?}");
         }
-        let found = verify(&Source::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
+        let found = verify(&RecordedSession::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
         assert_eq!(found.findings, []);
     }
     let outside = resume(&source, Some(1e6), &|_| {});
@@ -98,7 +98,7 @@ fn prop_a_resumed_session_is_alike_to_the_bit_with_one_that_never_stopped() -> O
 }
 
 #[test]
-fn prop_what_if_is_what_would_have_been() -> Outcome {
+fn prop_what_if_equals_a_session_recorded_with_the_change() -> Outcome {
     let run = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
         let scene = SceneSource::open("crank-slider", &overrides)?;
@@ -107,13 +107,13 @@ fn prop_what_if_is_what_would_have_been() -> Outcome {
     let (_, was) = run(&["pulse=[{start_s=0.0, torque_nm=20.0, duration_s=0.1}]"])?;
     let (_, with) =
         run(&["pulse=[{start_s=0.0, torque_nm=20.0, duration_s=0.1}, {start_s=12.0, torque_nm=5.0, duration_s=0.1}]"])?;
-    let source = Source::open(&was.path().join("run.mcap"))?;
+    let source = RecordedSession::open(&was.path().join("run.mcap"))?;
     let attempt = |change: Change, name: &str| what_if(&source, &change, &was.path().join(name), &|_| {});
     let pulse = AddedPulse { start_s: 12.0, torque_nm: 5.0, duration_s: 0.1 };
     let added = attempt(Change { pulses: vec![pulse], ..Change::default() }, "added.mcap")?;
     assert!(added.diverged.is_none() && added.from_s >= 10.0 && added.from_s < 12.0, "{added:?}");
-    assert_eq!(added.parting.first.as_ref().map(|first| first.instant), Some((0, 6_010)));
-    assert!(added.parting.largest["crank angle, rad"].0 > 1e-3 && added.parting.largest["energy, J"].0 > 0.1);
+    assert_eq!(added.deviation.first.as_ref().map(|first| first.instant), Some((0, 6_010)));
+    assert!(added.deviation.largest["crank angle, rad"].value > 1e-3 && added.deviation.largest["energy, J"].value > 0.1);
     let (expected, computed) = (telemetry(&with.path().join("run.mcap"))?, telemetry(&was.path().join("added.mcap"))?);
     assert!(computed.len() > 400);
     for (key, (_, payload)) in &computed {
@@ -121,11 +121,11 @@ fn prop_what_if_is_what_would_have_been() -> Outcome {
     }
     let thicker =
         attempt(Change { overrides: vec!["rod.density_kg_per_m3=7701.0".to_owned()], ..Change::default() }, "thicker.mcap")?;
-    assert_eq!(thicker.parting.first.map(|first| first.instant), Some((0, 10)));
+    assert_eq!(thicker.deviation.first.map(|first| first.instant), Some((0, 10)));
     let same = attempt(Change { overrides: vec!["rod.length_m=1.5".to_owned()], ..Change::default() }, "same.mcap")?;
-    assert_eq!(same.parting.first, None);
+    assert_eq!(same.deviation.first, None);
     for name in ["added.mcap", "thicker.mcap", "same.mcap"] {
-        assert_eq!(verify(&Source::open(&was.path().join(name))?, &|_, _| {})?.findings, [], "{name}");
+        assert_eq!(verify(&RecordedSession::open(&was.path().join(name))?, &|_, _| {})?.findings, [], "{name}");
     }
     let late = Change { pulses: vec![AddedPulse { start_s: 14.0, ..pulse }], ..Change::default() };
     assert!(matches!(attempt(late, "late.mcap"), Err(ResimulationError::Outside { .. })));

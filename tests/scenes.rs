@@ -1,4 +1,4 @@
-//! What a scene may say, and how it is told what is wrong.
+//! Scenes: allowed keys and values, and the messages of refusals.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
@@ -33,7 +33,7 @@ fn val_every_builtin_scene_is_valid_and_runs() {
 }
 
 #[test]
-fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
+fn regress_refusals_name_file_line_key_value_and_allowed_range() {
     let cases = [
         (with("length_m = 0.5", "lenght_m = 0.5"), "scene.toml:5: crank.lenght_m = 0.5: unknown key; did you mean `length_m`?"),
         (with("length_m = 0.5", "length_m = -1"), "scene.toml:5: crank.length_m = -1: must be a number from 1e-9 to 1e6"),
@@ -59,7 +59,7 @@ fn regress_refusals_name_file_line_key_value_and_what_is_allowed() {
 }
 
 #[test]
-fn regress_what_does_not_go_together_is_refused_never_ignored() {
+fn regress_conflicting_keys_are_refused_never_ignored() {
     const SOLVER: &str = "model = \"modal\"\nintegrator = \"esdirk\"";
     let cases = [
         (

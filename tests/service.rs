@@ -99,13 +99,13 @@ fn prop_pause_steps_and_reset_count_exactly() -> Outcome {
 }
 
 #[test]
-fn prop_steps_when_paused_are_exactly_as_many_as_asked() -> Outcome {
+fn prop_a_paused_run_takes_exactly_the_requested_steps() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
     let say = |action| client::control(&service.client, &service.name, &control(action));
     let mut at = say(Action::Pause(wire::Pause {}))?.effective_step;
     for count in [1, 7, 250, 3000] {
         say(Action::Step(wire::Steps { count }))?;
-        // What a pause would hold back is the step after those that were taken.
+        // The reply to a pause names the step after those that were taken.
         let mut now = at;
         while now < at + count {
             now = say(Action::Pause(wire::Pause {}))?.effective_step;
@@ -135,6 +135,27 @@ fn prop_recordings_start_and_stop_by_name() -> Outcome {
         assert!(recording?.messages > 0);
     }
     assert!(Messages::open(&folder.path().join("take-2.mcap"))?.next().is_some());
+    Ok(())
+}
+
+#[test]
+fn regress_a_refused_recording_command_is_not_counted_or_repeated_as_accepted() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    let start = Action::StartRecording(wire::StartRecording { name: "second".to_owned() });
+    let command = wire::Control { id: "while recording".to_owned(), action: Some(start) };
+    for attempt in ["first", "retry"] {
+        let reply = client::control(&service.client, &service.name, &command)?;
+        assert!(!reply.accepted && reply.reason.contains("already"), "{attempt}: {reply:?}");
+    }
+    let stop = wire::Control { id: "once".to_owned(), action: Some(Action::StopRecording(wire::StopRecording {})) };
+    assert!(client::control(&service.client, &service.name, &stop)?.accepted);
+    let retry = client::control(&service.client, &service.name, &stop)?;
+    assert!(retry.accepted && retry.reason.contains("repetition"), "{retry:?}");
+    let snapshot = || client::snapshot(&service.client, &service.name).and_then(|snapshot| snapshot.status);
+    let status = std::iter::from_fn(|| Some(snapshot())).flatten().find(|status| status.recording.is_none());
+    let counted = status.map(|status| (status.commands_accepted, status.commands_rejected));
+    assert_eq!(counted, Some((1, 2)), "a repetition is neither");
+    service.stop()?;
     Ok(())
 }
 
@@ -173,7 +194,7 @@ fn prop_a_recording_is_never_overwritten() -> Outcome {
 #[test]
 fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
     let scene = scene(&[])?;
-    let shadow = flexcrank::runtime::Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
+    let shadow = flexcrank::runtime::ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
     let folder = tempfile::tempdir()?;
     let service = Service::start_with(folder, scene, Some(shadow), Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
     client::pulse(&service.client, &service.name, &pulse("p", 5.0, 0.1))?;
@@ -190,7 +211,7 @@ fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
 }
 
 #[test]
-fn prop_a_model_out_of_its_range_says_so() -> Outcome {
+fn prop_a_model_out_of_its_range_warns() -> Outcome {
     let scene = flexcrank::scene::SceneSource::open("ref-r4m", &["solver.model=modal".to_owned()])?;
     let (_, folder) = Service::start(scene, Pace::Max, Some(1.0), PublishRate::Hz(200.0))?.finish()?;
     let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
@@ -244,7 +265,7 @@ fn prop_energies_come_at_their_own_rate_and_add_up() -> Outcome {
 }
 
 #[test]
-fn prop_energies_have_the_rate_of_loads_unless_told_otherwise() -> Outcome {
+fn prop_energies_have_the_rate_of_loads_by_default() -> Outcome {
     let folder = recorded(scene(&[])?, 1.0, "10,loads=37")?;
     let file = folder.path().join("run.mcap");
     let energies = steps(common::decoded::<Energies>(&file, "energies")?.iter().map(|row| row.stamp));
@@ -267,7 +288,7 @@ fn prop_an_oscillator_has_energies_too() -> Outcome {
 }
 
 #[test]
-fn prop_energies_reach_who_subscribes_to_them_and_the_snapshot() -> Outcome {
+fn prop_energies_reach_subscribers_and_the_snapshot() -> Outcome {
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1.0), None, |live| live.record = None)?;
     let begun = Instant::now();
     // The snapshot is empty until the first state has been handed over.

@@ -7,7 +7,7 @@ use flexcrank::integrate::RungeKutta;
 use flexcrank::scene::{ModelKind, SceneSource};
 use flexcrank::simulation::{EnergyVerdict, Simulation};
 use flexcrank::study::stability::{
-    Axis, Base, Category, Cell, Extent, Map, Measure, Outcome, Plan, Point, ROUNDING, Scheme, Spacing, Swept, counts,
+    Axis, BaseScene, Category, Cell, Extent, Map, MapPlan, Measure, Outcome, Point, ROUNDING, Scheme, Spacing, Swept, counts,
     fails_finer, fails_finer_table, order_table, radius_table, sweep, table,
 };
 use proptest::prelude::*;
@@ -177,8 +177,8 @@ fn order_of_every_scheme() -> Tried {
 
 #[test]
 fn prop_every_extreme_ends_cleanly() -> Tried {
-    let base = Base::new(&SceneSource::open("crank-slider", &[])?)?;
-    let plan = Plan::extremes(&base, Extent::Quick);
+    let base = BaseScene::new(&SceneSource::open("crank-slider", &[])?)?;
+    let plan = MapPlan::extremes(&base, Extent::Quick);
     let cells = plan.len();
     let swept = sweep(&base, plan, NonZero::new(2).unwrap(), Duration::from_secs(60), |_| ());
     for map in &swept {
@@ -200,7 +200,7 @@ fn prop_every_extreme_ends_cleanly() -> Tried {
 /// Two rows of four steps that ended so.
 fn ended(categories: [Category; 8]) -> Swept {
     let axis = |name, values: &[f64]| Axis::new(name, Spacing::Listed, values.to_vec());
-    let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Way };
+    let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Travel };
     let (x, y) = (axis("step_s", &[1e-6, 1e-5, 1e-4, 1e-3]), axis("damping_s", &[0.0, 1.0]));
     let map = Map { name: "damping".into(), title: "damping".into(), x, y, cells: vec![cell; 8] };
     let outcome = |category| Outcome {
@@ -229,7 +229,7 @@ fn prop_a_scene_that_fails_at_a_finer_step_is_named() {
 
 #[test]
 fn prop_the_sweep_names_every_model_with_every_integrator_against_another() -> Tried {
-    let plan = Plan::extremes(&Base::new(&SceneSource::open("crank-slider", &[])?)?, Extent::Whole);
+    let plan = MapPlan::extremes(&BaseScene::new(&SceneSource::open("crank-slider", &[])?)?, Extent::Whole);
     let word = |overrides: &[String], key: &str| -> String {
         overrides.iter().rev().find_map(|given| given.strip_prefix(key)).unwrap_or_default().to_owned()
     };
@@ -247,7 +247,7 @@ fn prop_the_sweep_names_every_model_with_every_integrator_against_another() -> T
             let [of_cell, of_reference] = [&cell.overrides, &reference.overrides].map(|overrides| word(overrides, key));
             assert_ne!(of_cell, of_reference, "{key} {:?}", cell.overrides);
         }
-        if cell.measure == Measure::Way {
+        if cell.measure == Measure::Travel {
             assert_eq!(word(&cell.overrides, "solver.model="), word(&reference.overrides, "solver.model="));
         }
     }
@@ -256,8 +256,8 @@ fn prop_the_sweep_names_every_model_with_every_integrator_against_another() -> T
 
 #[test]
 fn prop_the_whole_sweep_is_thousands_of_cells() -> Tried {
-    let base = Base::new(&SceneSource::open("crank-slider", &[])?)?;
-    let plan = Plan::extremes(&base, Extent::Whole);
+    let base = BaseScene::new(&SceneSource::open("crank-slider", &[])?)?;
+    let plan = MapPlan::extremes(&base, Extent::Whole);
     assert!(plan.len() >= 2000, "{}", plan.len());
     assert!(plan.maps.iter().all(|map| map.cells.len() == map.x.values.len() * map.y.values.len()));
     Ok(())
@@ -325,8 +325,8 @@ fn drive() -> impl Strategy<Value = String> {
 }
 
 fn surroundings() -> impl Strategy<Value = String> {
-    let start = (signed(6), signed(4), any::<bool>()).prop_map(|(angle, rate, bent)| {
-        format!("[start]\nangle_rad = {angle:?}\nrate_rad_per_s = {rate:?}\nstatic_equilibrium = {bent}\n")
+    let start = (signed(6), signed(4), any::<bool>()).prop_map(|(angle, rate, out_of_range)| {
+        format!("[start]\nangle_rad = {angle:?}\nrate_rad_per_s = {rate:?}\nstatic_equilibrium = {out_of_range}\n")
     });
     let base = (wide(-6, 9), wide(-6, 6)).prop_map(|(spring, damper)| {
         format!("[base]\ntorsion_spring_nm_per_rad = {spring:?}\ndamper_nm_s_per_rad = {damper:?}\n")
@@ -393,7 +393,7 @@ fn finite(what: &impl std::fmt::Debug) -> bool {
     !["NaN", "inf,", "inf]", "inf)", "inf }"].iter().any(|word| text.contains(word))
 }
 
-/// Fifty steps of a scene, if it can be had; `Err` says what came out that must not.
+/// Fifty steps of a scene, if it is accepted; `Err` names an invalid result.
 fn fifty_steps(text: &str) -> Result<&'static str, TestCaseError> {
     let Ok(source) = SceneSource::parse("random", text, &[]) else { return Ok("refused") };
     let mut simulation = match Simulation::new(&source.scene) {
@@ -419,12 +419,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn prop_a_random_mechanism_runs_or_says_why_not(text in mechanism()) {
+    fn prop_a_random_mechanism_runs_or_reports_why_not(text in mechanism()) {
         fifty_steps(&text)?;
     }
 
     #[test]
-    fn prop_a_random_oscillator_runs_or_says_why_not(text in oscillator()) {
+    fn prop_a_random_oscillator_runs_or_reports_why_not(text in oscillator()) {
         fifty_steps(&text)?;
     }
 }

@@ -1,4 +1,4 @@
-//! Speed against accuracy: what the study says is true, is the same every time, and decides rightly.
+//! Speed against accuracy: the study's figures are right and reproducible, and its choice meets the demands.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
@@ -7,13 +7,13 @@ use std::process::Command;
 
 use flexcrank::scene::{IntegratorKind, ModelKind, Scene, SceneSource};
 use flexcrank::simulation::Simulation;
-use flexcrank::study::trade::{Demands, Output, Question, Refusal, Selection, Study, choose, study};
+use flexcrank::study::trade::{Demands, OutputGroup, Question, Refusal, Selection, Study, choose, study};
 
 fn open(scene: &str, overrides: &[&str]) -> SceneSource {
     SceneSource::open(scene, &overrides.iter().map(|&o| o.to_owned()).collect::<Vec<_>>()).unwrap()
 }
 
-fn ask(selection: Selection, outputs: &[Output], budget_s: f64) -> Question {
+fn ask(selection: Selection, outputs: &[OutputGroup], budget_s: f64) -> Question {
     Question { selection, outputs: outputs.to_vec(), until_s: None, budget_s, enough: None }
 }
 
@@ -27,7 +27,7 @@ fn timeless(study: &Study) -> Vec<String> {
     let row = |row: &flexcrank::study::trade::Row| {
         let outcome = row.outcome.as_ref().map(|m| {
             let same = (m.errors, m.error, m.order, m.mesh_order, m.effort);
-            format!("{same:?} {} {}", m.memory_bytes, m.out_of_range)
+            format!("{same:?} {}", m.out_of_range)
         });
         format!("{} {outcome:?}", row.configuration)
     };
@@ -64,7 +64,7 @@ fn val_errors_are_those_against_an_outside_reference() {
         steps_s: vec![1e-3, 5e-4],
         link_by_link: false,
     };
-    let told = answer(&open("ref-r2s", &[]), &ask(selection, &Output::USUAL, 24.0));
+    let told = answer(&open("ref-r2s", &[]), &ask(selection, &OutputGroup::DEFAULT, 24.0));
     assert_eq!(told.rows.len(), 6);
     let mut compared = 0;
     for (row, measured) in told.measured() {
@@ -89,7 +89,7 @@ fn val_errors_are_those_against_an_outside_reference() {
 fn prop_studies_are_the_same_but_for_the_timings() {
     let selection = Selection { models: vec![ModelKind::Rigid, ModelKind::Modal], modes: vec![1, 2], ..Selection::default() };
     // Enough is known soon, so that a busy machine's clock does not decide.
-    let question = Question { until_s: Some(0.3), enough: Some(1e-3), ..ask(selection, &[Output::Angle], 60.0) };
+    let question = Question { until_s: Some(0.3), enough: Some(1e-3), ..ask(selection, &[OutputGroup::Angle], 60.0) };
     let source = open("ref-r2s", &[]);
     let (first, second) = (answer(&source, &question), answer(&source, &question));
     assert!(first.rows.len() > 10 && !first.cut_short);
@@ -113,7 +113,7 @@ fn order_integrators_have_theirs_on_a_smooth_problem() {
             steps_s: steps_s.to_vec(),
             ..Selection::default()
         };
-        let question = Question { until_s: Some(1.0), ..ask(selection, &[Output::Angle], 12.0) };
+        let question = Question { until_s: Some(1.0), ..ask(selection, &[OutputGroup::Angle], 12.0) };
         let told = answer(source, &question);
         let orders: Vec<f64> = told.measured().filter_map(|(_, measured)| measured.order).collect();
         let errors: Vec<f64> = told.measured().map(|(_, measured)| measured.errors.max[0]).collect();
@@ -124,7 +124,7 @@ fn order_integrators_have_theirs_on_a_smooth_problem() {
 }
 
 #[test]
-fn order_of_the_mesh_and_the_memory_it_takes() {
+fn order_of_the_mesh() {
     let selection = Selection {
         models: vec![ModelKind::FiniteElement],
         integrators: vec![IntegratorKind::TwoPoint],
@@ -132,16 +132,11 @@ fn order_of_the_mesh_and_the_memory_it_takes() {
         steps_s: vec![2e-5],
         ..Selection::default()
     };
-    let question = Question { until_s: Some(0.5), ..ask(selection, &[Output::Angle], 20.0) };
+    let question = Question { until_s: Some(0.5), ..ask(selection, &[OutputGroup::Angle], 20.0) };
     let told = answer(&open("ref-r2s", &[]), &question);
     let [coarse, fine] = told.measured().map(|(_, measured)| measured).collect::<Vec<_>>()[..] else { panic!("two meshes") };
-    println!("{:?} after {:e}, {} and {} bytes", fine.mesh_order, coarse.error, coarse.memory_bytes, fine.memory_bytes);
+    println!("{:?} after {:e}", fine.mesh_order, coarse.error);
     assert!(coarse.mesh_order.is_none() && fine.mesh_order.unwrap() >= 3.5, "{:?}", fine.mesh_order);
-    let state_bytes = |elements: usize| 2 * 5 * 4 * elements * size_of::<f64>();
-    for (measured, elements) in [(coarse, 4), (fine, 8)] {
-        assert!(measured.memory_bytes > state_bytes(elements), "{elements} elements: {} bytes", measured.memory_bytes);
-    }
-    assert!(fine.memory_bytes > coarse.memory_bytes + state_bytes(4), "matrices, too, grow with the mesh");
 }
 
 #[test]
@@ -154,7 +149,7 @@ fn val_the_cheapest_that_holds_is_chosen_and_others_are_refused() {
         steps_s: vec![2e-3, 1e-3, 5e-4],
         ..Selection::default()
     };
-    let told = answer(&source, &ask(selection, &[Output::Angle, Output::Slider], 6.0));
+    let told = answer(&source, &ask(selection, &[OutputGroup::Angle, OutputGroup::Slider], 6.0));
     let decide =
         |tolerance, real_time_factor| choose(&source.scene, &told, &Demands { tolerance, real_time_factor }, 6.0, &mut |_| {});
     let chosen = decide(5e-2, 0.1).unwrap();
@@ -171,7 +166,7 @@ fn val_the_cheapest_that_holds_is_chosen_and_others_are_refused() {
 }
 
 #[test]
-fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
+fn val_configurations_that_lose_energy_slowly_are_passed_over_if_energy_counts() {
     let source = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true"]);
     let selection = Selection {
         models: vec![ModelKind::Rigid],
@@ -180,11 +175,11 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
         ..Selection::default()
     };
     let demands = Demands { tolerance: 5e-4, real_time_factor: 0.1 };
-    let chosen = |outputs: &[Output]| {
+    let chosen = |outputs: &[OutputGroup]| {
         let told = answer(&source, &ask(selection.clone(), outputs, 10.0));
         choose(&source.scene, &told, &demands, 10.0, &mut |_| {}).unwrap()
     };
-    let (by_angle, by_energy) = (chosen(&[Output::Angle]), chosen(&[Output::Angle, Output::Energy]));
+    let (by_angle, by_energy) = (chosen(&[OutputGroup::Angle]), chosen(&[OutputGroup::Angle, OutputGroup::Energy]));
     println!("{:?} {:?}", by_angle.trial, by_energy.trial);
     assert_eq!(by_angle.row.configuration.family.integrator, IntegratorKind::RungeKutta);
     assert!(by_angle.trial.errors.energy < 1e-4 && by_angle.trial.long_energy.is_none(), "a short run shows none of it");
@@ -195,7 +190,7 @@ fn val_what_loses_energy_in_the_long_run_is_passed_over_where_energy_counts() {
 /// The default scene has what `trade --tolerance 1e-3 --real-time-factor 20` chooses, here among the settings near it. The choice is by
 /// counted work, so a busy machine does not change it.
 #[test]
-fn val_the_default_scene_has_what_trade_chooses() {
+fn val_the_default_scene_has_the_settings_that_trade_chooses() {
     let source = open("crank-slider", &[]);
     let selection = Selection {
         models: vec![ModelKind::Modal],
@@ -204,7 +199,7 @@ fn val_the_default_scene_has_what_trade_chooses() {
         steps_s: vec![5e-3, 2e-3, 1e-3, 5e-4],
         ..Selection::default()
     };
-    let question = Question { enough: Some(2.5e-4), ..ask(selection, &Output::USUAL, 60.0) };
+    let question = Question { enough: Some(2.5e-4), ..ask(selection, &OutputGroup::DEFAULT, 60.0) };
     let told = answer(&source, &question);
     let demands = Demands { tolerance: 1e-3, real_time_factor: 1.0 };
     let chosen = choose(&source.scene, &told, &demands, 60.0, &mut |_| {}).unwrap();
@@ -218,7 +213,7 @@ fn val_the_default_scene_has_what_trade_chooses() {
 fn val_links_that_may_be_rigid_are() {
     let source = open("thesis-crank-slider", &[]);
     let selection = Selection { models: vec![ModelKind::Rigid, ModelKind::Modal], modes: vec![1], ..Selection::default() };
-    let question = Question { enough: Some(2.5e-4), ..ask(selection, &[Output::Angle, Output::Slider], 10.0) };
+    let question = Question { enough: Some(2.5e-4), ..ask(selection, &[OutputGroup::Angle, OutputGroup::Slider], 10.0) };
     let told = answer(&source, &question);
     let demands = Demands { tolerance: 1e-3, real_time_factor: 0.1 };
     let chosen = choose(&source.scene, &told, &demands, 10.0, &mut |_| {}).unwrap();

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use common::rewritten::{as_is, rewritten, rewritten_with_rates};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::client;
-use flexcrank::recording::{Export, Recorded, export};
-use flexcrank::resimulation::{AddedPulse, Change, Finding, Source, Verification, Why, resume, verify, what_if};
+use flexcrank::recording::{Export, RecordedMessage, export};
+use flexcrank::resimulation::{AddedPulse, Change, Finding, LossReason, RecordedSession, Verification, resume, verify, what_if};
 use flexcrank::runtime::{Pace, PublishRate};
 use flexcrank::scene::SceneSource;
 use flexcrank::wire::{self, AppliedCommand, Energies, Status, TorquePulse, applied_command, control::Action};
@@ -24,7 +24,7 @@ fn control(action: Action) -> wire::Control {
 }
 
 fn verified(file: &Path) -> Result<Verification, Box<dyn std::error::Error>> {
-    Ok(verify(&Source::open(file)?, &|_, _| {})?)
+    Ok(verify(&RecordedSession::open(file)?, &|_, _| {})?)
 }
 
 /// A recording of 25 s with commands of every kind, at the modal model's default settings.
@@ -99,7 +99,7 @@ fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
 }
 
 #[test]
-fn regress_a_small_error_of_the_energy_balance_is_told_too() -> Outcome {
+fn regress_a_small_balance_error_is_reported() -> Outcome {
     let scene = SceneSource::open(
         "thesis-crank-slider",
         &["solver.model=rigid", "solver.integrator=runge-kutta", "solver.step_s=0.001"].map(str::to_owned),
@@ -120,13 +120,13 @@ fn regress_a_small_error_of_the_energy_balance_is_told_too() -> Outcome {
 }
 
 #[test]
-fn prop_what_full_queues_kept_out_is_lost_not_wrong() -> Outcome {
+fn prop_messages_dropped_by_full_queues_are_lost_not_wrong() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1e5), Some(30.0), PublishRate::All)?;
     let (report, folder) = service.finish()?;
     assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
     let found = verified(&folder.path().join("run.mcap"))?;
     assert!(!found.findings.is_empty() && !found.is_wrong(), "{:?}", found.findings);
-    assert!(found.findings.iter().all(|finding| matches!(finding, Finding::Missing { why: Why::Queue, .. })));
+    assert!(found.findings.iter().all(|finding| matches!(finding, Finding::Missing { why: LossReason::Queue, .. })));
     Ok(())
 }
 
@@ -155,7 +155,7 @@ fn prop_a_flipped_byte_is_found_wherever_it_is() -> Outcome {
         bytes[at] ^= 1 << (n % 8);
         std::fs::write(&flipped, &bytes)?;
         // Damage to metadata and scene may leave nothing to verify by.
-        let Ok(source) = Source::open(&flipped) else { continue };
+        let Ok(source) = RecordedSession::open(&flipped) else { continue };
         let found = verify(&source, &|_, _| {})?;
         assert!(found.is_wrong(), "byte {at} of {}", whole.len());
         assert!(found.findings.iter().any(|finding| matches!(finding, Finding::Damaged(_))), "byte {at}: {:?}", found.findings);
@@ -182,7 +182,7 @@ fn prop_a_removed_stretch_is_named() -> Outcome {
         rewritten(&file, "less.mcap", &|n, message| as_is(n, message).filter(|_| !(1000..1130).contains(&n)), &str::to_owned)?;
     let found = verified(&less)?;
     let missing = found.findings.iter().find_map(|finding| match finding {
-        Finding::Missing { after, before, why: Why::Damage, .. } => Some((*after, *before)),
+        Finding::Missing { after, before, why: LossReason::Damage, .. } => Some((*after, *before)),
         _ => None,
     });
     let (after, before) = missing.ok_or("nothing is said to be missing")?;
@@ -223,7 +223,9 @@ fn prop_a_removed_chunk_is_named_with_its_steps() -> Outcome {
         found.findings
     );
     let named = found.findings.iter().find_map(|finding| match finding {
-        Finding::Missing { topic: "angles", after, before, count, why: Why::Damage, .. } => Some((*after, *before, *count)),
+        Finding::Missing { topic: "angles", after, before, count, why: LossReason::Damage, .. } => {
+            Some((*after, *before, *count))
+        }
         _ => None,
     });
     // A chunk may end between the topics of a step.
@@ -240,7 +242,7 @@ fn prop_a_removed_chunk_is_named_with_its_steps() -> Outcome {
 #[test]
 fn prop_a_changed_command_is_named() -> Outcome {
     let (_folder, file) = short()?;
-    let stronger = |n: u64, message: &Recorded| {
+    let stronger = |n: u64, message: &RecordedMessage| {
         let mut command = match AppliedCommand::decode(message.data.as_ref()) {
             Ok(command) if message.channel.topic.ends_with("/commands") => command,
             _ => return as_is(n, message),
@@ -272,7 +274,7 @@ fn prop_a_changed_energy_is_named() -> Outcome {
         ("energy_in_play_j", |row| &mut row.energy_in_play_j),
     ];
     for (name, field) in fields {
-        let other = |n: u64, message: &Recorded| {
+        let other = |n: u64, message: &RecordedMessage| {
             let mut energies = match Energies::decode(message.data.as_ref()) {
                 Ok(energies) if message.channel.topic.ends_with("/energies") => energies,
                 _ => return as_is(n, message),
@@ -296,12 +298,12 @@ fn prop_a_changed_energy_is_named() -> Outcome {
 #[test]
 fn prop_energies_that_are_missing_or_not_finite_are_named() -> Outcome {
     let (_folder, file) = short()?;
-    let of = |message: &Recorded, topic: &str| message.channel.topic.ends_with(topic);
-    let without = |n: u64, message: &Recorded| as_is(n, message).filter(|_| !of(message, "/energies"));
+    let of = |message: &RecordedMessage, topic: &str| message.channel.topic.ends_with(topic);
+    let without = |n: u64, message: &RecordedMessage| as_is(n, message).filter(|_| !of(message, "/energies"));
     let found = verified(&rewritten(&file, "without.mcap", &without, &str::to_owned)?)?;
     assert!(found.is_wrong(), "{:?}", found.findings);
     assert!(found.findings.iter().all(|finding| matches!(finding, Finding::Missing { topic: "energies", .. })), "{found:?}");
-    let broken = |n: u64, message: &Recorded| match Energies::decode(message.data.as_ref()) {
+    let broken = |n: u64, message: &RecordedMessage| match Energies::decode(message.data.as_ref()) {
         Ok(energies) if of(message, "/energies") => Some(Energies { strain_j: Some(f64::INFINITY), ..energies }.encode_to_vec()),
         _ => as_is(n, message),
     };
@@ -310,22 +312,23 @@ fn prop_energies_that_are_missing_or_not_finite_are_named() -> Outcome {
     Ok(())
 }
 
-/// As earlier versions recorded: no energies but in `status`, and no rate of theirs.
+/// A recording of an earlier version: energies in `status` only, without a rate.
 #[test]
 fn regress_recordings_without_energies_are_computed_again_as_they_are() -> Outcome {
     for rates in ["all", "displacements=all,angles=all,loads=1000"] {
         let (folder, file) = short()?;
-        let less = |n: u64, message: &Recorded| as_is(n, message).filter(|_| !message.channel.topic.ends_with("/energies"));
+        let less =
+            |n: u64, message: &RecordedMessage| as_is(n, message).filter(|_| !message.channel.topic.ends_with("/energies"));
         let old = rewritten_with_rates(&file, "old.mcap", &less, &str::to_owned, Some(rates))?;
         assert_eq!(verified(&old)?.findings, [], "{rates}");
-        let source = Source::open(&old)?;
+        let source = RecordedSession::open(&old)?;
         let end = resume(&source, None, &|_| {})?.simulation;
         let last = common::decoded::<Status>(&old, "status")?.pop().and_then(|status| status.stamp).ok_or("no status")?;
         assert_eq!((end.step_count(), Some(end.time_s())), (last.step, Some(last.sim_time_s)));
         let pulse = AddedPulse { start_s: 0.1, torque_nm: 1.0, duration_s: 0.1 };
         let other = folder.path().join("other.mcap");
         let outcome = what_if(&source, &Change { pulses: vec![pulse], ..Change::default() }, &other, &|_| {})?;
-        assert!(outcome.parting.first.is_some());
+        assert!(outcome.deviation.first.is_some());
         assert_eq!(verified(&other)?.findings, [], "{rates}");
         let tables = folder.path().join("tables");
         let exported = export(&old, &Export { csv: Some(tables.clone()), ..Export::default() })?;

@@ -1,33 +1,33 @@
-//! Where to listen, and whom to connect to, as people write it.
+//! Network addresses to listen on and to connect to, as text.
 
 use std::fmt;
 use std::str::FromStr;
 
 use zenoh::config::EndPoint;
 
-/// Kinds of links that this build has.
+/// Protocols that this build supports.
 const PROTOCOLS: &[&str] = if cfg!(feature = "tls") { &["tcp", "tls"] } else { &["tcp"] };
 
-/// An end of a link, `tcp/HOST:PORT`; what zenoh can be told of it may follow.
+/// An endpoint, `tcp/HOST:PORT`; zenoh's options may follow.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address(String);
 
-/// Not the end of a link.
+/// The text is not an endpoint.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BadAddress {
-    /// Of another form.
+    /// The form is wrong.
     #[error("not of the form PROTOCOL/HOST:PORT, such as tcp/127.0.0.1:7447")]
     Form,
-    /// Of a protocol that this build does not speak.
-    #[error("{0} is not spoken here: {known} is, as in tcp/127.0.0.1:7447{tls}", known = PROTOCOLS.join(" or "), tls = only_built_in(.0))]
+    /// This build does not support the protocol.
+    #[error("the protocol {0} is not supported: use {known}, as in tcp/127.0.0.1:7447{tls}", known = PROTOCOLS.join(" or "), tls = only_built_in(.0))]
     Protocol(String),
-    /// The port is none.
+    /// The port is not a number from 0 to 65535.
     #[error("{0} is not a port from 0 to 65535, as in tcp/127.0.0.1:7447")]
     Port(String),
 }
 
 fn only_built_in(protocol: &str) -> &'static str {
-    if protocol == "tls" { "; tls is in a build with --features tls" } else { "" }
+    if protocol == "tls" { "; tls needs a build with --features tls" } else { "" }
 }
 
 impl FromStr for Address {
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_an_address_is_taken_as_written_or_refused() {
+    fn prop_an_address_is_kept_as_written_or_refused() {
         for text in ["tcp/127.0.0.1:0", "tcp/[::1]:7447", "tcp/router.example:7447", "tcp/0.0.0.0:7447#so_sndbuf=65536"] {
             assert_eq!(text.parse::<Address>().map(|address| address.to_string()), Ok(text.to_owned()));
         }

@@ -1,4 +1,4 @@
-//! A client's side of the bus: who is there, commands and their replies, telemetry.
+//! A client on the bus: it finds services, sends commands, subscribes to topics and queries snapshots.
 
 use std::time::{Duration, Instant};
 
@@ -9,27 +9,27 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::endpoint::protobuf;
 use super::keys::{Name, Topic, every_presence};
+use super::service_endpoint::protobuf;
 use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, TorquePulse, status::State};
 
-/// How long a service may take to show up after a session was opened.
-pub const SHOW_UP: Duration = Duration::from_millis(2000);
-/// Between two looks.
-const LOOK_AGAIN: Duration = Duration::from_millis(50);
-/// How long a service may take to answer a command.
-const ANSWER: Duration = Duration::from_secs(3);
-/// Messages of a topic that are kept for a subscriber that does not look.
-const KEPT: usize = 1024;
+/// Time for a service to be found after a session was opened.
+pub const DISCOVERY_TIMEOUT: Duration = Duration::from_millis(2000);
+/// Time between two looks.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
+/// Time for a service to reply to a command.
+const REPLY_TIMEOUT: Duration = Duration::from_secs(3);
+/// Length of a subscriber's queue; older messages are dropped.
+const QUEUE_LENGTH: usize = 1024;
 
-/// Services present on the bus, sorted. Returns as soon as `enough` says so, or when `patience` is over.
+/// Returns the services on the bus, sorted, as soon as `enough` accepts them or `patience` has passed.
 ///
 /// # Errors
-/// [`BusError`] when zenoh fails.
+/// [`BusError`] if zenoh fails.
 pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) -> bool) -> Result<Vec<Name>, BusError> {
     let begun = Instant::now();
     loop {
-        let replies = session.liveliness().get(every_presence()).timeout(LOOK_AGAIN * 4).wait().map_err(BusError::failed)?;
+        let replies = session.liveliness().get(every_presence()).timeout(POLL_PERIOD * 4).wait().map_err(BusError::failed)?;
         let mut found: Vec<Name> = std::iter::from_fn(|| replies.recv().ok())
             .filter_map(|reply| reply.into_result().ok())
             .filter_map(|sample| Name::of_presence(sample.key_expr().as_str()))
@@ -39,23 +39,23 @@ pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) 
         if enough(&found) || begun.elapsed() > patience {
             return Ok(found);
         }
-        std::thread::sleep(LOOK_AGAIN);
+        std::thread::sleep(POLL_PERIOD);
     }
 }
 
-/// Waits until the service is there.
+/// Waits until the service is on the bus.
 ///
 /// # Errors
-/// [`BusError::NoSuchService`] when it does not show up within two seconds.
-pub fn find(session: &Session, name: &Name) -> Result<(), BusError> {
-    let found = services(session, SHOW_UP, |found| found.contains(name))?;
+/// [`BusError::NoSuchService`] if it is not found within two seconds.
+pub fn wait_for_service(session: &Session, name: &Name) -> Result<(), BusError> {
+    let found = services(session, DISCOVERY_TIMEOUT, |found| found.contains(name))?;
     if found.contains(name) { Ok(()) } else { Err(BusError::NoSuchService { name: name.clone(), found }) }
 }
 
 /// Sends a torque pulse and returns the reply.
 ///
 /// # Errors
-/// [`BusError::NoReply`] when none comes in three seconds, [`BusError::Replay`] when the name is a replay's.
+/// [`BusError::NoReply`] if no reply comes in three seconds, [`BusError::Replay`] if the name is a replay's.
 pub fn pulse(session: &Session, name: &Name, pulse: &TorquePulse) -> Result<CommandReply, BusError> {
     command(session, &name.torque(), pulse.encode_to_vec(), "flexcrank.v1.TorquePulse").map_err(|error| match error {
         BusError::NoReply(_) if is_replay(session, name) => BusError::Replay(name.clone()),
@@ -71,21 +71,21 @@ fn is_replay(session: &Session, name: &Name) -> bool {
 /// Sends a control command and returns the reply.
 ///
 /// # Errors
-/// [`BusError::NoReply`] when none comes in three seconds.
+/// [`BusError::NoReply`] if no reply comes in three seconds.
 pub fn control(session: &Session, name: &Name, control: &Control) -> Result<CommandReply, BusError> {
     command(session, &name.control(), control.encode_to_vec(), "flexcrank.v1.Control")
 }
 
-/// Sends a command to a replayer and returns the reply.
+/// Sends a command to a replay and returns the reply.
 ///
 /// # Errors
-/// [`BusError::NoReply`] when none comes in three seconds.
+/// [`BusError::NoReply`] if no reply comes in three seconds.
 pub fn replay_control(session: &Session, name: &Name, control: &ReplayControl) -> Result<CommandReply, BusError> {
     command(session, &name.replay(), control.encode_to_vec(), "flexcrank.v1.ReplayControl")
 }
 
 fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Result<CommandReply, BusError> {
-    let query = session.get(key).payload(payload).encoding(protobuf(schema)).timeout(ANSWER);
+    let query = session.get(key).payload(payload).encoding(protobuf(schema)).timeout(REPLY_TIMEOUT);
     let replies = query.wait().map_err(BusError::failed)?;
     let reply = replies.recv().ok().and_then(|reply| reply.into_result().ok());
     let sample = reply.ok_or_else(|| BusError::NoReply(key.to_owned()))?;
@@ -96,46 +96,46 @@ fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Resu
     })
 }
 
-/// Samples of one topic of one service, the newest of them; older ones that were not taken are gone.
-pub type Telemetry = Subscriber<RingChannelHandler<Sample>>;
+/// A subscriber to one topic of one service. Its queue keeps the newest samples.
+pub type TopicSubscriber = Subscriber<RingChannelHandler<Sample>>;
 
 /// Subscribes to a topic.
 ///
 /// # Errors
-/// [`BusError`] when zenoh refuses.
-pub fn subscribe(session: &Session, name: &Name, topic: Topic) -> Result<Telemetry, BusError> {
-    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(KEPT)).wait().map_err(BusError::failed)
+/// [`BusError`] if zenoh refuses.
+pub fn subscribe(session: &Session, name: &Name, topic: Topic) -> Result<TopicSubscriber, BusError> {
+    session.declare_subscriber(name.topic(topic)).with(RingChannel::new(QUEUE_LENGTH)).wait().map_err(BusError::failed)
 }
 
-/// The messages that have arrived since this was last asked, oldest first; what cannot be decoded is left out.
-pub fn arrived<M: prost::Message + Default>(telemetry: &Telemetry) -> impl Iterator<Item = M> {
-    std::iter::from_fn(|| telemetry.try_recv().ok().flatten()).filter_map(|sample| M::decode(&*sample.payload().to_bytes()).ok())
+/// Returns the messages that arrived since the last call, oldest first, without undecodable ones.
+pub fn new_messages<M: prost::Message + Default>(subscriber: &TopicSubscriber) -> impl Iterator<Item = M> {
+    std::iter::from_fn(|| subscriber.try_recv().ok().flatten()).filter_map(|sample| M::decode(&*sample.payload().to_bytes()).ok())
 }
 
-/// The latest of everything, from a service that answers.
+/// Queries the snapshot: the newest message of every topic; `None` if the service does not answer.
 pub fn snapshot(session: &Session, name: &Name) -> Option<Snapshot> {
-    let replies = session.get(name.snapshot()).timeout(ANSWER).wait().ok()?;
+    let replies = session.get(name.snapshot()).timeout(REPLY_TIMEOUT).wait().ok()?;
     let sample = replies.recv().ok()?.into_result().ok()?;
     Snapshot::decode(&*sample.payload().to_bytes()).ok()
 }
 
-/// A topic from a snapshot on, without a gap.
+/// A subscription that starts from a snapshot, without a gap.
 pub struct Joined {
-    /// What was true at the beginning.
+    /// The snapshot at the start.
     pub snapshot: Snapshot,
-    /// Number of the message of the topic that the snapshot has.
+    /// Sequence number of the topic's last message.
     number: u64,
     subscriber: Subscriber<FifoChannelHandler<Sample>>,
 }
 
 impl Joined {
-    /// The next message and how many are missing before it; `None` when none comes in time.
+    /// Returns the next message and the number of missing ones before it; `None` if none comes in time.
     pub fn next(&mut self, patience: Duration) -> Option<(Vec<u8>, u64)> {
         loop {
             let sample = self.subscriber.recv_timeout(patience).ok().flatten()?;
             let bytes = sample.attachment().map(|number| number.to_bytes().into_owned());
             let number = u64::from_le_bytes(bytes?.try_into().ok()?);
-            // What the snapshot has already came again.
+            // Messages up to the snapshot are duplicates.
             if number > self.number {
                 let missing = number - self.number - 1;
                 self.number = number;
@@ -145,10 +145,10 @@ impl Joined {
     }
 }
 
-/// Joins a topic of a service that has been running: subscribes, and then asks for what was true before.
+/// Joins a topic of a running service: subscribes, then queries the snapshot.
 ///
 /// # Errors
-/// [`BusError::NoReply`] when the service does not answer in three seconds.
+/// [`BusError::NoReply`] if the service does not answer in three seconds.
 pub fn join(session: &Session, name: &Name, topic: Topic) -> Result<Joined, BusError> {
     let subscriber =
         session.declare_subscriber(name.topic(topic)).with(FifoChannel::new(1024)).wait().map_err(BusError::failed)?;
@@ -160,7 +160,7 @@ pub fn join(session: &Session, name: &Name, topic: Topic) -> Result<Joined, BusE
 /// Publishes raw bytes under any key, with an encoding that names their protobuf type.
 ///
 /// # Errors
-/// [`BusError`] when zenoh refuses.
+/// [`BusError`] if zenoh refuses.
 pub fn put(session: &Session, key: &str, payload: &[u8], schema: &str) -> Result<(), BusError> {
     session.put(key, payload).encoding(protobuf(schema)).wait().map_err(BusError::failed)
 }
@@ -168,20 +168,20 @@ pub fn put(session: &Session, key: &str, payload: &[u8], schema: &str) -> Result
 /// Whether another service of this name is on the bus.
 ///
 /// # Errors
-/// [`BusError`] when zenoh fails.
+/// [`BusError`] if zenoh fails.
 pub fn is_taken(session: &Session, name: &Name) -> Result<bool, BusError> {
-    Ok(taken(session, &[name])?.is_some())
+    Ok(first_taken(session, &[name])?.is_some())
 }
 
-/// The first of `names` that another service on the bus has.
+/// Returns the first of `names` that another service on the bus has.
 ///
 /// # Errors
-/// [`BusError`] when zenoh fails.
-pub fn taken(session: &Session, names: &[&Name]) -> Result<Option<Name>, BusError> {
+/// [`BusError`] if zenoh fails.
+pub fn first_taken(session: &Session, names: &[&Name]) -> Result<Option<Name>, BusError> {
     let alone = session.info().peers_zid().wait().next().is_none() && session.info().routers_zid().wait().next().is_none();
     if alone || names.is_empty() {
         return Ok(None);
     }
-    let found = services(session, LOOK_AGAIN * 4, |found| names.iter().any(|name| found.contains(name)))?;
+    let found = services(session, POLL_PERIOD * 4, |found| names.iter().any(|name| found.contains(name)))?;
     Ok(names.iter().find(|name| found.contains(name)).map(|name| (*name).clone()))
 }

@@ -1,30 +1,30 @@
-//! What can go wrong on the bus.
+//! Errors of the bus.
 
 use std::path::PathBuf;
 
 use super::keys::Name;
 
-/// The bus could not be opened, or nobody answered on it.
+/// The bus could not be opened, or a request on it failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
     /// The configuration was refused.
     #[error("zenoh configuration: {0}")]
     Config(String),
-    /// The file with the configuration is none, or says what cannot be.
+    /// The configuration file is unreadable or invalid.
     #[error("--zenoh-config {}: {cause}", path.display())]
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Why it was refused.
         cause: String,
     },
     /// The session could not be opened.
     #[error("cannot open a zenoh session: {0}")]
     Open(String),
-    /// A client found nobody who lets it in.
+    /// No endpoint admitted the client.
     #[error("{0}: absent, or not permitted")]
-    NotLetIn(String),
-    /// Something could not be declared, sent or received.
+    NotAdmitted(String),
+    /// A declaration, publication or query failed.
     #[error("zenoh: {0}")]
     Failed(String),
     /// All local ports are taken.
@@ -32,32 +32,32 @@ pub enum BusError {
     NoPort,
     /// No local port answers.
     #[error("no service is running on this machine: start one with `flexcrank run`, or give --connect tcp/HOST:PORT")]
-    NobodyHere,
-    /// There are services, but none of this name.
+    NoLocalService,
+    /// No service has this name.
     #[error("no service named `{name}` answers{}: start it with `flexcrank run --name {name}`", others(.found))]
     NoSuchService {
-        /// Whom we asked for.
+        /// The requested name.
         name: Name,
-        /// Who is there.
+        /// The services found.
         found: Vec<Name>,
     },
-    /// There is a service of this name already.
-    #[error("a service named `{0}` is running already: give another --name, or --force to speak under this one all the same")]
+    /// Another service has this name.
+    #[error("a service named `{0}` is running already: give another --name, or --force to use this one anyway")]
     Taken(Name),
-    /// A query was not answered.
+    /// A query got no reply.
     #[error("no reply from `{0}`: absent, or not permitted")]
     NoReply(String),
-    /// A torque was sent to a replay.
-    #[error("`{0}` is a replay, and what was recorded takes no torque: send it to a service that runs")]
+    /// A torque pulse was sent to a replay.
+    #[error("`{0}` is a replay, and replays accept no torque: send the pulse to a running service")]
     Replay(Name),
-    /// An answer could not be decoded.
+    /// A reply could not be decoded.
     #[error("`{key}` answered something that is not {expected}: {cause}")]
     Undecodable {
-        /// Who answered.
+        /// The key that was queried.
         key: String,
-        /// What was expected.
+        /// The expected type.
         expected: &'static str,
-        /// What the decoder says.
+        /// Why decoding failed.
         cause: String,
     },
 }
@@ -72,8 +72,8 @@ fn others(found: &[Name]) -> String {
     }
 }
 
-/// What zenoh says, without where in its sources it says so: ` at …/tcp.rs:61.` tells a user nothing.
-pub(super) fn said(error: &zenoh::Error) -> String {
+/// Returns zenoh's error message without source locations such as ` at …/tcp.rs:61.`, which say nothing to a user.
+pub(super) fn message_of(error: &zenoh::Error) -> String {
     let mut said = String::new();
     let text = error.to_string();
     for part in text.split(" at ") {
@@ -90,17 +90,19 @@ pub(super) fn said(error: &zenoh::Error) -> String {
 
 impl BusError {
     pub(super) fn config(error: zenoh::Error) -> Self {
-        BusError::Config(said(&error))
+        BusError::Config(message_of(&error))
     }
     pub(super) fn open(error: zenoh::Error) -> Self {
-        BusError::Open(said(&error))
+        BusError::Open(message_of(&error))
     }
-    /// Zenoh says the same whoever does not answer or says no, in the words of its own types.
-    pub(super) fn not_let_in(error: zenoh::Error) -> Self {
-        BusError::NotLetIn(said(&error).replace("[Single(", "").replace(")]", "").trim_end_matches(['!', ' ']).to_owned())
+    /// zenoh reports absence and refusal alike, in terms of its own types.
+    pub(super) fn not_admitted(error: zenoh::Error) -> Self {
+        BusError::NotAdmitted(
+            message_of(&error).replace("[Single(", "").replace(")]", "").trim_end_matches(['!', ' ']).to_owned(),
+        )
     }
     pub(super) fn failed(error: zenoh::Error) -> Self {
-        BusError::Failed(said(&error))
+        BusError::Failed(message_of(&error))
     }
 }
 
@@ -109,14 +111,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_a_place_in_the_sources_is_left_out_and_nothing_else() {
-        for (told, wanted) in [
+    fn prop_source_locations_are_removed_and_nothing_else() {
+        for (text, wanted) in [
             ("no key `a//b` at /x/zenoh-1.0/src/key.rs:777.", "no key `a//b`"),
             ("tcp: [refused (error 99) at /x/tcp.rs:61.] at /x/unicast.rs:338.", "tcp: [refused (error 99)]"),
             ("a lock held at noon at /x/a.rs:1., and at night", "a lock held at noon, and at night"),
             ("nothing", "nothing"),
         ] {
-            assert_eq!(said(&told.into()), wanted);
+            assert_eq!(message_of(&text.into()), wanted);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Every key expression, formatted and parsed in one place.
+//! All key expressions, formatted and parsed in one place.
 
 /// A topic that a service publishes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -15,9 +15,9 @@ pub enum Topic {
     Status,
     /// Commands that took effect.
     Commands,
-    /// A second model against the first.
+    /// Difference between shadow and main model.
     Shadow,
-    /// What full queues kept out.
+    /// Messages dropped by full queues.
     Gaps,
     /// The mechanism as shapes, for 3D viewers.
     SceneUpdates,
@@ -26,7 +26,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// All of them.
+    /// All topics.
     pub const ALL: [Topic; 10] = [
         Topic::Displacements,
         Topic::Angles,
@@ -40,7 +40,7 @@ impl Topic {
         Topic::Overruns,
     ];
 
-    /// The last chunk of its key.
+    /// Last chunk of the topic's key.
     pub fn chunk(self) -> &'static str {
         match self {
             Topic::Displacements => "displacements",
@@ -56,7 +56,7 @@ impl Topic {
         }
     }
 
-    /// Fully qualified name of its protobuf type.
+    /// Fully qualified name of the topic's protobuf type.
     pub fn schema(self) -> &'static str {
         match self {
             Topic::Displacements => "flexcrank.v1.Displacements",
@@ -80,7 +80,7 @@ pub const ROOT: &str = "flexcrank";
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Name(String);
 
-/// Not a name for a service.
+/// The text is not a service name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a name: one word without / * $ ? # and white space, not beginning with @")]
 pub struct BadName(String);
@@ -104,7 +104,7 @@ impl std::fmt::Display for Name {
 }
 
 impl Name {
-    /// The liveliness token's key, and the prefix of all others.
+    /// Key of the liveliness token, and prefix of all other keys.
     pub fn presence(&self) -> String {
         format!("{ROOT}/{self}")
     }
@@ -120,11 +120,11 @@ impl Name {
     pub fn control(&self) -> String {
         self.key("control")
     }
-    /// Key of commands to a replayer.
+    /// Key of commands to a replay.
     pub fn replay(&self) -> String {
         self.key("replay")
     }
-    /// Key of the scene in force.
+    /// Key of the scene.
     pub fn scene(&self) -> String {
         self.key("scene")
     }
@@ -132,7 +132,7 @@ impl Name {
     pub fn schema(&self) -> String {
         self.key("schema")
     }
-    /// Key of the latest of everything.
+    /// Key of the snapshot.
     pub fn snapshot(&self) -> String {
         self.key("snapshot")
     }
@@ -146,18 +146,18 @@ impl Name {
         key.strip_prefix(ROOT)?.strip_prefix('/')?.parse().ok()
     }
 
-    /// Splits the key of any service into its name and what follows.
+    /// Splits a service's key into its name and the rest.
     pub fn split(key: &str) -> Option<(Name, &str)> {
         let (name, rest) = key.strip_prefix(ROOT)?.strip_prefix('/')?.split_once('/')?;
         Some((name.parse().ok()?, rest))
     }
 }
 
-/// The key that stands for a topic of a recording made by anything: without its leading slash.
+/// Returns the key of a topic of any recording: the topic without its leading slash.
 ///
 /// # Errors
-/// What is wrong with it as a key.
-pub fn of_topic(topic: &str) -> Result<String, String> {
+/// Returns why the topic is not a valid key.
+pub fn key_of_topic(topic: &str) -> Result<String, String> {
     let key = topic.strip_prefix('/').unwrap_or(topic);
     if key.starts_with('@') {
         return Err("keys that begin with @ are zenoh's own".to_owned());
@@ -166,7 +166,7 @@ pub fn of_topic(topic: &str) -> Result<String, String> {
         Ok(valid) if valid.is_wild() => Err("a key without wildcards is needed".to_owned()),
         Ok(_) if key.contains('?') => Err("? is not allowed in a key".to_owned()),
         Ok(_) => Ok(key.to_owned()),
-        Err(error) => Err(super::error::said(&error)),
+        Err(error) => Err(super::error::message_of(&error)),
     }
 }
 
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_keys_are_parsed_as_they_are_formatted() -> Result<(), BadName> {
+    fn prop_keys_are_parsed_as_formatted() -> Result<(), BadName> {
         let name: Name = "crank-7".parse()?;
         assert_eq!(Name::split(&name.topic(Topic::Loads)), Some((name.clone(), "loads")));
         assert_eq!(Name::of_presence(&name.presence()), Some(name));
@@ -191,10 +191,10 @@ mod tests {
     fn prop_topics_of_others_become_keys_or_are_refused() {
         for (topic, key) in [("/camera/image", "camera/image"), ("flexcrank/crank/loads", "flexcrank/crank/loads"), ("/tf", "tf")]
         {
-            assert_eq!(of_topic(topic).as_deref(), Ok(key));
+            assert_eq!(key_of_topic(topic).as_deref(), Ok(key));
         }
         for topic in ["", "/", "a//b", "a/", "//a", "a/*", "a/**", "a/$*", "a/b#c", "a/b?c", "@/x"] {
-            assert!(of_topic(topic).is_err(), "{topic:?}");
+            assert!(key_of_topic(topic).is_err(), "{topic:?}");
         }
     }
 

@@ -1,34 +1,34 @@
-//! The bus: key expressions, sessions, services and clients. The only layer that names zenoh.
+//! The bus: key expressions, sessions, services and clients. Only this layer uses zenoh.
 
 mod address;
-mod audience;
 pub mod client;
-mod complaints;
-mod demand;
-mod endpoint;
 mod error;
 mod keys;
-mod latest;
-mod outlet;
-mod remote;
+mod raw_publisher;
+mod refusal_log;
+mod replay_endpoint;
+mod service_endpoint;
 mod session;
+mod snapshot_cache;
+mod subscription_state;
+mod subscriptions;
 
 pub use address::{Address, BadAddress};
-pub use audience::{Listening, audience};
-pub use endpoint::Endpoint;
 pub use error::BusError;
-pub use keys::{BadName, Name, ROOT, Topic, of_topic};
-pub use latest::Kept;
-pub use outlet::Outlet;
-pub use remote::Remote;
+pub use keys::{BadName, Name, ROOT, Topic, key_of_topic};
+pub use raw_publisher::RawPublisher;
+pub use replay_endpoint::ReplayEndpoint;
+pub use service_endpoint::ServiceEndpoint;
 pub use session::BusOptions;
+pub use snapshot_cache::SnapshotEntry;
+pub use subscriptions::{Subscriptions, subscriptions};
 /// An open session on the bus.
 pub use zenoh::Session;
 
-/// Closes a session, waiting until everything that was put is on its way.
+/// Closes a session after everything published has been sent.
 ///
 /// # Errors
-/// [`BusError`] when zenoh refuses.
+/// [`BusError`] if zenoh refuses.
 pub fn close(session: &Session) -> Result<(), BusError> {
     use zenoh::Wait;
     session.close().wait().map_err(BusError::failed)

@@ -1,4 +1,4 @@
-//! Opening zenoh sessions: on loopback only, without multicast, unless the user says otherwise.
+//! Opening zenoh sessions: on loopback and without multicast, unless the options state otherwise.
 
 use std::fs::File;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -7,78 +7,78 @@ use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
-use super::error::said;
+use super::error::message_of;
 use super::{BusError, Name, client};
 
-/// Loopback ports that services take, the first free one each; clients look at all of them.
+/// Loopback ports of services: each takes the first free one; clients try all.
 const PORTS: std::ops::Range<u16> = 7447..7463;
-/// How long a loopback port may take to say that it is open.
-const KNOCK: Duration = Duration::from_millis(200);
-/// How long those whom a service connects to may take to be there.
-const LINK_UP: Duration = Duration::from_secs(2);
-/// Between two looks.
-const LOOK_AGAIN: Duration = Duration::from_millis(20);
+/// Time for a loopback port to accept a connection.
+const CONNECT_TIMEOUT: Duration = Duration::from_millis(200);
+/// Time for a service's connections to be established.
+const LINK_TIMEOUT: Duration = Duration::from_secs(2);
+/// Time between two looks.
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 const LISTEN: &str = "listen/endpoints";
 const CONNECT: &str = "connect/endpoints";
 const MULTICAST: &str = "scouting/multicast/enabled";
-/// Small kernel buffers on the link, so that a reader that falls behind is not fed stale samples for seconds.
+/// Small kernel buffers, so that a slow reader does not receive stale samples for seconds.
 const SOCKET_BUFFERS: &str = "#so_sndbuf=65536;so_rcvbuf=65536";
 
-/// What the user says about the network.
+/// Network options.
 #[derive(Debug, Clone, Default)]
 pub struct BusOptions {
     /// Endpoints to listen on, instead of a loopback port.
     pub listen: Vec<String>,
     /// Endpoints to connect to.
     pub connect: Vec<String>,
-    /// A zenoh configuration file to start from. Where it does not say where to listen, that is on loopback.
+    /// A zenoh configuration file to start from. If it sets no listening endpoint, the session listens on loopback.
     pub config: Option<PathBuf>,
-    /// Let this session see who subscribes, as [`audience`](super::audience) needs.
-    pub sees_audience: bool,
+    /// Lets this session list subscriptions, as [`subscriptions`](super::subscriptions()) needs.
+    pub sees_subscriptions: bool,
 }
 
 impl BusOptions {
-    /// What the file says, if there is one; what it does not say is safe: no multicast.
-    fn base(&self) -> Result<Config, BusError> {
+    /// The configuration file, or defaults; multicast is off unless the file sets it.
+    fn base_config(&self) -> Result<Config, BusError> {
         let mut config = match &self.config {
             Some(path) => read(path).map_err(|cause| BusError::File { path: path.clone(), cause })?,
             None => Config::default(),
         };
-        if !says(&config, MULTICAST) {
+        if !is_set(&config, MULTICAST) {
             set(&mut config, MULTICAST, "false")?;
         }
         Ok(config)
     }
 
-    /// Opens a session for a service, linked to its neighbours on this machine unless told otherwise. Waits a little for those
-    /// whom it connects to, so that a service of the same name is seen.
+    /// Opens a session for a service, connected to the other services on this machine unless the options state otherwise. Waits
+    /// briefly for its connections, so that a service of the same name is found.
     ///
     /// # Errors
-    /// [`BusError`] when the configuration is bad or no endpoint can be taken.
+    /// [`BusError`] if the configuration is invalid or no endpoint is free.
     pub fn open_service(&self) -> Result<Session, BusError> {
-        let config = self.of_service()?;
-        let connects = says(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
-        let whom = config.get_json(CONNECT).unwrap_or_default().replace(['[', ']', '"'], "").replace(',', ", ");
+        let config = self.service_config()?;
+        let connects = is_set(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
+        let endpoints = config.get_json(CONNECT).unwrap_or_default().replace(['[', ']', '"'], "").replace(',', ", ");
         let session = zenoh::open(config).wait().map_err(BusError::open)?;
         if connects && !is_linked(&session) {
-            tracing::warn!("no link yet to {whom}: the service goes on alone, and keeps trying");
+            tracing::warn!("no connection to {endpoints} yet: the service runs, and keeps trying");
         }
         Ok(session)
     }
 
-    fn of_service(&self) -> Result<Config, BusError> {
-        let mut config = self.base()?;
-        if self.sees_audience {
+    fn service_config(&self) -> Result<Config, BusError> {
+        let mut config = self.base_config()?;
+        if self.sees_subscriptions {
             set(&mut config, "adminspace/enabled", "true")?;
         }
         if !self.listen.is_empty() {
             set(&mut config, LISTEN, &list(&self.listen))?;
-        } else if !says(&config, LISTEN) && !is_client(&config) {
+        } else if !is_set(&config, LISTEN) && !is_client(&config) {
             set(&mut config, LISTEN, &list(&[format!("tcp/{}{SOCKET_BUFFERS}", free_port()?)]))?;
         }
         if !self.connect.is_empty() {
             set(&mut config, CONNECT, &list(&self.connect))?;
-            // What listens on loopback elsewhere is told of, too, and is nothing to connect to here.
+            // Gossip would announce loopback endpoints of other machines, which are useless here.
             set(&mut config, "scouting/gossip/enabled", "false")?;
         } else if self.config.is_none() && self.listen.is_empty() {
             set(&mut config, CONNECT, &list(&neighbours()))?;
@@ -86,26 +86,27 @@ impl BusOptions {
         Ok(config)
     }
 
-    /// Opens a session for a client: to the endpoints given, or to every service on this machine.
+    /// Opens a session for a client: to the given endpoints, or to every service on this machine.
     ///
     /// # Errors
-    /// [`BusError::NobodyHere`] when no local port answers; [`BusError`] when the configuration is bad or nothing can be opened.
+    /// [`BusError::NoLocalService`] if no local port answers; [`BusError`] if the configuration is invalid or the session cannot
+    /// be opened.
     pub fn open_client(&self) -> Result<Session, BusError> {
-        let config = self.of_client()?;
-        let refused = if is_client(&config) { BusError::not_let_in } else { BusError::open };
+        let config = self.client_config()?;
+        let refused = if is_client(&config) { BusError::not_admitted } else { BusError::open };
         zenoh::open(config).wait().map_err(refused)
     }
 
-    /// The first of `names` that a service has which is to be seen from where this one is to connect to: behind a router, it is
-    /// not seen by the service itself. Whoever cannot be reached is taken for empty.
+    /// Returns the first of `names` that is taken beyond the endpoints to connect to: a service behind a router does not see the
+    /// others itself. An endpoint that cannot be reached counts as empty.
     ///
     /// # Errors
-    /// [`BusError`] when zenoh fails.
-    pub fn taken_beyond(&self, names: &[&Name]) -> Result<Option<Name>, BusError> {
+    /// [`BusError`] if zenoh fails.
+    pub fn first_taken_through_endpoints(&self, names: &[&Name]) -> Result<Option<Name>, BusError> {
         for endpoint in &self.connect {
             let there = BusOptions { connect: vec![endpoint.clone()], ..BusOptions::default() };
             let Ok(session) = there.open_client() else { continue };
-            let taken = client::taken(&session, names);
+            let taken = client::first_taken(&session, names);
             session.close().wait().map_err(BusError::failed)?;
             if let Some(taken) = taken? {
                 return Ok(Some(taken));
@@ -114,23 +115,23 @@ impl BusOptions {
         Ok(None)
     }
 
-    fn of_client(&self) -> Result<Config, BusError> {
-        let mut config = self.base()?;
+    fn client_config(&self) -> Result<Config, BusError> {
+        let mut config = self.base_config()?;
         if !self.listen.is_empty() {
             set(&mut config, LISTEN, &list(&self.listen))?;
-        } else if !says(&config, LISTEN) {
+        } else if !is_set(&config, LISTEN) {
             set(&mut config, LISTEN, "[]")?;
         }
         if !self.connect.is_empty() {
             set(&mut config, CONNECT, &list(&self.connect))?;
-            // Routers hand on nothing between peers.
+            // Routers forward nothing between peers.
             if self.connect.len() == 1 && self.config.is_none() && self.listen.is_empty() {
                 set(&mut config, "mode", "\"client\"")?;
             }
         } else if self.config.is_none() && self.listen.is_empty() {
             let here = neighbours();
             if here.is_empty() {
-                return Err(BusError::NobodyHere);
+                return Err(BusError::NoLocalService);
             }
             set(&mut config, CONNECT, &list(&here))?;
         }
@@ -140,11 +141,11 @@ impl BusOptions {
 
 fn read(path: &Path) -> Result<Config, String> {
     File::open(path).map_err(|error| error.to_string())?;
-    Config::from_file(path).map_err(|error| in_words(&said(&error)))
+    Config::from_file(path).map_err(|error| config_error_text(&message_of(&error)))
 }
 
-/// What zenoh's reader of files says, which is `… { msg: "WORDS", location: Some(Location { line: 1, column: 3 }) }`.
-fn in_words(said: &str) -> String {
+/// Extracts message and line from a configuration error: `… { msg: "WORDS", location: Some(Location { line: 1, column: 3 }) }`.
+fn config_error_text(said: &str) -> String {
     let parts = said.split_once("msg: ").and_then(|(_, rest)| rest.rsplit_once(", location: Some(Location { line: "));
     match parts.and_then(|(words, place)| Some((words, place.split_once(',')?.0))) {
         Some((words, line)) => format!("line {line}: {}", words.trim_matches('"')),
@@ -152,8 +153,8 @@ fn in_words(said: &str) -> String {
     }
 }
 
-/// Whether a configuration says something other than zenoh does by itself.
-fn says(config: &Config, key: &str) -> bool {
+/// Whether a configuration differs from zenoh's default at `key`.
+fn is_set(config: &Config, key: &str) -> bool {
     config.get_json(key).ok() != Config::default().get_json(key).ok()
 }
 
@@ -161,7 +162,7 @@ fn is_client(config: &Config) -> bool {
     config.get_json("mode").is_ok_and(|mode| mode == "\"client\"")
 }
 
-/// Whether there is somebody at the other end, at the latest after two seconds.
+/// Waits for a router or peer, at most two seconds; returns whether there is one.
 fn is_linked(session: &Session) -> bool {
     let begun = Instant::now();
     loop {
@@ -169,10 +170,10 @@ fn is_linked(session: &Session) -> bool {
         if info.routers_zid().wait().next().is_some() || info.peers_zid().wait().next().is_some() {
             return true;
         }
-        if begun.elapsed() > LINK_UP {
+        if begun.elapsed() > LINK_TIMEOUT {
             return false;
         }
-        std::thread::sleep(LOOK_AGAIN);
+        std::thread::sleep(POLL_PERIOD);
     }
 }
 
@@ -200,7 +201,7 @@ fn neighbours() -> Vec<String> {
 
 fn answering(port: u16) -> Option<SocketAddr> {
     let address = loopback(port);
-    TcpStream::connect_timeout(&address, KNOCK).ok().map(|_| address)
+    TcpStream::connect_timeout(&address, CONNECT_TIMEOUT).ok().map(|_| address)
 }
 
 #[cfg(test)]
@@ -208,24 +209,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_a_file_opens_up_no_more_than_it_says() -> Result<(), Box<dyn std::error::Error>> {
+    fn prop_a_configuration_file_opens_no_more_than_it_states() -> Result<(), Box<dyn std::error::Error>> {
         let folder = tempfile::tempdir()?;
         let file = folder.path().join("zenoh.json5");
         let options = BusOptions { config: Some(file.clone()), ..BusOptions::default() };
-        let told = |config: Config, key: &str| config.get_json(key).unwrap_or_default();
+        let value = |config: Config, key: &str| config.get_json(key).unwrap_or_default();
         std::fs::write(
             &file,
             r#"{ transport: { link: { tx: { lease: 5000 } } }, connect: { endpoints: ["tcp/127.0.0.1:9"] } }"#,
         )?;
-        let listens = told(options.of_service()?, LISTEN);
+        let listens = value(options.service_config()?, LISTEN);
         assert!(listens.contains("tcp/127.0.0.1:") && !listens.contains("[::]"), "{listens}");
-        assert_eq!(told(options.of_client()?, LISTEN), "[]");
-        assert_eq!(told(options.of_service()?, MULTICAST), "false");
-        assert!(told(options.of_service()?, CONNECT).contains("tcp/127.0.0.1:9"));
+        assert_eq!(value(options.client_config()?, LISTEN), "[]");
+        assert_eq!(value(options.service_config()?, MULTICAST), "false");
+        assert!(value(options.service_config()?, CONNECT).contains("tcp/127.0.0.1:9"));
         std::fs::write(&file, r#"{ listen: { endpoints: ["tcp/127.0.0.2:0"] }, scouting: { multicast: { enabled: true } } }"#)?;
-        for config in [options.of_service()?, options.of_client()?] {
-            assert_eq!(told(config.clone(), MULTICAST), "true");
-            assert!(told(config, LISTEN).contains("tcp/127.0.0.2:0"));
+        for config in [options.service_config()?, options.client_config()?] {
+            assert_eq!(value(config.clone(), MULTICAST), "true");
+            assert!(value(config, LISTEN).contains("tcp/127.0.0.2:0"));
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What can be said on the command line.
+//! Arguments of the command line.
 
 use std::path::PathBuf;
 use std::str::FromStr as _;
@@ -30,20 +30,20 @@ Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 dive
 pub(super) struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// How to log, on standard error; what, is said by RUST_LOG.
+    /// Log format on standard error; RUST_LOG sets the level.
     #[arg(long, global = true, value_enum, default_value = "text", value_name = "FORMAT")]
     pub log_format: super::log::Format,
 }
 
 impl Cli {
-    /// What the process was called with; ends it where that is not understood.
+    /// Parses the arguments of the process; exits with an error if they are invalid.
     pub(super) fn of_process() -> Cli {
         let matches = numbers_may_be_negative(Cli::command()).get_matches();
         Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
     }
 }
 
-/// A negative number is a value, for whoever reads it to refuse in words, and not an option that is not known.
+/// Accepts negative numbers as values, so that each option can refuse them with its own message.
 fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
     command
         .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
@@ -52,15 +52,15 @@ fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// Run a scene: step it, publish it, take commands, record it. What happens when no command is given.
+    /// Run a scene: step it, publish it, accept commands, record it. This is the default command.
     #[command(
         after_help = "Examples:\n  flexcrank run --pace max --until 10\n  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5\n  flexcrank run mine.toml --name left --publish-hz all --no-record\n  flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all\n  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync\n  flexcrank run --resume recordings/crank.mcap"
     )]
-    Run(Box<Run>),
-    /// Put a recording back on the bus, byte for byte, in order and on time.
+    Run(Box<RunArgs>),
+    /// Publish a recording on the bus again, byte for byte, in order and on time.
     #[command(after_help = super::replay::EXAMPLES)]
     Replay(Box<super::replay::ReplayArgs>),
-    /// Show the services on the bus.
+    /// List the services on the bus.
     #[command(after_help = "Examples:\n  flexcrank list\n  flexcrank list --connect tcp/192.0.2.1:7447")]
     List(Bus),
     /// Send a torque pulse to a service and print its reply.
@@ -73,18 +73,18 @@ pub(super) enum Command {
         after_help = "Examples:\n  flexcrank control crank pause\n  flexcrank control crank step 100\n  flexcrank control crank start-recording take-2\n  flexcrank control ghost seek 3.5\n  flexcrank control ghost rate 2"
     )]
     Control(ControlArgs),
-    /// Show a service in the terminal: the mechanism as it moves and bends, charts, state; or its values as lines.
+    /// Show a service in the terminal: the mechanism in motion, charts, state; or its values as lines.
     #[command(after_help = super::watch::EXAMPLES)]
     Watch(super::watch::Args),
-    /// Verify recordings: structure, physics, and all of it computed again and compared to the bit.
+    /// Verify recordings: structure, physics, and a re-simulation compared to the bit.
     #[command(after_help = super::verify::EXAMPLES)]
     Verify(super::verify::Args),
-    /// Write a recording as tables.
+    /// Export a recording as tables.
     #[command(
         after_help = "Examples:\n  flexcrank export recordings/crank.mcap --csv tables\n  flexcrank export recordings/crank.mcap --parquet tables\n  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links"
     )]
     Export(Export),
-    /// Make a whole recording of a broken one: cut off, damaged, without an index. Exit code 3 when something is lost.
+    /// Recover a recording that was cut off, damaged or lost its index. Exit code 3 if messages are lost.
     #[command(after_help = super::recover::EXAMPLES)]
     Recover(super::recover::Args),
     /// Draw a recording, a table, or every figure of the thesis.
@@ -92,16 +92,16 @@ pub(super) enum Command {
         after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
     )]
     Plot(Plot),
-    /// Map where the numbers break: the schemes by theory and as they run, a crank-slider at the extremes.
+    /// Map where the numerics break down: the schemes in theory and as run, a crank-slider at the extremes.
     #[command(after_help = super::stability::EXAMPLES)]
     Stability(super::stability::Args),
     /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
     #[command(after_help = super::cycle::EXAMPLES)]
     Cycle(super::cycle::Args),
-    /// Measure speed against accuracy: every model, integrator, mesh and step that suits a scene; choose the cheapest that will do.
+    /// Measure speed against accuracy of every model, integrator, mesh and step for a scene; choose the cheapest that suffices.
     #[command(after_help = super::trade::EXAMPLES)]
     Trade(super::trade::Args),
-    /// List the built-in scenes, or print one, ready to be edited.
+    /// List the built-in scenes, or print one for editing.
     #[command(
         after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml"
     )]
@@ -109,7 +109,7 @@ pub(super) enum Command {
         /// The scene to print.
         name: Option<String>,
     },
-    /// Print completions of this command line for a shell.
+    /// Print shell completions for flexcrank.
     #[command(
         after_help = "Examples:\n  flexcrank completions bash > ~/.local/share/bash-completion/completions/flexcrank\n  flexcrank completions zsh > ~/.zfunc/_flexcrank"
     )]
@@ -121,7 +121,7 @@ pub(super) enum Command {
 
 impl Default for Command {
     fn default() -> Self {
-        Command::Run(Box::new(Run::parse_from(["run"])))
+        Command::Run(Box::new(RunArgs::parse_from(["run"])))
     }
 }
 
@@ -150,16 +150,16 @@ impl Bus {
 }
 
 #[derive(Debug, Parser)]
-pub(super) struct Run {
+pub(super) struct RunArgs {
     /// Built-in scenes or TOML files. Several run side by side in one process.
     #[arg(default_value = builtin::DEFAULT)]
     pub scene: Vec<String>,
-    /// Run so many of each scene.
+    /// Number of services to run per scene.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=999))]
     pub count: u32,
     #[command(flatten)]
     pub resume: super::resume::Args,
-    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the session resumed. Of several:
+    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the resumed session. Several services are named
     /// NAME-001, NAME-002, …
     #[arg(long)]
     pub name: Option<Name>,
@@ -169,48 +169,48 @@ pub(super) struct Run {
     /// Finish at this simulated time, s.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub until: Option<f64>,
-    /// Samples per simulated second on bus and recording, or all; or by topic (displacements, angles, loads, energies):
-    /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or that of the session resumed.
+    /// Publishing rate: samples per simulated second, or all; or by topic (displacements, angles, loads, energies):
+    /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or the rate of the resumed session.
     #[arg(long, value_name = "HZ")]
     pub publish_hz: Option<PublishRates>,
-    /// When steps begin late: catch up; skip (move the deadlines, and say so); or stop, with exit code 5.
+    /// Policy for missed deadlines: catch-up; skip (move the deadlines and report it); or stop, with exit code 5.
     #[arg(long, value_name = "POLICY", default_value = "catch-up")]
     pub overrun: Overruns,
-    /// Spin so long before a deadline, instead of sleeping; 0: never; auto: as long as all but one in a thousand wake-ups are late,
-    /// at most 200us and a fifth of the time. Default: auto for one service, 0 for several.
+    /// Busy-wait for this long before each deadline instead of sleeping (0 disables it). auto adapts, so that one wake-up in a
+    /// thousand is later; at most 200us and a fifth of the period. Default: auto for one service, 0 for several.
     #[arg(long, value_name = "TIME", value_parser = Spin::from_str)]
     pub spin: Option<Spin>,
-    /// Do not ask the system for real-time scheduling, locked memory and processors that stay awake.
+    /// Do not request real-time scheduling, locked memory and processors that stay awake.
     #[arg(long)]
     pub no_realtime: bool,
-    /// Record to this file instead of recordings/NAME-TIME.mcap; of several runs, to numbered files.
+    /// Record to this file instead of recordings/NAME-TIME.mcap; several services record to numbered files.
     #[arg(long, value_name = "PATH", conflicts_with = "no_record")]
     pub record: Option<PathBuf>,
     /// Do not record.
     #[arg(long)]
     pub no_record: bool,
-    /// A crash loses at most what was recorded in this time.
+    /// Flush period: a crash loses at most what was recorded in this time.
     #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = flush_period)]
     pub flush: Duration,
-    /// Wait at every flush until the disk has it, so that a power failure loses no more either.
+    /// At every flush, wait until the data is on the disk: a power failure loses no more either.
     #[arg(long)]
     pub fsync: bool,
-    /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each can be used without the others.
+    /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each part is complete by itself.
     #[arg(long, value_name = "SIZE|TIME", value_parser = split)]
     pub split: Option<Split>,
-    /// Stop recording before it is larger than this, all parts together, and go on without: 2GB.
+    /// Stop recording before it exceeds this size, all parts together; the simulation goes on: 2GB.
     #[arg(long, value_name = "SIZE", value_parser = recording_size)]
     pub max_recording_size: Option<bytesize::ByteSize>,
-    /// Tell the mechanism as shapes, too, for Foxglove and Lichtblick: foxglove.SceneUpdate, 25 times a second or HZ.
+    /// Also publish the mechanism as shapes for Foxglove and Lichtblick: foxglove.SceneUpdate, at 25 Hz or HZ.
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "25", value_parser = frames)]
     pub scene_updates: Option<f64>,
-    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
     /// Run another model beside the first on the same commands, and publish the difference.
     #[arg(long, value_name = "MODEL")]
     pub shadow: Option<String>,
-    /// Run even if a service of this name is on the bus.
+    /// Run even if another service on the bus has this name.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -237,7 +237,7 @@ impl From<Overruns> for Overrun {
 #[derive(Debug, Args)]
 #[command(group = clap::ArgGroup::new("pulses").args(["torque", "from"]).required(true))]
 pub(super) struct PulseArgs {
-    /// The service.
+    /// Name of the service.
     #[arg(default_value = "crank")]
     pub name: Name,
     /// Mean torque, N·m, positive counter-clockwise.
@@ -246,16 +246,16 @@ pub(super) struct PulseArgs {
     /// Duration, s.
     #[arg(long, value_name = "S", requires = "torque")]
     pub duration: Option<f64>,
-    /// Send the pulses of a CSV file, one after another, with columns torque_nm, duration_s and, if need be, delay_s, shape, id.
+    /// Send the pulses of a CSV file one after another; columns torque_nm, duration_s, and optionally delay_s, shape, id.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "delay", "shape", "id"])]
     pub from: Option<PathBuf>,
     /// Simulated time until the pulse begins, s.
     #[arg(long, value_name = "S", default_value = "0")]
     pub delay: f64,
-    /// Shape; both deliver torque × duration.
+    /// Shape of the pulse; both shapes have the impulse torque × duration.
     #[arg(long, default_value = "rectangular")]
     pub shape: Shape,
-    /// Identity of the command: sent again under the same one, it is not applied again.
+    /// Id of the command; a retry under the same id is not applied again.
     #[arg(long)]
     pub id: Option<String>,
     #[command(flatten)]
@@ -279,7 +279,7 @@ impl From<Shape> for PulseShape {
 
 #[derive(Debug, Args)]
 pub(super) struct ControlArgs {
-    /// The service.
+    /// Name of the service or replay.
     pub name: Name,
     #[command(subcommand)]
     pub action: Action,
@@ -289,40 +289,40 @@ pub(super) struct ControlArgs {
 
 #[derive(Debug, Clone, Subcommand)]
 pub(super) enum Action {
-    /// Hold simulated time.
+    /// Pause the simulation or replay.
     Pause,
-    /// Let it go on.
+    /// Resume it.
     Resume,
-    /// When paused, advance by so many steps; of a replayer, messages.
+    /// While paused, advance by COUNT steps; a replay advances by COUNT messages.
     Step {
-        /// How many.
+        /// Number of steps or messages.
         #[arg(default_value_t = 1)]
         count: u64,
     },
-    /// Back to the start of the scene, or of the recording.
+    /// Return to the start of the scene, or of the recording.
     Reset,
-    /// End the run.
+    /// End the run or the replay.
     Stop,
-    /// Begin a recording in the service's recordings folder.
+    /// Start a recording in the service's recordings folder.
     StartRecording {
-        /// A file name, without a path.
+        /// File name without a folder.
         file: Option<String>,
     },
-    /// End the recording.
+    /// Stop the recording.
     StopRecording,
-    /// Of a replayer: go on from there.
+    /// Replay only: jump to a recorded time.
     Seek {
         /// Recorded time since the first message, s.
         time: f64,
     },
-    /// Of a replayer: play at so many recorded seconds per second.
+    /// Replay only: set the rate.
     Rate {
-        /// How many.
+        /// Recorded seconds per second.
         factor: f64,
     },
-    /// Of a replayer: when paused, play so many messages.
+    /// Replay only: while paused, play COUNT messages.
     Next {
-        /// How many.
+        /// Number of messages.
         #[arg(default_value_t = 1)]
         count: u64,
     },
@@ -333,44 +333,44 @@ pub(super) enum Action {
 pub(super) struct Export {
     /// The recording.
     pub file: PathBuf,
-    /// Folder for one CSV table a topic.
+    /// Folder for CSV tables, one per topic.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
-    /// Folder for one Parquet table a topic.
+    /// Folder for Parquet tables, one per topic.
     #[arg(long, value_name = "DIR")]
     pub parquet: Option<PathBuf>,
-    /// From this recorded time on, s.
+    /// Start at this recorded time, s.
     #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
     pub from: f64,
-    /// Up to this recorded time, s.
+    /// End at this recorded time, s.
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub to: Option<f64>,
-    /// One row a topic in so much recorded time, s: the first that comes.
+    /// Keep one row per topic in each period of this recorded time, s: the first.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub every: Option<f64>,
-    /// Only these columns, by their names or how they begin: stamp.sim_time_s, links.crank. Times are always there.
+    /// Only these columns, by name or prefix: stamp.sim_time_s, links.crank. Times are always included.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub columns: Vec<String>,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct Plot {
-    /// Recordings (.mcap), or tables (CSV).
+    /// Recordings (.mcap) or tables (CSV).
     #[arg(required_unless_present = "thesis", value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Folder for the figures, or the file (.svg, .png) for a single one.
     #[arg(long, short, value_name = "DIR|FILE", default_value = "plots")]
     pub output: PathBuf,
-    /// Formats, where the figures go to a folder.
+    /// Formats of the figures in a folder.
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "svg,png")]
     pub format: Vec<PictureFormat>,
-    /// Draw over this column: by default a recording's simulated time, a table's first column.
+    /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column.
     #[arg(long, value_name = "COLUMN", requires = "y")]
     pub x: Option<String>,
-    /// Draw these columns into one figure, instead of the usual figures.
+    /// Draw these columns in one figure, instead of the default figures.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub y: Vec<String>,
-    /// Put this above the figures.
+    /// Title of the figures.
     #[arg(long)]
     pub title: Option<String>,
     /// Compute and draw every figure of the thesis into this folder, with an index.html.
@@ -385,7 +385,7 @@ pub(super) enum PictureFormat {
 }
 
 impl Plot {
-    /// The formats asked for, each once, in the order asked for.
+    /// The requested formats, without repetition.
     pub(super) fn formats(&self) -> Vec<Format> {
         let mut formats = Vec::new();
         for format in &self.format {

@@ -1,27 +1,27 @@
-//! `list`, `pulse` and `control`: short conversations with services.
+//! `list`, `pulse` and `control`: short requests to services.
 
 use std::io::Write as _;
 use std::path::Path;
 use std::time::SystemTime;
 
 use super::args::{Action, Bus, ControlArgs, PulseArgs};
-use super::sequence::{self, Listed};
-use super::{Done, shown_s};
+use super::sequence::{self, ListedPulse};
+use super::{ExitStatus, shown_s};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::simulation::PulseRequest;
 use crate::wire::{self, CommandReply, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
-pub(super) fn list(args: &Bus) -> anyhow::Result<Done> {
+pub(super) fn list(args: &Bus) -> anyhow::Result<ExitStatus> {
     let session = args.options().open_client()?;
-    let found = client::services(&session, client::SHOW_UP / 2, |_| false)?;
+    let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |_| false)?;
     bus::close(&session)?;
     for name in &found {
         writeln!(std::io::stdout(), "{name}")?;
     }
-    if found.is_empty() { Err(BusError::NobodyHere.into()) } else { Ok(Done::Well) }
+    if found.is_empty() { Err(BusError::NoLocalService.into()) } else { Ok(ExitStatus::Success) }
 }
 
-pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<Done> {
+pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<ExitStatus> {
     if let Some(file) = &args.from {
         return sequence(&args.bus, &args.name, file);
     }
@@ -32,30 +32,31 @@ pub(super) fn pulse(args: PulseArgs) -> anyhow::Result<Done> {
         shape: args.shape.into(),
     };
     let message = wire::pulse_message(&args.id.unwrap_or_else(fresh_id), &request);
-    converse(&args.bus, &args.name, |session| client::pulse(session, &args.name, &message))
+    send_and_print(&args.bus, &args.name, |session| client::pulse(session, &args.name, &message))
 }
 
-/// Sends the pulses of a file in order; ends at the first that is refused.
-fn sequence(bus: &Bus, name: &Name, file: &Path) -> anyhow::Result<Done> {
+/// Sends the pulses of a file in order; stops at the first refusal.
+fn sequence(bus: &Bus, name: &Name, file: &Path) -> anyhow::Result<ExitStatus> {
     let pulses = sequence::read(file)?;
     let session = bus.options().open_client()?;
-    let done = client::find(&session, name).map_err(anyhow::Error::from).and_then(|()| send_all(&session, name, &pulses));
+    let done =
+        client::wait_for_service(&session, name).map_err(anyhow::Error::from).and_then(|()| send_all(&session, name, &pulses));
     bus::close(&session)?;
     done
 }
 
-fn send_all(session: &Session, name: &Name, pulses: &[Listed]) -> anyhow::Result<Done> {
+fn send_all(session: &Session, name: &Name, pulses: &[ListedPulse]) -> anyhow::Result<ExitStatus> {
     let own = fresh_id();
-    for Listed { line, id, request } in pulses {
+    for ListedPulse { line, id, request } in pulses {
         let id = id.clone().unwrap_or_else(|| format!("{own}-{line}"));
         let message = wire::pulse_message(&id, request);
-        // Under the same id, a pulse whose answer was lost is not applied again.
+        // A retry under the same id is not applied again if only the reply was lost.
         let again = |_| client::pulse(session, name, &message);
         let reply = client::pulse(session, name, &message).or_else(again).or_else(again)?;
         let mut out = std::io::stdout();
         if !reply.accepted {
             writeln!(out, "line {line}: refused: {}", reply.reason)?;
-            return Ok(Done::Refused);
+            return Ok(ExitStatus::Refused);
         }
         let reason = if reply.reason.is_empty() { String::new() } else { format!(" ({})", reply.reason) };
         writeln!(
@@ -65,10 +66,10 @@ fn send_all(session: &Session, name: &Name, pulses: &[Listed]) -> anyhow::Result
             shown_s(reply.effective_sim_time_s)
         )?;
     }
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }
 
-pub(super) fn control(args: ControlArgs) -> anyhow::Result<Done> {
+pub(super) fn control(args: ControlArgs) -> anyhow::Result<ExitStatus> {
     let action = match args.action {
         Action::Pause => control::Action::Pause(wire::Pause {}),
         Action::Resume => control::Action::Resume(wire::Resume {}),
@@ -86,45 +87,51 @@ pub(super) fn control(args: ControlArgs) -> anyhow::Result<Done> {
         Action::Next { count } => return control_replay(&args.bus, &args.name, replay_control::Action::Next(Next { count })),
     };
     let message = Control { id: fresh_id(), action: Some(action) };
-    converse(&args.bus, &args.name, |session| client::control(session, &args.name, &message))
+    send_and_print(&args.bus, &args.name, |session| client::control(session, &args.name, &message))
 }
 
-/// Says to a replayer what only a replayer understands.
-fn control_replay(bus: &Bus, name: &Name, action: replay_control::Action) -> anyhow::Result<Done> {
+/// Sends a command that only a replay accepts.
+fn control_replay(bus: &Bus, name: &Name, action: replay_control::Action) -> anyhow::Result<ExitStatus> {
     let message = ReplayControl { id: fresh_id(), action: Some(action) };
-    let done = converse(bus, name, |session| client::replay_control(session, name, &message));
+    let done = send_and_print(bus, name, |session| client::replay_control(session, name, &message));
     done.map_err(|error| match error.downcast_ref() {
-        Some(BusError::NoReply(_)) => error.context(format!("seek, rate and next are for a replayer, and `{name}` may be none")),
+        Some(BusError::NoReply(_)) => {
+            error.context(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay"))
+        }
         _ => error,
     })
 }
 
-/// Finds the service, says one thing, prints the reply.
-fn converse(bus: &Bus, name: &Name, say: impl FnOnce(&Session) -> Result<CommandReply, BusError>) -> anyhow::Result<Done> {
+/// Finds the service, sends one command, prints the reply.
+fn send_and_print(
+    bus: &Bus,
+    name: &Name,
+    say: impl FnOnce(&Session) -> Result<CommandReply, BusError>,
+) -> anyhow::Result<ExitStatus> {
     let session = bus.options().open_client()?;
-    let reply = client::find(&session, name).and_then(|()| say(&session));
+    let reply = client::wait_for_service(&session, name).and_then(|()| say(&session));
     bus::close(&session)?;
     let reply = reply?;
-    writeln!(std::io::stdout(), "{}", sentence(&reply))?;
-    Ok(if reply.accepted { Done::Well } else { Done::Refused })
+    writeln!(std::io::stdout(), "{}", format_reply(&reply))?;
+    Ok(if reply.accepted { ExitStatus::Success } else { ExitStatus::Refused })
 }
 
-/// A reply in words, with its command's id if it has one.
-pub(super) fn sentence(reply: &CommandReply) -> String {
+/// Formats a reply, with its command's id if it has one.
+pub(super) fn format_reply(reply: &CommandReply) -> String {
     let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply;
     if !accepted {
         return format!("refused: {reason}");
     }
     let reason = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
     let id = if id.is_empty() { String::new() } else { format!(" (id {id})") };
-    // A replayer has no steps.
+    // A replay has no steps.
     if *effective_step == 0 {
         return format!("accepted{reason}: at {effective_sim_time_s:.3} s of the recording{id}");
     }
     format!("accepted{reason}: takes effect in step {effective_step}, at t = {} s{id}", shown_s(*effective_sim_time_s))
 }
 
-/// An identity that no other command has: process and time.
+/// A unique command id, from process id and time.
 pub(super) fn fresh_id() -> String {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     format!("{:x}-{:x}", std::process::id(), since.as_nanos())

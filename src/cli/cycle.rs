@@ -1,10 +1,10 @@
-//! `cycle`: one turn of a rigid crank-slider, its counterweights, a sweep over its ratio.
+//! `cycle`: one turn of a rigid crank-slider, its counterweights, and a sweep over its ratio.
 
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use super::Done;
-use super::aligned::{figure, print};
+use super::ExitStatus;
+use super::aligned_table::{figure, print};
 use super::args::number;
 use crate::scene::SceneSource;
 use crate::study::Table;
@@ -23,9 +23,9 @@ Forces: of the ground on the crank (O), of the crank on the rod (A), of the rod 
 Extremes and peaks are those on the grid of angles. The CSV of a turn has one row an angle, ratio
 after ratio; units are in its column names.";
 
-/// Most rows of a sweep that the terminal shows.
+/// Largest number of rows of a sweep in the terminal.
 const SHOWN: usize = 11;
-/// Left out of the summary: `--csv` has everything.
+/// Columns that the summary omits; `--csv` writes them all.
 const LEFT_OUT: [&str; 5] =
     ["crank rate", "centre of mass velocity", "centre of mass acceleration", "resistance", "kinetic energy"];
 
@@ -34,32 +34,32 @@ pub(super) struct Args {
     /// A built-in scene or a TOML file.
     #[arg(default_value = "thesis-compressor")]
     scene: String,
-    /// Crank-to-rod ratios: the rod stays as it is, the crank's length follows; else the scene's own.
+    /// Crank-to-rod ratios: the crank's length changes, the rod stays. Default: the scene's ratio.
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = ratio)]
     ratio: Vec<f64>,
-    /// Crank rate at the beginning of the turn, rad/s; else what the scene's [drive] reaches, or its start rate, or 1.
+    /// Crank rate at the beginning of the turn, rad/s. Default: the rate the scene's [drive] reaches, or its start rate, or 1.
     #[arg(long, value_name = "RAD_PER_S", value_parser = any)]
     speed: Option<f64>,
     /// Crank acceleration, constant over the turn, rad/s².
     #[arg(long, value_name = "RAD_PER_S2", default_value = "0", value_parser = any)]
     acceleration: f64,
-    /// Constant resistance on the slider along −x instead of the scene's, N.
+    /// Constant resistance on the slider along −x, N. Default: the scene's.
     #[arg(long, value_name = "N", value_parser = any)]
     resistance: Option<f64>,
-    /// Angles over the turn, both ends included.
+    /// Number of angles over the turn, both ends included.
     #[arg(long, value_name = "N", default_value_t = Options::default().points, value_parser = points)]
     points: usize,
-    /// Lengths by l2, velocities by l2 ω, accelerations by l2 ω², forces by m3 l2 ω²: l2 is the rod's length, ω the crank's rate,
-    /// m3 the slider's mass.
+    /// Print dimensionless values: lengths over l2, velocities over l2 ω, accelerations over l2 ω², forces over m3 l2 ω². l2 is
+    /// the rod's length, ω the crank's rate, m3 the slider's mass.
     #[arg(long)]
     dimensionless: bool,
-    /// Write the whole table to this file.
+    /// Write the complete table to this file.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    /// The two counterweights that hold the centre of mass still, and what they cost.
+    /// Compute the two counterweights that keep the centre of mass fixed, and their cost.
     #[arg(long, requires_all = ["r4", "r5"], conflicts_with_all = ["dimensionless", "sweep_ratio"])]
     balance: bool,
     /// Distance of counterweight m4 from the pivot, on the crank's extension, m.
@@ -68,12 +68,12 @@ pub(super) struct Args {
     /// Distance of counterweight m5 from the crank pin, on the rod's extension, m.
     #[arg(long, value_name = "M", requires = "balance", value_parser = arm)]
     r5: Option<f64>,
-    /// Peaks, and the volume swept for the machine's size, over a range of ratios.
+    /// Sweep a range of ratios: peaks, and the swept volume relative to the machine's size.
     #[arg(long, value_name = "FROM:TO:N", num_args = 0..=1, default_missing_value = "0.1:0.6:51", conflicts_with = "ratio", value_parser = range)]
     sweep_ratio: Option<Range>,
 }
 
-/// Ratios of a sweep.
+/// A range of ratios.
 #[derive(Debug, Clone, Copy)]
 struct Range {
     from: f64,
@@ -81,7 +81,7 @@ struct Range {
     count: usize,
 }
 
-pub(super) fn cycle(args: &Args) -> anyhow::Result<Done> {
+pub(super) fn cycle(args: &Args) -> anyhow::Result<ExitStatus> {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let options = args.options();
     let (table, show): (Table, fn(&Table) -> std::io::Result<()>) = match (args.sweep_ratio, args.balance, args.r4, args.r5) {
@@ -97,7 +97,7 @@ pub(super) fn cycle(args: &Args) -> anyhow::Result<Done> {
         table.write_csv(path)?;
         writeln!(out, "\n{} ({} rows)", path.display(), table.rows())?;
     }
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }
 
 impl Args {
@@ -113,7 +113,7 @@ impl Args {
         }
     }
 
-    /// The acceleration, in words, where there is one.
+    /// The acceleration in words, if there is one.
     fn changing(&self) -> String {
         match self.acceleration {
             0.0 => String::new(),
@@ -134,12 +134,12 @@ fn show_extremes(table: &Table) -> std::io::Result<()> {
 }
 
 fn extreme_row(extreme: &Extreme) -> Vec<String> {
-    let noise = 1e-12 * extreme.least[0].abs().max(extreme.greatest[0].abs());
+    let noise = 1e-12 * extreme.least.value.abs().max(extreme.greatest.value.abs());
     let value = |value: f64| figure(if value.abs() < noise { 0.0 } else { value });
     let degrees = |angle_rad: f64| format!("{:.1}°", angle_rad.to_degrees());
-    let ([least, least_at], [greatest, greatest_at]) = (extreme.least, extreme.greatest);
     let unit = extreme.unit.to_owned();
-    vec![extreme.quantity.clone(), unit, value(least), degrees(least_at), value(greatest), degrees(greatest_at)]
+    let ends = [extreme.least, extreme.greatest].map(|end| [value(end.value), degrees(end.crank_angle_rad)]);
+    [extreme.quantity.clone(), unit].into_iter().chain(ends.into_iter().flatten()).collect()
 }
 
 fn show_balance(table: &Table) -> std::io::Result<()> {
@@ -176,7 +176,7 @@ fn show_sweep(table: &Table) -> std::io::Result<()> {
     writeln!(std::io::stdout())?;
     print(&rows, 0)?;
     if every > 1 {
-        writeln!(std::io::stdout(), "  ({} of {count} ratios; --csv FILE has all)", rows.len() - 2)?;
+        writeln!(std::io::stdout(), "  ({} of {count} ratios; --csv FILE writes all)", rows.len() - 2)?;
     }
     Ok(())
 }

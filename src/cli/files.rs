@@ -1,15 +1,15 @@
-//! `export`, `scenes` and `completions`: nothing on the bus.
+//! `export`, `scenes` and `completions`: commands without a bus.
 
 use std::io::Write as _;
 
 use clap::CommandFactory as _;
 
 use super::args::{Cli, Export};
-use super::{Done, may_be_folder};
+use super::{ExitStatus, may_be_folder};
 use crate::recording::{self, Exported};
 use crate::scene::builtin;
 
-pub(super) fn export(args: Export) -> anyhow::Result<Done> {
+pub(super) fn export(args: Export) -> anyhow::Result<ExitStatus> {
     let Export { file, csv, parquet, from, to, every, columns } = args;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
@@ -22,12 +22,12 @@ pub(super) fn export(args: Export) -> anyhow::Result<Done> {
     }
     if cut_off {
         say!("warning: the recording ends early; everything before was exported");
-        return Ok(Done::Lossy);
+        return Ok(ExitStatus::Lossy);
     }
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }
 
-pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
+pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<ExitStatus> {
     match name {
         None => {
             for scene in builtin::BUILTIN {
@@ -36,13 +36,13 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
         }
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
     }
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }
 
-/// What a shell needs to complete this command line.
-pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<Done> {
+/// Prints the completion script for a shell.
+pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitStatus> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "flexcrank", &mut script);
     std::io::stdout().write_all(&script)?;
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }

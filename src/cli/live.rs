@@ -1,75 +1,80 @@
-//! `run`: services that go on until they are done or told to stop.
+//! `run`: live services, until they finish or are stopped.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use anyhow::Context as _;
 
-use super::args::Run;
-use super::board::Board;
-pub(super) use super::board::describe;
-use super::resume::{Beginning, begin};
+use super::args::RunArgs;
+use super::resume::{RunStart, begin};
 use super::signals::interrupted;
-use super::{Done, shown_s};
+use super::status_line::StatusLine;
+pub(super) use super::status_line::describe;
+use super::{ExitStatus, shown_s};
 use crate::bus::{self, BusError};
-use crate::recording::{RecordingError, Split, Written, place};
-use crate::runtime::{Ending, Shadow, Spin, Stepping, Waking, unbalanced};
+use crate::recording::{RecordingError, Split, Written, paths};
+use crate::runtime::{Ending, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
 use crate::scene::{IntegratorKind, MODELS, SceneSource};
-use crate::service::{self, Live, LiveReport, Member};
+use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 
-pub(super) fn run(args: Run) -> anyhow::Result<Done> {
-    let beginnings = begin(&args)?;
-    let count = beginnings.len();
+pub(super) fn run(args: RunArgs) -> anyhow::Result<ExitStatus> {
+    let starts = begin(&args)?;
+    let count = starts.len();
     if !args.force {
-        let names: Vec<&bus::Name> = beginnings.iter().map(|beginning| &beginning.name).collect();
-        if let Some(taken) = args.bus.options().taken_beyond(&names)? {
+        let names: Vec<&bus::Name> = starts.iter().map(|start| &start.name).collect();
+        if let Some(taken) = args.bus.options().first_taken_through_endpoints(&names)? {
             return Err(BusError::Taken(taken).into());
         }
     }
-    let board = Board::new(count);
+    let status_line = StatusLine::new(count);
     let mut members = Vec::with_capacity(count);
-    for (index, beginning) in beginnings.into_iter().enumerate() {
-        members.push(member(&args, beginning, (index, count), &board)?);
+    for (index, start) in starts.into_iter().enumerate() {
+        members.push(member(&args, start, (index, count), &status_line)?);
     }
-    if let Some(Member { live, .. }) = members.first() {
-        board.head(heading(live, count));
+    if let Some(LiveSimulation { live, .. }) = members.first() {
+        status_line.head(heading(live, count));
     }
     for member in &members {
         warn_of_weight(&member.live);
     }
-    let spin = args.spin.unwrap_or(if count == 1 { Spin::Following } else { Spin::NONE });
-    let waking = Waking { spin, realtime: !args.no_realtime };
+    let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
+    let waking = ThreadOptions { spin, realtime: !args.no_realtime };
     let reports = runtime()?.block_on(async {
         let session = args.bus.options().open_service()?;
         let reports = service::run_all(&session, members, waking, interrupted()).await;
         bus::close(&session)?;
         anyhow::Ok(reports?)
     })?;
-    board.clear();
+    status_line.clear();
     Ok(conclude(&reports))
 }
 
-/// The `index`th of so many.
-fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), board: &Board) -> anyhow::Result<Member> {
-    let Beginning { name, scene, simulation, publish, resumption } = beginning;
+/// Prepares service `index` of `count`.
+fn member(
+    args: &RunArgs,
+    beginning: RunStart,
+    (index, count): (usize, usize),
+    status_line: &StatusLine,
+) -> anyhow::Result<LiveSimulation> {
+    let RunStart { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
-    let folder = Path::new(place::FOLDER);
+    let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
         (_, true) => None,
-        (Some(path), _) if count > 1 => Some(place::part(path, u32::try_from(index + 1)?)),
+        (Some(path), _) if count > 1 => Some(paths::part(path, u32::try_from(index + 1)?)),
         (Some(path), _) => Some(path.clone()),
-        (None, _) => Some(place::fresh(folder, &name.to_string(), SystemTime::now())),
+        (None, _) => Some(paths::fresh(folder, &name.to_string(), SystemTime::now())),
     };
     if let Some(first) = path.as_ref().map(|path| first_file(path, args.split)).filter(|first| first.exists()) {
         return Err(RecordingError::Exists(first).into());
     }
-    let on_status = board.of(index, &name.to_string());
-    let live = Live {
+    let on_status = status_line.of(index, &name.to_string());
+    let live = LiveOptions {
         name,
         scene,
-        stepping: Stepping { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
+        stepping: SteppingOptions { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
         record: path,
         recordings: folder.to_owned(),
         flush_period: args.flush,
@@ -82,24 +87,24 @@ fn member(args: &Run, beginning: Beginning, (index, count): (usize, usize), boar
         force: args.force,
         resumed: resumption,
     };
-    Ok(Member { live, simulation, shadow })
+    Ok(LiveSimulation { live, simulation, shadow })
 }
 
 /// The same scene by another model, with the integrator that usually suits it.
-fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<Shadow> {
+fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<ShadowSimulation> {
     let mut overrides = vec![format!("solver.model={model}")];
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));
     let scene = SceneSource::parse(&format!("--shadow {model}"), &scene.text, &overrides)?;
-    Ok(Shadow::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
+    Ok(ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
 }
 
 fn first_file(record: &Path, split: Option<Split>) -> PathBuf {
-    split.map_or_else(|| record.to_owned(), |_| place::part(record, 1))
+    split.map_or_else(|| record.to_owned(), |_| paths::part(record, 1))
 }
 
-/// Every weight below ½ makes vibrations grow, at any step.
-fn warn_of_weight(live: &Live) {
+/// Warns of a weight below ½: vibrations grow at any step.
+fn warn_of_weight(live: &LiveOptions) {
     let solver = &live.scene.scene.solver;
     if solver.integrator == IntegratorKind::TwoPoint && solver.weight < 0.5 {
         tracing::warn!(
@@ -110,8 +115,8 @@ fn warn_of_weight(live: &Live) {
     }
 }
 
-/// What is said of the first of so many.
-fn heading(Live { name, scene, record, split, .. }: &Live, count: usize) -> String {
+/// The heading for the first of `count` services.
+fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: usize) -> String {
     let solver = &scene.scene.solver;
     let to =
         record.as_ref().map_or("not recorded".to_owned(), |path| format!("recorded to {}", first_file(path, *split).display()));
@@ -126,10 +131,11 @@ fn heading(Live { name, scene, record, split, .. }: &Live, count: usize) -> Stri
     )
 }
 
-/// Says where each ended, how, and what was recorded; of many, only what is out of the ordinary.
-fn conclude(reports: &[LiveReport]) -> Done {
+/// Prints how each service ended and what it recorded; for several, only what is out of the ordinary.
+fn conclude(reports: &[LiveReport]) -> ExitStatus {
     let many = reports.len() > 1;
-    let done = reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| gravity(*done)).unwrap_or(Done::Well);
+    let done =
+        reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
     if many {
         let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
         let messages: u64 = written.iter().map(|written| written.messages).sum();
@@ -140,54 +146,54 @@ fn conclude(reports: &[LiveReport]) -> Done {
     done
 }
 
-fn gravity(done: Done) -> u8 {
+fn severity(done: ExitStatus) -> u8 {
     match done {
-        Done::Well => 0,
-        Done::Lossy => 1,
-        Done::Untrusted => 2,
-        Done::Refused => 3,
-        Done::Late => 4,
-        Done::Diverged => 5,
+        ExitStatus::Success => 0,
+        ExitStatus::Lossy => 1,
+        ExitStatus::Untrusted => 2,
+        ExitStatus::Refused => 3,
+        ExitStatus::Late => 4,
+        ExitStatus::Diverged => 5,
     }
 }
 
-fn conclude_one(report: &LiveReport, many: bool) -> Done {
+fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
     if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
     }
     let mut done = match &report.ending {
-        Ending::Finished | Ending::Stopped => Done::Well,
+        Ending::Finished | Ending::Stopped => ExitStatus::Success,
         Ending::Diverged(diverged) => {
             say!("error: {diverged}");
-            Done::Diverged
+            ExitStatus::Diverged
         }
         Ending::Late { step, late } => {
-            say!("error: step {step} would have begun {late:.1?} late, and --overrun is stop");
-            Done::Late
+            say!("error: step {step} missed its deadline by {late:.1?}, and --overrun is stop");
+            ExitStatus::Late
         }
     };
     let mut lossy = report.dropped > 0;
     if lossy {
-        say!("warning: {} samples were left out because bus or disk could not keep up", report.dropped);
+        say!("warning: {} samples were dropped because bus or disk could not keep up", report.dropped);
     }
     for recording in &report.recordings {
         lossy |= recording.as_ref().map_or(true, |written| written.limited);
         if !many || recording.is_err() {
-            tell(recording);
+            report_recording(recording);
         }
     }
-    if lossy && done == Done::Well {
-        done = Done::Lossy;
+    if lossy && done == ExitStatus::Success {
+        done = ExitStatus::Lossy;
     }
-    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, Done::Well | Done::Lossy) = (report.verdict, done) {
+    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
         say!("warning: {}", unbalanced(worst_j, in_play_j));
-        done = Done::Untrusted;
+        done = ExitStatus::Untrusted;
     }
     done
 }
 
-fn tell(recording: &Result<Written, RecordingError>) {
+fn report_recording(recording: &Result<Written, RecordingError>) {
     match recording {
         Ok(Written { path, messages, limited }) => {
             let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };

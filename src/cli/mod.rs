@@ -1,15 +1,14 @@
-//! The command line: parse, validate, call, exit code.
+//! The command line: parse, validate, run, exit code.
 
-/// Says a line on standard error, if there is still somebody to hear it: where the terminal is gone, work goes on to its end.
+/// Prints a line to standard error, and ignores failure: if the terminal is gone, the command still runs to its end.
 macro_rules! say {
     ($($said:tt)*) => {
         std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($said)*))).unwrap_or(())
     };
 }
 
-mod aligned;
+mod aligned_table;
 mod args;
-mod board;
 mod clients;
 mod cycle;
 mod files;
@@ -24,6 +23,7 @@ mod resume;
 mod sequence;
 mod signals;
 mod stability;
+mod status_line;
 mod trade;
 mod verify;
 mod watch;
@@ -46,20 +46,20 @@ use crate::study::stability::{NoMap, NotSuited};
 use crate::study::trade::TradeError;
 use args::{Cli, Command};
 
-/// What a command that went to its end has to say by its exit code.
+/// How a command ended, by exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Done {
-    /// All is well: 0.
-    Well,
-    /// A service said no: 1.
+enum ExitStatus {
+    /// Success: 0.
+    Success,
+    /// A service refused the command: 1.
     Refused,
-    /// Finished, but something was lost: 3.
+    /// Finished with losses: 3.
     Lossy,
     /// The simulation diverged: 4.
     Diverged,
-    /// A deadline was missed, and that was to end it: 5.
+    /// A deadline was missed with `--overrun stop`: 5.
     Late,
-    /// Finished, but the energy balance says that the motion is not to be trusted: 6.
+    /// Finished, but the energy balance was off: 6.
     Untrusted,
 }
 
@@ -71,13 +71,13 @@ pub fn main() -> ExitCode {
     let cli = Cli::of_process();
     log::begin(cli.log_format);
     match dispatch(cli) {
-        Ok(Done::Well) => ExitCode::SUCCESS,
-        Ok(Done::Refused) => ExitCode::from(1),
-        Ok(Done::Lossy) => ExitCode::from(3),
-        Ok(Done::Diverged) => ExitCode::from(4),
-        Ok(Done::Late) => ExitCode::from(5),
-        Ok(Done::Untrusted) => ExitCode::from(6),
-        // Whoever read our output has seen enough.
+        Ok(ExitStatus::Success) => ExitCode::SUCCESS,
+        Ok(ExitStatus::Refused) => ExitCode::from(1),
+        Ok(ExitStatus::Lossy) => ExitCode::from(3),
+        Ok(ExitStatus::Diverged) => ExitCode::from(4),
+        Ok(ExitStatus::Late) => ExitCode::from(5),
+        Ok(ExitStatus::Untrusted) => ExitCode::from(6),
+        // The reader of the output has closed it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             say!("error: {error:#}");
@@ -86,12 +86,12 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Simulated time as people write it: n·h, which the bus has to the last bit, may be 1.5010000000000001.
+/// Rounds simulated time for display: n·h, which is published to the last bit, may be 1.5010000000000001.
 fn shown_s(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }
 
-/// So many of something.
+/// A count with its noun, singular or plural.
 fn counted(count: u64, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
@@ -101,7 +101,7 @@ fn may_be_folder(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Makes a folder for what is to be written, unless it is there.
+/// Creates an output folder, unless it exists.
 fn make_folder(path: &Path) -> anyhow::Result<()> {
     may_be_folder(path)?;
     std::fs::create_dir_all(path).with_context(|| path.display().to_string())
@@ -132,7 +132,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_) | BusError::File { .. }))
 }
 
-fn dispatch(cli: Cli) -> anyhow::Result<Done> {
+fn dispatch(cli: Cli) -> anyhow::Result<ExitStatus> {
     match cli.command.unwrap_or_default() {
         Command::Run(run) => live::run(*run),
         Command::Replay(args) if args.what_if.is_asked() => what_if::what_if(&args.file, &args.what_if),

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 
 use super::args::Plot;
-use super::{Done, make_folder};
+use super::{ExitStatus, make_folder};
 use crate::plot::{self, Figure, Format, Named, Picture, Titled, thesis};
 use crate::recording::read_columns;
 use crate::scene::SceneSource;
 use crate::study::{self, Table, cycle};
 
-/// What is asked for cannot be: the command line is wrong.
+/// The request does not fit the files: a usage error.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum BadPlot {
     #[error("{0}: a picture ends in .svg or .png; for several, name a folder")]
@@ -24,18 +24,18 @@ pub(super) enum BadPlot {
     Twice(PathBuf),
 }
 
-/// Columns over which a recording is drawn unless another is named.
+/// Default column of the horizontal axis of a recording.
 const RECORDED_TIME: &str = "stamp.sim_time_s";
 
-pub(super) fn plot(args: &Plot) -> anyhow::Result<Done> {
+pub(super) fn plot(args: &Plot) -> anyhow::Result<ExitStatus> {
     if let Some(folder) = &args.thesis {
         return write_thesis(folder, &args.formats());
     }
     let mut pictures = Vec::new();
-    let mut done = Done::Well;
+    let mut done = ExitStatus::Success;
     for file in &args.files {
         let (figures, all) = figures(file, args)?;
-        done = if all { done } else { Done::Lossy };
+        done = if all { done } else { ExitStatus::Lossy };
         pictures.extend(figures);
     }
     for (path, format, figure) in places(pictures, args)? {
@@ -45,7 +45,7 @@ pub(super) fn plot(args: &Plot) -> anyhow::Result<Done> {
     Ok(done)
 }
 
-/// Figures of a file with the names of their own files, and whether the file was whole.
+/// Figures of a file with their file names, and whether the file was complete.
 fn figures(file: &Path, args: &Plot) -> anyhow::Result<(Vec<(String, Figure)>, bool)> {
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let recorded = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
@@ -59,7 +59,7 @@ fn figures(file: &Path, args: &Plot) -> anyhow::Result<(Vec<(String, Figure)>, b
     } else if let Some(figure) = plot::work_precision(&stem, &tables[0].table) {
         vec![(format!("{stem}-work-precision"), figure)]
     } else {
-        // What shows all of a file is called as it is.
+        // A figure of the whole file has the file's name.
         let own =
             |(part, figure): (String, Figure)| (if part.is_empty() { stem.clone() } else { format!("{stem}-{part}") }, figure);
         plot::overview(&stem, &tables[0].table)?.into_iter().map(own).collect()
@@ -85,7 +85,7 @@ fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
     if contents.cut_off {
         say!("warning: {} ends early; everything before is drawn", file.display());
     }
-    let named = |topic: crate::recording::Topic| {
+    let named = |topic: crate::recording::TopicColumns| {
         let mut table = Table::default();
         topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
         Named { name: topic.name, table }
@@ -93,7 +93,7 @@ fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
     Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
 }
 
-/// Where every figure goes, and as what.
+/// File and format of every figure.
 fn places(figures: Vec<(String, Figure)>, args: &Plot) -> anyhow::Result<Vec<(PathBuf, Format, Figure)>> {
     let output = &args.output;
     let is_file = output.extension().is_some() && !output.is_dir();
@@ -124,14 +124,15 @@ fn places(figures: Vec<(String, Figure)>, args: &Plot) -> anyhow::Result<Vec<(Pa
 
 /// Crank-to-rod ratios of the thesis's chapter 4.
 const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
-/// Scenes of chapter 5 and for how long they run: ten seconds of the oscillators, three periods of either beam, one turn of the crank-slider; s.
+/// Scenes of chapter 5 and their durations: ten seconds of the oscillators, three periods of either beam, one turn of the
+/// crank-slider; s.
 const OSCILLATORS: [(&str, f64); 3] =
     [("thesis-oscillator", 10.0), ("thesis-two-masses", 10.0), ("thesis-two-masses-stiff", 10.0)];
 const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
 const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
 const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
 
-fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<Done> {
+fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus> {
     let figures = thesis::figures(&thesis_tables()?);
     make_folder(folder)?;
     for figure in &figures {
@@ -142,7 +143,7 @@ fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<Done> {
     let page = folder.join("index.html");
     std::fs::write(&page, thesis::page(&figures, formats)).with_context(|| page.display().to_string())?;
     writeln!(std::io::stdout(), "{} figures, all on {}", figures.len(), page.display())?;
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }
 
 fn thesis_tables() -> anyhow::Result<thesis::Tables> {

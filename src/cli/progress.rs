@@ -1,11 +1,11 @@
-//! Bars that show how far something is; nothing where there is no terminal.
+//! Progress bars; invisible without a terminal.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
-/// A bar of this length and template, in which `{left}` is the time to go.
+/// A bar of this length and template; `{left}` is the remaining time.
 pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
     let bar = ProgressBar::new(length);
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -14,16 +14,16 @@ pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
     bar
 }
 
-/// Over so many readings of a file.
+/// A bar over `readings` readings of a file.
 pub(super) fn over_file(file: &Path, readings: u64) -> ProgressBar {
     let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
     bar(readings * bytes, "{wide_bar} {percent} %{left}")
 }
 
-/// Nothing is known before anything is done.
+/// The remaining time is unknown at the start.
 fn left(state: &ProgressState, out: &mut dyn Write) {
     if state.pos() > 0 {
-        // A line that cannot be written is shown without.
+        // A line that cannot be written is omitted.
         let _ = write!(out, ", about {} left", HumanDuration(state.eta()));
     }
 }

@@ -1,8 +1,8 @@
-//! `recover`: a whole recording from a broken one.
+//! `recover`: makes a complete recording from a damaged one.
 
 use std::path::PathBuf;
 
-use super::Done;
+use super::ExitStatus;
 use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
 
@@ -14,14 +14,14 @@ Exit codes: 0 nothing was lost, 3 something was, 1 nothing could be saved.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The broken recording; it is not changed.
+    /// The damaged recording; it is not changed.
     pub file: PathBuf,
-    /// The new file; must not exist yet.
+    /// The new file; it must not exist.
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
 }
 
-pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
+pub(super) fn recover(args: &Args) -> anyhow::Result<ExitStatus> {
     let bar = bar(0, "{wide_bar} {bytes}/{total_bytes}");
     let recovered = recording::recover(&args.file, &args.output, |done, all| {
         bar.set_length(all);
@@ -31,18 +31,18 @@ pub(super) fn recover(args: &Args) -> anyhow::Result<Done> {
     let Recovered { messages, unchecked, span_s, loss } = recovered?;
     say!("recovered {messages} messages, {span_s:.3} s, to {}", args.output.display());
     if unchecked > 0 {
-        say!("unchecked: the last {unchecked} of them come from a chunk that was cut off, whose checksum says nothing of a part");
+        say!("unchecked: the last {unchecked} of them come from a chunk that was cut off, so no checksum covers them");
     }
     if loss.is_none() {
-        return Ok(Done::Well);
+        return Ok(ExitStatus::Success);
     }
     for line in describe(&loss, span_s) {
         say!("lost: {line}");
     }
-    Ok(Done::Lossy)
+    Ok(ExitStatus::Lossy)
 }
 
-/// What is missing, a line each.
+/// Describes the losses, one per line.
 fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
     let mut lines = Vec::new();
     let places = if loss.places == 1 { "1 place".to_owned() } else { format!("{} places", loss.places) };
@@ -54,7 +54,7 @@ fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
     }
     lines.extend(loss.messages.iter().map(|(topic, count)| format!("  {count} on {topic}")));
     if loss.orphans > 0 {
-        lines.push(format!("{} messages whose topic is not known any more", loss.orphans));
+        lines.push(format!("{} messages whose topic is unknown", loss.orphans));
     }
     if loss.cut_off {
         lines.push(format!("all after {span_s:.3} s: the file was not closed, or was cut off"));

@@ -1,4 +1,4 @@
-//! `replay`: a recording back on the bus, steered from the bus and the keyboard.
+//! `replay`: publishes a recording on the bus, with control from the bus and the keyboard.
 
 use std::path::PathBuf;
 use std::sync::mpsc::channel;
@@ -7,14 +7,15 @@ use std::time::Duration;
 use indicatif::ProgressBar;
 use tokio::sync::oneshot;
 
-use super::Done;
+use super::ExitStatus;
 use super::args::{Bus, not_negative, number, positive};
 use super::keyboard::Keyboard;
 use super::live::runtime;
 use super::progress::bar;
 use super::signals::interrupted;
 use crate::bus::{self, BusOptions, Name};
-use crate::service::{self, Action, Order, RATES, Remap, ReplayReport, ServiceError};
+use crate::runtime::DurationQuantiles;
+use crate::service::{self, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
 use crate::wire::Status;
 
 pub(super) const EXAMPLES: &str = "\
@@ -40,41 +41,41 @@ pub(super) struct ReplayArgs {
     /// Recorded seconds per second.
     #[arg(long, short, default_value = "1", value_parser = rate)]
     pub rate: f64,
-    /// Begin again at the end, until interrupted.
+    /// Start again at the end, until interrupted.
     #[arg(long = "loop", short)]
     pub looped: bool,
-    /// Skip so much recorded time, s.
+    /// Skip this recorded time at the start, s.
     #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
     pub start_offset: f64,
-    /// Play so much recorded time, s.
+    /// Play only this recorded time, s.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub duration: Option<f64>,
-    /// Begin paused.
+    /// Start paused.
     #[arg(long)]
     pub start_paused: bool,
-    /// Wait so long before the first message, s.
+    /// Wait for this time before the first message, s.
     #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
     pub delay: f64,
-    /// Play only these recorded topics, by their names or how they end: angles, /tf.
+    /// Play only these recorded topics, by name or last chunks: angles, /tf.
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<String>,
-    /// Put a topic, or all that begin with OLD/, under another key.
+    /// Publish a topic, or all that begin with OLD/, under another key.
     #[arg(long, value_name = "OLD:=NEW")]
     pub remap: Vec<Remap>,
-    /// Speak under this name instead of the recorded one.
+    /// Name of the service on the bus instead of the recorded one.
     #[arg(long)]
     pub name: Option<Name>,
-    /// Put recorded commands back on their keys, too.
+    /// Also publish recorded commands on their keys.
     #[arg(long)]
     pub commands: bool,
-    /// Wait until N programs subscribe to what is played, and for 0.2 s no more subscriptions come; those behind one router
+    /// Wait until N programs subscribe to the played topics, and no subscription has come for 0.2 s. Programs behind one router
     /// count as one.
     #[arg(long, value_name = "N", default_value = "0")]
     pub wait_for: usize,
-    /// Wait for them no longer than this, s.
+    /// Wait at most this long for --wait-for, s.
     #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative)]
     pub wait_timeout: f64,
-    /// Speak even if a service of this name is on the bus.
+    /// Replay even if another service on the bus has this name.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -87,9 +88,9 @@ fn rate(text: &str) -> Result<f64, String> {
     number(text, *RATES.start(), *RATES.end())
 }
 
-pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
-    let bus = BusOptions { sees_audience: args.wait_for > 0, ..args.bus.options() };
-    let replay = service::Replay {
+pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<ExitStatus> {
+    let bus = BusOptions { sees_subscriptions: args.wait_for > 0, ..args.bus.options() };
+    let replay = service::ReplayOptions {
         file: args.file,
         rate: args.rate,
         looped: args.looped,
@@ -105,28 +106,28 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
         wait_timeout: Duration::from_secs_f64(args.wait_timeout),
         force: args.force,
     };
-    let (sender, orders) = channel();
+    let (sender, commands) = channel();
     let bar = bar(0, "{bar:30} {msg}");
     let shown = bar.clone();
     let report = runtime()?.block_on(async {
         let interrupted = interrupted();
-        // Whatever ends it from here on, the terminal is put back.
+        // Dropping the keyboard restores the terminal, however the replay ends.
         let _keyboard = Keyboard::listen(&sender);
         let session = bus.open_service()?;
         let (player, own) = (session.clone(), sender.clone());
         let on_status = Box::new(move |status: &Status| show(&shown, status));
         let (over, ended) = oneshot::channel();
-        // A thread of its own, that nothing else is run on.
+        // The player has a thread of its own.
         let playing = std::thread::Builder::new().name("playing".to_owned()).spawn(move || {
-            let report = service::replay(&player, &replay, (own, orders), on_status);
-            // Nobody waits for it any more after an interruption.
+            let report = service::replay(&player, &replay, (own, commands), on_status);
+            // The receiver is gone after an interruption.
             let _ = over.send(());
             report
         })?;
         tokio::select! {
             _ = ended => {}
-            // The replay may be over already: then it needs no order.
-            () = interrupted => drop(sender.send(Order::quiet(Action::Stop))),
+            // The replay may have ended already: then it needs no command.
+            () = interrupted => drop(sender.send(ReplayCommand::quiet(ReplayAction::Stop))),
         }
         let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
         bus::close(&session)?;
@@ -136,15 +137,15 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<Done> {
     Ok(conclude(&report?))
 }
 
-/// Says what was achieved.
-fn conclude(report: &ReplayReport) -> Done {
+/// Prints the result of a replay.
+fn conclude(report: &ReplayReport) -> ExitStatus {
     let rate = report.achieved_rate.map_or(String::new(), |rate| format!(" at {rate:.4} times the recorded speed"));
-    let late = report.lateness_s.map_or(String::new(), |[p50, p99, _, max]| {
-        format!("; late by {:.3} ms (p50), {:.3} ms (p99), {:.3} ms (max)", p50 * 1e3, p99 * 1e3, max * 1e3)
+    let late = report.lateness.map_or(String::new(), |DurationQuantiles { p50_s, p99_s, max_s, .. }| {
+        format!("; late by {:.3} ms (p50), {:.3} ms (p99), {:.3} ms (max)", p50_s * 1e3, p99_s * 1e3, max_s * 1e3)
     });
     say!("replayed {} messages as flexcrank/{}{rate}{late}", report.messages, report.name);
     if report.slips > 0 {
-        say!("warning: fell behind by more than a second {} times, and went on from there", report.slips);
+        say!("warning: fell behind by more than a second {} times, without catching up", report.slips);
     }
     for topic in &report.left_out {
         say!("warning: left out {topic}; give it a key with --remap OLD:=NEW");
@@ -152,7 +153,7 @@ fn conclude(report: &ReplayReport) -> Done {
     if report.cut_off {
         say!("warning: the recording ends early; everything before was replayed");
     }
-    if report.cut_off || !report.left_out.is_empty() { Done::Lossy } else { Done::Well }
+    if report.cut_off || !report.left_out.is_empty() { ExitStatus::Lossy } else { ExitStatus::Success }
 }
 
 fn show(bar: &ProgressBar, status: &Status) {

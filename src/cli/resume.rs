@@ -1,12 +1,12 @@
-//! What a run begins with: a scene at its start, or a session where its recording left it.
+//! The start of a run: a scene at its start, or a recorded session to resume.
 
 use std::path::{Path, PathBuf};
 
-use super::args::{Run, positive};
+use super::args::{RunArgs, positive};
 use super::progress::over_file;
 use super::shown_s;
 use crate::bus::Name;
-use crate::resimulation::{Resumed, Source, resume};
+use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::SceneSource;
 use crate::service::Resumption;
@@ -16,17 +16,17 @@ const NAME: &str = "crank";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Go on with a recorded session where its recording ends: its scene, name and pending pulses, alike to the bit with one that
+    /// Resume a recorded session where its recording ends: with its scene, name and pending pulses, equal to the bit to one that
     /// never stopped.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "count", "overrides", "shadow"])]
     pub resume: Option<PathBuf>,
-    /// Go on at this simulated time of the session instead, s.
+    /// Resume at this simulated time of the session instead, s.
     #[arg(long, value_name = "S", requires = "resume", value_parser = positive)]
     pub at: Option<f64>,
 }
 
-/// What a run begins with.
-pub(super) struct Beginning {
+/// The start of one service.
+pub(super) struct RunStart {
     pub name: Name,
     pub scene: SceneSource,
     pub simulation: Simulation,
@@ -34,29 +34,29 @@ pub(super) struct Beginning {
     pub resumption: Option<Resumption>,
 }
 
-/// What `run` is told to begin with: every scene so many times.
-pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
+/// Returns the starts of all services: `count` of every scene, or a resumed session.
+pub(super) fn begin(args: &RunArgs) -> anyhow::Result<Vec<RunStart>> {
     let Some(file) = &args.resume.resume else {
         let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
-        let publish = args.publish_hz.unwrap_or(PublishRate::USUAL.into());
+        let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
         let mut all = Vec::new();
         for scene in &args.scene {
             let scene = SceneSource::open(scene, &args.overrides)?;
             for _ in 0..args.count {
                 let simulation = Simulation::new(&scene.scene)?;
-                all.push(Beginning { name: name.clone(), scene: scene.clone(), simulation, publish, resumption: None });
+                all.push(RunStart { name: name.clone(), scene: scene.clone(), simulation, publish, resumption: None });
             }
         }
         if all.len() > 1 {
-            for (number, beginning) in (1..).zip(&mut all) {
-                beginning.name = format!("{name}-{number:03}").parse()?;
+            for (number, start) in (1..).zip(&mut all) {
+                start.name = format!("{name}-{number:03}").parse()?;
             }
         }
         return Ok(all);
     };
-    let source = Source::open(file)?;
+    let source = RecordedSession::open(file)?;
     let name = args.name.clone().map_or_else(|| source.name.parse(), Ok)?;
-    let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::USUAL.into());
+    let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
     let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, args.resume.at)?;
     let of = format!(
         "{} at step {} of epoch {}, t = {} s",
@@ -67,10 +67,10 @@ pub(super) fn begin(args: &Run) -> anyhow::Result<Vec<Beginning>> {
     );
     say!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
-    Ok(vec![Beginning { name, scene: source.scene, simulation, publish, resumption }])
+    Ok(vec![RunStart { name, scene: source.scene, simulation, publish, resumption }])
 }
 
-fn recompute(file: &Path, source: &Source, at_s: Option<f64>) -> anyhow::Result<Resumed> {
+fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> anyhow::Result<Resumed> {
     let bar = over_file(file, 1);
     let resumed = resume(source, at_s, &|position| bar.set_position(position));
     bar.finish_and_clear();

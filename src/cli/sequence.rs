@@ -1,14 +1,14 @@
-//! Pulses listed in a file: read as a whole before the first is sent, and refused by line.
+//! Files of pulses: parsed completely before the first pulse is sent, with errors by line.
 
 use std::path::Path;
 
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 
-/// What columns there can be; the first two must be there.
+/// Allowed columns; the first two are required.
 const COLUMNS: [&str; 5] = ["torque_nm", "duration_s", "delay_s", "shape", "id"];
 
-/// A file that is no list of pulses.
+/// The file is not a valid list of pulses.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {what}")]
 pub(super) struct BadSequence {
@@ -17,31 +17,31 @@ pub(super) struct BadSequence {
     what: String,
 }
 
-/// A pulse and where it is in the file.
+/// A pulse with its line in the file.
 #[derive(Debug, PartialEq)]
-pub(super) struct Listed {
+pub(super) struct ListedPulse {
     pub line: u64,
     pub id: Option<String>,
     pub request: PulseRequest,
 }
 
 /// Reads a file of pulses.
-pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Listed>> {
+pub(super) fn read(path: &Path) -> anyhow::Result<Vec<ListedPulse>> {
     use anyhow::Context as _;
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let file = path.display().to_string();
     Ok(parse(&text).map_err(|(line, what)| BadSequence { file, line, what })?)
 }
 
-/// The pulses, or a line and what is wrong with it. Lines that begin with # are comments.
-fn parse(text: &str) -> Result<Vec<Listed>, (u64, String)> {
+/// Parses pulses, or returns the line and reason of the first error. Lines that begin with # are comments.
+fn parse(text: &str) -> Result<Vec<ListedPulse>, (u64, String)> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let broken = |error: csv::Error| (error.position().map_or(1, csv::Position::line), error.to_string());
     let header = reader.headers().map_err(broken)?.clone();
     let line = header.position().map_or(1, csv::Position::line);
     let unknown = header.iter().find(|column| !COLUMNS.contains(column));
     if let Some(unknown) = unknown {
-        return Err((line, format!("no column can be `{unknown}`: there are {}", COLUMNS.join(", "))));
+        return Err((line, format!("unknown column `{unknown}`: columns are {}", COLUMNS.join(", "))));
     }
     if let Some(missing) = COLUMNS[..2].iter().find(|wanted| !header.iter().any(|column| column == **wanted)) {
         return Err((line, format!("the column `{missing}` is missing")));
@@ -55,14 +55,14 @@ fn parse(text: &str) -> Result<Vec<Listed>, (u64, String)> {
     if pulses.is_empty() { Err((line, "no pulse follows".to_owned())) } else { Ok(pulses) }
 }
 
-/// The line of the row that is read from byte `from` on: blank lines and comments before it are not its own.
+/// The line of the row that starts at byte `from`, without blank lines and comments before it.
 fn line_at(text: &str, from: u64) -> u64 {
     let (before, rest) = text.split_at_checked(usize::try_from(from).unwrap_or(0)).unwrap_or(("", text));
     let skipped = rest.lines().take_while(|line| line.is_empty() || line.starts_with('#')).count();
     1 + (before.matches('\n').count() + skipped) as u64
 }
 
-fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Result<Listed, String> {
+fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Result<ListedPulse, String> {
     let field = |name: &str| {
         let place = header.iter().position(|column| column == name);
         place.and_then(|place| row.get(place)).filter(|field| !field.is_empty())
@@ -83,7 +83,7 @@ fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Resu
         delay_s: number("delay_s")?.unwrap_or(0.0),
         shape,
     };
-    Ok(Listed { line, id: field("id").map(str::to_owned), request })
+    Ok(ListedPulse { line, id: field("id").map(str::to_owned), request })
 }
 
 #[cfg(test)]
@@ -96,8 +96,10 @@ mod tests {
             "# two pushes\ntorque_nm, duration_s, delay_s, shape, id\n5, 0.1, , ,\n\n# later\n-2, 0.5, 1, raised-cosine, b\n";
         let first = PulseRequest { torque_nm: 5.0, duration_s: 0.1, delay_s: 0.0, shape: PulseShape::Rectangular };
         let second = PulseRequest { torque_nm: -2.0, duration_s: 0.5, delay_s: 1.0, shape: PulseShape::RaisedCosine };
-        let expected =
-            vec![Listed { line: 3, id: None, request: first }, Listed { line: 6, id: Some("b".to_owned()), request: second }];
+        let expected = vec![
+            ListedPulse { line: 3, id: None, request: first },
+            ListedPulse { line: 6, id: Some("b".to_owned()), request: second },
+        ];
         assert_eq!(parse(text), Ok(expected));
     }
 

@@ -1,15 +1,15 @@
-//! How a service is told to end.
+//! Shutdown signals.
 
 use std::future::poll_fn;
 use std::task::Poll;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// What the system says of this process: there, among others, the signals that it ignores.
+/// File in which Linux lists, among others, the signals that this process ignores.
 const PROCESS: &str = "/proc/self/status";
 
-/// Resolves at Ctrl-C, SIGTERM or SIGHUP (the terminal is closed, or ssh lost), which end nothing by themselves any more from
-/// the moment of this call. Who was started to outlive its terminal, as by `nohup`, does not hear of SIGHUP.
+/// Resolves at Ctrl-C, SIGTERM or SIGHUP (the terminal was closed, or ssh lost). From this call on, these signals no longer end
+/// the process. A process that was started with SIGHUP ignored, as by `nohup`, keeps ignoring it.
 pub(super) fn interrupted() -> impl Future<Output = ()> {
     let hangup = (!ignores(SignalKind::hangup())).then(SignalKind::hangup);
     let ends = [SignalKind::interrupt(), SignalKind::terminate()].into_iter().chain(hangup);
@@ -20,13 +20,13 @@ pub(super) fn interrupted() -> impl Future<Output = ()> {
     })
 }
 
-/// Whether this process was started so as to ignore a signal; where that cannot be known, it is left as it is.
+/// Whether this process was started with a signal ignored. If that cannot be determined, the signal is left alone.
 fn ignores(kind: SignalKind) -> bool {
     let status = std::fs::read_to_string(PROCESS).unwrap_or_default();
     status.lines().find_map(|line| line.strip_prefix("SigIgn:")).is_none_or(|mask| has(mask.trim(), kind))
 }
 
-/// Whether a signal is in a mask, of which the lowest bit is signal 1.
+/// Whether a signal is in a mask; the lowest bit is signal 1.
 fn has(mask: &str, kind: SignalKind) -> bool {
     u64::from_str_radix(mask, 16).is_ok_and(|mask| mask >> (kind.as_raw_value() - 1) & 1 == 1)
 }

@@ -1,18 +1,18 @@
-//! `stability`: the schemes on one mass; a crank-slider at the extremes.
+//! `stability`: the schemes on one mass, and a crank-slider at the extremes.
 
 use std::io::Write as _;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::aligned::figure;
+use super::aligned_table::figure;
 use super::progress::bar;
-use super::{Done, make_folder};
+use super::{ExitStatus, make_folder};
 use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
-    BOUND, Base, Category, Extent, Plan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
+    BOUND, BaseScene, Category, Extent, MapPlan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
     left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
 };
 
@@ -25,7 +25,7 @@ Examples:
 
 Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle \
     of the rod is once too far from the same mechanism at another step by another scheme. Maps of damping, modes and mesh run \
-    the scene as it stands against the same model; too far is 1 % of the way gone by then. The others run two elements a link \
+    the scene as it stands against the same model; too far is 1 % of the method gone by then. The others run two elements a link \
     against 8 finite elements (rigid against rigid); too far is 1 % of crank and rod together. Where no reference reaches, 1 % \
     of the energy put in is too much for the energy balance; and a run is wrong when the model says that the links bend too \
     much for it. Scenes that run at one step and fail at the next finer one are listed. CSV files number the categories from 0 \
@@ -33,19 +33,19 @@ Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverg
 
 Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene.";
 
-/// No cell takes longer, unless it hangs.
+/// Time limit of a cell, which only one that hangs exceeds.
 const LIMIT: Duration = Duration::from_secs(600);
-/// Of ωh, for the terminal; a CSV has all.
+/// Values of ωh shown in the terminal; the CSV has all.
 const SHOWN: [f64; 5] = [0.1, 1.0, 2.0, 3.0, 100.0];
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A crank-slider (built-in name or TOML file) to take to its extremes; without one, the schemes on one mass.
+    /// A crank-slider (built-in scene or TOML file) to take to its extremes. Default: the schemes on one mass.
     pub scene: Option<String>,
-    /// The schemes on one mass as well.
+    /// Also run the schemes on one mass.
     #[arg(long)]
     pub schemes: bool,
-    /// A few values on each axis, short runs.
+    /// A few values on each axis, and short runs.
     #[arg(long, requires = "scene")]
     pub quick: bool,
     /// Only maps whose names contain this.
@@ -57,27 +57,27 @@ pub(super) struct Args {
     /// Draw every map into this folder, as SVG and PNG.
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,
-    /// Cells at a time; as many as there are cores unless given.
+    /// Number of cells to run at a time. Default: one per core.
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZero<usize>>,
-    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     pub overrides: Vec<String>,
 }
 
-pub(super) fn stability(args: &Args) -> anyhow::Result<Done> {
+pub(super) fn stability(args: &Args) -> anyhow::Result<ExitStatus> {
     let extent = if args.quick { Extent::Quick } else { Extent::Whole };
     let plan = args.scene.as_ref().map(|scene| plan(scene, args, extent)).transpose()?;
     [&args.csv, &args.plot].into_iter().flatten().try_for_each(|folder| make_folder(folder))?;
     if args.schemes || plan.is_none() {
         schemes(args)?;
     }
-    plan.map_or(Ok(Done::Well), |(base, plan)| extremes(&base, plan, args))
+    plan.map_or(Ok(ExitStatus::Success), |(base, plan)| extremes(&base, plan, args))
 }
 
-fn plan(scene: &str, args: &Args, extent: Extent) -> anyhow::Result<(Base, Plan)> {
-    let base = Base::new(&SceneSource::open(scene, &args.overrides)?)?;
-    let mut plan = Plan::extremes(&base, extent);
+fn plan(scene: &str, args: &Args, extent: Extent) -> anyhow::Result<(BaseScene, MapPlan)> {
+    let base = BaseScene::new(&SceneSource::open(scene, &args.overrides)?)?;
+    let mut plan = MapPlan::extremes(&base, extent);
     plan.only(args.only.as_deref().unwrap_or_default())?;
     Ok((base, plan))
 }
@@ -121,7 +121,7 @@ fn schemes(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// From 0.01 to 100, with those that the terminal shows.
+/// From 0.01 to 100, with those shown in the terminal.
 fn omegas_h() -> Vec<f64> {
     let mut omegas: Vec<f64> = (-20..=20).map(|n| 10.0_f64.powf(f64::from(n) / 10.0)).chain(SHOWN).collect();
     omegas.sort_by(f64::total_cmp);
@@ -129,7 +129,7 @@ fn omegas_h() -> Vec<f64> {
     omegas
 }
 
-/// Theory and measurement side by side at a few ωh, and the orders.
+/// Prints theory and measurement side by side at a few ωh, and the orders.
 fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, orders: &Table) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     let difference = radii.column("difference").unwrap_or_default().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
@@ -154,7 +154,7 @@ fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, 
     Ok(writeln!(out)?)
 }
 
-/// The largest radius as run of every scheme on the left half-plane, and what that makes of it.
+/// Prints the largest measured radius of every scheme on the left half-plane, and the conclusion.
 fn show_left_half_plane(parameter: &str, schemes: &[Scheme], plane: &Table) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     writeln!(
@@ -193,7 +193,7 @@ fn short(value: f64) -> String {
     if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
 }
 
-fn extremes(base: &Base, plan: Plan, args: &Args) -> anyhow::Result<Done> {
+fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> anyhow::Result<ExitStatus> {
     let bar = bar(plan.len() as u64, "{wide_bar} {pos}/{len} cells{left}");
     let threads = args.jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
     let swept = sweep(base, plan, threads, LIMIT, |done| bar.set_position(done as u64));
@@ -211,7 +211,7 @@ fn extremes(base: &Base, plan: Plan, args: &Args) -> anyhow::Result<Done> {
     conclude(&swept)
 }
 
-/// The categories as characters, the highest y above, and where the first cell of each row that diverged did so.
+/// Prints a map, one character per category, with the highest y on top, and the first divergence of each row.
 fn show_map(swept: &Swept) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     let (map, columns) = (&swept.map, swept.map.x.values.len());
@@ -227,7 +227,7 @@ fn show_map(swept: &Swept) -> anyhow::Result<()> {
     Ok(writeln!(out)?)
 }
 
-/// Scenes that run at one step and fail at the next finer one, by name.
+/// Prints the scenes that run at one step and fail at the next finer one.
 fn show_fails_finer(swept: &[Swept]) -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     for one in fails_finer(swept) {
@@ -246,7 +246,7 @@ fn show_fails_finer(swept: &[Swept]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
+fn conclude(swept: &[Swept]) -> anyhow::Result<ExitStatus> {
     let mut out = std::io::stdout();
     let counts = counts(swept);
     let total: usize = counts.iter().sum();
@@ -266,5 +266,5 @@ fn conclude(swept: &[Swept]) -> anyhow::Result<Done> {
         bad += 1;
         say!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
     }
-    if bad > 0 { Err(anyhow::anyhow!("{bad} of {total} cells did not end cleanly")) } else { Ok(Done::Well) }
+    if bad > 0 { Err(anyhow::anyhow!("{bad} of {total} cells did not end cleanly")) } else { Ok(ExitStatus::Success) }
 }

@@ -1,4 +1,4 @@
-//! `trade`: what speed costs in accuracy, and the cheapest settings that will do.
+//! `trade`: measures speed against accuracy, and chooses the cheapest settings that suffice.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -8,14 +8,15 @@ use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
-use super::Done;
-use super::aligned::print;
+use super::ExitStatus;
+use super::aligned_table::print;
 use super::args::{number, positive};
 use super::progress::bar;
 use crate::plot::{Format, Picture, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
-    Choice, Chosen, Configuration, Demands, Measured, Output, Progress, Question, Row, Selection, Study, choose, study, table,
+    Choice, Chosen, Configuration, Demands, Measured, OutputGroup, Progress, Question, Row, Selection, Study, choose, study,
+    table,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -26,15 +27,16 @@ Examples:
   flexcrank trade --tolerance 1e-3 --real-time-factor 20 --outputs angle,slider,deflection,energy
   flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
 
-Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint \
-    forces over their peaks, energy balance over the most kinetic and strain energy; the largest over the run's \
-    instants. Energy is lost slowly, and the faster the longer a mechanism vibrates: where it counts, what --tolerance \
-    chooses keeps it over ten minutes of the scene, too, and trying that takes time that --budget does not bound. `~`: the reference is not ten times better known \
-    than this. `<`: below what the reference is uncertain by. `*`: on the front: nothing is both cheaper and better. \
-    s/s: seconds of computing per simulated second, median and half the spread of the repeats. p99.9, worst: \
-    single steps. newton, factor: iterations and \
-    factorizations a step. memory: bytes that the simulation holds, matrices and all. order: of the step, beside the next \
-    longer one; mesh: of the mesh, beside the next coarser one at the same step.";
+Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint forces \
+    over their peaks, energy balance over the largest kinetic and strain energy; the largest over the run's instants. \
+    Energy errors grow over time: if energy is among the outputs, --tolerance also checks the choice over ten minutes \
+    of the scene, and --budget does not bound that check.
+
+Columns: s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
+    are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
+    against the next longer step, mesh the one against the next coarser mesh. `*` marks the front: no other \
+    configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
+    less than ten times as large.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -47,46 +49,46 @@ pub(super) struct Args {
     /// Only these integrators.
     #[arg(long, value_name = "INTEGRATOR,…", value_delimiter = ',', value_parser = integrator)]
     integrators: Vec<IntegratorKind>,
-    /// Exactly these steps, s; else from the sampling interval down, as long as shorter ones gain.
+    /// Only these steps, s. Default: from the sampling interval down, while shorter steps gain accuracy.
     #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = step)]
     steps: Vec<f64>,
-    /// Elements a link for finite-element; even, so that there is a node in the middle.
+    /// Elements per link for finite-element; even, so that there is a middle node.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = elements)]
     elements: Vec<usize>,
-    /// Modes for modal: of the link that vibrates most slowly; the others get those up to the same frequency.
+    /// Modes for modal, of the slowest link; the other links get those up to the same frequency.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
-    /// Simulated duration, s; else 2 s, or a second after the last pulse, or two turns of a prescribed motion.
+    /// Simulated duration, s. Default: 2 s, or a second after the last pulse, or two turns of a prescribed motion.
     #[arg(long, value_name = "S", value_parser = positive)]
     until: Option<f64>,
-    /// The outputs whose errors count; of energy, over ten minutes where --tolerance chooses.
+    /// Outputs whose errors count; energy counts over ten minutes with --tolerance.
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
-    outputs: Vec<OutputWord>,
-    /// Time to spend, s; the reference takes up to a third of it.
+    outputs: Vec<OutputGroupWord>,
+    /// Time budget, s; the reference takes up to a third of it.
     #[arg(long, value_name = "SECONDS", default_value = "240", value_parser = positive)]
     budget: f64,
-    /// Choose the cheapest settings whose errors stay within this, or say why there are none.
+    /// Choose the cheapest settings with errors within this tolerance, or explain why there are none.
     #[arg(long, value_name = "ERROR", value_parser = positive)]
     tolerance: Option<f64>,
     /// Simulated seconds per second that the choice must reach.
     #[arg(long, value_name = "FACTOR", default_value = "1", requires = "tolerance", value_parser = positive)]
     real_time_factor: f64,
-    /// Write a copy of the scene with the settings chosen; the file must not exist yet.
+    /// Write a copy of the scene with the chosen settings; the file must not exist.
     #[arg(long, value_name = "FILE", requires = "tolerance")]
     write: Option<PathBuf>,
-    /// Write the whole table to this file: root-mean-square errors, spreads and counts, too.
+    /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Draw the work–precision diagram to this file, .svg or .png.
     #[arg(long, value_name = "FILE", value_parser = picture)]
     plot: Option<PathBuf>,
-    /// Override a key of the scene; VALUE is TOML, a bare word a string.
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum OutputWord {
+enum OutputGroupWord {
     Angle,
     Slider,
     Deflection,
@@ -94,19 +96,19 @@ enum OutputWord {
     Energy,
 }
 
-impl From<OutputWord> for Output {
-    fn from(word: OutputWord) -> Self {
+impl From<OutputGroupWord> for OutputGroup {
+    fn from(word: OutputGroupWord) -> Self {
         match word {
-            OutputWord::Angle => Output::Angle,
-            OutputWord::Slider => Output::Slider,
-            OutputWord::Deflection => Output::Deflection,
-            OutputWord::Forces => Output::Forces,
-            OutputWord::Energy => Output::Energy,
+            OutputGroupWord::Angle => OutputGroup::Angle,
+            OutputGroupWord::Slider => OutputGroup::Slider,
+            OutputGroupWord::Deflection => OutputGroup::Deflection,
+            OutputGroupWord::Forces => OutputGroup::Forces,
+            OutputGroupWord::Energy => OutputGroup::Energy,
         }
     }
 }
 
-pub(super) fn trade(args: &Args) -> anyhow::Result<Done> {
+pub(super) fn trade(args: &Args) -> anyhow::Result<ExitStatus> {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
         bail!("{}: exists already, and scenes are never overwritten", taken.display());
@@ -118,9 +120,9 @@ pub(super) fn trade(args: &Args) -> anyhow::Result<Done> {
         choose(&source.scene, &study, &demands, args.budget, &mut |running| bar.set_message(format!("verifying: {running}")))
     });
     bar.finish_and_clear();
-    tell(&args.scene, &study)?;
+    print_study(&args.scene, &study)?;
     write(args, &study)?;
-    choice.map_or(Ok(Done::Well), |choice| decide(args, &source, &choice))
+    choice.map_or(Ok(ExitStatus::Success), |choice| decide(args, &source, &choice))
 }
 
 fn write(args: &Args, study: &Study) -> anyhow::Result<()> {
@@ -137,7 +139,7 @@ fn write(args: &Args, study: &Study) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn words(outputs: &[Output]) -> String {
+fn words(outputs: &[OutputGroup]) -> String {
     outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", ")
 }
 
@@ -151,20 +153,20 @@ fn question(args: &Args) -> Question {
             steps_s: args.steps.clone(),
             link_by_link: args.tolerance.is_some(),
         },
-        outputs: args.outputs.iter().map(|word| Output::from(*word)).collect(),
+        outputs: args.outputs.iter().map(|word| OutputGroup::from(*word)).collect(),
         until_s: args.until,
         budget_s: args.budget,
         enough: args.tolerance.map(|tolerance| 0.25 * tolerance),
     }
 }
 
-/// Prints the settings chosen, and writes them; or says what they fail by.
-fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<Done> {
+/// Prints and writes the chosen settings, or explains why none were found.
+fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<ExitStatus> {
     let mut out = std::io::stdout();
     match choice {
         Err(refusal) => {
             say!("refused: {refusal}");
-            Ok(Done::Refused)
+            Ok(ExitStatus::Refused)
         }
         Ok(chosen) => {
             let keys = chosen.row.configuration.keys(&source.scene);
@@ -176,12 +178,12 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<
                     .with_context(|| path.display().to_string())?;
                 say!("wrote {}", path.display());
             }
-            Ok(Done::Well)
+            Ok(ExitStatus::Success)
         }
     }
 }
 
-/// The settings as TOML, with what they were measured to do.
+/// The settings as TOML, with their measured errors and speed.
 fn sections(chosen: &Chosen, keys: &[String]) -> String {
     let error = chosen.row.outcome.as_ref().map_or(f64::NAN, |measured| measured.error);
     let trial = &chosen.trial;
@@ -206,7 +208,7 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     text
 }
 
-const HEAD: [&str; 21] = [
+const HEAD: [&str; 20] = [
     "",
     "model",
     "integrator",
@@ -226,17 +228,16 @@ const HEAD: [&str; 21] = [
     "mesh",
     "newton",
     "factor",
-    "memory B",
     "note",
 ];
 
-fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
+fn print_study(name: &str, study: &Study) -> anyhow::Result<()> {
     let mut rows = vec![HEAD.map(str::to_owned).to_vec()];
     rows.extend(study.measured().map(|(row, measured)| line(study, row, measured)));
     let mut out = std::io::stdout();
     let grid = &study.grid;
     writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
-    let estimate = Output::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
+    let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
     writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
     print(&rows, 4)?;
@@ -250,18 +251,18 @@ fn tell(name: &str, study: &Study) -> anyhow::Result<()> {
         writeln!(out, "  {:>9.2e} s/s  error {:.1e}  {}", measured.timing.seconds_per_s, measured.error, row.configuration)?;
     }
     if study.left_out > 0 {
-        writeln!(out, "{} finer configurations were left out: --budget allows no more", study.left_out)?;
+        writeln!(out, "{} finer configurations were skipped: --budget allows no more", study.left_out)?;
     }
     if study.cut_short {
-        say!("warning: the budget ran out by the clock: another run may get further, or less far");
+        say!("warning: the time budget ran out: another run may compute more or fewer configurations");
     }
     Ok(())
 }
 
-/// A configuration in the terminal.
+/// One row of the table: a configuration with its measurements.
 fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
     let Configuration { family, step_s } = &row.configuration;
-    let error = |output: Output| {
+    let error = |output: OutputGroup| {
         let (error, estimate) = (m.errors.of(output), study.reference.estimate.of(output));
         match error {
             error if error < estimate => format!("<{estimate:.1e}"),
@@ -270,10 +271,10 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
         }
     };
     let timing = &m.timing;
-    let spread = 50.0 * (timing.spread[1] - timing.spread[0]) / timing.seconds_per_s;
+    let spread = 50.0 * (timing.slowest_per_s - timing.quickest_per_s) / timing.seconds_per_s;
     let order = |order: Option<f64>| order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}"));
     let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
-    let [angle, slider, deflection, forces, energy] = Output::ALL.map(error);
+    let [angle, slider, deflection, forces, energy] = OutputGroup::ALL.map(error);
     vec![
         if m.on_front { "*".to_owned() } else { String::new() },
         family.model.as_str().to_owned(),
@@ -294,7 +295,6 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
         order(m.mesh_order),
         per_step(m.effort.newton_iterations),
         per_step(m.effort.factorizations),
-        m.memory_bytes.to_string(),
         match (m.out_of_range, m.effort.retried) {
             (true, _) => "out of range".to_owned(),
             (_, 0) => String::new(),

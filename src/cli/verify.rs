@@ -1,12 +1,12 @@
-//! `verify`: whether recordings are sound, physical, and what their scene and commands give.
+//! `verify`: whether recordings are intact, physical, and equal to what their scene and commands compute.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::progress::over_file;
-use super::{Done, counted};
-use crate::resimulation::{Finding, Recomputed, Source, Verification, verify as verify_source};
+use super::{ExitStatus, counted};
+use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
 use crate::simulation::EnergyVerdict;
 
@@ -16,9 +16,9 @@ Examples:
   flexcrank verify recordings/crank.mcap
   flexcrank verify recordings/*.mcap
 
-Exit codes: 0 sound and equal to the bit, 1 damaged or different, 3 sound but lossy (cut off, or a queue was full).";
+Exit codes: 0 intact and equal to the bit, 1 damaged or different, 3 intact but lossy (cut off, or a queue was full).";
 
-/// Findings that are printed; more are only counted.
+/// Largest number of findings printed.
 const SHOWN: usize = 20;
 
 #[derive(Debug, clap::Args)]
@@ -28,20 +28,20 @@ pub(super) struct Args {
     files: Vec<PathBuf>,
 }
 
-pub(super) fn verify(args: &Args) -> anyhow::Result<Done> {
-    let mut worst = Done::Well;
+pub(super) fn verify(args: &Args) -> anyhow::Result<ExitStatus> {
+    let mut worst = ExitStatus::Success;
     for file in &args.files {
         worst = match (worst, one(file)?) {
-            (Done::Refused, _) | (_, Done::Refused) => Done::Refused,
-            (Done::Lossy, _) | (_, Done::Lossy) => Done::Lossy,
+            (ExitStatus::Refused, _) | (_, ExitStatus::Refused) => ExitStatus::Refused,
+            (ExitStatus::Lossy, _) | (_, ExitStatus::Lossy) => ExitStatus::Lossy,
             (_, done) => done,
         };
     }
     Ok(worst)
 }
 
-fn one(file: &Path) -> anyhow::Result<Done> {
-    let source = Source::open(file)?;
+fn one(file: &Path) -> anyhow::Result<ExitStatus> {
+    let source = RecordedSession::open(file)?;
     let begun = Instant::now();
     let bar = over_file(file, 2);
     let found = verify_source(&source, &|reading, position| {
@@ -51,17 +51,17 @@ fn one(file: &Path) -> anyhow::Result<Done> {
     bar.finish_and_clear();
     report(&source, &found, begun.elapsed())?;
     Ok(match (found.findings.is_empty(), found.is_wrong()) {
-        (true, _) => Done::Well,
-        (false, true) => Done::Refused,
-        (false, false) => Done::Lossy,
+        (true, _) => ExitStatus::Success,
+        (false, true) => ExitStatus::Refused,
+        (false, false) => ExitStatus::Lossy,
     })
 }
 
-/// The largest error of the energy balance beside the energy in play, and the verdict on it.
+/// The largest balance error, relative to the energy in play, and the verdict.
 fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) -> String {
     match verdict {
         None => "no message has energies".to_owned(),
-        Some(EnergyVerdict::NotJudged) => "energy balance not judged: the method does not know all of its energy".to_owned(),
+        Some(EnergyVerdict::NotJudged) => "energy balance not checked: the method does not compute all energies".to_owned(),
         Some(EnergyVerdict::Unbalanced { worst_j, in_play_j }) => unbalanced(worst_j, in_play_j),
         Some(EnergyVerdict::Balanced) if energy_j == 0.0 => "no energy was in play".to_owned(),
         Some(EnergyVerdict::Balanced) => {
@@ -71,22 +71,22 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
     }
 }
 
-fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Result<()> {
+fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std::io::Result<()> {
     let mut out = std::io::stdout();
     let Verification { structure, physics, recomputed, span_s, findings } = found;
     writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;
-    let other = source.about.other_build();
+    let other = source.metadata.other_build();
     if !other.is_empty() {
         writeln!(out, "  recorded by another build ({}): last bits may differ", other.join("; "))?;
     }
     writeln!(out, "  structure: {} in {}", counted(structure.messages, "message"), counted(structure.chunks, "chunk"))?;
     if source.publish.is_none() {
-        writeln!(out, "  the recording does not say which steps were published: missing ones cannot be told")?;
+        writeln!(out, "  the recording does not state its publishing rates: missing steps cannot be found")?;
     }
     writeln!(out, "  physics: joints closed to {:.0e} m, {}", physics.joint_gap_m, balance(recomputed))?;
     writeln!(
         out,
-        "  computed again: {} from {} with {}, {} compared, in {:.2} s ({:.0} times real time)",
+        "  re-simulated: {} from {} with {}, {} compared, in {:.2} s ({:.0} times real time)",
         counted(recomputed.steps, "step"),
         counted(recomputed.checkpoints, "checkpoint"),
         counted(recomputed.pulses, "pulse"),
@@ -95,7 +95,7 @@ fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Res
         span_s / took.as_secs_f64().max(1e-9)
     )?;
     if recomputed.skipped > 0 {
-        writeln!(out, "  not computed again, as what leads to them is lost: {} messages", recomputed.skipped)?;
+        writeln!(out, "  not re-simulated, because data before them is lost: {} messages", recomputed.skipped)?;
     }
     for finding in findings.iter().take(SHOWN) {
         let kind = if finding.is_loss() { "lost" } else { "wrong" };
@@ -105,8 +105,8 @@ fn report(source: &Source, found: &Verification, took: Duration) -> std::io::Res
         writeln!(out, "  and {} more", findings.len() - SHOWN)?;
     }
     let verdict = match (findings.is_empty(), findings.iter().all(Finding::is_loss)) {
-        (true, _) => "sound, and equal to the bit",
-        (false, true) => "what is left is sound, and equal to the bit",
+        (true, _) => "intact, and equal to the bit",
+        (false, true) => "the rest is intact, and equal to the bit",
         (false, false) => "NOT as recorded",
     };
     writeln!(out, "  {verdict}")

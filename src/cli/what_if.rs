@@ -1,16 +1,16 @@
-//! `replay --what-if`: a recorded session computed again with a change.
+//! `replay --what-if`: a recorded session re-simulated with a change.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::Done;
+use super::ExitStatus;
 use super::progress::over_file;
-use crate::recording::{Written, place};
-use crate::resimulation::{AddedPulse, Change, Outcome, Source, what_if as compute};
+use crate::recording::{Written, paths};
+use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
 
-/// Options of a replay that mean nothing where nothing goes on the bus.
-const OF_THE_BUS: [&str; 16] = [
+/// Options of a replay that do not apply to a what-if, which publishes nothing.
+const REPLAY_ONLY_OPTIONS: [&str; 16] = [
     "rate",
     "looped",
     "start_offset",
@@ -32,13 +32,13 @@ const OF_THE_BUS: [&str; 16] = [
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).multiple(true))]
 pub(super) struct Args {
-    /// Compute the session again with a change instead (nothing goes on the bus), record the result, say where the two part.
-    #[arg(long, requires = "change", conflicts_with_all = OF_THE_BUS)]
+    /// Re-simulate the session with a change instead of replaying it; record the result, and report where both deviate.
+    #[arg(long, requires = "change", conflicts_with_all = REPLAY_ONLY_OPTIONS)]
     what_if: bool,
-    /// What if there had been this pulse too; START in simulated s since the session began, TORQUE in N·m, DURATION in s.
+    /// Add a pulse; START in simulated s since the session began, TORQUE in N·m, DURATION in s.
     #[arg(long, value_name = "START:TORQUE:DURATION", requires = "what_if", value_parser = added_pulse)]
     add_pulse: Vec<AddedPulse>,
-    /// What if the scene had been another: override one of its keys.
+    /// Override a key of the scene.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "what_if")]
     overrides: Vec<String>,
     /// Record the result to this file instead of recordings/NAME-what-if-TIME.mcap.
@@ -61,40 +61,40 @@ fn added_pulse(text: &str) -> Result<AddedPulse, String> {
     }
 }
 
-pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<Done> {
-    let source = Source::open(file)?;
+pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<ExitStatus> {
+    let source = RecordedSession::open(file)?;
     let change = Change {
         pulses: args.add_pulse.clone(),
         overrides: args.overrides.clone(),
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
     };
-    let fresh = || place::fresh(Path::new(place::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
+    let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
     let bar = over_file(file, 1);
     let outcome = compute(&source, &change, &args.record.clone().unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();
     report(&outcome?)
 }
 
-fn report(outcome: &Outcome) -> anyhow::Result<Done> {
-    let Outcome { from_s, parting, diverged, written } = outcome;
+fn report(outcome: &WhatIfOutcome) -> anyhow::Result<ExitStatus> {
+    let WhatIfOutcome { from_s, deviation, diverged, written } = outcome;
     let mut out = std::io::stdout();
-    writeln!(out, "computed again from t = {from_s} s")?;
+    writeln!(out, "re-simulated from t = {from_s} s")?;
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
-    match &parting.first {
-        None => writeln!(out, "the two never part")?,
-        Some(first) => writeln!(out, "the two part at {first}")?,
+    match &deviation.first {
+        None => writeln!(out, "no deviation")?,
+        Some(first) => writeln!(out, "first deviation: {first}")?,
     }
-    for (name, (largest, at_s)) in &parting.largest {
-        match largest {
+    for (name, LargestDifference { value, at_s }) in &deviation.largest {
+        match value {
             0.0 => writeln!(out, "  {name:<24} is the same")?,
-            _ => writeln!(out, "  {name:<24} differs by at most {largest:.6e}, at t = {at_s:.3} s")?,
+            _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
         }
     }
     if let Some(diverged) = diverged {
         say!("error: {diverged}");
-        return Ok(Done::Diverged);
+        return Ok(ExitStatus::Diverged);
     }
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }

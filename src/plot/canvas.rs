@@ -24,7 +24,7 @@ const FAMILY: &str = "sans-serif";
 /// DejaVu Sans, cut down to Latin, Greek and mathematical signs; see `font/README.md`.
 pub(super) const FONT: &[u8] = include_bytes!("font/DejaVuSans-subset.ttf");
 
-/// Where a text stands by its point; vertically it is always centred.
+/// Horizontal alignment of a text; vertically it is always centred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Align {
     Left,

@@ -1,4 +1,4 @@
-//! What can go wrong when a picture is made.
+//! Errors of drawing.
 
 use std::path::PathBuf;
 
@@ -10,15 +10,15 @@ pub enum PlotError {
     Draw {
         /// The figure.
         title: String,
-        /// What the library says.
+        /// The library's error.
         cause: String,
     },
     /// The file or folder could not be written.
     #[error("{}: {cause}", path.display())]
     File {
-        /// Which one.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         cause: std::io::Error,
     },
     /// A column that is not there.

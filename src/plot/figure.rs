@@ -1,9 +1,9 @@
-//! A figure as data: a title, two axes, curves. It says what is drawn; how it looks is decided once, in the drawing.
+//! A figure as data: a title, two axes, curves. It holds what is drawn; the drawing decides how it looks.
 
 /// Curves over two axes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
-    /// What stands above it.
+    /// Title of the figure.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
@@ -11,24 +11,24 @@ pub struct Figure {
     pub y: Axis,
     /// The curves, in the order of the legend.
     pub series: Vec<Series>,
-    /// The same length a unit on both axes, as paths and hodographs need.
+    /// Whether both axes have the same scale, as paths and hodographs need.
     pub equal_aspect: bool,
 }
 
 /// One axis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Axis {
-    /// What it measures.
+    /// Quantity and unit.
     pub label: String,
     /// In what unit; empty for pure numbers.
     pub unit: String,
-    /// How values lie along it.
+    /// Scale of the axis.
     pub scale: Scale,
-    /// What stands at 0, 1, 2, …, where the axis is a list of cases; empty elsewhere.
+    /// Labels at 0, 1, 2, … of an axis that lists cases; empty for others.
     pub names: Vec<String>,
 }
 
-/// How values lie along an axis.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly.
@@ -49,14 +49,14 @@ pub struct Series {
     pub xs: Vec<f64>,
     /// Vertical values; what has no partner in `xs` is left out.
     pub ys: Vec<f64>,
-    /// How it is drawn.
+    /// How the curve is drawn.
     pub mark: Mark,
 }
 
-/// How a curve is drawn. Colour, dash and marker follow from its place among the curves.
+/// Style of a curve. Colour, dash and marker follow from its position among the curves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Mark {
-    /// A line; markers here and there tell it from others.
+    /// A line, with sparse markers to distinguish it.
     #[default]
     Line,
     /// A marker at every point.

@@ -14,7 +14,7 @@ const TICK_ROOM: [f64; 2] = [62.0, 46.0];
 /// Room a name takes along y, px; along x it takes its width.
 const NAME_ROOM: f64 = 17.0;
 
-/// What interval an axis shows, and how.
+/// The interval of an axis, and its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Span {
     pub low: f64,
@@ -38,13 +38,13 @@ impl Span {
         Span { low: back(low - more), high: back(high + more), scale }
     }
 
-    /// The same middle, `part` times the length.
+    /// The same middle, with the length multiplied by `part`.
     pub fn stretched(self, part: f64) -> Self {
         let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0 * part);
         Span { low: middle - half, high: middle + half, ..self }
     }
 
-    /// Where `value` lies: 0 at the low end, 1 at the high; `None` for what cannot be shown.
+    /// Relative position of `value`: 0 at the low end, 1 at the high; `None` for a value that cannot be shown.
     pub fn part(&self, value: f64) -> Option<f64> {
         let [low, high] = [position(self.low, self.scale)?, position(self.high, self.scale)?];
         Some((position(value, self.scale)? - low) / (high - low))
@@ -62,7 +62,7 @@ impl Span {
 /// Largest size, and smallest on a logarithmic axis, of what is shown; beyond, lengths of intervals overflow.
 const LARGEST: f64 = 1e300;
 
-/// Where a value lies in terms of what is even along the axis.
+/// Position of a value on the axis's even scale.
 fn position(value: f64, scale: Scale) -> Option<f64> {
     match scale {
         _ if !value.is_finite() || value.abs() > LARGEST => None,
@@ -81,7 +81,7 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
     if high - low > 1e-11 * size { (low, high) } else { (low - 0.1 * size, high + 0.1 * size) }
 }
 
-/// Where the axes stand on the sheet, px, and what they show.
+/// Position of the axes on the sheet, px, and their intervals.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub left: f64,
@@ -93,7 +93,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Where a point lies on the sheet.
+    /// Position of a point on the sheet.
     pub fn at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         Some([self.left + self.width * self.x.part(x)?, self.top + self.height * (1.0 - self.y.part(y)?)])
     }
@@ -139,7 +139,7 @@ pub(super) fn left_room(axis: &Axis, span: &Span, height: f64) -> f64 {
     GAP + widest + 34.0
 }
 
-/// Which way an axis runs.
+/// Direction of an axis.
 #[derive(Debug, Clone, Copy)]
 enum Along {
     X,

@@ -15,30 +15,30 @@ const HEIGHT: f64 = 400.0;
 const BAR: f64 = 18.0;
 /// Room right of the frame for the colour bar, its ticks and its label, px.
 const BAR_ROOM: f64 = 110.0;
-/// How far cells reach under those drawn after them, px.
+/// Overlap of neighbouring cells, px.
 const OVERLAP: f64 = 0.5;
 const SHADES: usize = 128;
 
 /// A value for every pair of an x and a y.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
-    /// What stands above it.
+    /// Title of the map.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Where the cells are, ascending: their centres.
+    /// Centres of the cells along the horizontal axis, ascending.
     pub xs: Vec<f64>,
     /// Likewise upwards.
     pub ys: Vec<f64>,
     /// Values, row by row: `values[j][i]` at `xs[i]`, `ys[j]`. What is not finite stays white.
     pub values: Vec<Vec<f64>>,
-    /// What the values are.
+    /// Kind of the values.
     pub key: Key,
 }
 
-/// What the values of a map are.
+/// Kind of a map's values.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Key {
     /// A quantity, shown by a colour bar.

@@ -44,7 +44,7 @@ pub enum Picture {
 }
 
 impl Picture {
-    /// What stands above it.
+    /// Title of the picture.
     pub fn title(&self) -> &str {
         match self {
             Picture::Figure(figure) => &figure.title,

@@ -19,7 +19,7 @@ const UNITS: [(&str, &str); 14] = [
     ("w", "W"),
 ];
 
-/// What a dimensionless value was divided by.
+/// Divisors of dimensionless values.
 const DIVISORS: [(&str, &str); 6] =
     [("l2", "l₂"), ("l1", "l₁"), ("m3", "m₃"), ("omega", "ω"), ("omega2", "ω²"), ("squared", "²")];
 

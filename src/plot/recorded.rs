@@ -15,7 +15,7 @@ pub struct Titled {
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
 
-/// What a recording shows as a matter of course; what the model did not know is left out.
+/// The default figures of a recording; quantities that the model does not compute are omitted.
 pub fn recorded(topics: &[Named]) -> Vec<Titled> {
     let topic = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name)).map(|topic| &topic.table);
     let mut figures = Vec::new();
@@ -131,7 +131,7 @@ fn ends(table: &Table) -> Vec<Titled> {
     figures
 }
 
-/// Of every link that bends, the node that bends most.
+/// The node with the largest deflection of every flexible link.
 fn deflections(table: &Table) -> Vec<(String, &[f64])> {
     let size =
         |values: &[f64]| values.iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));

@@ -7,7 +7,7 @@ use crate::study::Table;
 /// A table and its name in errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
-    /// What it is called: a file, a topic.
+    /// Name of a file or topic.
     pub name: String,
     /// Its numbers.
     pub table: Table,
@@ -64,7 +64,7 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
             groups.push((String::new(), vec![name.to_owned()]));
             continue;
         }
-        // What is dimensionless has no unit to share: its divisor tells what it may be compared with.
+        // A dimensionless value has no unit to share: columns are grouped by divisor.
         let kind = name.split_once("_over_").map_or_else(|| quantity::unit(name), |(_, divisor)| divisor.to_owned());
         match groups.iter_mut().find(|(other, _)| *other == kind) {
             Some((_, names)) => names.push(name.to_owned()),
@@ -83,7 +83,8 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     groups.into_iter().map(drawn).collect()
 }
 
-/// Columns of many units on one axis, each over its largest magnitude, which the legend tells: what a sweep over the ratio trades.
+/// Columns of many units on one axis, each over its largest magnitude, which the legend states: the trade-off of a sweep over the
+/// ratio.
 fn together(place: &str, table: &Table, x: &str, names: &[String]) -> Figure {
     let mut figure = Figure::new(place, Axis::new("crank-to-rod ratio λ", ""), Axis::new("over its largest", ""));
     for name in names {

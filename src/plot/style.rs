@@ -1,4 +1,4 @@
-//! How figures look: colours that colour-blind people tell apart, and dashes and markers that tell the curves apart in
+//! The look of figures: colours that colour-blind people can distinguish, and dashes and markers that distinguish the curves in
 //! black and white.
 
 use plotters::style::RGBColor;
@@ -14,8 +14,8 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Of categories of a map, the best first: blue, orange, red, grey, purple, black, green. To those who see no red or no green they differ in
-/// lightness.
+/// Colours of a map's categories, the best first: blue, orange, red, grey, purple, black, green. They also differ in lightness,
+/// for readers who see no red or no green.
 const CATEGORIES: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(240, 168, 48),
@@ -62,7 +62,7 @@ pub(super) enum Marker {
     Cross,
 }
 
-/// What tells one curve from the others.
+/// Colour, dash and marker of a curve.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Style {
     pub colour: RGBColor,

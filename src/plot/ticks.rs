@@ -1,4 +1,4 @@
-//! Where an axis has its ticks, and what stands at them.
+//! Ticks of an axis: positions and labels.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ pub(super) struct Ticks {
     pub minor: Vec<f64>,
     /// Power of ten that the numbers are to be multiplied by.
     pub exponent: i32,
-    /// What has been taken away from the values before; 0 mostly.
+    /// Offset subtracted from the values; usually 0.
     pub offset: f64,
 }
 

@@ -53,7 +53,7 @@ fn points(table: &Table) -> Option<Vec<Point>> {
     Some((0..table.rows()).filter_map(point).collect())
 }
 
-/// Those that nothing beats, cheapest first.
+/// The points of the front, cheapest first.
 fn best<'a>(points: &[&'a Point]) -> Vec<&'a Point> {
     let on_front = front(&points.iter().map(|point| [point.cost, point.error]).collect::<Vec<_>>());
     let mut best: Vec<&Point> = points.iter().zip(on_front).filter(|(_, on_front)| *on_front).map(|(point, _)| *point).collect();

@@ -1,4 +1,4 @@
-//! What is in a chunk.
+//! Chunks of MCAP files: their records and messages.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -9,17 +9,17 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
 use super::parse::parse;
-use super::reader::{RECORD_LIMIT, Recorded};
+use super::reader::{RECORD_LIMIT, RecordedMessage};
 
-/// Channels and schemas seen so far.
+/// Channels and schemas read so far.
 pub(super) type Channels = ChannelAccumulator<'static>;
 
-/// Bytes of a chunk's header without its compression's name.
+/// Size of a chunk's header without the name of its compression, bytes.
 const HEADER: usize = 40;
-/// Opcode and length before every record.
+/// Size of the opcode and length before every record, bytes.
 pub(super) const RECORD_HEAD: u64 = 9;
 
-/// The records of a chunk, one by one. A record never reaches beyond the chunk, whatever its length says.
+/// Iterates over the records of a chunk. A record never reaches beyond the chunk, whatever its length states.
 pub(super) struct Records<'a> {
     bytes: Cow<'a, [u8]>,
     at: usize,
@@ -27,10 +27,10 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// Of a whole chunk record. Its sum is looked at before anything else is.
+    /// Opens a complete chunk record. Its checksum is checked first.
     ///
     /// # Errors
-    /// When it is shorter than it says.
+    /// Fails if the record is shorter than stated.
     pub(super) fn of(record: impl Into<Cow<'a, [u8]>>) -> McapResult<Self> {
         let mut record = record.into();
         let length = content_end(&record).filter(|end| *end <= record.len()).ok_or(McapError::UnexpectedEoc)?;
@@ -41,10 +41,10 @@ impl<'a> Records<'a> {
         Ok(Records::new(record, length, true))
     }
 
-    /// Of the beginning of a chunk record, up to where it was cut. No sum covers that.
+    /// Opens the beginning of a chunk record that was cut off. No checksum covers it.
     ///
     /// # Errors
-    /// When not even its header is there, or it is none.
+    /// Fails if the header is incomplete or invalid.
     pub(super) fn of_cut(record: impl Into<Cow<'a, [u8]>>) -> McapResult<Self> {
         let record = record.into();
         let length = content_end(&record).filter(|end| *end >= record.len()).ok_or(McapError::UnexpectedEoc)?;
@@ -64,13 +64,13 @@ impl<'a> Records<'a> {
         Records { bytes, at: 0, reader }
     }
 
-    /// Hands one record after the other to `take`, until that returns something; `None` when there are no more.
+    /// Passes records to `take` until it returns a value; `None` if there are no more records.
     ///
     /// # Errors
-    /// When the chunk is damaged, or cut; and those of `take`.
+    /// Fails if the chunk is damaged or cut off, or if `take` fails.
     pub(super) fn find<T>(&mut self, mut take: impl FnMut(u8, &[u8]) -> McapResult<Option<T>>) -> McapResult<Option<T>> {
         while let Some(event) = self.reader.next_event() {
-            // The reader takes the chunk for a file.
+            // The reader treats the chunk as a file.
             let event =
                 event.map_err(|error| if matches!(error, McapError::UnexpectedEof) { McapError::UnexpectedEoc } else { error });
             match event? {
@@ -92,7 +92,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Where the content of a chunk ends, by its header.
+/// Returns where the content of a chunk ends, by its header.
 fn content_end(record: &[u8]) -> Option<usize> {
     let name = usize::try_from(u32::from_le_bytes(*record.get(28..)?.first_chunk()?)).ok()?;
     let size = u64::from_le_bytes(*record.get(name.checked_add(HEADER - 8)?..)?.first_chunk()?);
@@ -100,17 +100,17 @@ fn content_end(record: &[u8]) -> Option<usize> {
     (end <= RECORD_LIMIT).then_some(end)
 }
 
-/// The messages of a chunk whose sum is right.
+/// The messages of a chunk with a valid checksum.
 #[derive(Default)]
 pub(super) struct Chunk {
-    /// With the number of their channel.
-    pub messages: Vec<(u16, Recorded)>,
-    /// What its message indexes must say.
+    /// Messages with their channel ids.
+    pub messages: Vec<(u16, RecordedMessage)>,
+    /// The expected content of the chunk's message indexes.
     pub index: BTreeMap<u16, Vec<MessageIndexEntry>>,
 }
 
 impl Chunk {
-    /// From a chunk record.
+    /// Reads a chunk record.
     pub(super) fn read(record: &[u8], channels: &mut Channels) -> McapResult<Self> {
         let (mut chunk, mut offset) = (Chunk::default(), 0);
         Records::of(record)?.find(|opcode, data| {
@@ -129,7 +129,7 @@ impl Chunk {
                 let id = header.channel_id;
                 let channel = channels.get(id).ok_or(McapError::UnknownChannel(header.sequence, id))?;
                 self.index.entry(id).or_default().push(MessageIndexEntry { log_time: header.log_time, offset });
-                let message = Recorded {
+                let message = RecordedMessage {
                     channel,
                     sequence: header.sequence,
                     log_time: header.log_time,

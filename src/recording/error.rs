@@ -1,4 +1,4 @@
-//! What can go wrong with a recording.
+//! Errors of recordings.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -6,88 +6,88 @@ use std::path::{Path, PathBuf};
 /// A recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// The file could not be made, opened, read or written.
+    /// The file could not be created, opened, read or written.
     #[error("{}: {}", path.display(), why(path, cause))]
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         cause: std::io::Error,
     },
-    /// A file of this name is there already.
+    /// A file of this name exists.
     #[error("{}: exists already, and recordings are never overwritten", .0.display())]
     Exists(PathBuf),
-    /// The file is something else.
+    /// The file is not MCAP.
     #[error("{}: not an MCAP file", .0.display())]
     NotMcap(PathBuf),
     /// The file is damaged.
     #[error("{}: {cause}", path.display())]
     Mcap {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the reader says.
+        /// The reader's error.
         cause: mcap::McapError,
     },
-    /// A chunk that the index points at is damaged.
+    /// An indexed chunk is damaged.
     #[error("{}: the chunk at byte {at} is damaged: {cause}; `flexcrank recover` saves the rest", path.display())]
     Chunk {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Where in the file it begins.
+        /// Position of the chunk, bytes.
         at: u64,
-        /// What the reader says.
+        /// The reader's error.
         cause: mcap::McapError,
     },
-    /// There is nothing to read in it.
+    /// The file has no messages.
     #[error("{}: no messages", path.display())]
     Empty {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// A message cannot be decoded by the schema that the file gives for it.
+    /// A message does not fit its schema in the file.
     #[error("{}: a message on `{topic}` does not fit its schema: {cause}", path.display())]
     Undecodable {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// The message's topic.
+        /// Topic of the message.
         topic: String,
-        /// What the decoder says.
+        /// The decoder's error.
         cause: String,
     },
-    /// It does not say what was recorded.
+    /// The file lacks metadata and scene.
     #[error("{}: not a flexcrank recording, or its beginning is lost: no metadata and scene", path.display())]
     Anonymous {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
-    /// Times were asked for at which nothing was recorded.
+    /// Nothing was recorded at the requested times.
     #[error("{}: no messages from {from_s} s{}: the recording lasts {duration_s} s", path.display(), to_s.map_or(String::new(), |to_s| format!(" to {to_s} s")))]
     Outside {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Beginning of what was asked for, s since the first message.
+        /// Requested start, s since the first message.
         from_s: f64,
-        /// Its end, s; that of the recording when none is given.
+        /// Requested end, s; `None` is the end of the recording.
         to_s: Option<f64>,
-        /// How long the recording is, s.
+        /// Duration of the recording, s.
         duration_s: f64,
     },
-    /// A column was asked for that no message has.
+    /// No message has the requested column.
     #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or(String::new(), |name| format!("; did you mean `{name}`?")))]
     Column {
-        /// Which recording.
+        /// The recording.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested column.
         wanted: String,
-        /// What is most like it.
+        /// The most similar column.
         nearest: Option<String>,
     },
-    /// A name for a recording that is not a plain file name.
+    /// The name of a recording is not a plain file name.
     #[error("`{0}` is not a name for a recording: letters, digits, dots, dashes and underscores, not beginning with a dot")]
     Name(String),
 }
 
-/// What the system says of a folder that was taken for a file says little.
+/// A plain reason if a folder was given for a file: the system's message says little.
 fn why(path: &Path, cause: &std::io::Error) -> String {
     match cause.kind() {
         ErrorKind::InvalidInput | ErrorKind::IsADirectory if path.is_dir() => "is a folder, not a file".to_owned(),
@@ -110,7 +110,7 @@ impl RecordingError {
         }
     }
 
-    /// Of a file that could not be written: what the system says is more than that something was wrong with it.
+    /// The error of a file that could not be written: the system's error explains more than the writer's.
     pub(super) fn unwritten(path: impl Into<PathBuf>) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.into();
         |cause| match cause {

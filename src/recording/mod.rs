@@ -1,36 +1,36 @@
-//! Sessions as MCAP files: writing, reading, exporting. The only layer that names mcap.
+//! Recordings: sessions as MCAP files, written, read, recovered and exported. Only this layer uses the mcap library.
 
-mod about;
-pub mod build;
+pub mod build_info;
 mod chunk;
-mod columns;
 mod error;
 mod export;
-mod facts;
 mod message;
+mod metadata;
 mod parse;
-pub mod place;
+pub mod paths;
 mod reader;
 mod recorder;
+mod recording_file;
 mod recover;
 mod rows;
+mod session_info;
 mod settings;
-mod source;
 mod summary;
+mod topic_columns;
 mod walk;
 mod writer;
 
-pub use about::About;
-pub use columns::{Contents, Topic, read_columns};
 pub use error::RecordingError;
 pub use export::{Export, Exported, export};
-pub use facts::{Session, log_time_ns, nanoseconds};
 pub use message::Message;
-pub use reader::{Channel, Messages, Recorded, is_cut_off};
+pub use metadata::RecordingMetadata;
+pub use reader::{Channel, Messages, RecordedMessage, is_cut_off};
 pub use recorder::Recorder;
+pub use recording_file::RecordingFile;
 pub use recover::{Loss, Recovered, recover};
 pub use rows::scalars;
+pub use session_info::{SessionInfo, log_time_ns, nanoseconds};
 pub use settings::{Settings, Split, WhenFull};
-pub use source::Source;
-pub use walk::{Damage, Found, Going, Structure, walk};
+pub use topic_columns::{Contents, TopicColumns, read_columns};
+pub use walk::{Damage, Structure, WalkFlow, WalkItem, walk};
 pub use writer::{SessionWriter, Written};

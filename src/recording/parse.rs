@@ -1,55 +1,57 @@
-//! Records parsed, after a look at the lengths that they state: the parser believes them, and takes the memory.
+//! Parsing of MCAP records, after a check of the lengths they state: the library's parser would allocate any stated length.
 
 use mcap::McapResult;
 use mcap::records::{Record, op};
 
-/// What a record consists of, as far as lengths are stated in it.
+/// A part of a record, as far as lengths are stated in it.
 #[derive(Clone, Copy)]
-enum Part {
-    /// So many bytes.
+enum RecordPart {
+    /// This many bytes.
     Fixed(usize),
-    /// A length and as many bytes.
+    /// A length and that many bytes.
     Text,
-    /// A length and as many bytes, all of them texts.
+    /// A length and that many bytes, all of them texts.
     Texts,
 }
 
-/// A record from its bytes.
+/// Parses a record.
 ///
 /// # Errors
-/// When it is not one.
+/// Fails if the bytes are not a valid record.
 pub(super) fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
-    let parts: &[Part] = match opcode {
-        op::HEADER => &[Part::Text, Part::Text],
-        op::SCHEMA => &[Part::Fixed(2), Part::Text, Part::Text, Part::Fixed(4)],
-        op::CHANNEL => &[Part::Fixed(4), Part::Text, Part::Text, Part::Texts],
-        op::METADATA => &[Part::Text, Part::Texts],
-        op::CHUNK => &[Part::Fixed(28), Part::Text, Part::Fixed(8)],
-        op::CHUNK_INDEX => &[Part::Fixed(32), Part::Text, Part::Fixed(8), Part::Text, Part::Fixed(16)],
-        op::ATTACHMENT_INDEX => &[Part::Fixed(40), Part::Text, Part::Text],
-        op::METADATA_INDEX => &[Part::Fixed(16), Part::Text],
-        // Two times before; the data's length and a checksum behind.
-        op::ATTACHMENT => &[Part::Fixed(16), Part::Text, Part::Text, Part::Fixed(12)],
+    let parts: &[RecordPart] = match opcode {
+        op::HEADER => &[RecordPart::Text, RecordPart::Text],
+        op::SCHEMA => &[RecordPart::Fixed(2), RecordPart::Text, RecordPart::Text, RecordPart::Fixed(4)],
+        op::CHANNEL => &[RecordPart::Fixed(4), RecordPart::Text, RecordPart::Text, RecordPart::Texts],
+        op::METADATA => &[RecordPart::Text, RecordPart::Texts],
+        op::CHUNK => &[RecordPart::Fixed(28), RecordPart::Text, RecordPart::Fixed(8)],
+        op::CHUNK_INDEX => {
+            &[RecordPart::Fixed(32), RecordPart::Text, RecordPart::Fixed(8), RecordPart::Text, RecordPart::Fixed(16)]
+        }
+        op::ATTACHMENT_INDEX => &[RecordPart::Fixed(40), RecordPart::Text, RecordPart::Text],
+        op::METADATA_INDEX => &[RecordPart::Fixed(16), RecordPart::Text],
+        // Two times before; the length of the data and a checksum after.
+        op::ATTACHMENT => &[RecordPart::Fixed(16), RecordPart::Text, RecordPart::Text, RecordPart::Fixed(12)],
         _ => &[],
     };
     let fits = parts.iter().try_fold(body, |rest, part| after(*part, rest)).is_some();
-    // Without a body it fails as it should.
+    // An empty body fails with the parser's own error.
     mcap::parse_record(opcode, if fits { body } else { &[] })
 }
 
-/// What comes after a part; `None` when it does not fit.
-fn after(part: Part, bytes: &[u8]) -> Option<&[u8]> {
+/// Returns the bytes after a part; `None` if the part does not fit.
+fn after(part: RecordPart, bytes: &[u8]) -> Option<&[u8]> {
     match part {
-        Part::Fixed(size) => bytes.get(size..),
-        Part::Text => {
+        RecordPart::Fixed(size) => bytes.get(size..),
+        RecordPart::Text => {
             let (length, rest) = bytes.split_first_chunk()?;
             rest.get(u32::from_le_bytes(*length) as usize..)
         }
-        Part::Texts => {
+        RecordPart::Texts => {
             let (length, rest) = bytes.split_first_chunk()?;
             let (mut texts, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
             while !texts.is_empty() {
-                texts = after(Part::Text, texts)?;
+                texts = after(RecordPart::Text, texts)?;
             }
             Some(rest)
         }
@@ -61,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_a_length_that_lies_is_refused_before_it_costs_memory() {
+    fn prop_a_wrong_length_is_refused_before_it_allocates_memory() {
         let channel = |map: u32, text: u32| {
             let mut body = vec![1, 0, 1, 0];
             for part in

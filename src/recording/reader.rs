@@ -1,4 +1,4 @@
-//! Recordings read back, message by message, in file order; memory is bounded by the largest chunk.
+//! Reading recordings message by message, in file order. Memory is bounded by the largest chunk.
 
 use std::fs::File;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
@@ -12,38 +12,38 @@ use super::RecordingError;
 use super::chunk::{Channels, RECORD_HEAD, Records};
 use super::parse::parse;
 
-/// Largest record and largest chunk that are read, bytes; a file that claims a larger one is refused.
+/// Size limit of records and chunks, bytes. A file that states a larger one is refused.
 pub(super) const RECORD_LIMIT: usize = 64 * 1024 * 1024;
 
-/// Most that is read at once, so that a lying length claims no memory.
+/// Largest single read, bytes, so that a wrong length allocates no memory.
 pub(super) const PIECE: usize = 64 * 1024;
 
 /// A topic of a recording, with its encoding and schema.
 pub type Channel = mcap::Channel<'static>;
 
-/// One message of a recording.
-pub type Recorded = mcap::Message<'static>;
+/// A message of a recording.
+pub type RecordedMessage = mcap::Message<'static>;
 
-/// The messages of a recording, in file order. Ends at the first damage, with the error; a chunk whose sum is wrong has none. Of
-/// a chunk that the file ends in come those that are there in full.
+/// The messages of a recording, in file order. Ends at the first damage, with the error; a chunk with a wrong checksum yields no
+/// message. If the file ends inside a chunk, the complete messages of that chunk are read.
 pub struct Messages {
     path: PathBuf,
     file: BufReader<File>,
     records: LinearReader,
-    /// Where the next record begins, bytes.
+    /// Start of the next record, bytes.
     position: u64,
     chunk: Option<Records<'static>>,
-    /// Whether that is one that the file ends in.
+    /// Whether the file ends inside that record.
     cut: bool,
     channels: Channels,
     over: bool,
 }
 
 impl Messages {
-    /// Opens a recording, whole or cut off.
+    /// Opens a recording, complete or cut off.
     ///
     /// # Errors
-    /// [`RecordingError::File`] when it cannot be opened.
+    /// [`RecordingError::File`] if the file cannot be opened.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
         let options = LinearReaderOptions::default()
@@ -62,8 +62,8 @@ impl Messages {
         })
     }
 
-    /// The next message; `None` at the end of the data.
-    fn read(&mut self) -> McapResult<Option<Recorded>> {
+    /// Reads the next message; `None` at the end of the data.
+    fn read(&mut self) -> McapResult<Option<RecordedMessage>> {
         loop {
             if let Some(chunk) = &mut self.chunk {
                 match chunk.find(|opcode, data| take(opcode, data, &mut self.channels)) {
@@ -84,7 +84,7 @@ impl Messages {
         }
     }
 
-    /// What comes next outside of any chunk. A chunk is opened.
+    /// Reads the next record outside of chunks; a chunk record opens the chunk.
     fn read_outside(&mut self) -> McapResult<Outside> {
         while let Some(event) = self.records.next_event() {
             match event {
@@ -115,11 +115,11 @@ impl Messages {
         Ok(Outside::End)
     }
 
-    /// What is there of the chunk that the file ends in.
+    /// Reads the remains of the chunk in which the file ends.
     fn cut_chunk(&mut self) -> McapResult<Records<'static>> {
         let mut rest = Vec::new();
         self.file.seek(SeekFrom::Start(self.position))?;
-        // The record is no longer than allowed, or that would have been the error.
+        // A longer record would have failed before.
         self.file.by_ref().take(RECORD_HEAD + RECORD_LIMIT as u64).read_to_end(&mut rest)?;
         if rest.first() != Some(&op::CHUNK) || rest.len() < RECORD_HEAD as usize {
             return Err(McapError::UnexpectedEof);
@@ -130,14 +130,14 @@ impl Messages {
 }
 
 enum Outside {
-    Message(Recorded),
+    Message(RecordedMessage),
     Chunk,
     End,
 }
 
-/// The message that a record is, if it is one. Records of no use here are not looked into: a damaged attachment must not keep
-/// anybody from the messages.
-pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResult<Option<Recorded>> {
+/// Decodes a message record; `None` for other records. These are not parsed, so that a damaged attachment does not block the
+/// messages.
+pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResult<Option<RecordedMessage>> {
     if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
         return Ok(None);
     }
@@ -154,7 +154,7 @@ pub(super) fn take(opcode: u8, data: &[u8], channels: &mut Channels) -> McapResu
 }
 
 impl Iterator for Messages {
-    type Item = Result<Recorded, RecordingError>;
+    type Item = Result<RecordedMessage, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.over {
@@ -166,7 +166,7 @@ impl Iterator for Messages {
     }
 }
 
-/// Whether an error only says that the file ends early, as a recording does whose program was killed.
+/// Whether an error only states that the file ends early, as after a killed program.
 pub fn is_cut_off(error: &RecordingError) -> bool {
     matches!(error, RecordingError::Mcap { cause: McapError::UnexpectedEof, .. })
 }

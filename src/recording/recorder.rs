@@ -1,4 +1,4 @@
-//! The recording thread: takes messages from a bounded queue, so that a slow disk never holds up the simulation.
+//! The recording thread: it writes messages from a bounded queue, so that a slow disk never blocks the simulation.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,21 +7,21 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendE
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::facts::Session;
+use super::session_info::SessionInfo;
 use super::settings::{Settings, WhenFull};
 use super::writer::{SessionWriter, Written};
-use super::{Message, RecordingError, place};
+use super::{Message, RecordingError, paths};
 
-/// Messages that may wait for the disk.
+/// Capacity of the queue to the disk.
 const QUEUE: usize = 8192;
-/// Between two looks at a full queue.
-const LOOK_AGAIN: Duration = Duration::from_millis(1);
-/// The thread rests between two looks at its queue: to be woken for every message would cost more than writing it. So long at
-/// most, and no longer than this part of the flush period.
-const REST: Duration = Duration::from_millis(10);
+/// Time between two attempts to send to a full queue.
+const POLL_PERIOD: Duration = Duration::from_millis(1);
+/// Longest pause between two looks at the queue; never more than this fraction of the flush period. Waking the thread for every
+/// message would cost more than writing the message.
+const QUEUE_POLL_PERIOD: Duration = Duration::from_millis(10);
 const REST_PER_FLUSH: u32 = 8;
-/// It does not rest when it found so many.
-const MANY: usize = 512;
+/// After a batch of this many messages, the thread does not pause.
+const BUSY_BATCH: usize = 512;
 
 /// A recording in progress.
 pub struct Recorder {
@@ -32,24 +32,24 @@ pub struct Recorder {
     shared: Arc<Shared>,
 }
 
-/// What the recording thread says of itself.
+/// State shared with the recording thread.
 #[derive(Default)]
 struct Shared {
-    /// Number of the part being written; 0 where there are no parts.
+    /// Number of the current part; 0 if the recording has no parts.
     part: AtomicU32,
     full: AtomicBool,
-    /// Messages in the queue. It takes memory only for these.
+    /// Number of queued messages. The queue allocates memory only for these.
     waiting: AtomicUsize,
     ended: AtomicBool,
 }
 
 impl Recorder {
-    /// Makes a new file and begins; of a recording in parts, the first one. Chunks reach the system at least every flush
-    /// period of wall time.
+    /// Creates a new file and starts to record; with parts, creates the first part. Chunks are flushed to the system at least
+    /// once per flush period of wall time.
     ///
     /// # Errors
-    /// [`RecordingError`] when the file exists already or cannot be made.
-    pub fn start(path: &Path, session: &Session, settings: Settings) -> Result<Self, RecordingError> {
+    /// [`RecordingError`] if the file exists already or cannot be created.
+    pub fn start(path: &Path, session: &SessionInfo, settings: Settings) -> Result<Self, RecordingError> {
         let shared = Arc::<Shared>::default();
         shared.part.store(settings.split.map_or(0, |_| 1), Ordering::Relaxed);
         let recording = Recording::begin(path, session, settings, Arc::clone(&shared))?;
@@ -61,25 +61,25 @@ impl Recorder {
         Ok(Recorder { base: path.to_owned(), queue, thread, when_full: settings.when_full, shared })
     }
 
-    /// The file being written.
+    /// Path of the current file.
     pub fn path(&self) -> PathBuf {
         part_path(&self.base, self.shared.part.load(Ordering::Relaxed))
     }
 
-    /// Whether the file is full: the next message that may begin a part goes into a new one.
+    /// Whether the file has reached its part size: the next checkpoint begins a new part.
     pub fn is_full(&self) -> bool {
         self.shared.full.load(Ordering::Relaxed)
     }
 
-    /// Whether it has ended by itself: the disk failed, or the file was to become no larger.
+    /// Whether the recording ended early: the disk failed, or the size limit was reached.
     pub fn has_ended(&self) -> bool {
         self.shared.ended.load(Ordering::Acquire)
     }
 
-    /// Hands over a message; `false` when it was left out, because the disk is too slow or recording has failed.
+    /// Queues a message; returns `false` if it was dropped, because the queue is full or the recording has failed.
     pub fn record(&self, message: Message) -> bool {
         match self.when_full {
-            WhenFull::Wait => self.insist(message),
+            WhenFull::Wait => self.record_blocking(message),
             WhenFull::Drop => self.try_send(message).is_ok(),
         }
     }
@@ -95,20 +95,20 @@ impl Recorder {
         self.queue.send(message).map_err(|back| TrySendError::Disconnected(back.0))
     }
 
-    /// Hands over a message, waiting for the disk if need be; `false` when recording has failed.
-    pub fn insist(&self, mut message: Message) -> bool {
+    /// Queues a message, and waits for the disk if the queue is full; returns `false` if the recording has failed.
+    pub fn record_blocking(&self, mut message: Message) -> bool {
         loop {
             match self.try_send(message) {
                 Ok(()) => return true,
                 Err(TrySendError::Disconnected(_)) => return false,
-                // To be woken for every message that leaves a full queue would cost more than writing it.
+                // Waking this thread for every message that leaves a full queue would cost more than writing it.
                 Err(TrySendError::Full(back)) => message = back,
             }
-            std::thread::sleep(LOOK_AGAIN);
+            std::thread::sleep(POLL_PERIOD);
         }
     }
 
-    /// Writes out what is queued, closes the file and says what it and those before it hold.
+    /// Writes all queued messages, closes the file, and returns a summary of every part.
     pub fn finish(self) -> Vec<Result<Written, RecordingError>> {
         drop(self.queue);
         let died = || RecordingError::file(self.base)(std::io::Error::other("the recording thread died"));
@@ -117,23 +117,23 @@ impl Recorder {
 }
 
 fn part_path(base: &Path, part: u32) -> PathBuf {
-    if part == 0 { base.to_owned() } else { place::part(base, part) }
+    if part == 0 { base.to_owned() } else { paths::part(base, part) }
 }
 
-/// The recording thread's state.
+/// State of the recording thread.
 struct Recording {
     base: PathBuf,
-    session: Session,
+    session: SessionInfo,
     settings: Settings,
     shared: Arc<Shared>,
     writer: SessionWriter,
     finished: Vec<Result<Written, RecordingError>>,
-    /// Bytes of the parts that are finished.
+    /// Total size of the finished parts.
     finished_bytes: u64,
 }
 
 impl Recording {
-    fn begin(base: &Path, session: &Session, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
+    fn begin(base: &Path, session: &SessionInfo, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
         let part = shared.part.load(Ordering::Relaxed);
         let writer = SessionWriter::create(&part_path(base, part), session, (part > 0).then_some(part), settings)?;
         Ok(Recording {
@@ -147,19 +147,19 @@ impl Recording {
         })
     }
 
-    /// Writes until the other end hangs up, something fails, or the limit is reached.
+    /// Writes until the sender is gone, an error occurs, or the size limit is reached.
     fn take_all(mut self, messages: &Receiver<Message>) -> Vec<Result<Written, RecordingError>> {
         let taken = self.take(messages);
         let Recording { writer, mut finished, shared, .. } = self;
         finished.push(taken.and_then(|limited| Ok(Written { limited, ..writer.finish()? })));
-        // Before the queue is hung up, so that whoever is told so knows why.
+        // Set before the queue closes, so that a failed send finds the reason.
         shared.ended.store(true, Ordering::Release);
         finished
     }
 
-    /// Whether the limit was reached.
+    /// Writes a batch; returns whether the size limit was reached.
     fn take(&mut self, messages: &Receiver<Message>) -> Result<bool, RecordingError> {
-        let rest = REST.min(self.settings.flush_period / REST_PER_FLUSH);
+        let rest = QUEUE_POLL_PERIOD.min(self.settings.flush_period / REST_PER_FLUSH);
         loop {
             let next = match self.writer.due_in() {
                 Some(wait) => messages.recv_timeout(wait),
@@ -171,8 +171,8 @@ impl Recording {
                 Err(RecvTimeoutError::Timeout) => self.writer.flush()?,
                 Err(RecvTimeoutError::Disconnected) => return Ok(false),
             }
-            let mut found = MANY;
-            while found >= MANY {
+            let mut found = BUSY_BATCH;
+            while found >= BUSY_BATCH {
                 found = 0;
                 loop {
                     match messages.try_recv() {
@@ -188,7 +188,7 @@ impl Recording {
         }
     }
 
-    /// Whether the limit is reached.
+    /// Writes a message; returns whether the size limit was reached.
     fn write(&mut self, message: &Message) -> Result<bool, RecordingError> {
         if message.begins_part && self.writer.is_full() {
             self.next_part()?;
@@ -200,7 +200,7 @@ impl Recording {
         Ok(limit.is_some_and(|limit| self.finished_bytes + self.writer.size_when_closed() >= limit))
     }
 
-    /// Goes on in the next file whose name is free.
+    /// Starts the next part, under the next free file name.
     fn next_part(&mut self) -> Result<(), RecordingError> {
         let mut part = self.shared.part.load(Ordering::Relaxed);
         let writer = loop {

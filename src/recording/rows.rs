@@ -1,4 +1,4 @@
-//! Messages of a recording as rows of named cells, decoded by the schemas that the file itself carries.
+//! Decodes the messages of a recording to rows of named cells, by the schemas in the file.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDesc
 use prost_types::FileDescriptorSet;
 
 use super::RecordingError;
-use super::reader::Recorded;
-use super::source::Source;
+use super::reader::RecordedMessage;
+use super::recording_file::RecordingFile;
 
 /// A scalar of a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Cell {
+pub(super) enum FieldValue {
     Integer(i64),
     Number(f64),
     Flag(bool),
@@ -21,27 +21,27 @@ pub(super) enum Cell {
     Time(i64),
 }
 
-impl Cell {
-    /// As a number; a time in seconds since 1970; NaN where there is none.
+impl FieldValue {
+    /// The value as a number; a time in seconds since 1970; NaN for anything else.
     pub fn number(&self) -> f64 {
         match self {
-            Cell::Integer(value) => *value as f64,
-            Cell::Number(value) => *value,
-            Cell::Time(nanoseconds) => *nanoseconds as f64 * 1e-9,
-            Cell::Flag(_) | Cell::Text(_) => f64::NAN,
+            FieldValue::Integer(value) => *value as f64,
+            FieldValue::Number(value) => *value,
+            FieldValue::Time(nanoseconds) => *nanoseconds as f64 * 1e-9,
+            FieldValue::Flag(_) | FieldValue::Text(_) => f64::NAN,
         }
     }
 }
 
-impl std::fmt::Display for Cell {
+impl std::fmt::Display for FieldValue {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Cell::Integer(value) => write!(f, "{value}"),
-            Cell::Number(value) => write!(f, "{value}"),
-            Cell::Flag(value) => write!(f, "{value}"),
-            Cell::Text(text) => f.write_str(text),
-            // ISO 8601, always to the nanosecond, so that readers see one format throughout.
-            Cell::Time(nanoseconds) => {
+            FieldValue::Integer(value) => write!(f, "{value}"),
+            FieldValue::Number(value) => write!(f, "{value}"),
+            FieldValue::Flag(value) => write!(f, "{value}"),
+            FieldValue::Text(text) => f.write_str(text),
+            // ISO 8601, always with nanoseconds, so that readers see one format.
+            FieldValue::Time(nanoseconds) => {
                 let seconds = prost_types::Timestamp { seconds: nanoseconds.div_euclid(1_000_000_000), nanos: 0 }.to_string();
                 write!(f, "{}.{:09}Z", seconds.trim_end_matches('Z'), nanoseconds.rem_euclid(1_000_000_000))
             }
@@ -49,61 +49,61 @@ impl std::fmt::Display for Cell {
     }
 }
 
-/// Column name and value of every scalar in a message, in the order of its fields, after the times.
-pub(super) type Row = Vec<(String, Cell)>;
+/// Column name and value of every scalar of a message, after the times, in the order of its fields.
+pub(super) type Row = Vec<(String, FieldValue)>;
 
 /// Names of the first columns.
 pub(super) const TIMES: [&str; 2] = ["log_time", "publish_time"];
 
-/// A part of a recording, by time since its first message.
+/// A time range of a recording, relative to its first message.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Part {
+pub(super) struct TimeRange {
     from_ns: u64,
     to_ns: u64,
     every_ns: Option<u64>,
 }
 
-impl Part {
-    /// All of it.
-    pub const WHOLE: Part = Part { from_ns: 0, to_ns: u64::MAX, every_ns: None };
+impl TimeRange {
+    /// The whole recording.
+    pub const WHOLE: TimeRange = TimeRange { from_ns: 0, to_ns: u64::MAX, every_ns: None };
 
-    /// From one time to another, one row in so much time; s.
+    /// From one time to another, with one row per period `every_s`; s.
     pub fn new(from_s: f64, to_s: Option<f64>, every_s: Option<f64>) -> Self {
         let nanoseconds = |seconds: f64| (seconds * 1e9).round() as u64;
         let every_ns = every_s.map(|every_s| nanoseconds(every_s).max(1));
-        Part { from_ns: nanoseconds(from_s), to_ns: to_s.map_or(u64::MAX, nanoseconds), every_ns }
+        TimeRange { from_ns: nanoseconds(from_s), to_ns: to_s.map_or(u64::MAX, nanoseconds), every_ns }
     }
 
-    /// Which row of its topic a time belongs to; `None` when every time is a row of its own. A hair before the next is in it:
-    /// log times are rounded.
+    /// Index of the period that a time belongs to; `None` without periods. A time just before the next period counts to that: log
+    /// times are rounded.
     fn slot(&self, since_ns: u64) -> Option<u64> {
         self.every_ns.map(|every_ns| (since_ns - self.from_ns + every_ns / 1000) / every_ns)
     }
 }
 
-/// Turns the messages of a recording into rows.
+/// Decodes the messages of a recording to rows.
 pub(super) struct Decoder {
     path: PathBuf,
-    part: Part,
+    part: TimeRange,
     types: HashMap<String, Option<MessageDescriptor>>,
-    /// Topics whose messages are not protobuf.
+    /// Topics skipped because their messages are not protobuf.
     pub skipped: Vec<String>,
 }
 
 impl Decoder {
-    /// For the recording at `path`.
+    /// Decodes the recording at `path`.
     pub fn new(path: &Path) -> Self {
-        Decoder { path: path.to_owned(), part: Part::WHOLE, types: HashMap::new(), skipped: Vec::new() }
+        Decoder { path: path.to_owned(), part: TimeRange::WHOLE, types: HashMap::new(), skipped: Vec::new() }
     }
 
-    /// For a part of it.
-    pub fn part(self, part: Part) -> Self {
+    /// Restricts the rows to a time range.
+    pub fn within(self, part: TimeRange) -> Self {
         Decoder { part, ..self }
     }
 
-    /// Calls `visit` for every message that can be decoded, in order of log time; returns whether the file ends early.
+    /// Calls `visit` for every decodable message, in order of log time; returns whether the file ends early.
     pub fn each_row(&mut self, mut visit: impl FnMut(&str, &Row) -> Result<(), RecordingError>) -> Result<bool, RecordingError> {
-        let source = Source::open(&self.path)?;
+        let source = RecordingFile::open(&self.path)?;
         let mut slots: HashMap<String, u64> = HashMap::new();
         for message in source.messages_from(source.begin_ns().saturating_add(self.part.from_ns))? {
             let message = message?;
@@ -123,7 +123,7 @@ impl Decoder {
         Ok(source.is_cut_off())
     }
 
-    fn row(&mut self, message: &Recorded) -> Result<Option<Row>, RecordingError> {
+    fn row(&mut self, message: &RecordedMessage) -> Result<Option<Row>, RecordingError> {
         let topic = &message.channel.topic;
         if !self.types.contains_key(topic) {
             let found = descriptor(message);
@@ -136,7 +136,7 @@ impl Decoder {
         let decoded = DynamicMessage::decode(descriptor.clone(), message.data.as_ref()).map_err(|error| {
             RecordingError::Undecodable { path: self.path.clone(), topic: topic.clone(), cause: error.to_string() }
         })?;
-        let time = |nanoseconds: u64| Cell::Time(i64::try_from(nanoseconds).unwrap_or(i64::MAX));
+        let time = |nanoseconds: u64| FieldValue::Time(i64::try_from(nanoseconds).unwrap_or(i64::MAX));
         let [log_time, publish_time] = TIMES.map(str::to_owned);
         let mut row = vec![(log_time, time(message.log_time)), (publish_time, time(message.publish_time))];
         flatten("", &decoded, &mut row);
@@ -144,11 +144,11 @@ impl Decoder {
     }
 }
 
-/// The type of a message, from the schema in the file; `None` when it is not protobuf, or of a syntax that is not known here.
-fn descriptor(message: &Recorded) -> Option<MessageDescriptor> {
+/// The type of a message, by the schema in the file; `None` if it is not protobuf, or of an unknown syntax.
+fn descriptor(message: &RecordedMessage) -> Option<MessageDescriptor> {
     let schema = message.channel.schema.as_ref().filter(|schema| schema.encoding == "protobuf")?;
     let FileDescriptorSet { file: files } = prost::Message::decode(schema.data.as_ref()).ok()?;
-    // The library panics at any other.
+    // The library panics at any other syntax.
     if !files.iter().all(|file| matches!(file.syntax.as_deref(), None | Some("proto2" | "proto3"))) {
         return None;
     }
@@ -156,8 +156,8 @@ fn descriptor(message: &Recorded) -> Option<MessageDescriptor> {
     pool.get_message_by_name(&schema.name)
 }
 
-/// Scalars of a message under dotted names. Entries of a list are named by what identifies them (`link`, `joint`, `index`),
-/// or else by their place.
+/// Scalars of a message under dotted names. List entries are named by their label (`link`, `joint`, `index`), or else by
+/// position.
 fn flatten(prefix: &str, message: &DynamicMessage, row: &mut Row) {
     for field in message.descriptor().fields() {
         if (field.supports_presence() && !message.has_field(&field)) || is_label(&field) && !prefix.is_empty() {
@@ -197,35 +197,35 @@ fn put(name: &str, field: &FieldDescriptor, value: &Value, row: &mut Row) {
             let part =
                 |part: &str| message.get_field_by_name(part).and_then(|value| value.as_i64().or(value.as_i32().map(i64::from)));
             let (seconds, nanos) = (part("seconds").unwrap_or(0), part("nanos").unwrap_or(0));
-            row.push((name.to_owned(), Cell::Time(seconds.saturating_mul(1_000_000_000).saturating_add(nanos))));
+            row.push((name.to_owned(), FieldValue::Time(seconds.saturating_mul(1_000_000_000).saturating_add(nanos))));
         }
         Value::Message(message) => flatten(name, message, row),
         value => row.push((name.to_owned(), cell(field, value))),
     }
 }
 
-fn cell(field: &FieldDescriptor, value: &Value) -> Cell {
+fn cell(field: &FieldDescriptor, value: &Value) -> FieldValue {
     match value {
-        Value::String(text) => Cell::Text(text.clone()),
-        Value::Bool(value) => Cell::Flag(*value),
-        Value::I32(value) => Cell::Integer((*value).into()),
-        Value::I64(value) => Cell::Integer(*value),
-        Value::U32(value) => Cell::Integer((*value).into()),
-        // Beyond what a signed integer holds, a number has to do.
-        Value::U64(value) => i64::try_from(*value).map_or(Cell::Number(*value as f64), Cell::Integer),
-        Value::F32(value) => Cell::Number((*value).into()),
-        Value::F64(value) => Cell::Number(*value),
+        Value::String(text) => FieldValue::Text(text.clone()),
+        Value::Bool(value) => FieldValue::Flag(*value),
+        Value::I32(value) => FieldValue::Integer((*value).into()),
+        Value::I64(value) => FieldValue::Integer(*value),
+        Value::U32(value) => FieldValue::Integer((*value).into()),
+        // Values beyond the range of a signed integer become numbers.
+        Value::U64(value) => i64::try_from(*value).map_or(FieldValue::Number(*value as f64), FieldValue::Integer),
+        Value::F32(value) => FieldValue::Number((*value).into()),
+        Value::F64(value) => FieldValue::Number(*value),
         Value::EnumNumber(number) => {
             let kind = field.kind();
             let name = kind.as_enum().and_then(|kind| kind.get_value(*number)).map(|value| value.name().to_owned());
-            Cell::Text(name.unwrap_or_else(|| number.to_string()))
+            FieldValue::Text(name.unwrap_or_else(|| number.to_string()))
         }
-        Value::Bytes(bytes) => Cell::Text(format!("{} bytes", bytes.len())),
-        Value::Message(_) | Value::List(_) | Value::Map(_) => Cell::Text(String::new()),
+        Value::Bytes(bytes) => FieldValue::Text(format!("{} bytes", bytes.len())),
+        Value::Message(_) | Value::List(_) | Value::Map(_) => FieldValue::Text(String::new()),
     }
 }
 
-/// Name and text of every scalar in one of our own messages; `None` when it does not fit the schema of that name.
+/// Name and text of every scalar in one of flexcrank's own messages; `None` if it does not fit the named schema.
 pub fn scalars(schema: &str, payload: &[u8]) -> Option<Vec<(String, String)>> {
     let pool = DescriptorPool::decode(crate::wire::DESCRIPTOR_SET).ok()?;
     let message = DynamicMessage::decode(pool.get_message_by_name(schema)?, payload).ok()?;

@@ -1,36 +1,36 @@
-//! How a session is written to its file or files.
+//! Settings of a recording: flushing, parts, size limit.
 
 use std::time::Duration;
 
-/// What to do when the queue to the disk is full.
+/// Policy when the queue to the disk is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WhenFull {
-    /// Wait: nothing is lost, the simulation slows down.
+    /// Wait: nothing is lost, but the simulation slows down.
     Wait,
-    /// Leave the message out and say so.
+    /// Drop the message and report it.
     Drop,
 }
 
-/// When a session goes on in a new file.
+/// When a session continues in a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Split {
-    /// When the file has reached so many bytes.
+    /// When the file reaches this size, bytes.
     Bytes(u64),
-    /// When it spans so much recorded time.
+    /// When the file spans this recorded time.
     Time(Duration),
 }
 
-/// How to record.
+/// Settings of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// A crash of the program loses at most what was recorded in this time.
     pub flush_period: Duration,
-    /// Wait at every flush until the disk has it: then a crash of the machine loses no more either.
+    /// At every flush, wait for the disk: a crash of the machine loses no more either.
     pub fsync: bool,
-    /// Go on in numbered parts.
+    /// Record in numbered parts.
     pub split: Option<Split>,
-    /// End before the file, or all parts together, have more bytes than this.
+    /// Size limit of the file, or of all parts together, bytes.
     pub limit_bytes: Option<u64>,
-    /// What to do when the disk is too slow.
+    /// Policy when the disk is too slow.
     pub when_full: WhenFull,
 }

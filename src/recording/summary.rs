@@ -1,4 +1,4 @@
-//! The summary at the end of a file: topics, statistics, and where everything is.
+//! The summary at the end of a file: topics, statistics and index.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
@@ -10,14 +10,14 @@ use mcap::{Channel, MAGIC, McapResult, Schema, Summary};
 use super::parse::parse;
 use super::reader::RECORD_LIMIT;
 
-/// Bytes of a footer record and the magic after it.
+/// Size of a footer record and the magic after it, bytes.
 const ENDING: u64 = 9 + 20 + 8;
 
-/// The summary of a file of so many bytes; `None` when it has none. Unlike the library's own reader, this one does not believe
-/// the lengths that a damaged record states.
+/// Reads the summary of a file of this size; `None` if it has none. Unlike the library's reader, this one checks the lengths that
+/// a damaged record states.
 ///
 /// # Errors
-/// When it cannot be read.
+/// Fails if the summary cannot be read.
 pub(super) fn summary(file: &mut (impl Read + Seek), bytes: u64) -> McapResult<Option<Summary>> {
     let Some(at) = bytes.checked_sub(ENDING) else { return Ok(None) };
     let mut ending = [0; ENDING as usize];

@@ -1,5 +1,5 @@
-//! A recording record by record, in file order, going on past damaged chunks; everything that the format lets one check is
-//! checked. Memory is bounded by the largest chunk, and the index.
+//! Walks a recording record by record, in file order, continues after damaged chunks, and checks everything the format allows to
+//! check. Memory is bounded by the largest chunk and the index.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -13,54 +13,54 @@ use mcap::{MAGIC, McapError};
 use super::RecordingError;
 use super::chunk::{Channels, Chunk, RECORD_HEAD};
 use super::parse::parse;
-use super::reader::{PIECE, RECORD_LIMIT, Recorded};
+use super::reader::{PIECE, RECORD_LIMIT, RecordedMessage};
 
-/// Something in a recording that cannot be read, or contradicts the rest.
+/// A record that cannot be read or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
-    /// Byte at which the record begins.
+    /// Position of the record, bytes.
     pub offset: u64,
     /// What is wrong.
     pub what: String,
-    /// Log times (ns) between which messages are lost with it; `None` when none are.
+    /// Log times (ns) between which its messages are lost; `None` if none are.
     pub lost_ns: Option<[u64; 2]>,
 }
 
-/// What a walk meets, in file order.
-pub enum Found<'a> {
+/// An item of a walk, in file order.
+pub enum WalkItem<'a> {
     /// A message.
-    Message(&'a Recorded),
+    Message(&'a RecordedMessage),
     /// A metadata record: its name and entries.
     Metadata(&'a str, &'a BTreeMap<String, String>),
     /// An attachment: its name and bytes.
     Attachment(&'a str, &'a [u8]),
-    /// Something unreadable.
+    /// A damaged record.
     Damage(&'a Damage),
 }
 
-/// What a recording is made of, as counted.
+/// Counts of a walk through a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Structure {
-    /// Its size, bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
-    /// Chunks that could be read.
+    /// Number of readable chunks.
     pub chunks: u64,
-    /// Messages in them.
+    /// Number of messages in them.
     pub messages: u64,
-    /// What is wrong.
+    /// The damage found.
     pub damage: Vec<Damage>,
-    /// Where the file ends early, as one does whose program was killed; `None` when it was closed properly.
+    /// Position at which the file ends early, as after a killed program; `None` if it was closed properly.
     pub cut_off: Option<u64>,
 }
 
-/// Whether to go on.
-pub type Going = std::ops::ControlFlow<()>;
+/// Whether a walk continues.
+pub type WalkFlow = std::ops::ControlFlow<()>;
 
-/// Walks through a recording; `visit` is told everything and the byte where it stands, and may end the walk.
+/// Walks through a recording. `visit` is called with every item and the position in bytes, and may end the walk.
 ///
 /// # Errors
-/// [`RecordingError::File`] when the file cannot be opened or read. Whatever is wrong inside is in the [`Structure`].
-pub fn walk(path: &Path, visit: impl FnMut(Found<'_>, u64) -> Going) -> Result<Structure, RecordingError> {
+/// [`RecordingError::File`] if the file cannot be opened or read. Damage is not an error: the [`Structure`] lists it.
+pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Result<Structure, RecordingError> {
     let mut file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
     let closed = ends_with_magic(&mut file).map_err(RecordingError::file(path))?;
     let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
@@ -91,17 +91,17 @@ struct Walker<V> {
     structure: Structure,
     position: u64,
     channels: Channels,
-    /// Messages of every channel.
+    /// Number of messages by channel.
     counts: BTreeMap<u16, u64>,
-    /// Length and header of every chunk by the byte where it begins.
+    /// Length and header of every chunk, by position.
     chunks: BTreeMap<u64, (u64, ChunkHeader)>,
-    /// Entries of the last chunk that its indexes must list.
+    /// Entries of the last chunk that its message indexes must list.
     awaited: BTreeMap<u16, Vec<MessageIndexEntry>>,
-    /// Chunks in the index, and those of them that are not where it says.
+    /// Number of chunks in the index, and of those at wrong positions.
     indexed: [u64; 2],
 }
 
-impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
+impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
     fn through(mut self, file: &mut BufReader<File>, closed: bool) -> std::io::Result<Structure> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -127,7 +127,7 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
                     break;
                 }
                 Err(error) => {
-                    // A wrong sum over everything adds nothing where the wrong part is known already.
+                    // A wrong checksum over the whole file adds nothing if the damaged place is known.
                     let known = matches!(error, McapError::BadDataCrc { .. }) && !self.structure.damage.is_empty();
                     if !known {
                         let _ = self.damaged(error.to_string(), None);
@@ -139,17 +139,17 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
         Ok(self.structure)
     }
 
-    fn damaged(&mut self, what: String, lost_ns: Option<[u64; 2]>) -> Going {
+    fn damaged(&mut self, what: String, lost_ns: Option<[u64; 2]>) -> WalkFlow {
         let damage = Damage { offset: self.position, what, lost_ns };
-        let going = (self.visit)(Found::Damage(&damage), self.position);
+        let going = (self.visit)(WalkItem::Damage(&damage), self.position);
         self.structure.damage.push(damage);
         going
     }
 
-    fn record(&mut self, opcode: u8, data: &[u8]) -> Going {
+    fn record(&mut self, opcode: u8, data: &[u8]) -> WalkFlow {
         if opcode != op::MESSAGE_INDEX && !self.awaited.is_empty() {
             self.awaited.clear();
-            self.damaged("the chunk before it has messages that its index does not list".to_owned(), None)?;
+            self.damaged("the message indexes of the previous chunk are incomplete".to_owned(), None)?;
         }
         match parse(opcode, data) {
             Ok(Record::Chunk { header, .. }) => self.chunk(header, data),
@@ -158,19 +158,19 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
                 let there = self.is_there(&index);
                 self.indexed[0] += 1;
                 self.indexed[1] += u64::from(!there);
-                Going::Continue(())
+                WalkFlow::Continue(())
             }
             Ok(Record::Statistics(statistics)) => self.statistics(&statistics),
-            Ok(Record::Metadata(metadata)) => (self.visit)(Found::Metadata(&metadata.name, &metadata.metadata), self.position),
-            Ok(Record::Attachment { header, data, .. }) => (self.visit)(Found::Attachment(&header.name, &data), self.position),
+            Ok(Record::Metadata(metadata)) => (self.visit)(WalkItem::Metadata(&metadata.name, &metadata.metadata), self.position),
+            Ok(Record::Attachment { header, data, .. }) => (self.visit)(WalkItem::Attachment(&header.name, &data), self.position),
             Ok(Record::Footer(_)) => self.footer(),
             Ok(Record::Message { .. }) => self.damaged("a message outside of any chunk".to_owned(), None),
-            Ok(_) => Going::Continue(()),
+            Ok(_) => WalkFlow::Continue(()),
             Err(error) => self.damaged(error.to_string(), None),
         }
     }
 
-    fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> Going {
+    fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> WalkFlow {
         let times = [header.message_start_time, header.message_end_time];
         let read = Chunk::read(record, &mut self.channels);
         self.chunks.insert(self.position, (RECORD_HEAD + record.len() as u64, header));
@@ -182,20 +182,20 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
         self.structure.messages += chunk.messages.len() as u64;
         for (id, message) in &chunk.messages {
             *self.counts.entry(*id).or_default() += 1;
-            (self.visit)(Found::Message(message), self.position)?;
+            (self.visit)(WalkItem::Message(message), self.position)?;
         }
         self.awaited = chunk.index;
-        Going::Continue(())
+        WalkFlow::Continue(())
     }
 
-    fn message_index(&mut self, index: MessageIndex) -> Going {
+    fn message_index(&mut self, index: MessageIndex) -> WalkFlow {
         let expected = self.awaited.remove(&index.channel_id);
-        // After a chunk that cannot be read nothing is awaited.
+        // After an unreadable chunk, no message index is expected.
         let after_damage = self.structure.damage.last().is_some_and(|damage| damage.lost_ns.is_some());
         if expected.as_ref() == Some(&index.records) || expected.is_none() && (after_damage || index.records.is_empty()) {
-            return Going::Continue(());
+            return WalkFlow::Continue(());
         }
-        self.damaged("a message index does not fit the chunk before it".to_owned(), None)
+        self.damaged("a message index does not fit the previous chunk".to_owned(), None)
     }
 
     fn is_there(&self, index: &ChunkIndex) -> bool {
@@ -209,21 +209,21 @@ impl<V: FnMut(Found<'_>, u64) -> Going> Walker<V> {
         })
     }
 
-    fn statistics(&mut self, said: &Statistics) -> Going {
-        let said_counts: BTreeMap<u16, u64> =
-            said.channel_message_counts.iter().filter(|(_, count)| **count > 0).map(|(id, count)| (*id, *count)).collect();
-        if said.message_count == self.structure.messages && said_counts == self.counts {
-            return Going::Continue(());
+    fn statistics(&mut self, stated: &Statistics) -> WalkFlow {
+        let stated_counts: BTreeMap<u16, u64> =
+            stated.channel_message_counts.iter().filter(|(_, count)| **count > 0).map(|(id, count)| (*id, *count)).collect();
+        if stated.message_count == self.structure.messages && stated_counts == self.counts {
+            return WalkFlow::Continue(());
         }
-        let (said, found) = (said.message_count, self.structure.messages);
-        self.damaged(format!("the statistics count {said} messages, the file holds {found} that can be read"), None)
+        let (stated, found) = (stated.message_count, self.structure.messages);
+        self.damaged(format!("the statistics state {stated} messages, but {found} are readable"), None)
     }
 
-    fn footer(&mut self) -> Going {
-        let (chunks, [indexed, astray]) = (self.chunks.len() as u64, self.indexed);
-        if indexed == chunks && astray == 0 {
-            return Going::Continue(());
+    fn footer(&mut self) -> WalkFlow {
+        let (chunks, [indexed, misplaced]) = (self.chunks.len() as u64, self.indexed);
+        if indexed == chunks && misplaced == 0 {
+            return WalkFlow::Continue(());
         }
-        self.damaged(format!("the index lists {indexed} of {chunks} chunks, {astray} of them where there is no such chunk"), None)
+        self.damaged(format!("the index lists {indexed} of {chunks} chunks, {misplaced} of them at wrong positions"), None)
     }
 }

@@ -1,4 +1,4 @@
-//! One file of a session: channels with full schemas, scene attached, chunks closed at a stated period.
+//! Writes one file of a session: channels with full schemas, the scene as an attachment, chunks closed at a given period.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -10,40 +10,40 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, Writer};
 
-use super::facts::Session;
 use super::message::Message;
+use super::session_info::SessionInfo;
 use super::settings::{Settings, Split};
-use super::{RecordingError, build};
+use super::{RecordingError, build_info};
 use crate::wire;
 
-/// Chunks are closed when they reach this size, or are due.
+/// Size at which a chunk is closed before it is due, bytes.
 const CHUNK_BYTES: u64 = 256 * 1024;
-/// Schemas, channels and statistics at the end of a file are no larger than this.
+/// Upper bound for schemas, channels and statistics at the end of a file, bytes.
 const SUMMARY_BYTES: u64 = 128 * 1024;
-/// Nor is what the index says of a chunk.
+/// Upper bound for the index entries of a chunk, bytes.
 const CHUNK_INDEX_BYTES: u64 = 256;
 
-/// What a finished recording holds.
+/// A finished recording or table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// Where.
+    /// Path of the file.
     pub path: PathBuf,
-    /// How many messages.
+    /// Number of messages or rows.
     pub messages: u64,
-    /// Whether it ends early, because it would have become larger than allowed.
+    /// Whether it ended early at the size limit.
     pub limited: bool,
 }
 
-/// How MCAP files are written here: chunks small enough to be lost, and an order that needs no going back.
+/// Options of MCAP files: small chunks, so that a crash loses little, written without seeking back.
 pub(super) fn options() -> WriteOptions {
     WriteOptions::new()
         .compression(Some(Compression::Lz4))
         .chunk_size(Some(CHUNK_BYTES))
         .disable_seeking(true)
-        .library(format!("flexcrank {}", build::VERSION))
+        .library(format!("flexcrank {}", build_info::VERSION))
 }
 
-/// Makes a new file, and its folder; never overwrites one.
+/// Creates a new file, and its folder; overwrites nothing.
 pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder {
@@ -55,21 +55,21 @@ pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
     })
 }
 
-/// An open recording, written to by whoever holds it. [`Recorder`](super::Recorder) does so on a thread of its own.
+/// An open recording, written by the calling thread. [`Recorder`](super::Recorder) writes on a thread of its own.
 pub struct SessionWriter {
     path: PathBuf,
     mcap: Writer<NoSeek<BufWriter<File>>>,
-    /// The same file, for what the writer above does not do.
+    /// The same file, for flushing and syncing.
     file: File,
     settings: Settings,
     channels: BTreeMap<String, Channel>,
-    /// When the oldest message came that the system has not got yet.
+    /// Arrival of the oldest message that is not flushed.
     waiting_since: Option<Instant>,
     span_ns: Option<(u64, u64)>,
     messages: u64,
-    /// At most so many chunks were closed.
+    /// Upper bound for the number of closed chunks.
     chunks: u64,
-    /// Of all messages, before compression.
+    /// Size of all messages before compression, bytes.
     payload_bytes: u64,
 }
 
@@ -80,11 +80,11 @@ struct Channel {
 }
 
 impl SessionWriter {
-    /// Makes a new file; never overwrites one. `part` is its number where the session fills several.
+    /// Creates a new file; overwrites nothing. `part` is its number if the session fills several.
     ///
     /// # Errors
-    /// [`RecordingError`] when the file exists already or cannot be written.
-    pub fn create(path: &Path, session: &Session, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
+    /// [`RecordingError`] if the file exists already or cannot be written.
+    pub fn create(path: &Path, session: &SessionInfo, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
         let file = create_new(path)?;
         let output = file.try_clone().map_err(RecordingError::file(path))?;
         let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::unwritten(path))?;
@@ -108,10 +108,10 @@ impl SessionWriter {
         Ok(writer)
     }
 
-    /// Writes a message; hands what was written so far to the system when it is time.
+    /// Writes a message, and flushes when due.
     ///
     /// # Errors
-    /// [`RecordingError`] when it cannot be written.
+    /// [`RecordingError`] if the file cannot be written.
     pub fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
         self.append(message).map_err(RecordingError::unwritten(&self.path))?;
         self.messages += 1;
@@ -119,7 +119,7 @@ impl SessionWriter {
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
         self.span_ns = Some((first.min(message.log_time_ns), last.max(message.log_time_ns)));
         let since = *self.waiting_since.get_or_insert_with(Instant::now);
-        if since.elapsed() >= self.patience() { self.flush() } else { Ok(()) }
+        if since.elapsed() >= self.longest_wait() { self.flush() } else { Ok(()) }
     }
 
     fn append(&mut self, message: &Message) -> mcap::McapResult<()> {
@@ -143,17 +143,17 @@ impl SessionWriter {
         Ok(channel)
     }
 
-    /// How long a message may wait to be flushed: less than the period, so that what flushing takes fits in as well.
-    fn patience(&self) -> Duration {
+    /// Longest wait of a message for its flush: less than the period, to leave time for flushing itself.
+    fn longest_wait(&self) -> Duration {
         self.settings.flush_period * 3 / 4
     }
 
-    /// How long until a flush is due; `None` when nothing waits for one.
+    /// Time until a flush is due; `None` if no message waits for one.
     pub(super) fn due_in(&self) -> Option<Duration> {
-        self.waiting_since.map(|since| self.patience().saturating_sub(since.elapsed()))
+        self.waiting_since.map(|since| self.longest_wait().saturating_sub(since.elapsed()))
     }
 
-    /// Closes the open chunk and hands it to the system, and to the disk if that was asked for.
+    /// Closes the open chunk and passes it to the system; with `fsync`, waits for the disk.
     pub(super) fn flush(&mut self) -> Result<(), RecordingError> {
         self.waiting_since = None;
         self.chunks += 1;
@@ -164,7 +164,7 @@ impl SessionWriter {
         Ok(())
     }
 
-    /// Whether it is time to go on in a new file.
+    /// Whether the file has reached its part size or time.
     pub(super) fn is_full(&self) -> bool {
         match self.settings.split {
             None => false,
@@ -173,17 +173,17 @@ impl SessionWriter {
         }
     }
 
-    /// Bytes of the file when it is closed, at most: what is there, an open chunk, and the index of all chunks.
+    /// Upper bound for the size of the closed file: present size, open chunk, and index.
     pub(super) fn size_when_closed(&self) -> u64 {
         let there = self.file.metadata().map_or(0, |file| file.len());
         let chunks = self.chunks + self.payload_bytes / CHUNK_BYTES + 1;
         there + CHUNK_BYTES + SUMMARY_BYTES + CHUNK_INDEX_BYTES * chunks
     }
 
-    /// Closes the file, with statistics and index, and says what it holds.
+    /// Closes the file, with statistics and index, and returns a summary.
     ///
     /// # Errors
-    /// [`RecordingError`] when it cannot be written.
+    /// [`RecordingError`] if the file cannot be written.
     pub fn finish(mut self) -> Result<Written, RecordingError> {
         self.mcap.finish().map_err(RecordingError::unwritten(&self.path))?;
         let flushed = self.mcap.into_inner().into_inner().flush();
@@ -194,7 +194,7 @@ impl SessionWriter {
     }
 }
 
-/// Waits until the disk knows the file's name.
+/// Waits until the file's name is on the disk.
 fn sync_folder(path: &Path) -> std::io::Result<()> {
     match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         Some(folder) => File::open(folder)?.sync_all(),

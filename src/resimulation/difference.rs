@@ -1,38 +1,38 @@
-//! Where two messages differ, and by how much.
+//! Difference between a recorded message and the re-simulated one.
 
 use std::fmt;
 
-use super::course::Instant;
+use super::resimulator::EpochStep;
 use crate::recording::scalars;
 
-/// A recorded message that was computed differently.
+/// A recorded message that re-simulation does not reproduce.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Last chunk of its topic.
     pub topic: String,
     /// Epoch and step.
-    pub instant: Instant,
+    pub instant: EpochStep,
     /// Simulated time, s.
     pub sim_time_s: f64,
     /// The first field that differs, and its two values.
     pub field: Option<Field>,
-    /// The last command before it, if there was any.
+    /// The last command before the message, if any.
     pub after: Option<String>,
 }
 
-/// A field and its values.
+/// A field with its recorded and computed value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Dotted name, as in the tables of `export`.
     pub name: String,
-    /// As recorded; empty where there was none.
+    /// Recorded value; empty if absent.
     pub recorded: String,
-    /// As computed; empty where there is none.
+    /// Computed value; empty if absent.
     pub computed: String,
 }
 
 impl Field {
-    /// The first field in which two messages of a type differ; `None` when only their bytes do.
+    /// Finds the first field in which two messages of a type differ; `None` if only their bytes do.
     pub(super) fn first(schema: &str, recorded: &[u8], computed: &[u8]) -> Option<Self> {
         let recorded = scalars(schema, recorded).unwrap_or_default();
         let computed = scalars(schema, computed).unwrap_or_default();
@@ -45,7 +45,7 @@ impl Field {
         })
     }
 
-    /// Recorded minus computed, where both are numbers.
+    /// Recorded minus computed value, if both are numbers.
     pub fn size(&self) -> Option<f64> {
         Some(self.recorded.parse::<f64>().ok()? - self.computed.parse::<f64>().ok()?)
     }
@@ -61,8 +61,8 @@ impl fmt::Display for Difference {
         write!(f, "), {topic}")?;
         match field {
             Some(field) => {
-                let told = |text: &str| if text.is_empty() { "nothing".to_owned() } else { text.to_owned() };
-                write!(f, ".{}: {} recorded, {} computed", field.name, told(&field.recorded), told(&field.computed))?;
+                let shown = |text: &str| if text.is_empty() { "nothing".to_owned() } else { text.to_owned() };
+                write!(f, ".{}: {} recorded, {} computed", field.name, shown(&field.recorded), shown(&field.computed))?;
                 if let Some(size) = field.size() {
                     write!(f, ", difference {size:e}")?;
                 }

@@ -1,4 +1,4 @@
-//! Why a recording could not be computed again.
+//! Errors of re-simulation.
 
 use std::path::PathBuf;
 
@@ -6,55 +6,55 @@ use crate::recording::RecordingError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 
-/// A recording could not be computed again.
+/// A recording could not be re-simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum ResimulationError {
-    /// It cannot be read, or the new one cannot be written.
+    /// The recording cannot be read, or the new one cannot be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// Its scene is refused.
+    /// The recorded scene is refused.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Its scene is refused, and another build recorded it.
+    /// The recorded scene is refused, and another build recorded it.
     #[error("{refused} (recorded by another build: {build})")]
     OtherBuild {
-        /// Why.
+        /// Why the scene is refused.
         refused: SceneError,
-        /// How that build differs from this one.
+        /// Differences between that build and this one.
         build: String,
     },
-    /// The change to its scene is refused.
+    /// The changed scene is refused.
     #[error("{0}")]
     Change(SceneError),
-    /// Its scene cannot be computed.
+    /// The recorded scene cannot be computed.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// No checkpoint is left of it.
-    #[error("{}: the recording has no checkpoint to go on from", .0.display())]
+    /// The recording has no checkpoint left.
+    #[error("{}: the recording has no checkpoint to resume from", .0.display())]
     NothingToResume(PathBuf),
-    /// An instant that is not in it.
+    /// The recording does not cover the instant.
     #[error("{}: t = {at_s} s is not in the recording, or lost to damage", path.display())]
     Outside {
-        /// Which file.
+        /// The recording.
         path: PathBuf,
-        /// What was asked for, s.
+        /// The requested time, s.
         at_s: f64,
     },
-    /// Its scene does not give what was recorded.
-    #[error("{}: the recording cannot be computed again: {what}", path.display())]
+    /// The scene does not reproduce the recording.
+    #[error("{}: the recording cannot be re-simulated: {what}", path.display())]
     Unlike {
-        /// Which file.
+        /// The recording.
         path: PathBuf,
-        /// Where it fails.
+        /// Where re-simulation fails.
         what: String,
     },
-    /// It does not say when its session began.
-    #[error("{}: the recording does not say when its session began", .0.display())]
+    /// The recording does not state when its session began.
+    #[error("{}: the recording does not state when its session began", .0.display())]
     NoStart(PathBuf),
 }
 
 impl ResimulationError {
-    /// Whether what was asked for is at fault, not the recording.
+    /// Whether the request is at fault, not the recording.
     pub fn is_usage(&self) -> bool {
         matches!(self, ResimulationError::Change(_) | ResimulationError::Outside { .. })
     }

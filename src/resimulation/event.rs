@@ -1,13 +1,13 @@
-//! Messages of a recording as what they mean.
+//! Recorded messages, decoded by type.
 
 use prost::{DecodeError, Message as _};
 
-use crate::recording::Recorded;
+use crate::recording::RecordedMessage;
 use crate::wire::{
     Angles, AppliedCommand, Checkpoint, Displacements, Energies, Gap, Loads, Stamp, Status, applied_command, control,
 };
 
-/// A recorded message, decoded.
+/// A decoded message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Event {
     Displacements(Displacements),
@@ -18,13 +18,13 @@ pub(super) enum Event {
     Command(Box<AppliedCommand>),
     Checkpoint(Box<Checkpoint>),
     Gap(Gap),
-    /// Nothing that bears on re-simulation.
+    /// A message without meaning for re-simulation.
     Other,
 }
 
 impl Event {
-    /// Decodes by the name of the schema.
-    pub(super) fn of(message: &Recorded) -> Result<Self, DecodeError> {
+    /// Decodes a message by the name of its schema.
+    pub(super) fn of(message: &RecordedMessage) -> Result<Self, DecodeError> {
         let data = message.data.as_ref();
         Ok(match schema(message) {
             "flexcrank.v1.Displacements" => Event::Displacements(Displacements::decode(data)?),
@@ -54,12 +54,12 @@ impl Event {
         })
     }
 
-    /// Whether it is made of a sample.
+    /// Whether it is telemetry, encoded from a sample.
     pub(super) fn is_of_sample(&self) -> bool {
         matches!(self, Event::Displacements(_) | Event::Angles(_) | Event::Loads(_) | Event::Energies(_))
     }
 
-    /// When it was true.
+    /// Stamp of the message.
     pub(super) fn stamp(&self) -> Option<Stamp> {
         match self {
             Event::Displacements(message) => message.stamp,
@@ -75,17 +75,17 @@ impl Event {
     }
 }
 
-/// Fully qualified name of a message's type; empty where the file has none.
-pub(super) fn schema(message: &Recorded) -> &str {
+/// Fully qualified name of a message's type; empty if the file has none.
+pub(super) fn schema(message: &RecordedMessage) -> &str {
     message.channel.schema.as_ref().map_or("", |schema| &schema.name)
 }
 
-/// The last chunk of a message's topic.
-pub(super) fn topic(message: &Recorded) -> &str {
+/// Last chunk of a message's topic.
+pub(super) fn topic(message: &RecordedMessage) -> &str {
     message.channel.topic.rsplit('/').next().unwrap_or_default()
 }
 
-/// Whether a command takes the mechanism back to its start.
+/// Whether a command resets the mechanism.
 pub(super) fn resets(command: &AppliedCommand) -> bool {
     let Some(applied_command::Command::Control(control)) = &command.command else { return false };
     matches!(control.action, Some(control::Action::Reset(_)))

@@ -1,30 +1,30 @@
-//! What a verification has to say against a recording.
+//! Findings of a verification.
 
 use super::difference::Difference;
 use crate::recording::Damage;
 use crate::simulation::PulseRefused;
 
-/// Something that is not as it should be.
+/// Something wrong or lost in a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Finding {
-    /// A part of the file is unreadable or contradicts the rest.
+    /// A record is unreadable or contradicts others.
     #[error("byte {}: {}{}", .0.offset, .0.what, lost(.0))]
     Damaged(Damage),
     /// The file was not closed.
     #[error("the file ends early, at byte {at} of {bytes}: it was not closed")]
     CutOff {
-        /// Where the last whole record ends.
+        /// End of the last complete record, bytes.
         at: u64,
-        /// Size of the file.
+        /// Size of the file, bytes.
         bytes: u64,
     },
-    /// The file was made from a broken one.
-    #[error("the recording was recovered from a broken one: what came after its end is not there")]
+    /// The file was recovered from a damaged one.
+    #[error("the recording was recovered from a damaged one: anything after its end is lost")]
     Recovered,
-    /// The scene is not the one recorded with.
+    /// The scene was changed after the recording.
     #[error("scene.toml was changed after the recording was made")]
     SceneChanged,
-    /// Steps that were due are not there.
+    /// Steps that were due are missing.
     #[error(
         "{topic}: {count} steps that were due after step {after} and before step {before} of epoch {epoch} are missing: {why}"
     )]
@@ -33,19 +33,19 @@ pub enum Finding {
         topic: &'static str,
         /// The epoch.
         epoch: u64,
-        /// The last step before the hole.
+        /// Last recorded step before the missing ones.
         after: u64,
-        /// The first after it.
+        /// First recorded step after them.
         before: u64,
-        /// How many are missing.
+        /// Number of missing steps.
         count: u64,
-        /// Why.
-        why: Why,
+        /// Why they are missing.
+        why: LossReason,
     },
     /// The file does not begin with a checkpoint.
-    #[error("the recording does not begin with a checkpoint: what comes before the first cannot be computed again")]
+    #[error("the recording does not begin with a checkpoint: messages before the first cannot be re-simulated")]
     NoCheckpoint,
-    /// Log times must not fall, and must be what the stamp says.
+    /// A log time falls or differs from the stamp.
     #[error("{topic}: {what} at step {step} of epoch {epoch}")]
     Time {
         /// Last chunk of the topic.
@@ -62,10 +62,10 @@ pub enum Finding {
     Undecodable {
         /// Last chunk of the topic.
         topic: String,
-        /// What the decoder says.
+        /// The decoder's error.
         cause: String,
     },
-    /// A law is broken.
+    /// A number is not finite, or a joint is open.
     #[error("{topic}, step {step} of epoch {epoch}: {what}")]
     Physics {
         /// Last chunk of the topic.
@@ -77,57 +77,60 @@ pub enum Finding {
         /// What is wrong.
         what: String,
     },
-    /// What was recorded is not what the scene and the commands give.
-    #[error("computed again, it differs from {first}; {messages} messages differ in all")]
+    /// Re-simulation gives different messages.
+    #[error("the re-simulation differs from {first}; {messages} messages differ in all")]
     Differs {
-        /// Where first.
+        /// The first difference.
         first: Box<Difference>,
-        /// How many messages differ.
+        /// Number of messages that differ.
         messages: u64,
     },
-    /// The computation cannot follow the recording.
+    /// Re-simulation cannot follow the recording.
     #[error("step {step} of epoch {epoch}: {what}")]
-    Astray {
+    ResimulationFault {
         /// The epoch.
         epoch: u64,
         /// The step.
         step: u64,
-        /// Why.
+        /// Why it cannot.
         what: String,
     },
-    /// A recorded command would not be accepted.
-    #[error("step {step}: the recorded command {id} would be refused: {cause}")]
+    /// A recorded command is refused.
+    #[error("step {step}: the recorded command {id} is refused: {cause}")]
     Refused {
-        /// Its id.
+        /// Id of the command.
         id: String,
-        /// When it was applied.
+        /// The step at which it was applied.
         step: u64,
-        /// Why.
+        /// Why it is refused.
         cause: PulseRefused,
     },
 }
 
 /// Why messages are missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Why {
-    /// A queue was full, and the recording says so.
+pub enum LossReason {
+    /// A queue was full, as the recording reports.
     #[error("a queue was full")]
     Queue,
-    /// They were in a part of the file that is damaged.
+    /// They were in a damaged part of the file.
     #[error("the file is damaged there")]
     Damage,
-    /// They were lost with a part of the file before it was recovered.
+    /// They were lost before the file was recovered.
     #[error("they were lost before the recording was recovered")]
     Recovered,
-    /// Nothing says why.
-    #[error("nothing in the file says why")]
+    /// The file does not explain it.
+    #[error("the file does not explain it")]
     Unexplained,
 }
 
 impl Finding {
-    /// Whether it only says that something was lost, and why, and what is left is sound.
+    /// Whether this is an explained loss that leaves the rest intact.
     pub fn is_loss(&self) -> bool {
-        matches!(self, Finding::CutOff { .. } | Finding::Recovered | Finding::Missing { why: Why::Queue | Why::Recovered, .. })
+        matches!(
+            self,
+            Finding::CutOff { .. } | Finding::Recovered | Finding::Missing { why: LossReason::Queue | LossReason::Recovered, .. }
+        )
     }
 }
 

@@ -1,27 +1,27 @@
-//! Recordings computed again: verified to the bit, taken up where they ended, or changed to see what would have been.
+//! Re-simulation of recordings: verified to the bit, resumed, or changed to see what would have been.
 
-mod course;
+mod deviation;
 mod difference;
 mod error;
 mod event;
 mod finding;
-mod holes;
-mod parting;
+mod missing_steps;
 mod physics;
 mod recheck;
+mod recorded_session;
+mod resimulator;
 mod resume;
-mod source;
 mod survey;
 mod verify;
 mod what_if;
 
+pub use deviation::{Deviation, LargestDifference};
 pub use difference::{Difference, Field};
 pub use error::ResimulationError;
-pub use finding::{Finding, Why};
-pub use parting::Parting;
-pub use physics::Physics;
+pub use finding::{Finding, LossReason};
+pub use physics::PhysicsCheck;
 pub use recheck::Recomputed;
+pub use recorded_session::RecordedSession;
 pub use resume::{Resumed, resume};
-pub use source::Source;
 pub use verify::{Verification, verify};
-pub use what_if::{AddedPulse, Change, Outcome, what_if};
+pub use what_if::{AddedPulse, Change, WhatIfOutcome, what_if};

@@ -1,28 +1,28 @@
-//! Laws that every recorded message must obey by itself: finite numbers, closed joints.
+//! Checks that need no re-simulation: finite numbers, closed joints.
 
 use super::event::Event;
 use super::finding::Finding;
 use crate::scene::{End, Scene};
 use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Status};
 
-/// Joints are closed to this fraction of the largest coordinate.
+/// Tolerance for closed joints, relative to the largest coordinate.
 const ROUNDING: f64 = 1e-12;
 
-/// Judges messages, and keeps the worst that it saw.
+/// Checks messages, and keeps the largest joint gap.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Physics {
+pub struct PhysicsCheck {
     slides: bool,
-    /// Largest distance between the ends of two links at a joint, or of the slider from its line, m.
+    /// Largest distance between two link ends at a joint, or of the slider from its line, m.
     pub joint_gap_m: f64,
 }
 
-impl Physics {
+impl PhysicsCheck {
     pub(super) fn new(scene: &Scene) -> Self {
         let slides = scene.chain().is_some_and(|chain| matches!(chain.end, End::Slider(_)));
-        Physics { slides, ..Physics::default() }
+        PhysicsCheck { slides, ..PhysicsCheck::default() }
     }
 
-    /// What is wrong with a message.
+    /// Returns what is wrong with a message, if anything.
     pub(super) fn judge(&mut self, event: &Event) -> Option<Finding> {
         let stamp = event.stamp()?;
         let (topic, what) = match event {
@@ -53,7 +53,7 @@ impl Physics {
         (gap_m > ROUNDING * size_m).then(|| format!("a joint is open by {gap_m:e} m"))
     }
 
-    /// Between crank and rod, and between slider and its line.
+    /// Distance between crank and rod, or of the slider from its line, whichever is larger.
     fn gap_m(&self, nodes: &[NodeState]) -> f64 {
         let joint = nodes.windows(2).find(|pair| pair[0].link == "crank" && pair[1].link == "rod");
         let pin = joint.map_or(0.0, |pair| (pair[0].x_m - pair[1].x_m).hypot(pair[0].y_m - pair[1].y_m));

@@ -1,46 +1,46 @@
-//! The second reading of a recording: everything computed again and compared, from one checkpoint to the next.
+//! The second reading of a recording: every message is re-simulated and compared, from one checkpoint to the next.
 
 use super::ResimulationError;
-use super::course::{Astray, Course, Instant};
 use super::difference::{Difference, Field};
 use super::event::{Event, schema, topic};
 use super::finding::Finding;
-use super::source::Source;
+use super::recorded_session::RecordedSession;
+use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
 use super::survey::Survey;
-use crate::recording::{Found, Going, Recorded, walk};
+use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
 
-/// What was computed again.
+/// Counts and energies of a re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Recomputed {
-    /// Steps.
+    /// Steps computed.
     pub steps: u64,
-    /// Telemetry messages and statuses compared.
+    /// Telemetry and status messages compared.
     pub messages: u64,
-    /// Checkpoints begun from.
+    /// Checkpoints restored.
     pub checkpoints: u64,
-    /// Pulses taken in.
+    /// Pulses applied.
     pub pulses: u64,
-    /// Messages that could not be computed again, because what leads to them is lost.
+    /// Messages that could not be re-simulated because data before them is lost.
     pub skipped: u64,
-    /// Largest |error of the energy balance| by any status or energies, J.
+    /// Largest |error of the energy balance| at any status or energies, J.
     pub balance_error_j: f64,
-    /// Most energy in play at any of them, J.
+    /// Largest energy in play at any of them, J.
     pub energy_j: f64,
-    /// The verdict on the energy balance at the last of them that had left its tolerance, or else at the last.
+    /// Verdict on the energy balance: the last one out of tolerance, or else the last.
     pub verdict: Option<EnergyVerdict>,
 }
 
-/// Reads a recording a second time; `progress` is told the byte reached.
+/// Reads a recording a second time; `progress` is called with the position in bytes.
 pub(super) fn recheck(
-    source: &Source,
+    source: &RecordedSession,
     survey: &Survey,
     progress: &dyn Fn(u64),
 ) -> Result<(Recomputed, Vec<Finding>), ResimulationError> {
     let mut recheck = Recheck {
         source,
-        course: Course::new(&source.scene.scene)?,
+        resimulator: Resimulator::new(&source.scene.scene)?,
         anchored: false,
         breaks: survey.breaks.iter().copied().peekable(),
         gaps: &survey.gaps,
@@ -53,11 +53,11 @@ pub(super) fn recheck(
         number: 0,
     };
     walk(&source.path, |found, position| {
-        if let Found::Message(message) = found {
+        if let WalkItem::Message(message) = found {
             recheck.message(message);
         }
         progress(position);
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     let Recheck { done, mut findings, first, differing, .. } = recheck;
     findings.extend(first.map(|first| Finding::Differs { first: Box::new(first), messages: differing }));
@@ -65,13 +65,13 @@ pub(super) fn recheck(
 }
 
 struct Recheck<'a, B: Iterator<Item = u64>> {
-    source: &'a Source,
-    course: Course,
-    /// Whether the course is that of the recording.
+    source: &'a RecordedSession,
+    resimulator: Resimulator,
+    /// Whether the re-simulation is in the state of the recording.
     anchored: bool,
     breaks: std::iter::Peekable<B>,
     gaps: &'a [Gap],
-    last_loads: Option<Instant>,
+    last_loads: Option<EpochStep>,
     last_command: Option<String>,
     done: Recomputed,
     findings: Vec<Finding>,
@@ -81,12 +81,12 @@ struct Recheck<'a, B: Iterator<Item = u64>> {
 }
 
 impl<B: Iterator<Item = u64>> Recheck<'_, B> {
-    fn message(&mut self, message: &Recorded) {
+    fn message(&mut self, message: &RecordedMessage) {
         while self.breaks.next_if(|number| *number <= self.number).is_some() {
             self.anchored = false;
         }
         self.number += 1;
-        // What does not fit its schema, or its time, was told by the first reading.
+        // The first reading reports messages that do not fit their schema or time.
         let Ok(event) = Event::of(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return };
         let at = (stamp.epoch, stamp.step);
@@ -94,7 +94,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         match &event {
             Event::Checkpoint(checkpoint) => self.checkpoint(message, &event, checkpoint, at),
             Event::Other | Event::Gap(_) => {}
-            // The command that begins a recording comes before its first state, and moves nothing.
+            // The command that started the recording precedes its first state, and does not change it.
             Event::Command(command) if !self.anchored && is_control(command) => {}
             _ if !self.anchored => self.done.skipped += 1,
             Event::Command(command) => self.command(command, at),
@@ -102,60 +102,61 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Whether a queue kept out commands between where the course is and an instant.
-    fn commands_are_missing_before(&self, at: Instant) -> bool {
-        let from = self.course.instant();
+    /// Whether a full queue dropped commands between the present instant and `at`.
+    fn commands_are_missing_before(&self, at: EpochStep) -> bool {
+        let from = self.resimulator.instant();
         self.gaps.iter().filter(|gap| gap.topic == "commands").any(|gap| {
             let last = gap.stamp.unwrap_or_default();
             (last.epoch, last.step) >= from && (last.epoch, gap.first_step) <= at
         })
     }
 
-    /// Compares the state with that of a checkpoint, and goes on from what was recorded.
-    fn checkpoint(&mut self, message: &Recorded, event: &Event, checkpoint: &Checkpoint, at: Instant) {
+    /// Compares the state with a checkpoint, then restores the checkpoint.
+    fn checkpoint(&mut self, message: &RecordedMessage, event: &Event, checkpoint: &Checkpoint, at: EpochStep) {
         if self.anchored {
             self.compare(message, event, at);
         } else if at == (0, 0) {
-            // The start is known without any recording.
+            // The start needs no checkpoint.
             self.anchored = true;
             self.compare(message, event, at);
         }
-        let restored = wire::recorded_checkpoint(checkpoint).map(|state| self.course.restore(&state, checkpoint.epoch_start_s));
+        let restored =
+            wire::recorded_checkpoint(checkpoint).map(|state| self.resimulator.restore(&state, checkpoint.epoch_start_s));
         self.anchored = restored == Ok(true);
         if self.anchored {
             self.done.checkpoints += 1;
         } else {
-            self.astray(at, "the checkpoint is not one of this scene".to_owned());
+            self.fault(at, "the checkpoint is not one of this scene".to_owned());
         }
     }
 
-    fn go_to(&mut self, at: Instant) -> bool {
+    fn go_to(&mut self, at: EpochStep) -> bool {
         let mut steps = 0;
-        let gone = self.course.go_to(at, |_| steps += 1);
+        let gone = self.resimulator.go_to(at, |_| steps += 1);
         self.done.steps += steps;
         match gone {
             Ok(()) => true,
-            Err(astray) => {
-                self.lost(at, &astray);
+            Err(fault) => {
+                self.lost(at, &fault);
                 false
             }
         }
     }
 
-    fn lost(&mut self, at: Instant, astray: &Astray) {
+    fn lost(&mut self, at: EpochStep, fault: &ResimulationFault) {
         self.anchored = false;
-        self.astray(at, astray.to_string());
+        self.fault(at, fault.to_string());
     }
 
-    fn astray(&mut self, (epoch, step): Instant, what: String) {
-        self.findings.push(Finding::Astray { epoch, step, what });
+    fn fault(&mut self, (epoch, step): EpochStep, what: String) {
+        self.findings.push(Finding::ResimulationFault { epoch, step, what });
     }
 
-    fn compare(&mut self, message: &Recorded, event: &Event, at: Instant) {
+    fn compare(&mut self, message: &RecordedMessage, event: &Event, at: EpochStep) {
         if !self.go_to(at) {
             return;
         }
-        let computed = match self.course.instead_of(event) {
+        let computed = match self.resimulator.recompute(event) {
             Ok(Some(computed)) => computed,
             Ok(None) => return,
             Err(diverged) => return self.lost(at, &diverged.into()),
@@ -164,7 +165,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if let Event::Status(_) | Event::Energies(_) = event {
             self.account();
         }
-        let computed = self.forgiven(event, computed, at);
+        let computed = self.tolerate_unknown_torque(event, computed, at);
         if computed != message.data.as_ref() {
             self.differs(message, &computed, at);
         }
@@ -173,17 +174,17 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Where the file says that the simulation could not go on, it cannot when computed again.
-    fn diverges(&mut self, at: Instant) {
-        if self.course.can_go_on() {
-            self.astray(at, "the file says that it diverged here; computed again, it goes on".to_owned());
+    /// Where the recording diverged, the re-simulation must diverge too.
+    fn diverges(&mut self, at: EpochStep) {
+        if self.resimulator.can_step() {
+            self.fault(at, "the recording diverged here, but the re-simulation continues".to_owned());
         }
         self.anchored = false;
     }
 
-    /// The computed account: what the file says is compared with it message by message.
+    /// Keeps the largest balance error and the verdict of the re-simulation; each message is compared separately.
     fn account(&mut self) {
-        let simulation = self.course.simulation();
+        let simulation = self.resimulator.simulation();
         let ledger = simulation.ledger();
         self.done.balance_error_j = self.done.balance_error_j.max(ledger.worst_balance_j);
         self.done.energy_j = self.done.energy_j.max(ledger.in_play_j);
@@ -192,8 +193,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
-    /// Loads after some that are missing: whether the mean torque was taken in between is not known.
-    fn forgiven(&mut self, event: &Event, computed: Vec<u8>, at: Instant) -> Vec<u8> {
+    /// Keeps the recorded mean torque after missing loads: whether they ended its period is unknown.
+    fn tolerate_unknown_torque(&mut self, event: &Event, computed: Vec<u8>, at: EpochStep) -> Vec<u8> {
         let Event::Loads(recorded) = event else { return computed };
         let since = self.last_loads.replace(at);
         let missing = self.gaps.iter().filter(|gap| gap.topic == "loads").any(|gap| {
@@ -208,7 +209,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         prost::Message::decode(computed.as_slice()).map_or(computed, as_recorded)
     }
 
-    fn differs(&mut self, message: &Recorded, computed: &[u8], instant: Instant) {
+    fn differs(&mut self, message: &RecordedMessage, computed: &[u8], instant: EpochStep) {
         self.differing += 1;
         if self.first.is_some() {
             return;
@@ -216,13 +217,13 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.first = Some(Difference {
             topic: topic(message).to_owned(),
             instant,
-            sim_time_s: self.course.simulation().time_s(),
+            sim_time_s: self.resimulator.simulation().time_s(),
             field: Field::first(schema(message), &message.data, computed),
             after: self.last_command.clone(),
         });
     }
 
-    fn command(&mut self, command: &AppliedCommand, at: Instant) {
+    fn command(&mut self, command: &AppliedCommand, at: EpochStep) {
         if !self.go_to(at) {
             return;
         }
@@ -231,10 +232,10 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return };
         let (epoch, step) = at;
         let Ok(request) = wire::pulse_request(pulse) else {
-            return self.astray(at, format!("the command `{id}` is no pulse of a shape that exists"));
+            return self.fault(at, format!("the pulse `{id}` has an unknown shape"));
         };
         self.done.pulses += 1;
-        match self.course.apply(&request) {
+        match self.resimulator.apply(&request) {
             Ok(effective) => self.same_effect(&reply, effective.step, effective.sim_time_s, (epoch, step)),
             Err(cause) => self.refused(id, step, cause),
         }
@@ -244,7 +245,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.findings.push(Finding::Refused { id: id.to_owned(), step, cause });
     }
 
-    fn same_effect(&mut self, reply: &CommandReply, step: u64, sim_time_s: f64, at: Instant) {
+    fn same_effect(&mut self, reply: &CommandReply, step: u64, sim_time_s: f64, at: EpochStep) {
         if reply.effective_step == step && reply.effective_sim_time_s.to_bits() == sim_time_s.to_bits() {
             return;
         }
@@ -257,7 +258,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.first.get_or_insert(Difference {
             topic: "commands".to_owned(),
             instant: at,
-            sim_time_s: self.course.simulation().time_s(),
+            sim_time_s: self.resimulator.simulation().time_s(),
             field: Some(field),
             after: self.last_command.clone(),
         });
@@ -268,7 +269,7 @@ fn is_control(command: &AppliedCommand) -> bool {
     matches!(command.command, Some(applied_command::Command::Control(_)))
 }
 
-/// A command in words.
+/// Describes a command in words.
 fn describe(command: &AppliedCommand, id: &str) -> String {
     let step = command.stamp.unwrap_or_default().step;
     match &command.command {

@@ -1,93 +1,93 @@
-//! A session taken up where its recording left it.
+//! Resuming a session where its recording ended.
 
 use super::ResimulationError;
-use super::course::{Course, Instant};
 use super::event::Event;
-use super::source::Source;
-use crate::recording::{Found, Going, Recorded, walk};
+use super::recorded_session::RecordedSession;
+use super::resimulator::{EpochStep, Resimulator};
+use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply};
 
-/// A session as it was at an instant of its recording.
+/// A session at an instant of its recording.
 pub struct Resumed {
-    /// Its state: pulses that wait or act are among it.
+    /// The simulation, with its pending and active pulses.
     pub simulation: Simulation,
-    /// Simulated time of the session at which the epoch began, s.
+    /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
-    /// The answers to the commands taken until then, in order.
+    /// Replies to the commands accepted until then, in order.
     pub answers: Vec<CommandReply>,
 }
 
-/// Goes from the last checkpoint on, with the recorded commands, to the end of a recording, or to `at_s`, simulated s since the
-/// session began (commands of that very instant are taken). `progress` is told the byte reached.
+/// Re-simulates from the last checkpoint, with the recorded commands, to the end of a recording or to `at_s`, in simulated s
+/// since the session began (commands at that very instant are applied). `progress` is called with the position in bytes.
 ///
-/// What comes after damage can be taken up only at a checkpoint.
+/// After damage, a session can be resumed only from a checkpoint.
 ///
 /// # Errors
-/// [`ResimulationError`] when it cannot be read, `at_s` is not in it, or its scene no longer gives what was recorded.
-pub fn resume(source: &Source, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
+/// [`ResimulationError`] if the recording cannot be read, `at_s` is not in it, or its scene does not reproduce it.
+pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
     let until_ns = at_s.map_or(u64::MAX, |at_s| source.log_time_ns(at_s));
     let mut trail = Trail::default();
     walk(&source.path, |found, position| {
         progress(position);
         match found {
-            Found::Message(message) if message.log_time > until_ns => {
+            WalkItem::Message(message) if message.log_time > until_ns => {
                 trail.goes_on = true;
-                return Going::Break(());
+                return WalkFlow::Break(());
             }
-            Found::Message(message) => trail.take(source, message),
-            Found::Damage(damage) => trail.broken |= damage.lost_ns.is_some(),
+            WalkItem::Message(message) => trail.take(source, message),
+            WalkItem::Damage(damage) => trail.broken |= damage.lost_ns.is_some(),
             _ => {}
         }
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     let checkpoint = trail.checkpoint.as_ref().ok_or_else(|| ResimulationError::NothingToResume(source.path.clone()))?;
-    let mut course = Course::new(&source.scene.scene)?;
+    let mut resimulator = Resimulator::new(&source.scene.scene)?;
     let unlike = |what: String| ResimulationError::Unlike { path: source.path.clone(), what };
     let state = wire::recorded_checkpoint(checkpoint).map_err(|error| unlike(error.to_string()))?;
-    if !course.restore(&state, checkpoint.epoch_start_s) {
+    if !resimulator.restore(&state, checkpoint.epoch_start_s) {
         return Err(unlike("its checkpoint is not one of its scene".to_owned()));
     }
     let sampling = |simulation: &mut Simulation| {
-        // A sample that was due ended the time that the next one's mean torque is of.
-        if source.publish.is_some_and(|rates| rates.loads.takes(simulation.step_count(), simulation.step_s())) {
+        // A published sample ends the period of the mean torque.
+        if source.publish.is_some_and(|rates| rates.loads.is_due(simulation.step_count(), simulation.step_s())) {
             simulation.take_mean_torque_nm();
         }
     };
-    course.visit(sampling);
+    resimulator.with_simulation(sampling);
     for command in &trail.commands {
         let at = command.stamp.map(|stamp| (stamp.epoch, stamp.step)).unwrap_or_default();
-        course.go_to(at, sampling).map_err(|astray| unlike(astray.to_string()))?;
-        course.command(command).map_err(|refused| unlike(refused.to_string()))?;
+        resimulator.go_to(at, sampling).map_err(|fault| unlike(fault.to_string()))?;
+        resimulator.command(command).map_err(|refused| unlike(refused.to_string()))?;
     }
     let end = match at_s {
         Some(at_s) => trail
-            .instant_at(at_s, &course, source)
+            .instant_at(at_s, &resimulator, source)
             .ok_or_else(|| ResimulationError::Outside { path: source.path.clone(), at_s })?,
-        None => trail.last.max(course.instant()),
+        None => trail.last.max(resimulator.instant()),
     };
-    course.go_to(end, sampling).map_err(|astray| unlike(astray.to_string()))?;
-    let (simulation, epoch_start_s) = course.into_parts();
+    resimulator.go_to(end, sampling).map_err(|fault| unlike(fault.to_string()))?;
+    let (simulation, epoch_start_s) = resimulator.into_parts();
     Ok(Resumed { simulation, epoch_start_s, answers: trail.answers })
 }
 
-/// What leads to the instant to resume at.
+/// The checkpoint and commands that lead to the instant to resume at.
 #[derive(Default)]
 struct Trail {
     checkpoint: Option<Checkpoint>,
-    /// Since the checkpoint.
+    /// Commands since the checkpoint.
     commands: Vec<AppliedCommand>,
-    /// Last instant recorded.
-    last: Instant,
+    /// Last recorded instant.
+    last: EpochStep,
     answers: Vec<CommandReply>,
-    /// Something was lost since the checkpoint.
+    /// Whether messages are missing since the checkpoint.
     broken: bool,
-    /// The recording goes on after that.
+    /// Whether the recording continues after the instant.
     goes_on: bool,
 }
 
 impl Trail {
-    fn take(&mut self, source: &Source, message: &Recorded) {
+    fn take(&mut self, source: &RecordedSession, message: &RecordedMessage) {
         let Ok(event) = Event::of(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| source.is_timely(stamp, message.log_time)) else { return };
         match event {
@@ -113,10 +113,10 @@ impl Trail {
         }
     }
 
-    /// The instant nearest to `at_s` of the session; `None` when it is not in the recording.
-    fn instant_at(&self, at_s: f64, course: &Course, source: &Source) -> Option<Instant> {
+    /// Returns the instant nearest to session time `at_s`; `None` if it is not in the recording.
+    fn instant_at(&self, at_s: f64, resimulator: &Resimulator, source: &RecordedSession) -> Option<EpochStep> {
         let step_s = source.scene.scene.solver.step_s;
-        let stamp = course.stamp();
+        let stamp = resimulator.stamp();
         let step = ((at_s - stamp.epoch_start_s) / step_s).round().max(0.0) as u64;
         let at = (stamp.epoch, step.max(stamp.step));
         (self.goes_on && !self.broken || at <= self.last).then_some(at)

@@ -1,37 +1,37 @@
-//! The first reading of a recording: order, completeness, and laws that need no computing again.
+//! The first reading of a recording: order, completeness, and checks that need no re-simulation.
 
 use super::event::{Event, topic};
 use super::finding::Finding;
-use super::holes::Holes;
-use super::physics::Physics;
-use super::source::Source;
-use crate::recording::{Found, Going, Recorded, RecordingError, Structure, walk};
+use super::missing_steps::MissingSteps;
+use super::physics::PhysicsCheck;
+use super::recorded_session::RecordedSession;
+use crate::recording::{RecordedMessage, RecordingError, Structure, WalkFlow, WalkItem, walk};
 use crate::wire::{Gap, Stamp};
 
-/// Name of the metadata record of a recording that was saved from a broken one.
+/// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
 
-/// What the first reading found.
+/// Result of the first reading.
 pub(super) struct Survey {
     pub structure: Structure,
-    pub physics: Physics,
+    pub physics: PhysicsCheck,
     pub findings: Vec<Finding>,
-    /// Numbers of the messages before which others are missing that may have been commands.
+    /// Numbers of the messages before which commands may be missing.
     pub breaks: Vec<u64>,
     pub gaps: Vec<Gap>,
     /// First and last log time, ns.
     pub span_ns: Option<[u64; 2]>,
 }
 
-/// Reads a recording once; `progress` is told the byte reached.
-pub(super) fn survey(source: &Source, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
+/// Reads a recording once; `progress` is called with the position in bytes.
+pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
     let mut reading = Reading {
         source,
-        physics: Physics::new(&source.scene.scene),
+        physics: PhysicsCheck::new(&source.scene.scene),
         findings: Vec::new(),
         breaks: Vec::new(),
         gaps: Vec::new(),
-        holes: Holes::new(source),
+        holes: MissingSteps::new(source),
         span_ns: None,
         epoch_start: None,
         messages: 0,
@@ -39,46 +39,46 @@ pub(super) fn survey(source: &Source, progress: &dyn Fn(u64)) -> Result<Survey, 
     let mut recovered = false;
     let structure = walk(&source.path, |found, position| {
         match found {
-            Found::Message(message) => reading.message(message),
-            Found::Damage(damage) if damage.lost_ns.is_some() => {
+            WalkItem::Message(message) => reading.message(message),
+            WalkItem::Damage(damage) if damage.lost_ns.is_some() => {
                 reading.holes.damaged();
                 reading.breaks.push(reading.messages);
             }
-            Found::Metadata(RECOVERED, _) => recovered = true,
+            WalkItem::Metadata(RECOVERED, _) => recovered = true,
             _ => {}
         }
         progress(position);
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     let Reading { physics, mut findings, mut breaks, gaps, holes, span_ns, .. } = reading;
-    let (missing, lost) = holes.explain(&gaps, recovered);
+    let (missing, lost) = holes.into_findings(&gaps, recovered);
     breaks.extend(lost);
     breaks.sort_unstable();
     findings.extend(missing);
     findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
     findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
     findings.extend(recovered.then_some(Finding::Recovered));
-    if !source.about.scene_is_original() {
+    if !source.metadata.scene_is_original() {
         findings.push(Finding::SceneChanged);
     }
     Ok(Survey { structure, physics, findings, breaks, gaps, span_ns })
 }
 
 struct Reading<'a> {
-    source: &'a Source,
-    physics: Physics,
+    source: &'a RecordedSession,
+    physics: PhysicsCheck,
     findings: Vec<Finding>,
     breaks: Vec<u64>,
     gaps: Vec<Gap>,
-    holes: Holes,
+    holes: MissingSteps,
     span_ns: Option<[u64; 2]>,
-    /// The epoch that a checkpoint told the beginning of, and when that was, s of the session.
+    /// Epoch of the last checkpoint, and its start, s of the session.
     epoch_start: Option<(u64, f64)>,
     messages: u64,
 }
 
 impl Reading<'_> {
-    fn message(&mut self, message: &Recorded) {
+    fn message(&mut self, message: &RecordedMessage) {
         let number = self.messages;
         self.messages += 1;
         let event = match Event::of(message) {
@@ -88,7 +88,7 @@ impl Reading<'_> {
                 return self.findings.push(Finding::Undecodable { topic: topic(message).to_owned(), cause });
             }
         };
-        // The command that began the recording may come first.
+        // The command that started the recording may come before the first checkpoint.
         let needs_state = !matches!(event, Event::Command(_) | Event::Checkpoint(_) | Event::Gap(_) | Event::Other);
         if needs_state && self.epoch_start.is_none() && !self.findings.contains(&Finding::NoCheckpoint) {
             self.findings.push(Finding::NoCheckpoint);
@@ -96,7 +96,7 @@ impl Reading<'_> {
         if let Event::Checkpoint(checkpoint) = &event {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
         }
-        // A gap is told later than it was.
+        // A gap is reported later than it occurred, so its time is not checked.
         self.time(message, event.stamp().filter(|_| !matches!(event, Event::Gap(_))));
         self.holes.take(&event, message.sequence, number);
         self.findings.extend(self.physics.judge(&event));
@@ -105,8 +105,8 @@ impl Reading<'_> {
         }
     }
 
-    /// Log times never fall, and are the session's start plus the simulated time since then.
-    fn time(&mut self, message: &Recorded, stamp: Option<Stamp>) {
+    /// Checks that log times never fall, and equal the session's start plus the simulated time since then.
+    fn time(&mut self, message: &RecordedMessage, stamp: Option<Stamp>) {
         let log_time = message.log_time;
         let [first, last] = self.span_ns.unwrap_or([log_time; 2]);
         self.span_ns = Some([first, last.max(log_time)]);
@@ -118,8 +118,8 @@ impl Reading<'_> {
         };
         let fits = fits && self.source.is_timely(&stamp, log_time);
         let what = match (log_time < last, fits) {
-            (true, _) => "log time falls",
-            (false, false) => "log time is not that of the stamp",
+            (true, _) => "the log time falls",
+            (false, false) => "the log time differs from the stamp",
             (false, true) => return,
         };
         self.findings.push(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });

@@ -1,41 +1,41 @@
-//! Whether a recording is sound, physical, and what its scene and its commands give.
+//! Verification: whether a recording is intact, physical, and equal to what its scene and commands compute.
 
 use super::ResimulationError;
 use super::finding::Finding;
-use super::physics::Physics;
+use super::physics::PhysicsCheck;
 use super::recheck::{Recomputed, recheck};
-use super::source::Source;
+use super::recorded_session::RecordedSession;
 use super::survey::{Survey, survey};
 use crate::recording::Structure;
 
-/// What a verification found.
+/// Result of a verification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verification {
-    /// What the file is made of.
+    /// Counts of the file.
     pub structure: Structure,
-    /// The worst that the laws allowed.
-    pub physics: Physics,
-    /// What was computed again.
+    /// Largest joint gap.
+    pub physics: PhysicsCheck,
+    /// Result of the re-simulation.
     pub recomputed: Recomputed,
-    /// From its first message to its last, simulated s.
+    /// Simulated time from the first message to the last, s.
     pub span_s: f64,
-    /// All that is not as it should be.
+    /// Everything wrong or lost.
     pub findings: Vec<Finding>,
 }
 
 impl Verification {
-    /// Whether something is wrong, not only lost.
+    /// Whether anything is wrong, not only lost.
     pub fn is_wrong(&self) -> bool {
         self.findings.iter().any(|finding| !finding.is_loss())
     }
 }
 
-/// Reads a recording twice: for what the file says of itself, then computing it all again. `progress` is told which of the
-/// readings it is, 0 or 1, and the byte reached.
+/// Verifies a recording in two readings: the first checks the file, the second re-simulates it. `progress` is called with the
+/// reading, 0 or 1, and the position in bytes.
 ///
 /// # Errors
-/// [`ResimulationError`] when it cannot be read, or its scene cannot be computed.
-pub fn verify(source: &Source, progress: &dyn Fn(u8, u64)) -> Result<Verification, ResimulationError> {
+/// [`ResimulationError`] if the recording cannot be read, or its scene cannot be computed.
+pub fn verify(source: &RecordedSession, progress: &dyn Fn(u8, u64)) -> Result<Verification, ResimulationError> {
     let survey = survey(source, &|position| progress(0, position))?;
     let (recomputed, differing) = recheck(source, &survey, &|position| progress(1, position))?;
     let Survey { structure, physics, mut findings, span_ns, .. } = survey;

@@ -1,4 +1,4 @@
-//! What would have been: a recorded session computed again with other commands or another scene, and where the two part.
+//! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
 use std::path::Path;
 use std::time::Duration;
@@ -6,126 +6,131 @@ use std::time::Duration;
 use prost::Message as _;
 
 use super::ResimulationError;
-use super::course::{Astray, Course};
+use super::deviation::Deviation;
 use super::difference::{Difference, Field};
 use super::event::{Event, resets, schema, topic};
-use super::parting::Parting;
-use super::source::Source;
-use crate::recording::{self, Found, Going, Recorded, Recorder, Session, Settings, WhenFull, Written, walk};
+use super::recorded_session::RecordedSession;
+use super::resimulator::{ResimulationFault, Resimulator};
+use crate::recording::{self, RecordedMessage, Recorder, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written, walk};
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, PulseRequest};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_command};
 
-/// How the result is recorded.
+/// Settings of the new recording.
 const SETTINGS: Settings =
     Settings { flush_period: Duration::from_secs(1), fsync: false, split: None, limit_bytes: None, when_full: WhenFull::Wait };
 
-/// A pulse that was not there.
+/// A pulse added to a recorded session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AddedPulse {
-    /// When it begins, simulated s since the session began.
+    /// Start, simulated s since the session began.
     pub start_s: f64,
     /// Mean torque, N·m.
     pub torque_nm: f64,
-    /// Its duration, s.
+    /// Duration, s.
     pub duration_s: f64,
 }
 
-/// What is changed.
+/// Changes to a recorded session.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Change {
-    /// Pulses added.
+    /// Added pulses.
     pub pulses: Vec<AddedPulse>,
     /// `KEY=VALUE` overrides of the scene.
     pub overrides: Vec<String>,
-    /// The change as it was asked for, for the new recording.
+    /// The command line, for the new recording.
     pub command_line: String,
 }
 
-/// What came of a change.
+/// Result of a what-if.
 #[derive(Debug)]
-pub struct Outcome {
-    /// From which simulated time of the session it was computed again, s.
+pub struct WhatIfOutcome {
+    /// Session time at which the re-simulation began, s.
     pub from_s: f64,
-    /// Where the two part.
-    pub parting: Parting,
-    /// Why it went no further than this.
+    /// Deviation from the recording.
+    pub deviation: Deviation,
+    /// Why the re-simulation ended early, if it diverged.
     pub diverged: Option<Diverged>,
     /// The new recording.
     pub written: Vec<Written>,
 }
 
-/// Computes a session again from the last checkpoint before the change, or with another scene from its start; records it to `path`.
-/// `progress` is told the byte of the old recording reached.
+/// Re-simulates a session from the last checkpoint before the change, or with another scene from its start, and records the
+/// result to `path`. `progress` is called with the position in the old recording, in bytes.
 ///
 /// # Errors
-/// [`ResimulationError`] when the recording cannot be read, the change is refused or is not within the recording, or the result
+/// [`ResimulationError`] if the recording cannot be read, the change is refused or lies outside the recording, or the result
 /// cannot be written.
-pub fn what_if(source: &Source, change: &Change, path: &Path, progress: &dyn Fn(u64)) -> Result<Outcome, ResimulationError> {
+pub fn what_if(
+    source: &RecordedSession,
+    change: &Change,
+    path: &Path,
+    progress: &dyn Fn(u64),
+) -> Result<WhatIfOutcome, ResimulationError> {
     let text = &source.scene.text;
     let scene = SceneSource::parse(&source.scene.origin, text, &change.overrides).map_err(ResimulationError::Change)?;
     let mut pulses = change.pulses.clone();
     pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     let first = beginning(source, change, pulses.first())?;
     let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
-    let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.about.fact("publish_hz").to_owned()));
+    let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.metadata.fact("publish_hz").to_owned()));
     let of = format!("{} {}", source.path.display(), change.command_line);
-    let session = Session {
+    let session = SessionInfo {
         name: source.name.clone(),
         scene: scene.text.clone(),
         started: source.started,
         command_line: change.command_line.clone(),
         facts: publish.into_iter().chain([("what_if", of)]).collect(),
     };
-    let course = Course::new(&scene.scene)?;
+    let resimulator = Resimulator::new(&scene.scene)?;
     let recorder = Recorder::start(path, &session, SETTINGS)?;
     let mut attempt = Attempt {
         source,
         other_scene: !change.overrides.is_empty(),
         step_s: scene.scene.solver.step_s,
-        course,
+        resimulator,
         recorder,
         pulses,
         added: 0,
         from_s: None,
-        parting: Parting::default(),
+        deviation: Deviation::default(),
     };
     let (mut number, mut end) = (0, Ok(()));
     walk(&source.path, |found, position| {
         progress(position);
-        let Found::Message(message) = found else { return Going::Continue(()) };
+        let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
         number += 1;
         if number > first {
             end = attempt.message(message);
         }
-        if end.is_ok() { Going::Continue(()) } else { Going::Break(()) }
+        if end.is_ok() { WalkFlow::Continue(()) } else { WalkFlow::Break(()) }
     })?;
     let end = end.and_then(|()| attempt.all_added());
-    let Attempt { recorder, parting, from_s, .. } = attempt;
+    let Attempt { recorder, deviation, from_s, .. } = attempt;
     let written = recorder.finish().into_iter().collect::<Result<_, _>>()?;
     let diverged = match end {
         Ok(()) => None,
-        Err(Stopped::Astray(Astray::Diverged(diverged))) => Some(diverged),
-        Err(Stopped::Astray(astray)) => {
-            return Err(ResimulationError::Unlike { path: source.path.clone(), what: astray.to_string() });
+        Err(Stopped::ResimulationFault(ResimulationFault::Diverged(diverged))) => Some(diverged),
+        Err(Stopped::ResimulationFault(fault)) => {
+            return Err(ResimulationError::Unlike { path: source.path.clone(), what: fault.to_string() });
         }
         Err(Stopped::Other(error)) => return Err(error),
     };
-    Ok(Outcome { from_s: from_s.unwrap_or(0.0), parting, diverged, written })
+    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written })
 }
 
-/// How many messages come before the checkpoint to begin with.
-fn beginning(source: &Source, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
+/// Number of messages before the checkpoint to start from.
+fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
     let (mut number, mut begin) = (0, None);
     let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
     walk(&source.path, |found, _| {
-        let Found::Message(message) = found else { return Going::Continue(()) };
+        let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
         if schema(message) == "flexcrank.v1.Checkpoint" && message.log_time <= until_ns {
             begin = Some(number);
         }
         number += 1;
         let decided = begin.is_some() && (!change.overrides.is_empty() || message.log_time > until_ns);
-        if decided { Going::Break(()) } else { Going::Continue(()) }
+        if decided { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
     })?;
     begin.ok_or_else(|| match first {
         Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s },
@@ -133,34 +138,34 @@ fn beginning(source: &Source, change: &Change, first: Option<&AddedPulse>) -> Re
     })
 }
 
-/// Why a computation went no further.
+/// Why a re-simulation stopped.
 enum Stopped {
-    Astray(Astray),
+    ResimulationFault(ResimulationFault),
     Other(ResimulationError),
 }
 
-impl<E: Into<Astray>> From<E> for Stopped {
+impl<E: Into<ResimulationFault>> From<E> for Stopped {
     fn from(cause: E) -> Self {
-        Stopped::Astray(cause.into())
+        Stopped::ResimulationFault(cause.into())
     }
 }
 
 struct Attempt<'a> {
-    source: &'a Source,
+    source: &'a RecordedSession,
     other_scene: bool,
     step_s: f64,
-    course: Course,
+    resimulator: Resimulator,
     recorder: Recorder,
     pulses: Vec<AddedPulse>,
-    /// So many of them.
+    /// Number of pulses added so far.
     added: usize,
-    /// Where it began, once it has.
+    /// Session time at which it began, once it has.
     from_s: Option<f64>,
-    parting: Parting,
+    deviation: Deviation,
 }
 
 impl Attempt<'_> {
-    fn message(&mut self, message: &Recorded) -> Result<(), Stopped> {
+    fn message(&mut self, message: &RecordedMessage) -> Result<(), Stopped> {
         let Ok(event) = Event::of(message) else { return Ok(()) };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return Ok(()) };
         if self.from_s.is_none() {
@@ -171,23 +176,23 @@ impl Attempt<'_> {
         if !ours && !matches!(event, Event::Command(_)) {
             return Ok(());
         }
-        if stamp.epoch == self.course.instant().0 {
-            self.add_pulses_before(self.course.stamp().epoch_start_s + stamp.sim_time_s, message)?;
+        if stamp.epoch == self.resimulator.instant().0 {
+            self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
-        // Steps of another size are matched by their time.
+        // Steps of another size are matched by time.
         let steps = stamp.sim_time_s / self.step_s;
         let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
             return Ok(());
         }
-        self.course.go_to((stamp.epoch, step as u64), |_| {})?;
+        self.resimulator.go_to((stamp.epoch, step as u64), |_| {})?;
         match &event {
             Event::Command(command) => self.command(command, message),
             _ => self.compare(&event, message),
         }
     }
 
-    fn begin(&mut self, checkpoint: &Checkpoint, event: &Event, message: &Recorded) -> Result<(), Stopped> {
+    fn begin(&mut self, checkpoint: &Checkpoint, event: &Event, message: &RecordedMessage) -> Result<(), Stopped> {
         let unlike = |what: &str| {
             let (path, what) = (self.source.path.clone(), what.to_owned());
             Stopped::Other(ResimulationError::Unlike { path, what })
@@ -197,27 +202,27 @@ impl Attempt<'_> {
             if (state.epoch, state.step) != (0, 0) {
                 return Err(unlike("another scene needs the session's start, and the recording begins later"));
             }
-        } else if !self.course.restore(&state, checkpoint.epoch_start_s) {
+        } else if !self.resimulator.restore(&state, checkpoint.epoch_start_s) {
             return Err(unlike("its checkpoint is not one of its scene"));
         }
-        self.from_s = Some(self.course.stamp().session_s());
+        self.from_s = Some(self.resimulator.stamp().session_s());
         self.write_in_place_of(event, message)?;
         Ok(())
     }
 
-    /// Every added pulse that begins before `session_s` is taken before the step that feels it.
-    fn add_pulses_before(&mut self, session_s: f64, message: &Recorded) -> Result<(), Stopped> {
+    /// Adds every pulse that begins before `session_s`, before the step that it acts in.
+    fn add_pulses_before(&mut self, session_s: f64, message: &RecordedMessage) -> Result<(), Stopped> {
         while let Some(pulse) = self.pulses.get(self.added).filter(|pulse| pulse.start_s < session_s).copied() {
             self.added += 1;
-            let stamp = self.course.stamp();
-            let (epoch, now) = self.course.instant();
+            let stamp = self.resimulator.stamp();
+            let (epoch, now) = self.resimulator.instant();
             let in_epoch_s = pulse.start_s - stamp.epoch_start_s;
             let step = ((in_epoch_s / self.step_s).floor().max(0.0) as u64).max(now);
-            self.course.go_to((epoch, step), |_| {})?;
+            self.resimulator.go_to((epoch, step), |_| {})?;
             let request = PulseRequest {
                 torque_nm: pulse.torque_nm,
                 duration_s: pulse.duration_s,
-                delay_s: (in_epoch_s - self.course.simulation().time_s()).max(0.0),
+                delay_s: (in_epoch_s - self.resimulator.simulation().time_s()).max(0.0),
                 shape: PulseShape::Rectangular,
             };
             self.take(&format!("what-if-{}", self.added), &request, message)?;
@@ -233,18 +238,18 @@ impl Attempt<'_> {
         }
     }
 
-    fn command(&mut self, command: &AppliedCommand, message: &Recorded) -> Result<(), Stopped> {
+    fn command(&mut self, command: &AppliedCommand, message: &RecordedMessage) -> Result<(), Stopped> {
         if resets(command) {
             self.record(topic(message), "flexcrank.v1.AppliedCommand", message.data.to_vec(), message);
-            return Ok(self.course.command(command)?);
+            return Ok(self.resimulator.command(command)?);
         }
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
         self.take(&pulse.id, &wire::pulse_request(pulse)?, message)
     }
 
-    /// Takes in a pulse, and records that it did.
-    fn take(&mut self, id: &str, request: &PulseRequest, message: &Recorded) -> Result<(), Stopped> {
-        let effective = self.course.apply(request)?;
+    /// Adds a pulse, and records the command.
+    fn take(&mut self, id: &str, request: &PulseRequest, message: &RecordedMessage) -> Result<(), Stopped> {
+        let effective = self.resimulator.apply(request)?;
         let reply = CommandReply {
             id: id.to_owned(),
             accepted: true,
@@ -253,46 +258,46 @@ impl Attempt<'_> {
             ..CommandReply::default()
         };
         let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
-        let applied = AppliedCommand { stamp: Some(wire::stamp(&self.course.stamp())), reply: Some(reply), command };
+        let applied = AppliedCommand { stamp: Some(wire::stamp(&self.resimulator.stamp())), reply: Some(reply), command };
         self.record("commands", "flexcrank.v1.AppliedCommand", applied.encode_to_vec(), message);
         Ok(())
     }
 
-    fn compare(&mut self, event: &Event, message: &Recorded) -> Result<(), Stopped> {
+    fn compare(&mut self, event: &Event, message: &RecordedMessage) -> Result<(), Stopped> {
         let Some(computed) = self.write_in_place_of(event, message)? else { return Ok(()) };
         if matches!(event, Event::Checkpoint(_)) || computed == message.data.as_ref() {
             return Ok(());
         }
-        let session_s = self.course.stamp().session_s();
-        if self.parting.first.is_none() {
-            self.parting.first = Some(Difference {
+        let session_s = self.resimulator.stamp().session_s();
+        if self.deviation.first.is_none() {
+            self.deviation.first = Some(Difference {
                 topic: topic(message).to_owned(),
-                instant: self.course.instant(),
-                sim_time_s: self.course.simulation().time_s(),
+                instant: self.resimulator.instant(),
+                sim_time_s: self.resimulator.simulation().time_s(),
                 field: Field::first(schema(message), &message.data, &computed),
                 after: None,
             });
         }
-        self.parting.compare(event, &computed, session_s);
+        self.deviation.compare(event, &computed, session_s);
         Ok(())
     }
 
-    fn write_in_place_of(&mut self, event: &Event, message: &Recorded) -> Result<Option<Vec<u8>>, Stopped> {
-        let computed = self.course.instead_of(event)?;
+    fn write_in_place_of(&mut self, event: &Event, message: &RecordedMessage) -> Result<Option<Vec<u8>>, Stopped> {
+        let computed = self.resimulator.recompute(event)?;
         if let (Some(payload), Some(schema)) = (&computed, event.schema()) {
             self.record(topic(message), schema, payload.clone(), message);
         }
         Ok(computed)
     }
 
-    fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &Recorded) {
+    fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &RecordedMessage) {
         let prefix = message.channel.topic.rsplit_once('/').map_or("", |(prefix, _)| prefix);
-        // What fails is told when the recording is finished.
+        // A failure is reported when the recording is finished.
         let _ = self.recorder.record(recording::Message {
             topic: format!("{prefix}/{topic}"),
             schema,
             payload,
-            log_time_ns: self.source.log_time_ns(self.course.stamp().session_s()),
+            log_time_ns: self.source.log_time_ns(self.resimulator.stamp().session_s()),
             publish_time_ns: message.publish_time,
             begins_part: false,
         });

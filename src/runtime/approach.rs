@@ -1,22 +1,22 @@
-//! How a deadline is approached: asleep until shortly before it, then with an eye on the clock, since a sleeper wakes late. Pure
-//! functions; time is passed in, so tests drive them by hand.
+//! Waiting for a deadline: sleep until shortly before it, then busy-wait, because a sleeping thread wakes late. These are pure
+//! functions of time, so tests run them with a simulated clock.
 
 use std::time::Duration;
 
-/// What to do until a deadline, and then to ask again.
+/// The next thing to do while waiting for a deadline; ask again after doing it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Approach {
-    /// Sleep for so long.
+    /// Sleep for this long.
     Sleep(Duration),
-    /// Watch the clock.
+    /// Busy-wait: the deadline is too close to sleep.
     Watch,
-    /// The deadline is here.
+    /// The deadline has come.
     Due,
 }
 
-/// What to do at `now` for a deadline whose last `watch` is not to be slept through.
+/// Returns the next thing to do at `now`, for a `deadline` whose last `watch` must not be slept through.
 ///
-/// Asked again after every sleep, so that what a sleep takes too long is never added up.
+/// The caller asks again after every sleep, so late wake-ups never add up.
 pub fn approach(now: Duration, deadline: Duration, watch: Duration) -> Approach {
     match deadline.saturating_sub(now) {
         Duration::ZERO => Approach::Due,
@@ -32,8 +32,8 @@ mod tests {
     const WATCH: Duration = Duration::from_micros(100);
     const GLANCE: Duration = Duration::from_nanos(50);
 
-    /// Waits for a deadline by a clock that sleeping turns by `over` too far; returns when it is done, and how much of that it
-    /// watched.
+    /// Waits for a deadline with a clock on which every sleep ends `over` too late. Returns when the wait ended, and the part of
+    /// it that was busy-waiting.
     fn wait(mut now: Duration, deadline: Duration, over: Duration) -> (Duration, Duration) {
         let mut watched = Duration::ZERO;
         loop {

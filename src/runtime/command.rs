@@ -1,126 +1,160 @@
-//! Commands on their way from the bus to the stepping thread, and their answers on the way back.
+//! The command queue: from the bus to the stepping thread. Replies go back through a callback.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Thread;
 
+use super::reply_cache::ReplyCache;
 use crate::simulation::PulseRequest;
 use crate::wire::{CommandReply, control};
 
-/// Commands that may wait for the stepping thread; beyond that they are refused at the door.
+/// Capacity of the command queue; a command that finds it full is refused.
 const QUEUE: usize = 1024;
 
-/// What a command asks for.
+/// The request of a command.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
-    /// A torque pulse.
+    /// Add a torque pulse.
     Torque(PulseRequest),
-    /// Something about the run.
+    /// Control the run: pause, resume, step, reset, stop, start or stop a recording.
     Control(control::Action),
 }
 
-/// Where an answer goes. Called off the stepping thread.
+/// Sends the reply of a command. Called off the stepping thread.
 pub type ReplyTo = Box<dyn FnOnce(CommandReply) + Send>;
 
-/// A decoded command and where its answer goes.
+/// A decoded command with its reply callback.
 pub struct Command {
-    /// Chosen by the sender; empty when it does not care about repetition.
+    /// Identifies the command, for deduplication of retries; empty if the sender never retries.
     pub id: String,
-    /// What is asked for.
+    /// The request.
     pub request: Request,
-    /// Takes the answer.
+    /// Sends the reply.
     pub reply: ReplyTo,
 }
 
-/// The door for commands; cheap to clone.
+/// The sending end of the command queue. Cheap to clone.
 #[derive(Clone)]
 pub struct Inbox {
     queue: SyncSender<Command>,
-    counts: Arc<Counts>,
+    shared: Arc<SharedState>,
 }
 
-/// What is counted and wished for across threads.
+/// Counters, replies and requests that the bus, the stepping thread and the output thread share.
 #[derive(Debug, Default)]
-pub struct Counts {
+pub struct SharedState {
     waiting: AtomicUsize,
+    accepted: AtomicU64,
     rejected: AtomicU64,
     dropped: AtomicU64,
     checkpoint_wanted: AtomicBool,
-    /// The thread that takes commands.
+    replies: Mutex<ReplyCache>,
+    /// The stepping thread, to be woken by a command.
     thread: OnceLock<Thread>,
 }
 
-impl Counts {
-    /// Commands are taken by this thread: it may be asleep.
+impl SharedState {
+    /// Sets the stepping thread: a new command wakes it.
     pub(super) fn wake_with(&self, thread: Thread) {
-        // It is told once.
+        // The thread is set once.
         let _ = self.thread.set(thread);
     }
 
-    /// Asks for a checkpoint after the next step.
+    /// Requests a checkpoint after the next step.
     pub fn want_checkpoint(&self) {
         self.checkpoint_wanted.store(true, Ordering::Relaxed);
     }
 
-    /// Whether one was asked for since this was last called.
+    /// Whether a checkpoint was requested since the last call.
     pub(super) fn take_checkpoint_wanted(&self) -> bool {
         self.checkpoint_wanted.load(Ordering::Relaxed) && self.checkpoint_wanted.swap(false, Ordering::Relaxed)
     }
 
-    /// Commands refused at the door: undecodable, or the queue was full.
+    /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again.
+    pub fn reply_to_retry(&self, id: &str) -> Option<CommandReply> {
+        let reply = self.replies().get(id)?;
+        Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply })
+    }
+
+    /// Remembers the reply to a command that was accepted before this run, so that a retry is not applied again.
+    pub(super) fn remember(&self, reply: &CommandReply) {
+        self.replies().insert(reply);
+    }
+
+    /// Counts and remembers a command as accepted.
+    pub fn count_accepted(&self, reply: &CommandReply) {
+        self.accepted.fetch_add(1, Ordering::Relaxed);
+        self.replies().insert(reply);
+    }
+
+    /// Counts a command as refused.
+    pub fn count_rejected(&self) {
+        self.rejected.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn replies(&self) -> MutexGuard<'_, ReplyCache> {
+        self.replies.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Commands accepted in this run.
+    pub fn accepted(&self) -> u64 {
+        self.accepted.load(Ordering::Relaxed)
+    }
+
+    /// Commands refused in this run.
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)
     }
 
-    /// Messages that a full queue kept from the recording.
+    /// Messages dropped from the recording because a queue was full.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// One message was kept from the recording.
+    /// Counts a message dropped from the recording.
     pub fn count_dropped(&self) {
         self.dropped.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// One command has been answered.
+    /// Counts a command as answered, which frees its place in the queue.
     pub fn answered(&self) {
         self.waiting.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
-/// The two ends of the command queue.
+/// Creates the command queue and returns both of its ends.
 pub fn inbox() -> (Inbox, Receiver<Command>) {
     let (queue, commands) = sync_channel(QUEUE);
-    (Inbox { queue, counts: Arc::default() }, commands)
+    (Inbox { queue, shared: Arc::default() }, commands)
 }
 
 impl Inbox {
-    /// What this door has counted.
-    pub fn counts(&self) -> Arc<Counts> {
-        Arc::clone(&self.counts)
+    /// The state shared with the stepping thread and the output thread.
+    pub fn shared(&self) -> Arc<SharedState> {
+        Arc::clone(&self.shared)
     }
 
-    /// Hands a command to the stepping thread, or refuses it at once when too many wait or the run is over.
+    /// Queues a command for the stepping thread. Refuses it at once if the queue is full or the run has ended.
     pub fn submit(&self, command: Command) {
-        if self.counts.waiting.fetch_add(1, Ordering::Relaxed) >= QUEUE {
+        if self.shared.waiting.fetch_add(1, Ordering::Relaxed) >= QUEUE {
             return self.turn_away(command, "too many commands are waiting");
         }
         match self.queue.try_send(command) {
-            Ok(()) => self.counts.thread.get().map_or((), Thread::unpark),
+            Ok(()) => self.shared.thread.get().map_or((), Thread::unpark),
             Err(TrySendError::Full(command)) => self.turn_away(command, "too many commands are waiting"),
             Err(TrySendError::Disconnected(command)) => self.turn_away(command, "the run is over"),
         }
     }
 
     fn turn_away(&self, command: Command, reason: &str) {
-        self.counts.answered();
+        self.shared.answered();
         self.refuse(command.id, reason.to_owned(), command.reply);
     }
 
-    /// Refuses something that never became a command, and counts it.
+    /// Refuses a command that is not queued, and counts the refusal.
     pub fn refuse(&self, id: String, reason: String, reply: ReplyTo) {
-        self.counts.rejected.fetch_add(1, Ordering::Relaxed);
+        self.shared.count_rejected();
         reply(CommandReply { id, accepted: false, reason, ..CommandReply::default() });
     }
 }

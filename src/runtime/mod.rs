@@ -1,32 +1,32 @@
-//! The stepping thread and its queues: pacing by absolute deadlines, commands in, samples out.
+//! The stepping thread and its queues: absolute deadlines, commands in, samples out.
 
 mod approach;
 mod command;
-mod drive;
-mod memory;
-mod misses;
+mod duration_histogram;
+mod missed_deadlines;
 mod output;
 mod pacer;
 mod rate;
 mod rates;
 mod realtime;
+mod reply_cache;
 mod shadow;
-mod spread;
-mod step_error;
+mod spin;
+mod step_error_histogram;
 mod stepper;
-mod waiting;
+mod stepping_thread;
 
 pub use approach::{Approach, approach};
-pub use command::{Command, Counts, Inbox, ReplyTo, Request, inbox};
-pub use drive::{Finish, Waking, drive};
-pub(crate) use memory::Memory;
-pub use output::{Missed, MissedByTopic, Outbox, Output, RecordingRequest};
+pub use command::{Command, Inbox, ReplyTo, Request, SharedState, inbox};
+pub use duration_histogram::{DurationHistogram, DurationQuantiles};
+pub use output::{MissedSamples, MissedSamplesByTopic, Outbox, Output, RecordingRequest};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub use rate::{BadRate, PublishRate};
-pub use rates::{BadRates, Due, PublishRates, TELEMETRY};
+pub use rates::{BadRates, DueTopics, PublishRates, TELEMETRY};
 pub(crate) use realtime::exact_timers;
-pub use shadow::Shadow;
-pub use spread::Spread;
+pub(crate) use reply_cache::ReplyCache;
+pub use shadow::ShadowSimulation;
+pub use spin::{BadSpin, Spin};
 pub(crate) use stepper::unbalanced;
-pub use stepper::{Ended, Ending, Ports, Stepper, Stepping};
-pub use waiting::{BadSpin, Spin};
+pub use stepper::{Ending, Ports, RunSummary, Stepper, SteppingOptions};
+pub use stepping_thread::{Finish, ThreadOptions, run_stepping_thread};

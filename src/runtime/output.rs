@@ -1,36 +1,36 @@
-//! What leaves the stepping thread, in order.
+//! Everything that the stepping thread sends to the output thread.
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 use super::command::ReplyTo;
-use super::rates::{Due, TELEMETRY};
+use super::rates::{DueTopics, TELEMETRY};
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{AppliedCommand, CommandReply, Overruns, Shadow, Status, control};
 
-/// One thing for the bus, the recording, or both.
+/// One message for the bus, the recording, or both.
 pub enum Output {
-    /// The state at one instant, and the topics that it is for. Goes back to the stepping thread's pool afterwards.
-    Sample(Arc<Sample>, Due),
-    /// A second model against the first.
+    /// The state at one instant, and the topics to publish it on. The sample returns to the pool afterwards.
+    Sample(Arc<Sample>, DueTopics),
+    /// The difference between the shadow model and the main model.
     Shadow(Box<Shadow>, Stamp),
-    /// The service's state.
+    /// The state of the service.
     Status(Box<Status>, Stamp),
-    /// The answer to a command, and the record of it when it took effect.
+    /// The reply to a command, and the message that records it if it took effect.
     Answer(CommandReply, ReplyTo, Option<Box<AppliedCommand>>, Stamp),
-    /// Starting or stopping a recording, which the receiver answers itself.
+    /// A request to start or stop a recording. The output thread decides and replies.
     Recording(RecordingRequest),
-    /// Full state, for the recording.
+    /// The full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
-    /// Samples that did not leave because none was free to be filled.
-    Missed(MissedByTopic, Stamp),
-    /// Deadlines that were missed.
+    /// Samples dropped because the pool was empty.
+    MissedSamples(MissedSamplesByTopic, Stamp),
+    /// Missed deadlines.
     Overruns(Box<Overruns>, Stamp),
-    /// Nothing more comes from this simulator.
+    /// The simulator has ended: nothing follows.
     Over,
 }
 
-/// The way out of one simulator, which shares it with others.
+/// The sending end of the output queue of one simulator. Several simulators share a queue.
 #[derive(Clone)]
 pub struct Outbox {
     sender: Sender<(usize, Output)>,
@@ -38,47 +38,47 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// What is sent is marked with `index`.
+    /// Creates a sender that marks its messages with `index`.
     pub fn new(sender: Sender<(usize, Output)>, index: usize) -> Self {
         Outbox { sender, index }
     }
 
-    /// `false` when nobody takes it any more.
+    /// Sends a message; returns `false` if the receiver is gone.
     pub fn send(&self, output: Output) -> bool {
         self.sender.send((self.index, output)).is_ok()
     }
 }
 
-/// Samples of one epoch that were left out.
+/// Consecutive dropped samples of one epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Missed {
-    /// Step of the first.
+pub struct MissedSamples {
+    /// Step of the first dropped sample.
     pub first_step: u64,
-    /// Stamp of the last.
+    /// Stamp of the last dropped sample.
     pub last: Stamp,
-    /// How many.
+    /// Number of dropped samples.
     pub count: u64,
 }
 
-/// Samples that were left out, by topic: in the order of [`Due::by_topic`].
-pub type MissedByTopic = [Option<Missed>; TELEMETRY];
+/// Dropped samples by topic, in the order of [`DueTopics::by_topic`].
+pub type MissedSamplesByTopic = [Option<MissedSamples>; TELEMETRY];
 
-impl Missed {
-    /// One more, after those there are.
-    pub fn and(missed: Option<Missed>, last: Stamp) -> Missed {
+impl MissedSamples {
+    /// Adds a dropped sample to those before it.
+    pub fn and(missed: Option<MissedSamples>, last: Stamp) -> MissedSamples {
         let (first_step, count) = missed.map_or((last.step, 0), |missed| (missed.first_step, missed.count));
-        Missed { first_step, last, count: count + 1 }
+        MissedSamples { first_step, last, count: count + 1 }
     }
 }
 
-/// A wish about the recording that the stepping thread passes on.
+/// A request to start or stop a recording.
 pub struct RecordingRequest {
     /// `StartRecording` or `StopRecording`.
     pub action: control::Action,
-    /// The answer, if it can be done.
+    /// The reply, if the request succeeds.
     pub answer: CommandReply,
-    /// Takes the answer.
+    /// Sends the reply.
     pub reply: ReplyTo,
-    /// When.
+    /// When the stepping thread took the command.
     pub stamp: Stamp,
 }

@@ -1,8 +1,8 @@
-//! Pacing by absolute deadlines. A pure type: time is passed in, so tests drive it by hand.
+//! Pacing by absolute deadlines. A pure type: time is passed in, so tests use a simulated clock.
 
 use std::time::Duration;
 
-/// How fast simulated time goes by.
+/// Speed of simulated time against wall time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// As fast as the machine can.
@@ -11,23 +11,23 @@ pub enum Pace {
     Factor(f64),
 }
 
-/// What to do about deadlines that were missed.
+/// Policy for missed deadlines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Overrun {
-    /// Go as fast as possible until deadlines are met again; what is further behind than [`GIVE_UP`] is given up.
+    /// Run as fast as possible until deadlines are met again. Lateness beyond [`GIVE_UP`] is given up: the deadlines move.
     #[default]
     CatchUp,
-    /// Move the deadlines by what was missed: nothing is hurried.
+    /// Move all later deadlines by the lateness, without hurrying.
     Skip,
     /// End the run.
     Stop,
 }
 
-/// Further behind than this, deadlines are moved rather than chased.
+/// Deadlines that are missed by more than this are moved instead of caught up with.
 pub const GIVE_UP: Duration = Duration::from_secs(1);
 
-/// A thread wakes for steps at most so often: shorter ones are taken several at a time. Where deadlines begin, and by how much they are
-/// moved, are whole multiples of it, so that they keep their place beside what the system does periodically.
+/// Shortest time between two wake-ups of a stepping thread: shorter steps are taken in batches. The anchor and every shift of the
+/// deadlines are whole multiples, so that deadlines keep their phase to periodic work of the system.
 pub(super) const WAKE_UP_PERIOD: Duration = Duration::from_micros(500);
 
 /// Deadlines of simulated instants: `anchor + (t − t_anchor) / factor`, never accumulated.
@@ -36,21 +36,21 @@ pub struct Pacer {
     pace: Pace,
     anchor: Duration,
     anchor_s: f64,
-    /// By how much deadlines were moved since.
+    /// Sum of all shifts of the deadlines since the anchor.
     given_up: Duration,
 }
 
 impl Pacer {
-    /// Simulated time `session_s` is due `now`, or at the next multiple of half a millisecond; what comes then, at `pace`.
+    /// Makes simulated time `session_s` due `now`, rounded up to half a millisecond; later instants follow at `pace`.
     pub fn new(pace: Pace, now: Duration, session_s: f64) -> Self {
         let anchor = match pace {
             Pace::Max => now,
-            Pace::Factor(_) => whole(now),
+            Pace::Factor(_) => round_up(now),
         };
         Pacer { pace, anchor, anchor_s: session_s, given_up: Duration::ZERO }
     }
 
-    /// When simulated time `session_s` is due; `None` when at once.
+    /// Returns the deadline of simulated time `session_s`; `None` if there are no deadlines.
     pub fn deadline(&self, session_s: f64) -> Option<Duration> {
         match self.pace {
             Pace::Max => None,
@@ -61,35 +61,34 @@ impl Pacer {
         }
     }
 
-    /// Starts anew from `now`: after a pause or a reset.
+    /// Anchors the deadlines anew at `now`, after a pause or a reset.
     pub fn anchor(&mut self, now: Duration, session_s: f64) {
         *self = Pacer::new(self.pace, now, session_s);
     }
 
-    /// By how much deadlines are to be moved when one was missed by `late`, in whole half milliseconds; `None` when
-    /// they stay.
+    /// Returns how far the deadlines move after lateness `late`, in whole half milliseconds; `None` if they stay.
     pub fn verdict(policy: Overrun, late: Duration) -> Option<Duration> {
         let moved = match policy {
             Overrun::Skip => true,
             Overrun::CatchUp | Overrun::Stop => late > GIVE_UP,
         };
-        moved.then(|| whole(late))
+        moved.then(|| round_up(late))
     }
 
-    /// Moves all deadlines from here on.
+    /// Moves all later deadlines by `late`.
     pub fn give_up(&mut self, late: Duration) {
         self.given_up += late;
     }
 
-    /// Simulated over wall time since the last anchor, moved deadlines or not; `None` before any time has passed.
+    /// Returns simulated over wall time since the anchor, shifts included; `None` before any time has passed.
     pub fn real_time_factor(&self, now: Duration, session_s: f64) -> Option<f64> {
         let wall_s = now.saturating_sub(self.anchor).as_secs_f64();
         (wall_s > 0.0).then(|| (session_s - self.anchor_s) / wall_s)
     }
 }
 
-/// The next whole multiple of [`WAKE_UP_PERIOD`].
-fn whole(time: Duration) -> Duration {
+/// Rounds up to a multiple of [`WAKE_UP_PERIOD`].
+fn round_up(time: Duration) -> Duration {
     let beyond = time.subsec_nanos() % WAKE_UP_PERIOD.subsec_nanos();
     if beyond == 0 { time } else { time + WAKE_UP_PERIOD - Duration::from_nanos(beyond.into()) }
 }
@@ -130,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn val_what_is_missed_is_chased_for_a_second_or_skipped() {
+    fn val_lateness_is_caught_up_with_for_a_second_or_skipped() {
         let (little, much) = (Duration::from_millis(900), Duration::from_millis(1100));
         assert_eq!(Pacer::verdict(Overrun::CatchUp, little), None);
         assert_eq!(Pacer::verdict(Overrun::CatchUp, much), Some(much));
@@ -138,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_deadlines_keep_their_place() {
+    fn prop_deadlines_keep_their_phase() {
         let mut pacer = Pacer::new(Pace::Factor(1.0), Duration::from_nanos(1_999_999_999), 0.0);
         assert_eq!(pacer.deadline(1.0), Some(Duration::from_secs(3)));
         let late = Duration::from_micros(4_001);

@@ -1,27 +1,27 @@
-//! Which steps are published.
+//! Publishing rate: which steps are published.
 
 /// Samples per simulated second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PublishRate {
-    /// Every step.
+    /// Publish every step.
     All,
-    /// So many a simulated second, or every step when steps are longer.
+    /// Publish this many samples per simulated second, or every step if steps are longer.
     Hz(f64),
 }
 
 impl PublishRate {
-    /// What is published unless something else is asked for.
-    pub const USUAL: PublishRate = PublishRate::Hz(200.0);
+    /// The publishing rate unless another is given.
+    pub const DEFAULT: PublishRate = PublishRate::Hz(200.0);
 
-    /// Whether step `step` (the first is 1) of size `step_s` is published: whenever `n·h·rate` passes a whole number.
-    pub fn takes(self, step: u64, step_s: f64) -> bool {
+    /// Whether step `step` (from 1) of size `step_s` is published: whenever `n·h·rate` passes a whole number.
+    pub fn is_due(self, step: u64, step_s: f64) -> bool {
         match self {
             PublishRate::All => true,
             PublishRate::Hz(rate_hz) => step == 0 || ticks(step, step_s, rate_hz) > ticks(step - 1, step_s, rate_hz),
         }
     }
 
-    /// How many of the steps after `after` and before `before` are published.
+    /// Number of published steps after `after` and before `before`.
     pub fn due_between(self, after: u64, before: u64, step_s: f64) -> u64 {
         let steps = before.saturating_sub(after).saturating_sub(1);
         match self {
@@ -47,7 +47,7 @@ impl std::fmt::Display for PublishRate {
     }
 }
 
-/// Not a rate.
+/// The text is not a publishing rate.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("all, or a number from 0.001 to 1000000.0")]
 pub struct BadRate;
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn val_publishes_as_many_samples_as_asked() {
-        let count = |rate: PublishRate, steps: u64, step_s: f64| (1..=steps).filter(|n| rate.takes(*n, step_s)).count();
+        let count = |rate: PublishRate, steps: u64, step_s: f64| (1..=steps).filter(|n| rate.is_due(*n, step_s)).count();
         assert_eq!(count(PublishRate::Hz(200.0), 60_000, 1e-3), 12_000);
         assert_eq!(count(PublishRate::Hz(300.0), 10_000, 1e-3), 3_000);
         assert_eq!(count(PublishRate::Hz(200.0), 100, 0.1), 100);
@@ -77,11 +77,11 @@ mod tests {
     }
 
     #[test]
-    fn prop_what_is_due_between_two_steps_is_what_would_be_taken() {
+    fn prop_count_of_due_steps_agrees_with_each_step() {
         let rates = [PublishRate::All, PublishRate::Hz(200.0), PublishRate::Hz(37.0), PublishRate::Hz(3e3), PublishRate::Hz(0.7)];
         for rate in rates {
             for (after, before) in [(0, 0), (0, 1), (5, 5), (3, 1), (0, 1000), (17, 18), (17, 19), (123, 4567)] {
-                let taken = (after + 1..before).filter(|n| rate.takes(*n, 1e-3)).count() as u64;
+                let taken = (after + 1..before).filter(|n| rate.is_due(*n, 1e-3)).count() as u64;
                 assert_eq!(rate.due_between(after, before, 1e-3), taken, "{rate:?} {after}..{before}");
             }
             assert_eq!(rate.to_string().parse(), Ok(rate));

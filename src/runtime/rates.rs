@@ -1,55 +1,55 @@
-//! Which steps are published, topic by topic.
+//! Publishing rates by topic: which steps are published on which topics.
 
 use std::str::FromStr;
 
 use super::rate::PublishRate;
 
-/// Topics of telemetry that have a rate each: displacements, angles, loads, energies.
+/// Number of telemetry topics with a rate: displacements, angles, loads, energies.
 pub const TELEMETRY: usize = 4;
 
-/// How often the topics of telemetry are published.
+/// Publishing rates of the telemetry topics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PublishRates {
-    /// Of `displacements`.
+    /// Rate of `displacements`.
     pub displacements: PublishRate,
-    /// Of `angles`.
+    /// Rate of `angles`.
     pub angles: PublishRate,
-    /// Of `loads`, whose mean torque is over the time between two of them.
+    /// Rate of `loads`; its torque is the mean since the previous message.
     pub loads: PublishRate,
-    /// Of `energies`.
+    /// Rate of `energies`.
     pub energies: PublishRate,
 }
 
-/// Which topics a step is published on.
+/// The topics that a step is published on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Due {
-    /// On `displacements`.
+pub struct DueTopics {
+    /// Published on `displacements`.
     pub displacements: bool,
-    /// On `angles`.
+    /// Published on `angles`.
     pub angles: bool,
-    /// On `loads`.
+    /// Published on `loads`.
     pub loads: bool,
-    /// On `energies`.
+    /// Published on `energies`.
     pub energies: bool,
 }
 
-impl Due {
-    /// On all of them.
-    pub const ALL: Due = Due { displacements: true, angles: true, loads: true, energies: true };
+impl DueTopics {
+    /// Published on every topic.
+    pub const ALL: DueTopics = DueTopics { displacements: true, angles: true, loads: true, energies: true };
 
-    /// Topic by topic, in the order of the fields.
+    /// The flags in the order of the fields.
     pub fn by_topic(self) -> [bool; TELEMETRY] {
         [self.displacements, self.angles, self.loads, self.energies]
     }
 
-    /// On any of them.
+    /// Whether the step is published at all.
     pub fn any(self) -> bool {
         self.by_topic().contains(&true)
     }
 
-    /// On those that `other` is not.
-    pub fn without(self, other: Due) -> Due {
-        Due {
+    /// The topics of this that `other` lacks.
+    pub fn without(self, other: DueTopics) -> DueTopics {
+        DueTopics {
             displacements: self.displacements && !other.displacements,
             angles: self.angles && !other.angles,
             loads: self.loads && !other.loads,
@@ -65,24 +65,24 @@ impl From<PublishRate> for PublishRates {
 }
 
 impl PublishRates {
-    /// Of a scene without angles and loads: the mean torque is taken with displacements.
+    /// Rates for a scene that has no angles and loads: the mean torque follows `displacements`.
     pub fn without_angles_and_loads(self) -> Self {
         PublishRates { energies: self.energies, ..self.displacements.into() }
     }
 
-    /// The rate of every topic under its name.
+    /// Formats the rate of every topic by name, even if all are equal.
     pub fn by_topic(&self) -> String {
         let PublishRates { displacements, angles, loads, energies } = self;
         format!("displacements={displacements},angles={angles},loads={loads},energies={energies}")
     }
 
-    /// What step `step` of size `step_s` is published on.
-    pub fn takes(&self, step: u64, step_s: f64) -> Due {
-        Due {
-            displacements: self.displacements.takes(step, step_s),
-            angles: self.angles.takes(step, step_s),
-            loads: self.loads.takes(step, step_s),
-            energies: self.energies.takes(step, step_s),
+    /// Returns the topics that step `step` of size `step_s` is published on.
+    pub fn due_topics(&self, step: u64, step_s: f64) -> DueTopics {
+        DueTopics {
+            displacements: self.displacements.is_due(step, step_s),
+            angles: self.angles.is_due(step, step_s),
+            loads: self.loads.is_due(step, step_s),
+            energies: self.energies.is_due(step, step_s),
         }
     }
 }
@@ -96,7 +96,7 @@ impl std::fmt::Display for PublishRates {
     }
 }
 
-/// Not rates.
+/// The text is not a list of publishing rates.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("a rate ({rate}), or rates of topics: 100,angles=all,loads=20; the topics are displacements, angles, loads and energies", rate = super::BadRate)]
 pub struct BadRates;
@@ -104,8 +104,7 @@ pub struct BadRates;
 impl FromStr for PublishRates {
     type Err = BadRates;
 
-    /// A rate for all topics, rates for single ones, or both: `100,angles=all`. Energies have the rate of loads unless they are
-    /// named themselves.
+    /// Parses one rate for all topics, rates by topic, or both: `100,angles=all`. Energies have the rate of loads unless named.
     fn from_str(text: &str) -> Result<Self, BadRates> {
         let mut rates: Option<PublishRates> = None;
         let mut named = Vec::new();
@@ -116,7 +115,7 @@ impl FromStr for PublishRates {
                 None => return Err(BadRates),
             }
         }
-        let mut rates = rates.unwrap_or_else(|| PublishRate::USUAL.into());
+        let mut rates = rates.unwrap_or_else(|| PublishRate::DEFAULT.into());
         let mut energies = None;
         for (topic, rate) in named {
             match topic {
@@ -136,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_rates_are_read_and_written() {
+    fn val_rates_are_parsed_and_formatted() {
         let [displacements, loads] = [20.0, 100.0].map(PublishRate::Hz);
         let rates = PublishRates { displacements, angles: PublishRate::All, loads, energies: loads };
         for text in ["100,angles=all,displacements=20", "displacements=20,angles=all,loads=100", &rates.to_string()] {
@@ -147,7 +146,7 @@ mod tests {
         for text in ["energies=5,100,angles=all,displacements=20", &slower.to_string(), &slower.by_topic()] {
             assert_eq!(text.parse(), Ok(slower), "{text}");
         }
-        assert_eq!("energies=5".parse(), Ok(PublishRates { energies, ..PublishRate::USUAL.into() }));
+        assert_eq!("energies=5".parse(), Ok(PublishRates { energies, ..PublishRate::DEFAULT.into() }));
         assert_eq!(slower.without_angles_and_loads(), PublishRates { energies, ..displacements.into() });
         assert_eq!("37".parse(), Ok(PublishRates::from(PublishRate::Hz(37.0))));
         assert_eq!(PublishRates::from(PublishRate::All).to_string(), "all");
@@ -157,13 +156,16 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_step_is_published_where_its_rate_takes_it() {
+    fn prop_a_step_is_published_on_every_topic_whose_rate_is_due() {
         let rates: PublishRates = "angles=500,loads=100,displacements=10,energies=50".parse().unwrap_or(PublishRate::All.into());
-        let due = |step| rates.takes(step, 1e-3);
+        let due = |step| rates.due_topics(step, 1e-3);
         assert!(!due(1).any());
-        assert_eq!(due(2), Due { angles: true, ..Due::default() });
-        assert_eq!(due(10), Due { angles: true, loads: true, ..Due::default() });
-        assert_eq!(due(20), Due { displacements: false, ..Due::ALL });
-        assert_eq!((due(100), Due::ALL.without(due(20))), (Due::ALL, Due { displacements: true, ..Due::default() }));
+        assert_eq!(due(2), DueTopics { angles: true, ..DueTopics::default() });
+        assert_eq!(due(10), DueTopics { angles: true, loads: true, ..DueTopics::default() });
+        assert_eq!(due(20), DueTopics { displacements: false, ..DueTopics::ALL });
+        assert_eq!(
+            (due(100), DueTopics::ALL.without(due(20))),
+            (DueTopics::ALL, DueTopics { displacements: true, ..DueTopics::default() })
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! What a stepping thread asks the system for, so that it wakes on time; where it is refused, it goes on without.
+//! Real-time requests to the system, so that the stepping thread wakes on time. A refused request is logged, and the run goes on.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -8,10 +8,10 @@ use super::pacer::WAKE_UP_PERIOD;
 
 /// Priority of a stepping thread among real-time threads, 1 to 99.
 const PRIORITY: u8 = 80;
-/// Held open with a zero in it, processors do not fall asleep deeply.
+/// While this file is open with a zero in it, processors do not enter deep sleep.
 const LATENCY: &str = "/dev/cpu_dma_latency";
 
-/// What was asked for and what came of it. What was granted ends with this.
+/// The requests and their results. What the system granted is released when this is dropped.
 #[derive(Debug)]
 pub(super) struct Granted {
     words: Vec<String>,
@@ -24,13 +24,13 @@ impl std::fmt::Display for Granted {
     }
 }
 
-/// Asks for real-time scheduling of this thread, memory that stays, exact timers, and processors that wake fast.
+/// Requests real-time scheduling of this thread, locked memory, exact timers and processors that wake fast.
 pub(super) fn ask() -> Granted {
-    let latency = awake();
-    let say = |granted: Result<String, String>| granted.unwrap_or_else(|refused| refused);
+    let latency = keep_processors_awake();
+    let text = |result: Result<String, String>| result.unwrap_or_else(|refused| refused);
     let words = vec![
-        say(scheduling()),
-        say(system::lock_memory()),
+        text(scheduling()),
+        text(system::lock_memory()),
         latency.as_ref().map_or_else(
             |error| format!("processors may sleep deeply ({LATENCY}: {error})"),
             |_| "processors kept awake".to_owned(),
@@ -39,15 +39,17 @@ pub(super) fn ask() -> Granted {
     Granted { words, _latency: latency.ok() }
 }
 
-/// Lets short sleeps end when they are due, not up to 50 µs later.
+/// Makes short sleeps end on time instead of up to 50 µs late.
 pub(crate) fn exact_timers() {
     system::exact_timers();
 }
 
-/// A clock by which deadlines of steps that last whole or half milliseconds keep off the scheduler's tick (on Linux since 6.4: at whole
-/// multiples of 1 to 10 ms of `CLOCK_MONOTONIC`): one that falls on it is as late as that takes, 15 µs measured, every time that both
-/// meet. Its multiples of [`WAKE_UP_PERIOD`] come 100 to 400 µs after those of the system's, different for the processes that share
-/// the processors. It begins at most such a period ago.
+/// Returns the origin of a clock on which deadlines avoid the scheduler's tick, for steps of whole or half milliseconds.
+///
+/// On Linux since 6.4 the tick falls on multiples of 1 to 10 ms of `CLOCK_MONOTONIC`. A deadline on the tick is late by as long
+/// as the tick's work takes: 15 µs measured, whenever both coincide. Multiples of [`WAKE_UP_PERIOD`] on this clock come 100 to
+/// 400 µs after the system's, with different offsets for processes that share the processors. The origin lies at most one such
+/// period in the past.
 pub(super) fn clock() -> Instant {
     let after = Duration::from_micros(100) * (1 + std::process::id() % 4);
     let now = Instant::now();
@@ -58,7 +60,7 @@ pub(super) fn clock() -> Instant {
 /// Processor time of this thread.
 pub(super) use system::processor_time;
 
-fn awake() -> std::io::Result<File> {
+fn keep_processors_awake() -> std::io::Result<File> {
     let mut file = File::options().write(true).open(LATENCY)?;
     file.write_all(&0_i32.to_ne_bytes())?;
     Ok(file)
@@ -96,14 +98,14 @@ mod system {
     use rustix::time::{ClockId, clock_gettime};
 
     pub(super) fn lock_memory() -> Result<String, String> {
-        // What comes later is not locked: a limit that it would run into must not end the run.
+        // Later allocations are not locked: running into a limit on locked memory must not end the run.
         mlockall(MlockAllFlags::CURRENT | MlockAllFlags::ONFAULT)
             .map(|()| "memory locked".to_owned())
             .map_err(|error| format!("memory not locked ({error}: needs CAP_IPC_LOCK, or `ulimit -l unlimited`)"))
     }
 
     pub(super) fn exact_timers() {
-        // Where it cannot be had, the spin is longer.
+        // Without exact timers, the adaptive spin grows longer.
         let _ = set_current_timer_slack(NonZeroU64::new(1));
     }
 
@@ -144,8 +146,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_deadlines_keep_off_the_tick() {
-        // Something may come between two looks at the time, but seldom.
+    fn val_deadlines_avoid_the_tick() {
+        // The thread may be interrupted between two readings of the clock, but rarely.
         let after_ns = || {
             let clock = clock();
             system::time().saturating_sub(clock.elapsed()).subsec_nanos() % WAKE_UP_PERIOD.subsec_nanos()

@@ -1,4 +1,4 @@
-//! A second model beside the first, on the same commands: what the difference is, and what either costs.
+//! The shadow: a second model that runs beside the first on the same commands. Its difference and the cost of both are published.
 
 use std::time::{Duration, Instant};
 
@@ -8,23 +8,23 @@ use crate::simulation::{Diverged, PulseRequest, Simulation};
 use crate::wire;
 
 /// The second simulation, and the computing time of both.
-pub struct Shadow {
+pub struct ShadowSimulation {
     model: ModelKind,
     simulation: Simulation,
     main_cost: Duration,
     own_cost: Duration,
     steps: u32,
-    /// Why it fell behind, when it did.
+    /// Why the shadow stopped, if it diverged.
     lost: Option<Diverged>,
 }
 
-impl Shadow {
-    /// A simulation of the same scene by another model, at its start.
+impl ShadowSimulation {
+    /// Creates a shadow from a simulation of the same scene by another model, at its start.
     pub fn new(model: ModelKind, simulation: Simulation) -> Self {
-        Shadow { model, simulation, main_cost: Duration::ZERO, own_cost: Duration::ZERO, steps: 0, lost: None }
+        ShadowSimulation { model, simulation, main_cost: Duration::ZERO, own_cost: Duration::ZERO, steps: 0, lost: None }
     }
 
-    /// Steps after the main simulation, whose step took `main_cost`.
+    /// Takes the step that the main simulation took in `main_cost`.
     pub(super) fn follow(&mut self, main_cost: Duration) {
         let begun = Instant::now();
         if self.lost.is_none() {
@@ -35,23 +35,23 @@ impl Shadow {
         self.steps = self.steps.saturating_add(1);
     }
 
-    /// Takes a pulse that the main simulation has taken.
+    /// Adds a pulse that the main simulation accepted.
     pub(super) fn add_pulse(&mut self, pulse: &PulseRequest) {
-        // Both have the same limits: what the one has taken, the other takes.
+        // Both simulations have the same limits, so the shadow accepts the pulse too.
         let _ = self.simulation.add_pulse(pulse);
     }
 
-    /// Back to the start.
+    /// Returns to the start of the scene.
     pub(super) fn reset(&mut self) {
         self.lost = self.simulation.reset().err();
     }
 
-    /// Why it is no longer there, when it has diverged.
+    /// Why the shadow stopped, if it diverged.
     pub(super) fn lost(&self) -> Option<&Diverged> {
         self.lost.as_ref()
     }
 
-    /// Shadow minus `main`; `None` once it has diverged.
+    /// Returns shadow minus `main`; `None` after the shadow has diverged.
     pub(super) fn difference(&mut self, main: &Observation, stamp: &crate::simulation::Stamp) -> Option<wire::Shadow> {
         if self.lost.is_some() {
             return None;

@@ -1,25 +1,22 @@
-//! One simulator on a stepping thread: commands between steps, steps on their deadlines, samples out. It does no I/O.
+//! One simulator on a stepping thread: it takes commands between steps, steps at deadlines and sends samples. It does no I/O.
 
-mod commanding;
+mod commands;
 mod deadlines;
 mod reporting;
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
-use super::command::{Command, Counts};
-use super::drive::{Waking, drive};
-use super::memory::Memory;
-use super::misses::{Doings, Misses, Round};
-use super::output::{Missed, MissedByTopic, Outbox, Output};
+use super::command::{Command, SharedState};
+use super::duration_histogram::DurationHistogram;
+use super::missed_deadlines::{MissedDeadlines, StepTimings, WakeUp};
+use super::output::{MissedSamples, MissedSamplesByTopic, Outbox, Output};
 use super::pacer::{Overrun, Pace, Pacer};
 use super::rate::PublishRate;
-use super::rates::{Due, PublishRates};
-use super::shadow::Shadow;
-use super::spread::Spread;
-use super::step_error::StepErrors;
-use super::waiting::Spin;
+use super::rates::{DueTopics, PublishRates};
+use super::shadow::ShadowSimulation;
+use super::step_error_histogram::StepErrorHistogram;
 use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 use reporting::STATUS_PERIOD;
@@ -27,116 +24,115 @@ pub(crate) use reporting::unbalanced;
 
 /// Simulated time between two checkpoints, s.
 const CHECKPOINT_PERIOD_S: f64 = 10.0;
-/// Most steps between two looks at the command queue.
+/// Largest number of steps between two looks at the command queue.
 const BURST: u64 = 64;
-/// Most queued commands that are taken before the next step: what comes faster waits, and is refused when the queue is full.
+/// Largest number of commands taken before the next step. Commands that come faster wait, and are refused when the queue is full.
 const COMMANDS_AT_ONCE: usize = 16;
 
-/// How a run is stepped.
+/// Pace, end, publishing rates and deadline policy of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stepping {
-    /// How fast.
+pub struct SteppingOptions {
+    /// Speed of simulated time.
     pub pace: Pace,
-    /// Simulated time at which the run is finished, s.
+    /// Simulated time at which the run finishes, s.
     pub until_s: Option<f64>,
-    /// Which steps are published.
+    /// Publishing rates.
     pub publish: PublishRates,
-    /// What to do about missed deadlines.
+    /// Policy for missed deadlines.
     pub overrun: Overrun,
 }
 
-impl Default for Stepping {
-    /// Real time without end, published as usual.
+impl Default for SteppingOptions {
+    /// Real time without end, at the default publishing rate.
     fn default() -> Self {
-        let publish = PublishRate::USUAL.into();
-        Stepping { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
+        let publish = PublishRate::DEFAULT.into();
+        SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
     }
 }
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ending {
-    /// `until_s` was reached.
+    /// The simulation reached `until_s`.
     Finished,
-    /// A command, a signal or a lost receiver ended it.
+    /// A command, a signal or a lost receiver stopped the run.
     Stopped,
-    /// The simulation could not go on.
+    /// The simulation diverged.
     Diverged(Diverged),
-    /// A deadline was missed, and that was to end it.
+    /// A step missed its deadline under [`Overrun::Stop`].
     Late {
-        /// The step that would have begun late.
+        /// The step that missed its deadline.
         step: u64,
-        /// By how much.
+        /// The lateness.
         late: Duration,
     },
 }
 
-/// A run that is over.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ended {
-    /// How it ended.
+pub struct RunSummary {
+    /// How the run ended.
     pub ending: Ending,
-    /// Samples that were left out.
+    /// Number of dropped samples.
     pub dropped: u64,
-    /// What the energy balance says of its last epoch.
+    /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
 }
 
-/// What a simulator needs next of its thread.
+/// What a simulator needs next from its thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Next {
-    /// To step at this time of the clock.
+pub(super) enum NextAction {
+    /// A step at this time of the clock.
     Step(Duration),
-    /// To be seen to at this time, or when a command comes.
+    /// Housekeeping at this time, or when a command comes.
     Idle(Duration),
-    /// Nothing any more.
+    /// Nothing: the run has ended.
     Over,
 }
 
-impl Next {
-    /// When.
+impl NextAction {
+    /// The time of the next action.
     pub(super) fn at(self) -> Duration {
         match self {
-            Next::Step(at) | Next::Idle(at) => at,
-            Next::Over => Duration::ZERO,
+            NextAction::Step(at) | NextAction::Idle(at) => at,
+            NextAction::Over => Duration::ZERO,
         }
     }
 }
 
 /// The ends of the queues that the stepping thread holds.
 pub struct Ports {
-    /// Commands in.
+    /// Receives commands.
     pub commands: Receiver<Command>,
-    /// Everything out.
+    /// Sends everything to the output thread.
     pub output: Outbox,
-    /// Samples to be filled again: their number bounds what is on its way.
+    /// Receives empty samples. Their number bounds the samples in flight.
     pub pool: Receiver<Arc<Sample>>,
-    /// What is counted across threads.
-    pub counts: Arc<Counts>,
+    /// The state shared with the bus and the output thread.
+    pub shared: Arc<SharedState>,
 }
 
-/// The stepping thread's state.
+/// One simulator with its deadlines, statistics and queues.
 pub struct Stepper {
     simulation: Simulation,
-    shadow: Option<Shadow>,
-    stepping: Stepping,
+    shadow: Option<ShadowSimulation>,
+    stepping: SteppingOptions,
     ports: Ports,
     pacer: Pacer,
     clock: Instant,
-    next: Next,
-    /// How long its thread spins before a deadline.
+    next: NextAction,
+    /// Current busy-waiting time of the thread.
     spin: Duration,
     ending: Option<Ending>,
-    lateness: Spread,
-    step_cost: Spread,
-    step_errors: StepErrors,
-    doings: Doings,
-    misses: Misses,
+    lateness: DurationHistogram,
+    step_cost: DurationHistogram,
+    step_errors: StepErrorHistogram,
+    timings: StepTimings,
+    misses: MissedDeadlines,
     pacing_epoch: u64,
     given_up: Duration,
-    memory: Memory,
     paused: bool,
-    singles: u64,
+    pending_single_steps: u64,
     stopping: bool,
     resumed: bool,
     epoch_start_s: f64,
@@ -144,23 +140,21 @@ pub struct Stepper {
     next_checkpoint_s: f64,
     overruns: u64,
     dropped: u64,
-    /// Samples left out that were not told of yet, by topic.
-    missed: MissedByTopic,
-    accepted: u64,
-    rejected: u64,
-    /// Largest deflection over length, of those published, that was out of the model's range; 0 when none was.
-    bent: f64,
+    /// Dropped samples that are not reported yet, by topic.
+    missed: MissedSamplesByTopic,
+    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
+    worst_out_of_range: f64,
 }
 
 impl Stepper {
-    /// Takes a simulation, and a second one to run beside it.
+    /// Creates a stepper for a simulation and an optional shadow.
     ///
     /// # Errors
-    /// When the lateness histogram cannot be made.
+    /// Fails if a histogram cannot be allocated.
     pub fn new(
         simulation: Simulation,
-        shadow: Option<Shadow>,
-        stepping: Stepping,
+        shadow: Option<ShadowSimulation>,
+        stepping: SteppingOptions,
         ports: Ports,
     ) -> Result<Self, hdrhistogram::CreationError> {
         Ok(Stepper {
@@ -170,19 +164,18 @@ impl Stepper {
             ports,
             pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
             clock: Instant::now(),
-            next: Next::Step(Duration::ZERO),
+            next: NextAction::Step(Duration::ZERO),
             spin: Duration::ZERO,
             ending: None,
-            lateness: Spread::new()?,
-            step_cost: Spread::new()?,
-            step_errors: StepErrors::new()?,
-            doings: Doings::default(),
-            misses: Misses::default(),
+            lateness: DurationHistogram::new()?,
+            step_cost: DurationHistogram::new()?,
+            step_errors: StepErrorHistogram::new()?,
+            timings: StepTimings::default(),
+            misses: MissedDeadlines::default(),
             pacing_epoch: 0,
             given_up: Duration::ZERO,
-            memory: Memory::default(),
             paused: false,
-            singles: 0,
+            pending_single_steps: 0,
             stopping: false,
             resumed: false,
             epoch_start_s: 0.0,
@@ -190,118 +183,106 @@ impl Stepper {
             next_checkpoint_s: 0.0,
             overruns: 0,
             dropped: 0,
-            missed: MissedByTopic::default(),
-            accepted: 0,
-            rejected: 0,
-            bent: 0.0,
+            missed: MissedSamplesByTopic::default(),
+            worst_out_of_range: 0.0,
         })
     }
 
-    /// Takes up a session: its epoch began at `epoch_start_s` of it, and `answers` were given to the commands before.
+    /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`.
     pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
         self.epoch_start_s = epoch_start_s;
-        answers.iter().for_each(|answer| self.memory.keep(answer));
+        answers.iter().for_each(|answer| self.ports.shared.remember(answer));
         self.resumed = true;
         self
     }
 
-    /// Steps until the end on this thread, without any claim on it.
-    ///
-    /// Returns how it ended; `None` only if the thread that steps is gone.
-    pub fn run(self) -> Option<Ended> {
-        let (told, heard) = channel();
-        let finish = Box::new(move |ended| drop(told.send(ended)));
-        drive(vec![(self, finish)], Waking { spin: Spin::NONE, realtime: false });
-        heard.recv().ok()
-    }
-
-    /// Whether it has to wait for any.
+    /// Whether steps have deadlines.
     pub(super) fn has_deadlines(&self) -> bool {
         self.stepping.pace != Pace::Max
     }
 
-    /// What it needs next.
-    pub(super) fn next(&self) -> Next {
+    /// What the simulator needs next.
+    pub(super) fn next(&self) -> NextAction {
         self.next
     }
 
-    /// Publishes the first state; deadlines are on `clock`. It is the `index`th of so many on its thread.
+    /// Publishes the first state; deadlines are on `clock`. This is simulator `index` of the `count` on the thread.
     pub(super) fn begin(&mut self, clock: Instant, (index, count): (usize, usize)) {
         self.clock = clock;
-        self.ports.counts.wake_with(std::thread::current());
+        self.ports.shared.wake_with(std::thread::current());
         self.checkpoint();
-        // What was true where a session is taken up was published before.
+        // The state at which a session resumes was published before.
         if !self.resumed {
-            let published = self.publish(Due::ALL);
-            self.heed(published);
+            let published = self.publish(DueTopics::ALL);
+            self.note_result(published);
         }
         self.status(State::Running, String::new());
-        // So that many on one thread do not all report at once.
+        // Spreads the status messages of all simulators on the thread over the status period.
         self.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
     }
 
-    /// From now on, time counts.
+    /// Starts the clock of the deadlines.
     pub(super) fn start(&mut self, now: Duration) {
         self.pacer.anchor(now, self.session_s());
     }
 
-    fn heed(&mut self, taken: Result<(), Diverged>) {
+    fn note_result(&mut self, taken: Result<(), Diverged>) {
         self.ending = taken.err().map(Ending::Diverged).or(self.ending.take());
     }
 
-    /// Sees to everything but steps; its thread spins for so long.
-    pub(super) fn tend(&mut self, spin: Duration) {
+    /// Does everything but steps: status, reports, commands. `spin` is the thread's current busy-waiting time.
+    pub(super) fn housekeep(&mut self, spin: Duration) {
         let begun = self.clock.elapsed();
         self.spin = spin;
         self.status_if_due();
-        self.tell_overruns_if_due(begun);
+        self.report_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
         self.decide(more);
-        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
-    /// Takes commands, as many as come before `until`.
-    pub(super) fn listen(&mut self, until: Duration) {
+    /// Handles the commands that come before `until`.
+    pub(super) fn take_commands_until(&mut self, until: Duration) {
         let more = self.take_commands(until);
         self.decide(more);
     }
 
-    /// What is next; `more` commands may be waiting.
+    /// Decides what comes next. `more`: further commands may be waiting.
     fn decide(&mut self, more: bool) {
         self.next = if self.stopping || self.ending.is_some() {
-            Next::Over
-        } else if self.singles > 0 {
-            Next::Step(Duration::ZERO)
+            NextAction::Over
+        } else if self.pending_single_steps > 0 {
+            NextAction::Step(Duration::ZERO)
         } else if self.finished() {
             self.ending = Some(Ending::Finished);
-            Next::Over
+            NextAction::Over
         } else if self.paused {
-            Next::Idle(if more { Duration::ZERO } else { self.next_status })
+            NextAction::Idle(if more { Duration::ZERO } else { self.next_status })
         } else {
-            Next::Step(self.due().unwrap_or_default())
+            NextAction::Step(self.due().unwrap_or_default())
         };
-        if let Next::Step(due) = self.next {
-            self.doings.ready |= self.clock.elapsed() <= due;
+        if let NextAction::Step(due) = self.next {
+            self.timings.ready |= self.clock.elapsed() <= due;
         }
     }
 
-    /// Ends; the last good state is published whatever the rate.
-    pub(super) fn end(&mut self) -> Ended {
+    /// Ends the run. Publishes the last good state at any publishing rate.
+    pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.ending.take().unwrap_or(Ending::Stopped);
         let (state, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
             Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
             Ending::Late { step, late } => (State::Finished, format!("step {step} would have begun {late:.1?} late")),
         };
-        let rest = Due::ALL.without(self.due_topics());
+        let rest = DueTopics::ALL.without(self.due_topics());
         if rest.any() {
-            // Of a state that cannot be looked at, the last that could was published before.
+            // If this state cannot be observed, the last good one was published already.
             let _ = self.publish(rest);
         }
-        self.tell_overruns();
+        self.report_overruns();
         self.status(state, message);
         self.send(Output::Over);
-        Ended { ending, dropped: self.dropped, verdict: self.simulation.energy_verdict() }
+        RunSummary { ending, dropped: self.dropped, verdict: self.simulation.energy_verdict() }
     }
 
     fn finished(&self) -> bool {
@@ -309,17 +290,17 @@ impl Stepper {
         self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
     }
 
-    /// Takes the steps that are due together; it is `now`.
-    pub(super) fn step(&mut self, now: Duration, round: Round) {
-        let count = if self.paused { self.singles.min(BURST) } else { self.batch() };
-        if let Err(ending) = self.account_lateness(now, round, count) {
+    /// Takes the steps that are due together at `now`.
+    pub(super) fn step(&mut self, now: Duration, wake_up: WakeUp) {
+        let count = if self.paused { self.pending_single_steps.min(BURST) } else { self.batch() };
+        if let Err(ending) = self.account_lateness(now, wake_up, count) {
             return self.ending = Some(ending);
         }
         for _ in 0..count {
-            let taken = self.step_and_tell();
-            self.heed(taken);
+            let taken = self.step_and_publish();
+            self.note_result(taken);
             if self.paused {
-                self.singles -= 1;
+                self.pending_single_steps -= 1;
             }
             if self.ending.is_some() || self.finished() {
                 return;
@@ -327,7 +308,7 @@ impl Stepper {
         }
     }
 
-    fn step_and_tell(&mut self) -> Result<(), Diverged> {
+    fn step_and_publish(&mut self) -> Result<(), Diverged> {
         let begun = Instant::now();
         self.simulation.step()?;
         let cost = begun.elapsed();
@@ -335,7 +316,7 @@ impl Stepper {
         if let Some(error) = self.simulation.error_estimate() {
             self.step_errors.record(error.last_step_rad);
         }
-        self.doings.solving += cost;
+        self.timings.solving += cost;
         if let Some(shadow) = &mut self.shadow {
             shadow.follow(cost);
         }
@@ -348,12 +329,12 @@ impl Stepper {
         Ok(())
     }
 
-    /// What the present step is published on.
-    fn due_topics(&self) -> Due {
-        self.stepping.publish.takes(self.simulation.step_count(), self.simulation.step_s())
+    /// The topics that the present step is published on.
+    fn due_topics(&self) -> DueTopics {
+        self.stepping.publish.due_topics(self.simulation.step_count(), self.simulation.step_s())
     }
 
-    /// Simulated time since the session began, through all resets, s.
+    /// Simulated time since the session began, resets included, s.
     fn session_s(&self) -> f64 {
         self.epoch_start_s + self.simulation.time_s()
     }
@@ -368,34 +349,34 @@ impl Stepper {
         }
     }
 
-    /// A lost receiver ends the run.
+    /// Sends to the output thread; a lost receiver ends the run.
     fn send(&mut self, output: Output) {
         self.stopping |= !self.ports.output.send(output);
     }
 
-    /// Sends the present state. Without a free sample in the pool: in real time drops and counts, otherwise waits.
-    fn publish(&mut self, due: Due) -> Result<(), Diverged> {
+    /// Publishes the present state. With an empty pool, a paced run drops the sample and counts it; an unpaced run waits.
+    fn publish(&mut self, due: DueTopics) -> Result<(), Diverged> {
         let begun = self.clock.elapsed();
-        let published = self.hand_over(due);
-        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        let published = self.send_sample(due);
+        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
         published
     }
 
-    fn hand_over(&mut self, due: Due) -> Result<(), Diverged> {
+    fn send_sample(&mut self, due: DueTopics) -> Result<(), Diverged> {
         let hurried = self.stepping.pace != Pace::Max && !self.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let stamp = self.stamp();
         let Some(mut free) = free else {
             self.dropped += 1;
             for (missed, _) in self.missed.iter_mut().zip(due.by_topic()).filter(|(_, due)| *due) {
-                *missed = Some(Missed::and(*missed, stamp));
+                *missed = Some(MissedSamples::and(*missed, stamp));
             }
             return Ok(());
         };
-        // Nobody else has it: nothing is cloned.
+        // The pool holds the only reference, so nothing is cloned.
         let sample = Arc::make_mut(&mut free);
         sample.observation.clone_from(self.simulation.observe()?);
-        self.bent = self.bent.max(sample.observation.out_of_range.unwrap_or(0.0));
+        self.worst_out_of_range = self.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
         sample.ledger = self.simulation.ledger();
         if due.loads {
@@ -410,7 +391,7 @@ impl Stepper {
     }
 
     fn checkpoint_if_due(&mut self) {
-        if self.session_s() >= self.next_checkpoint_s || self.ports.counts.take_checkpoint_wanted() {
+        if self.session_s() >= self.next_checkpoint_s || self.ports.shared.take_checkpoint_wanted() {
             self.checkpoint();
         }
     }
@@ -421,14 +402,14 @@ impl Stepper {
         self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
     }
 
-    /// Takes commands, as many as come before `until`; whether more may be waiting.
+    /// Handles commands that come before `until`; returns whether more may be waiting.
     fn take_commands(&mut self, until: Duration) -> bool {
         for _ in 0..COMMANDS_AT_ONCE {
             if until < Duration::MAX && self.clock.elapsed() >= until {
                 return true;
             }
             match self.ports.commands.try_recv() {
-                Ok(command) => self.consider(command),
+                Ok(command) => self.handle_command(command),
                 Err(TryRecvError::Empty) => return false,
                 Err(TryRecvError::Disconnected) => {
                     self.stopping = true;

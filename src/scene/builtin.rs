@@ -6,9 +6,9 @@ use crate::nearest::nearest;
 /// A scene that comes with the program.
 #[derive(Debug, Clone, Copy)]
 pub struct Builtin {
-    /// What it is called on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// Its TOML text; the first comment line says what it is.
+    /// TOML text; its first comment line is the summary.
     pub text: &'static str,
 }
 
@@ -41,10 +41,10 @@ pub const BUILTIN: &[Builtin] = &[
     Builtin { name: "ref-r5-tip", text: include_str!("builtin/ref-r5-tip.toml") },
 ];
 
-/// The built-in scene of this name.
+/// Finds a built-in scene.
 ///
 /// # Errors
-/// [`SceneError`] with the nearest name when there is none.
+/// [`SceneError`] with the nearest name if there is none.
 pub fn find(name: &str) -> Result<&'static Builtin, SceneError> {
     BUILTIN.iter().find(|scene| scene.name == name).ok_or_else(|| unknown(name, ""))
 }

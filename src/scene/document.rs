@@ -41,7 +41,7 @@ impl SceneText {
         Ok(SceneText { origin: origin.to_owned(), original: text.to_owned(), overrides: applied, merged: document.to_string() })
     }
 
-    /// Where `key` was given: `--set`, or file and line (of the nearest table that exists).
+    /// Where `key` was given: `--set`, or file and line (of the nearest existing table).
     pub fn place(&self, key: &str) -> String {
         if let Some((_, value)) = self.overrides.iter().rev().find(|(k, _)| k == key) {
             return format!("--set {key}={value}");

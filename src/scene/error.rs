@@ -11,7 +11,7 @@ pub struct SceneError {
     pub key: String,
     /// The value given, as written, where there is one.
     pub value: Option<String>,
-    /// What is wrong and what is allowed.
+    /// The problem, and the allowed values.
     pub problem: String,
 }
 

@@ -1,4 +1,4 @@
-//! What is asked for: a TOML file, checked once, becomes an immutable typed [`Scene`].
+//! Scenes: a TOML file is validated once, and becomes an immutable typed [`Scene`].
 //!
 //! ```
 //! use flexcrank::scene::SceneSource;
@@ -37,7 +37,7 @@ pub struct SceneSource {
     pub origin: String,
     /// The TOML in force, overrides written into it.
     pub text: String,
-    /// What it says.
+    /// The validated scene.
     pub scene: Scene,
 }
 

@@ -1,4 +1,4 @@
-//! From text to raw structs: names and types, with the nearest valid key where a name is unknown.
+//! Parses text to raw structs: names and types, with the nearest valid key for an unknown name.
 
 use super::{SceneError, document::SceneText, raw};
 use crate::nearest::nearest;

@@ -1,11 +1,11 @@
 //! The validated scene: immutable, typed, SI units. Everything downstream reads this and nothing else.
 
-/// What one run simulates, as validated from a scene file.
+/// A validated scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// What moves.
+    /// The mechanism or oscillator.
     pub system: System,
-    /// How the pivot is driven: torque (pulses, a constant) or prescribed motion.
+    /// The drive of the pivot: torque (pulses, a constant) or prescribed motion.
     pub drive: Drive,
     /// Limits for commands that arrive while running.
     pub commands: Commands,
@@ -13,7 +13,7 @@ pub struct Scene {
     pub solver: Solver,
 }
 
-/// What moves: a chain of links, or masses on springs.
+/// The moving system: a chain of links, or masses on springs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum System {
     /// Links, their end and their surroundings.
@@ -59,7 +59,7 @@ impl Scene {
 pub struct Chain {
     /// The links from the pivot outwards: one (`[beam]`) or two (`[crank]`, `[rod]`).
     pub links: Vec<Link>,
-    /// What the last link ends in.
+    /// The end of the last link.
     pub end: End,
     /// Torsion spring and damper between ground and the first link's tangent at the pivot.
     pub base: Base,
@@ -69,7 +69,7 @@ pub struct Chain {
     pub start: Start,
 }
 
-/// Which link of the chain.
+/// A link of the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinkName {
     /// The driven link of a crank-slider.
@@ -172,13 +172,13 @@ pub struct Slider {
 /// Resistance force on the slider, acting along −x when positive.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Resistance {
-    /// The same always, N.
+    /// Constant, N.
     Constant(f64),
     /// Piecewise linear over the crank's chord angle modulo one revolution: `(angle_rad in [0, 2π), force_n)`, ascending, periodic.
     Table(Vec<[f64; 2]>),
 }
 
-/// What stands between ground and the first link at the pivot.
+/// The connection between ground and the first link at the pivot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Base {
     /// Torsion spring, N·m/rad, unstressed at crank angle 0.
@@ -199,7 +199,7 @@ pub struct Start {
     pub static_equilibrium: bool,
 }
 
-/// What drives the first link's tangent at the pivot.
+/// The drive of the first link's tangent at the pivot.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drive {
     /// Torque: a constant, and pulses that the scene fires by itself.
@@ -216,7 +216,7 @@ pub enum Drive {
 /// A torque pulse at the pivot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pulse {
-    /// When it begins, s of simulated time.
+    /// Start, s of simulated time.
     pub start_s: f64,
     /// Mean torque over its duration, N·m.
     pub torque_nm: f64,
@@ -240,7 +240,7 @@ pub enum PulseShape {
 pub enum Motion {
     /// Constant speed from the start angle, rad/s.
     Speed(f64),
-    /// From the start rate to `to_rad_per_s` over `over_s` by a half-cosine, then constant.
+    /// Speed from the start rate to `to_rad_per_s` over `over_s` by a half-cosine, then constant.
     Ramp {
         /// Final speed, rad/s.
         to_rad_per_s: f64,
@@ -260,12 +260,12 @@ pub struct Commands {
     pub pending_limit: usize,
 }
 
-/// How the scene is computed.
+/// Model, integrator and step of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver {
-    /// Which model of the chain.
+    /// Model of the chain.
     pub model: ModelKind,
-    /// Which integrator.
+    /// Time integrator.
     pub integrator: IntegratorKind,
     /// Step, s.
     pub step_s: f64,
@@ -333,7 +333,7 @@ impl ModelKind {
         }
     }
 
-    /// What a scene that names no integrator gets.
+    /// The default integrator of a model.
     pub fn usual_integrator(self) -> IntegratorKind {
         self.integrators()[0]
     }

@@ -1,4 +1,4 @@
-//! From raw structs to the typed scene: every range and every rule between keys, once.
+//! Validation: raw structs become the typed scene. Every range and every rule between keys is checked here.
 
 use super::{SceneError, check::Checker, document::SceneText, link, oscillator, raw, types::*};
 

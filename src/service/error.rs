@@ -1,4 +1,4 @@
-//! What can end a service early.
+//! Errors of a service.
 
 use crate::bus::BusError;
 use crate::recording::RecordingError;
@@ -6,56 +6,56 @@ use crate::recording::RecordingError;
 /// A service could not start, or could not end properly.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
-    /// The bus.
+    /// The bus failed.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// The recording.
+    /// The recording failed.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// A thread could not be started.
     #[error("cannot start a thread: {0}")]
     Thread(#[from] std::io::Error),
-    /// The lateness histogram could not be made.
+    /// A histogram could not be allocated.
     #[error("cannot keep statistics: {0}")]
     Statistics(#[from] hdrhistogram::CreationError),
-    /// A thread died of a fault in the program.
+    /// A thread panicked: a fault of the program.
     #[error("the {0} thread died: this is a fault in flexcrank")]
     Died(&'static str),
-    /// A topic was asked for that the recording does not have.
-    #[error("no topic `{wanted}` in the recording; there are {}", there.join(", "))]
+    /// A requested topic is not in the recording.
+    #[error("no topic `{wanted}` in the recording; its topics are {}", there.join(", "))]
     NoTopic {
-        /// What was asked for.
+        /// The requested topic.
         wanted: String,
-        /// What there is.
+        /// The recorded topics.
         there: Vec<String>,
     },
-    /// No topic of the recording can be put on the bus.
+    /// No topic of the recording can be published.
     #[error("{}: nothing to replay{}", path.display(), because(left_out))]
     NothingToReplay {
         /// The recording.
         path: std::path::PathBuf,
-        /// Topics that cannot be keys, and why.
+        /// Topics left out, with reasons.
         left_out: Vec<String>,
     },
-    /// A replay is to begin where there is nothing any more.
+    /// The replay starts after the end of the recording.
     #[error("--start-offset {offset_s} is past the end of the recording, at {duration_s} s")]
     PastTheEnd {
-        /// Where it was to begin, s.
+        /// Requested start, s.
         offset_s: f64,
-        /// How long the recording is, s.
+        /// Duration of the recording, s.
         duration_s: f64,
     },
-    /// A name that is none.
+    /// The recorded name is not a valid service name.
     #[error(transparent)]
     Name(#[from] crate::bus::BadName),
-    /// Too few subscribed in time.
+    /// Too few sessions subscribed in time.
     #[error("{found} of {wanted} subscribers within {waited_s:.1} s: start them, or give a longer --wait-timeout")]
     NobodyListens {
-        /// How many came.
+        /// Sessions that subscribed.
         found: usize,
-        /// How many were waited for.
+        /// Sessions that were waited for.
         wanted: usize,
-        /// For how long, s.
+        /// Waiting time, s.
         waited_s: f64,
     },
 }

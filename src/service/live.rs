@@ -1,4 +1,4 @@
-//! Live services: simulations stepped in real time, on the bus, recorded.
+//! Live services: simulations stepped in real time, published on the bus and recorded.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -10,126 +10,126 @@ use std::time::{Duration, SystemTime};
 use tokio::sync::oneshot;
 
 use super::ServiceError;
-use super::desk::{Closed, Desk, OnStatus, RecordingPlan, serve};
-use super::drawing::Drawing;
-use super::gaps::Gaps;
-use crate::bus::{BusError, Endpoint, Name, Session, client};
+use super::drop_ledger::DropLedger;
+use super::output_worker::{Closed, OnStatus, OutputWorker, RecordingTarget, serve};
+use super::scene_update_timer::SceneUpdateTimer;
+use crate::bus::{BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
-    Command, Ended, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, Shadow, Spin, Stepper, Stepping, Waking, drive,
-    inbox,
+    Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
+    SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::SceneSource;
 use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
-use crate::wire::{self, Angles, Telemetry, control};
+use crate::wire::{self, Angles, TelemetryEncoder, control};
 
-/// Samples that may be on their way from one simulation at once; fewer where many run.
-const SAMPLES_ON_THE_WAY: usize = 2048;
-/// So many of all of them.
-const SAMPLES_OF_ALL: usize = 32_768;
-/// But of each not fewer than this.
+/// Samples in flight from one simulation, if few run.
+const MOST_SAMPLES: usize = 2048;
+/// Samples in flight from all simulations of the process.
+const SAMPLES_IN_TOTAL: usize = 32_768;
+/// Fewest samples in flight from one simulation.
 const FEWEST_SAMPLES: usize = 128;
 
-/// What to run and how.
-pub struct Live {
-    /// Its name on the bus.
+/// Options of a live service.
+pub struct LiveOptions {
+    /// Name on the bus.
     pub name: Name,
     /// The scene.
     pub scene: SceneSource,
-    /// Pace, end and publishing rate.
-    pub stepping: Stepping,
+    /// Pace, end and publishing rates.
+    pub stepping: SteppingOptions,
     /// File to record to from the start, if any.
     pub record: Option<PathBuf>,
-    /// Folder for recordings that are asked for by name.
+    /// Folder of recordings that a command starts.
     pub recordings: PathBuf,
     /// A crash loses at most what was recorded in this time.
     pub flush_period: Duration,
-    /// Wait at every flush until the disk has it.
+    /// At every flush, wait until the data is on the disk.
     pub fsync: bool,
-    /// When the recording goes on in a new file.
+    /// When the recording continues in a new file.
     pub split: Option<Split>,
-    /// No recording becomes larger than this, all its parts together.
+    /// Size limit of a recording, all parts together.
     pub max_recording_bytes: Option<u64>,
-    /// How often to tell the mechanism as shapes for 3D viewers, times a second; if at all.
+    /// Rate of scene updates, shapes for 3D viewers; `None` publishes none.
     pub scene_updates_hz: Option<f64>,
     /// The command line, for the recording.
     pub command_line: String,
-    /// Called with every status.
+    /// Called with every status message.
     pub on_status: OnStatus,
-    /// Speak under the name even if another service does.
+    /// Use the name even if another service has it.
     pub force: bool,
-    /// The session that is taken up, if it is none of its own.
+    /// The session to resume, if any.
     pub resumed: Option<Resumption>,
 }
 
-/// A session that was recorded up to where the simulation stands now.
+/// A recorded session to resume.
 #[derive(Debug, Clone)]
 pub struct Resumption {
-    /// Wall clock at its start.
+    /// Wall clock at the start of the session.
     pub started: SystemTime,
-    /// Simulated time of the session at which the epoch began, s.
+    /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
-    /// The answers to the commands taken before, so that a retry is harmless.
+    /// Replies to the commands accepted before, so that a retry is not applied again.
     pub answers: Vec<wire::CommandReply>,
-    /// The recording, and where it was taken up.
+    /// The recording, and where the session resumes.
     pub of: String,
 }
 
-/// How a run went.
+/// The result of a run.
 #[derive(Debug)]
 pub struct LiveReport {
-    /// How it ended.
+    /// How the run ended.
     pub ending: Ending,
-    /// The last angles published, of a scene that has any.
+    /// The last published angles, if the scene has any.
     pub angles: Option<Angles>,
-    /// The recordings it made.
+    /// The recordings made.
     pub recordings: Vec<Result<Written, RecordingError>>,
-    /// What the energy balance says of its last epoch.
+    /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
-    /// Samples and messages that full queues kept from bus or recording.
+    /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
-    /// Messages that were made, since somebody listened or they were recorded.
-    pub made: u64,
+    /// Messages encoded because a topic had subscribers or was recorded.
+    pub encoded: u64,
 }
 
-/// A simulation to be run, and a second one beside it if given.
-pub struct Member {
-    /// How.
-    pub live: Live,
-    /// At its start.
+/// A simulation to run, with an optional shadow.
+pub struct LiveSimulation {
+    /// Its options.
+    pub live: LiveOptions,
+    /// The simulation, at its start.
     pub simulation: Simulation,
-    /// The second one.
-    pub shadow: Option<Shadow>,
+    /// The shadow.
+    pub shadow: Option<ShadowSimulation>,
 }
 
-/// Runs a simulation on a thread without any claim on the system; see [`run_all`].
+/// Runs a simulation without real-time scheduling or busy-waiting; see [`run_all`].
 ///
 /// # Errors
-/// [`ServiceError`] when the name is taken, the recording cannot be made or the bus refuses.
+/// [`ServiceError`] if the name is taken, the recording cannot be created or the bus refuses.
 pub async fn run(
     session: &Session,
-    live: Live,
-    (simulation, shadow): (Simulation, Option<Shadow>),
+    live: LiveOptions,
+    (simulation, shadow): (Simulation, Option<ShadowSimulation>),
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
-    let waking = Waking { spin: Spin::NONE, realtime: false };
-    let mut reports = run_all(session, vec![Member { live, simulation, shadow }], waking, shutdown).await?;
+    let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
+    let mut reports = run_all(session, vec![LiveSimulation { live, simulation, shadow }], waking, shutdown).await?;
     reports.pop().ok_or(ServiceError::Died("stepping"))
 }
 
 /// Runs simulations under one session, each until its scene's end, a `stop` command, divergence, or `shutdown`; leaves the bus in
-/// order. They share stepping threads, as many as there are processors, and as many output threads.
+/// order. There are as many stepping threads as processors, and as many output threads.
 ///
 /// # Errors
-/// [`ServiceError`] when a name is taken, a recording cannot be made or the bus refuses.
+/// [`ServiceError`] if a name is taken, a recording cannot be created or the bus refuses.
 pub async fn run_all(
     session: &Session,
-    members: Vec<Member>,
-    waking: Waking,
+    members: Vec<LiveSimulation>,
+    waking: ThreadOptions,
     shutdown: impl Future<Output = ()>,
 ) -> Result<Vec<LiveReport>, ServiceError> {
     let wary: Vec<&Name> = members.iter().filter(|member| !member.live.force).map(|member| &member.live.name).collect();
-    if let Some(taken) = client::taken(session, &wary)? {
+    if let Some(taken) = client::first_taken(session, &wary)? {
         return Err(BusError::Taken(taken).into());
     }
     let (runs, threads) = start(session, members, waking)?;
@@ -155,39 +155,44 @@ pub async fn run_all(
     reports
 }
 
-/// What is to be heard of a simulation that runs.
-struct Run {
+/// Handles to a running simulation.
+struct RunningSimulation {
     inbox: Inbox,
-    ended: oneshot::Receiver<Ended>,
+    ended: oneshot::Receiver<RunSummary>,
     closed: oneshot::Receiver<Closed>,
 }
 
-impl Run {
+impl RunningSimulation {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let Ended { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
+        let RunSummary { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
-        let dropped = lost + self.inbox.counts().dropped();
-        Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, made: closed.made })
+        let dropped = lost + self.inbox.shared().dropped();
+        Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, encoded: closed.encoded })
     }
 }
 
-/// Threads, and what they are for.
+/// Threads with their purposes.
 type Threads = Vec<(&'static str, JoinHandle<()>)>;
 
-fn start(session: &Session, members: Vec<Member>, waking: Waking) -> Result<(Vec<Run>, Threads), ServiceError> {
+fn start(
+    session: &Session,
+    members: Vec<LiveSimulation>,
+    waking: ThreadOptions,
+) -> Result<(Vec<RunningSimulation>, Threads), ServiceError> {
     let groups = available_parallelism().map_or(1, NonZeroUsize::get).min(members.len()).max(1);
-    let samples = (SAMPLES_OF_ALL / members.len().max(1)).clamp(FEWEST_SAMPLES, SAMPLES_ON_THE_WAY);
+    let samples = (SAMPLES_IN_TOTAL / members.len().max(1)).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
     let mut runs = Vec::with_capacity(members.len());
     let mut group: Vec<Group> = (0..groups).map(|_| Group::new()).collect();
     for (number, member) in members.into_iter().enumerate() {
         runs.push(group[number % groups].take(session, member, samples)?);
     }
     let mut threads = Threads::new();
-    for Group { steppers, desks, outputs, .. } in group {
-        let output = move || serve(desks, &outputs);
+    for Group { steppers, workers, outputs, .. } in group {
+        let output = move || serve(workers, &outputs);
         threads.push(("output", Builder::new().name("output".to_owned()).spawn(output)?));
-        threads.push(("stepping", Builder::new().name("stepping".to_owned()).spawn(move || drive(steppers, waking))?));
+        threads
+            .push(("stepping", Builder::new().name("stepping".to_owned()).spawn(move || run_stepping_thread(steppers, waking))?));
     }
     Ok((runs, threads))
 }
@@ -195,7 +200,7 @@ fn start(session: &Session, members: Vec<Member>, waking: Waking) -> Result<(Vec
 /// Simulations that share a stepping thread and an output thread.
 struct Group {
     steppers: Vec<(Stepper, Finish)>,
-    desks: Vec<(Desk, oneshot::Sender<Closed>)>,
+    workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>,
     output: Sender<(usize, Output)>,
     outputs: Receiver<(usize, Output)>,
 }
@@ -203,11 +208,11 @@ struct Group {
 impl Group {
     fn new() -> Self {
         let (output, outputs) = channel();
-        Group { steppers: Vec::new(), desks: Vec::new(), output, outputs }
+        Group { steppers: Vec::new(), workers: Vec::new(), output, outputs }
     }
 
-    fn take(&mut self, session: &Session, member: Member, samples: usize) -> Result<Run, ServiceError> {
-        let Member { mut live, simulation, shadow } = member;
+    fn take(&mut self, session: &Session, member: LiveSimulation, samples: usize) -> Result<RunningSimulation, ServiceError> {
+        let LiveSimulation { mut live, simulation, shadow } = member;
         let (inbox, commands) = inbox();
         let (to_pool, pool) = sync_channel(samples);
         for _ in 0..samples {
@@ -219,32 +224,32 @@ impl Group {
             live.stepping.publish = live.stepping.publish.without_angles_and_loads();
         }
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
-        let desk = desk(session, live, &simulation, &inbox, to_pool)?;
-        let output = Outbox::new(self.output.clone(), self.desks.len());
-        let ports = Ports { commands, output, pool, counts: inbox.counts() };
+        let output_worker = output_worker(session, live, &simulation, &inbox, to_pool)?;
+        let output = Outbox::new(self.output.clone(), self.workers.len());
+        let ports = Ports { commands, output, pool, shared: inbox.shared() };
         let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
         if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
             stepper = stepper.resumed(epoch_start_s, &answers);
         }
         let (finish, ended) = oneshot::channel();
         let (close, closed) = oneshot::channel();
-        // Nobody waits for these only when the service is being torn down.
+        // The receivers are gone only if the service is being torn down.
         self.steppers.push((stepper, Box::new(move |ended| drop(finish.send(ended)))));
-        self.desks.push((desk, close));
-        Ok(Run { inbox, ended, closed })
+        self.workers.push((output_worker, close));
+        Ok(RunningSimulation { inbox, ended, closed })
     }
 }
 
-fn desk(
+fn output_worker(
     session: &Session,
-    live: Live,
+    live: LiveOptions,
     simulation: &Simulation,
     inbox: &Inbox,
     pool: SyncSender<Arc<Sample>>,
-) -> Result<Desk, ServiceError> {
+) -> Result<OutputWorker, ServiceError> {
     let mut facts = vec![("publish_hz", live.stepping.publish.by_topic())];
     facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
-    let plan = RecordingPlan {
+    let target = RecordingTarget {
         folder: live.recordings,
         settings: Settings {
             flush_period: live.flush_period,
@@ -253,7 +258,7 @@ fn desk(
             limit_bytes: live.max_recording_bytes,
             when_full: if live.stepping.pace == Pace::Max { WhenFull::Wait } else { WhenFull::Drop },
         },
-        session: recording::Session {
+        session: recording::SessionInfo {
             name: live.name.to_string(),
             scene: live.scene.text.clone(),
             started: live.resumed.as_ref().map_or_else(SystemTime::now, |resumed| resumed.started),
@@ -261,34 +266,34 @@ fn desk(
             facts,
         },
     };
-    let recorder = live.record.map(|path| plan.start(&path)).transpose()?;
-    let endpoint = Endpoint::declare(session, &live.name, &live.scene.text, Some(inbox))?;
-    Ok(Desk {
+    let recorder = live.record.map(|path| target.start(&path)).transpose()?;
+    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, Some(inbox))?;
+    Ok(OutputWorker {
         name: live.name,
         endpoint,
-        telemetry: Arc::new(Telemetry::new(&live.scene.scene.system, simulation.start())),
-        plan,
+        telemetry: Arc::new(TelemetryEncoder::new(&live.scene.scene.system, simulation.start())),
+        target,
         recorder,
         pool,
-        counts: inbox.counts(),
+        shared: inbox.shared(),
         on_status: live.on_status,
-        finished: Vec::new(),
-        made: 0,
-        gaps: Gaps::default(),
-        drawing: live.scene_updates_hz.map(Drawing::new),
-        trouble: None,
-        now: None,
-        full: false,
+        finished_recordings: Vec::new(),
+        encoded: 0,
+        drops: DropLedger::default(),
+        scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
+        recording_failure: None,
+        last_stamp: None,
+        recording_full: false,
     })
 }
 
-/// A sample to be filled.
+/// An empty sample.
 fn blank(simulation: &Simulation) -> Sample {
     let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
     Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() }
 }
 
-/// Asks the stepping thread to end.
+/// Stops the run.
 fn stop(inbox: &Inbox) {
     let request = Request::Control(control::Action::Stop(wire::Stop {}));
     inbox.submit(Command { id: String::new(), request, reply: Box::new(|_| {}) });

@@ -1,13 +1,13 @@
-//! Where bus, recording and runtime meet: a live service, and a replayed one.
+//! Live services and replays: the layer that joins bus, recording and runtime.
 
-mod desk;
-mod drawing;
+mod drop_ledger;
 mod error;
-mod gaps;
 mod live;
+mod output_worker;
 mod replay;
+mod scene_update_timer;
 
-pub use desk::OnStatus;
 pub use error::ServiceError;
-pub use live::{Live, LiveReport, Member, Resumption, run, run_all};
-pub use replay::{Action, BadRemap, Order, Orders, RATES, Remap, Replay, ReplayReport, replay};
+pub use live::{LiveOptions, LiveReport, LiveSimulation, Resumption, run, run_all};
+pub use output_worker::OnStatus;
+pub use replay::{BadRemap, RATES, Remap, ReplayAction, ReplayCommand, ReplayCommands, ReplayOptions, ReplayReport, replay};

@@ -5,7 +5,7 @@ use crate::mechanics::Observation;
 use crate::scene::{Scene, System};
 use crate::simulation::{BuildError, Diverged, Simulation};
 
-/// A run that could not be made.
+/// A run that failed.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
     /// The model cannot compute the scene.

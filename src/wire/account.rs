@@ -1,10 +1,10 @@
-//! What a status says of energy and error.
+//! The energy and error fields of a status.
 
 use super::{Status, status};
 use crate::simulation::{EnergyLedger, EnergyVerdict, Simulation};
 
 impl Status {
-    /// The status with energies, works, verdict and estimated error of a simulation's present state.
+    /// Sets energies, works, verdict and estimated error from a simulation's present state.
     pub fn with_account(self, simulation: &Simulation) -> Status {
         let EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j, worst_balance_j, in_play_j } = simulation.ledger();
         let error = simulation.error_estimate();

@@ -4,7 +4,7 @@ use super::{ActivePulse, BadCommand};
 use crate::scene::Pulse;
 use crate::simulation::{Checkpoint, ErrorEstimate, LedgerEntries, Stamp, Work};
 
-/// A checkpoint as it is recorded.
+/// Encodes a checkpoint.
 pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
     let pulse = |pulse: &Pulse| ActivePulse {
         start_s: pulse.start_s,
@@ -31,7 +31,7 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
     }
 }
 
-/// A recorded checkpoint as the simulation takes it.
+/// Decodes a recorded checkpoint.
 ///
 /// # Errors
 /// [`BadCommand::Shape`] for a pulse of an unknown shape.

@@ -1,62 +1,62 @@
-//! Commands from outside, decoded and checked for shape; ranges are the simulation's to judge.
+//! Commands: decoded from messages and back. Ranges are checked by the simulation.
 
 use super::{Next, Seek, TorquePulse, control, replay_control, torque_pulse::Shape};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 
-/// A message that is not a command.
+/// The message is not a valid command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BadCommand {
-    /// Not protobuf of the expected type.
+    /// The payload is not protobuf of the expected type.
     #[error("not a flexcrank.v1.{expected} message: {cause}")]
     Undecodable {
-        /// The type that the key expects.
+        /// The expected type.
         expected: &'static str,
-        /// What the decoder says.
+        /// The decoder's error.
         cause: String,
     },
-    /// A pulse of a shape that does not exist.
+    /// The pulse shape is unknown.
     #[error("shape {0} does not exist: 0 is RECTANGULAR, 1 is RAISED_COSINE")]
     Shape(i32),
-    /// A control message that asks for nothing.
+    /// A control message without an action.
     #[error("no action given: pause, resume, step, reset, stop, start_recording or stop_recording")]
     NoAction,
-    /// A message to a replayer that asks for nothing.
+    /// A replay control message without an action.
     #[error("no action given: pause, resume, seek, rate, next or stop")]
     NoReplayAction,
-    /// What a replayer cannot do.
-    #[error("this is a replayer: it does not record")]
+    /// A recording command to a replay.
+    #[error("this is a replay, which does not record")]
     ReplayerRecords,
-    /// Sent to a key with wildcards that matches the key of a command.
-    #[error("commands are sent to `{own}` itself, not to `{key}`")]
+    /// The key has wildcards, and only matches a command key.
+    #[error("send commands to `{own}` itself, not to `{key}`")]
     Key {
-        /// Where it was sent to.
+        /// The key used.
         key: String,
-        /// Where it is to be sent.
+        /// The command key.
         own: String,
     },
-    /// Larger than any command.
+    /// The payload is larger than any command.
     #[error("{bytes} bytes are too many for a command: {limit} at most")]
     TooLarge {
-        /// How large it is.
+        /// Size of the payload.
         bytes: usize,
-        /// How large it may be.
+        /// Size limit.
         limit: usize,
     },
-    /// An id that would fill the memory of ids.
+    /// The id is too long for the reply cache.
     #[error("the id has {bytes} bytes: {limit} at most")]
     Id {
-        /// How long it is.
+        /// Length of the id.
         bytes: usize,
-        /// How long it may be.
+        /// Length limit.
         limit: usize,
     },
-    /// No payload at all.
+    /// There is no payload.
     #[error("the command has no payload: a flexcrank.v1.{0} message is expected")]
     Empty(&'static str),
 }
 
-/// What a pulse message asks for.
+/// Decodes a pulse.
 ///
 /// # Errors
 /// [`BadCommand::Shape`] for an unknown shape.
@@ -66,10 +66,10 @@ pub fn pulse_request(message: &TorquePulse) -> Result<PulseRequest, BadCommand> 
     Ok(PulseRequest { torque_nm, duration_s, delay_s, shape })
 }
 
-/// What a command to a service means to a replayer: a step is a message, a reset goes back to the start.
+/// Translates a command to a service into one to a replay: a step is a message, a reset returns to the start.
 ///
 /// # Errors
-/// [`BadCommand::ReplayerRecords`] when it is about recording.
+/// [`BadCommand::ReplayerRecords`] if the command starts or stops a recording.
 pub fn replay_action(action: control::Action) -> Result<replay_control::Action, BadCommand> {
     match action {
         control::Action::Pause(pause) => Ok(replay_control::Action::Pause(pause)),
@@ -81,7 +81,7 @@ pub fn replay_action(action: control::Action) -> Result<replay_control::Action, 
     }
 }
 
-/// A request as a message.
+/// Encodes a pulse.
 pub fn pulse_message(id: &str, request: &PulseRequest) -> TorquePulse {
     TorquePulse {
         id: id.to_owned(),
@@ -92,7 +92,7 @@ pub fn pulse_message(id: &str, request: &PulseRequest) -> TorquePulse {
     }
 }
 
-/// A pulse shape as a message numbers it.
+/// Decodes a pulse shape from its number.
 pub(super) fn pulse_shape(number: i32) -> Result<PulseShape, BadCommand> {
     match Shape::try_from(number) {
         Ok(Shape::Rectangular) => Ok(PulseShape::Rectangular),
@@ -101,7 +101,7 @@ pub(super) fn pulse_shape(number: i32) -> Result<PulseShape, BadCommand> {
     }
 }
 
-/// A pulse shape as the proto names it.
+/// Encodes a pulse shape.
 pub fn shape(shape: PulseShape) -> Shape {
     match shape {
         PulseShape::Rectangular => Shape::Rectangular,

@@ -1,4 +1,4 @@
-//! The messages: generated from `proto/flexcrank.proto`, and their conversion to and from domain types.
+//! The messages generated from `proto/flexcrank.proto`, and their conversion to and from domain types.
 
 mod account;
 mod checkpoint;
@@ -12,35 +12,35 @@ use commands::pulse_shape;
 pub use commands::{BadCommand, pulse_message, pulse_request, replay_action, shape};
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};
-pub use telemetry::{Telemetry, stamp, timestamp};
+pub use telemetry::{TelemetryEncoder, stamp, timestamp};
 
 pub use messages::*;
 
-/// The types that the compiler generates from the proto.
+/// The generated types.
 #[allow(missing_docs, clippy::all)]
 mod messages {
     include!(concat!(env!("OUT_DIR"), "/flexcrank.v1.rs"));
 }
 
-/// What viewers know: generated from `proto/foxglove`.
+/// Messages for viewers, generated from `proto/foxglove`.
 #[allow(missing_docs, clippy::all)]
 pub mod foxglove {
     include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }
 
-/// The `google.protobuf.FileDescriptorSet` of all our own messages, imports included.
+/// The `google.protobuf.FileDescriptorSet` of all flexcrank messages, with imports.
 pub const DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/flexcrank.bin"));
 
-/// That of the messages that viewers know.
+/// The descriptor set of the viewers' messages.
 const FOXGLOVE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin"));
 
-/// The descriptor set of everything that is published.
+/// The descriptor set of everything published.
 pub const EVERY_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/every.bin"));
 
-/// The descriptor set that has a message of this fully qualified name, and no more than it needs.
+/// Returns the smallest descriptor set that has a message of this fully qualified name.
 pub fn descriptor_set(schema: &str) -> &'static [u8] {
     if schema.starts_with("foxglove.") { FOXGLOVE_DESCRIPTOR_SET } else { DESCRIPTOR_SET }
 }
 
-/// Protobuf package of all messages.
+/// Protobuf package of all flexcrank messages.
 pub const PACKAGE: &str = "flexcrank.v1";

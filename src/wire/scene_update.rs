@@ -1,4 +1,4 @@
-//! The mechanism as shapes in a 3D scene, for viewers that know `foxglove.SceneUpdate`.
+//! Scene updates: the mechanism as 3D shapes, for viewers that support `foxglove.SceneUpdate`.
 
 use super::foxglove::{
     Color, CubePrimitive, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Vector3,
@@ -6,20 +6,20 @@ use super::foxglove::{
 };
 use super::{Displacements, NodeState, bent_line, by_link};
 
-/// The frame that all of it is in: the pivot is its origin, the mechanism moves in its x-y plane.
+/// Coordinate frame of all shapes: the origin is the pivot, the mechanism moves in the x-y plane.
 const FRAME: &str = "flexcrank";
 /// Colours of the links, from the pivot outwards.
 const LINKS: [[f64; 3]; 3] = [[0.10, 0.55, 0.85], [0.95, 0.60, 0.10], [0.25, 0.70, 0.35]];
 const GREY: [f64; 3] = [0.6, 0.6, 0.6];
 /// Thickness of a link, pixels.
 const THICKNESS: f64 = 4.0;
-/// Diameter of a pin, over the length of the longest link.
+/// Diameter of a pin, relative to the longest link.
 const PIN: f64 = 0.03;
-/// In a second.
+/// Nanoseconds per second.
 const NANOSECONDS: u64 = 1_000_000_000;
 
-/// Links as bent lines, true to scale; pins, slider and masses as small shapes. `time_ns` is what the viewer plays by, since
-/// 1970.
+/// Draws links as bent lines, true to scale, and pins, slider and masses as small shapes. `time_ns` is the viewer's playback
+/// time, since 1970.
 pub fn scene_update(state: &Displacements, has_slider: bool, time_ns: u64) -> SceneUpdate {
     let seconds = i64::try_from(time_ns / NANOSECONDS).unwrap_or(i64::MAX);
     let nanos = i32::try_from(time_ns % NANOSECONDS).unwrap_or(0);
@@ -41,7 +41,7 @@ pub fn scene_update(state: &Displacements, has_slider: bool, time_ns: u64) -> Sc
     SceneUpdate { deletions: Vec::new(), entities: vec![entity] }
 }
 
-/// Length of the longest link; of masses, how far they are from the origin.
+/// Length of the longest link, or for masses their distance from the origin.
 fn longest(nodes: &[NodeState]) -> f64 {
     let length = |link: &[NodeState]| match link {
         [first, .., last] if first.link != "mass" => (last.x_m - first.x_m).hypot(last.y_m - first.y_m),

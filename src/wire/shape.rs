@@ -1,22 +1,22 @@
-//! The bent line of a link, from what is published of its nodes.
+//! The bent line of a link, from the published state of its nodes.
 
 use std::f64::consts::{PI, TAU};
 
 use super::NodeState;
 
-/// Pieces that a line is drawn in between two nodes whose tangents are known.
+/// Number of pieces drawn between two nodes with known tangents.
 const PIECES: u32 = 8;
-/// Tangents steeper against the chord than this do not make a curve over it, rad.
+/// Tangents steeper than this against the chord are not drawn as a curve, rad.
 const STEEPEST_RAD: f64 = 1.3;
 
-/// The nodes of every link, from the pivot outwards.
+/// Groups nodes by link, from the pivot outwards.
 pub fn by_link(nodes: &[NodeState]) -> impl Iterator<Item = &[NodeState]> {
     nodes.chunk_by(|one, next| one.link == next.link)
 }
 
-/// A link's line from its first node to its last, with its offsets from the chord magnified.
+/// Returns a link's line from its first node to its last, with its offsets from the chord magnified.
 ///
-/// Between nodes whose rotations are known it is the cubic that has their tangents; otherwise it is straight.
+/// Between nodes with known rotations the line is the cubic with their tangents; otherwise it is straight.
 pub fn bent_line(nodes: &[NodeState], magnification: f64) -> Vec<[f64; 2]> {
     let Some(chord) = Chord::of(nodes) else {
         return nodes.iter().map(|node| [node.x_m, node.y_m]).collect();
@@ -24,7 +24,7 @@ pub fn bent_line(nodes: &[NodeState], magnification: f64) -> Vec<[f64; 2]> {
     chord.line(nodes).into_iter().map(|[along, off]| chord.place(along, magnification * off)).collect()
 }
 
-/// A link's largest offset from its chord, over its length; 0 where there is no chord.
+/// A link's largest offset from its chord, relative to its length; 0 without a chord.
 pub fn bending(nodes: &[NodeState]) -> f64 {
     let Some(chord) = Chord::of(nodes) else { return 0.0 };
     chord.line(nodes).iter().fold(0.0, |most: f64, [_, off]| most.max(off.abs())) / chord.length_m
@@ -51,14 +51,14 @@ impl Chord {
         [x + c * along - s * off, y + s * along + c * off]
     }
 
-    /// Distance along the chord, offset from it, slope against it.
+    /// Returns distance along the chord, offset from it, and slope against it.
     fn local(&self, node: &NodeState) -> (f64, f64, Option<f64>) {
         let ([c, s], [x, y]) = (self.direction, [node.x_m - self.start_m[0], node.y_m - self.start_m[1]]);
         let turned = node.rotation_rad.map(|angle| (angle - s.atan2(c) + PI).rem_euclid(TAU) - PI);
         (c * x + s * y, c * y - s * x, turned.filter(|angle| angle.abs() < STEEPEST_RAD).map(f64::tan))
     }
 
-    /// Distances along the chord and offsets from it.
+    /// Returns distances along the chord and offsets from it.
     fn line(&self, nodes: &[NodeState]) -> Vec<[f64; 2]> {
         let mut line: Vec<[f64; 2]> = Vec::with_capacity(nodes.len() * PIECES as usize);
         let mut before: Option<(f64, f64, Option<f64>)> = None;
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_links_are_told_apart() {
+    fn prop_nodes_are_grouped_by_link() {
         let mut nodes = parabola(0.0, 0.1);
         nodes.push(NodeState { link: "rod".to_owned(), ..NodeState::default() });
         assert_eq!(by_link(&nodes).map(<[NodeState]>::len).collect::<Vec<_>>(), [2, 1]);

@@ -1,4 +1,4 @@
-//! Samples as messages.
+//! Encodes samples as telemetry messages.
 
 use std::f64::consts::TAU;
 use std::time::SystemTime;
@@ -8,35 +8,35 @@ use crate::mechanics::{LinkObservation, Observation};
 use crate::scene::System;
 use crate::simulation::{EnergyLedger, Sample, Stamp};
 
-/// Turns samples into messages: knows the links' names and where everything was at the start.
+/// Encodes samples: holds the links' names and the positions at the start.
 #[derive(Debug, Clone)]
-pub struct Telemetry {
+pub struct TelemetryEncoder {
     names: Vec<&'static str>,
     turns: bool,
     start: Observation,
 }
 
-/// A time as protobuf writes it.
+/// A time in protobuf.
 pub fn timestamp(time: SystemTime) -> prost_types::Timestamp {
     time.into()
 }
 
-/// A stamp as protobuf writes it.
+/// A stamp in protobuf.
 pub fn stamp(stamp: &Stamp) -> super::Stamp {
     super::Stamp { step: stamp.step, sim_time_s: stamp.sim_time_s, wall_time: Some(timestamp(stamp.wall)), epoch: stamp.epoch }
 }
 
-impl Telemetry {
-    /// For a scene whose state at the start is `start`.
+impl TelemetryEncoder {
+    /// Prepares for a scene whose state at the start is `start`.
     pub fn new(system: &System, start: &Observation) -> Self {
         let names = match system {
             System::Chain(chain) => chain.links.iter().map(|link| link.name.as_str()).collect(),
             System::Oscillator(_) => vec!["mass"],
         };
-        Telemetry { names, turns: matches!(system, System::Chain(_)), start: start.clone() }
+        TelemetryEncoder { names, turns: matches!(system, System::Chain(_)), start: start.clone() }
     }
 
-    /// Whether there is anything that turns: an oscillator has neither angles nor loads.
+    /// Whether the mechanism rotates: an oscillator has neither angles nor loads.
     pub fn turns(&self) -> bool {
         self.turns
     }

@@ -10,7 +10,7 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-use flexcrank::recording::{Message, Recorder, Session, SessionWriter, Settings, WhenFull};
+use flexcrank::recording::{Message, Recorder, SessionInfo, SessionWriter, Settings, WhenFull};
 use flexcrank::wire;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if median < ENOUGH { Err(format!("less than {ENOUGH}").into()) } else { Ok(()) }
 }
 
-/// About as long and as compressible as telemetry is.
+/// A message as long and as compressible as telemetry.
 fn message(n: u64) -> Message {
     let (topic, schema) = TOPICS[(n % 3) as usize];
     let numbers = (0..48_u32).flat_map(|k| ((n as f64 * 1e-3 + f64::from(k)).sin() * f64::from(k % 5)).to_le_bytes());
@@ -65,8 +65,8 @@ fn message(n: u64) -> Message {
     }
 }
 
-fn session() -> Session {
-    Session {
+fn session() -> SessionInfo {
+    SessionInfo {
         name: "bench".to_owned(),
         scene: String::new(),
         started: SystemTime::now(),

@@ -1,8 +1,8 @@
-//! What a step, a look and a message cost, by model and size: `cargo bench`.
+//! Cost of steps, observations and messages, by model and size: `cargo bench`.
 //!
-//! Times are of several of them, rates of one: steps, looks or messages a second; with finite elements, of one element's part
-//! of a step: that this rate stays the same from a few elements to a thousand says that cost is linear in them. A short run:
-//! `cargo bench -- --max-time 0.05`; one bench: `cargo bench -- finite_element`.
+//! Times are for a batch; rates are steps, observations or messages per second. With finite elements the rate counts elements: it
+//! stays the same from a few elements to a thousand if the cost is linear in them. A short run: `cargo bench -- --max-time 0.05`;
+//! one bench: `cargo bench -- finite_element`.
 #![allow(clippy::unwrap_used, reason = "a benchmark may fail")]
 
 use std::time::SystemTime;
@@ -11,7 +11,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Sample, Simulation, Stamp};
-use flexcrank::wire::{Angles, Displacements, Energies, Loads, Telemetry};
+use flexcrank::wire::{Angles, Displacements, Energies, Loads, TelemetryEncoder};
 use prost::Message;
 
 fn main() {
@@ -21,7 +21,7 @@ fn main() {
 /// Items timed at once: enough for caches and clock alike.
 const ITEMS: usize = 100;
 
-/// Times `work`, each counted as so many items.
+/// Times `work`, counted as `items` items.
 fn repeat<T>(bencher: Bencher<'_, '_>, items: usize, mut work: impl FnMut() -> T) {
     let repeats = (ITEMS / items).max(1);
     bencher.counter(ItemsCount::new(repeats * items)).bench_local(|| {
@@ -68,7 +68,7 @@ fn step_modal(bencher: Bencher<'_, '_>, modes: usize) {
     repeat(bencher, 1, || simulation.step().unwrap());
 }
 
-/// By elements a link; those of both are counted.
+/// By elements per link; the elements of both links are counted.
 #[divan::bench(args = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000], max_time = 2)]
 fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
     let mut simulation = moving(&overrides("finite-element", &both("elements", elements)));
@@ -77,19 +77,19 @@ fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
 
 type Messages = (Displacements, Angles, Loads, Energies);
 
-fn messages(telemetry: &Telemetry, sample: &Sample) -> Messages {
+fn messages(telemetry: &TelemetryEncoder, sample: &Sample) -> Messages {
     (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample), telemetry.energies(sample))
 }
 
-/// A running mechanism of so many elements a link, and what turns its state into messages.
-fn told(elements: usize) -> (Simulation, Telemetry, Sample) {
+/// A running mechanism with this many elements per link, and the encoder of its state.
+fn told(elements: usize) -> (Simulation, TelemetryEncoder, Sample) {
     let overrides = overrides("finite-element", &both("elements", elements));
     let scene = SceneSource::open("ref-r2s", &overrides).unwrap().scene;
     let mut simulation = moving(&overrides);
     let observation = simulation.observe().unwrap().clone();
     let wall = SystemTime::UNIX_EPOCH;
     let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, epoch_start_s: 0.0, wall };
-    let telemetry = Telemetry::new(&scene.system, &observation);
+    let telemetry = TelemetryEncoder::new(&scene.system, &observation);
     let ledger = simulation.ledger();
     (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation, ledger })
 }

@@ -13,9 +13,9 @@ use std::time::{Duration, Instant, SystemTime};
 
 use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
-use flexcrank::runtime::{Pace, PublishRate, Shadow, Stepping};
+use flexcrank::runtime::{Pace, PublishRate, ShadowSimulation, SteppingOptions};
 use flexcrank::scene::SceneSource;
-use flexcrank::service::{self, Live, LiveReport, Resumption, ServiceError};
+use flexcrank::service::{self, LiveOptions, LiveReport, Resumption, ServiceError};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire;
 use tempfile::TempDir;
@@ -36,17 +36,17 @@ pub fn scene(overrides: &[&str]) -> Result<SceneSource, Box<dyn Error>> {
 pub fn linked_sessions() -> Result<(Session, Session), Box<dyn Error>> {
     let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let endpoint = vec![format!("tcp/{address}")];
-    let service = BusOptions { listen: endpoint.clone(), sees_audience: true, ..BusOptions::default() }.open_service()?;
+    let service = BusOptions { listen: endpoint.clone(), sees_subscriptions: true, ..BusOptions::default() }.open_service()?;
     let client = BusOptions { connect: endpoint, ..BusOptions::default() }.open_client()?;
     Ok((service, client))
 }
 
-/// What runs a scene in real time without end, called `test` and not recorded.
-pub fn live(scene: SceneSource, folder: &Path) -> Result<Live, Box<dyn Error>> {
-    Ok(Live {
+/// Options of a service that runs a scene in real time without end, named `test` and not recorded.
+pub fn live(scene: SceneSource, folder: &Path) -> Result<LiveOptions, Box<dyn Error>> {
+    Ok(LiveOptions {
         name: "test".parse()?,
         scene,
-        stepping: Stepping::default(),
+        stepping: SteppingOptions::default(),
         record: None,
         recordings: folder.to_owned(),
         flush_period: Duration::from_millis(200),
@@ -87,7 +87,7 @@ impl Service {
     pub fn start_with(
         folder: TempDir,
         scene: SceneSource,
-        shadow: Option<Shadow>,
+        shadow: Option<ShadowSimulation>,
         pace: Pace,
         until_s: Option<f64>,
         publish: PublishRate,
@@ -97,24 +97,24 @@ impl Service {
             folder,
             scene,
             (simulation, shadow),
-            Stepping { pace, until_s, publish: publish.into(), ..Stepping::default() },
+            SteppingOptions { pace, until_s, publish: publish.into(), ..SteppingOptions::default() },
             |_| {},
         )
     }
 
-    /// With anything changed that a run can be told.
+    /// Starts a service with changed options.
     pub fn start_as(
         folder: TempDir,
         scene: SceneSource,
         pace: Pace,
         until_s: Option<f64>,
-        change: impl FnOnce(&mut Live),
+        change: impl FnOnce(&mut LiveOptions),
     ) -> Result<Self, Box<dyn Error>> {
         let simulation = Simulation::new(&scene.scene)?;
-        Self::launch(folder, scene, (simulation, None), Stepping { pace, until_s, ..Stepping::default() }, change)
+        Self::launch(folder, scene, (simulation, None), SteppingOptions { pace, until_s, ..SteppingOptions::default() }, change)
     }
 
-    /// As fast as it can, from where a recording has left a simulation.
+    /// Resumes a recorded session, unpaced.
     pub fn resume(
         scene: SceneSource,
         simulation: Simulation,
@@ -122,21 +122,26 @@ impl Service {
         until_s: f64,
         publish: PublishRate,
     ) -> Result<Self, Box<dyn Error>> {
-        let stepping = Stepping { pace: Pace::Max, until_s: Some(until_s), publish: publish.into(), ..Stepping::default() };
+        let stepping =
+            SteppingOptions { pace: Pace::Max, until_s: Some(until_s), publish: publish.into(), ..SteppingOptions::default() };
         Self::launch(tempfile::tempdir()?, scene, (simulation, None), stepping, |live| live.resumed = Some(resumption))
     }
 
     fn launch(
         folder: TempDir,
         scene: SceneSource,
-        simulations: (Simulation, Option<Shadow>),
-        stepping: Stepping,
-        change: impl FnOnce(&mut Live),
+        simulations: (Simulation, Option<ShadowSimulation>),
+        stepping: SteppingOptions,
+        change: impl FnOnce(&mut LiveOptions),
     ) -> Result<Self, Box<dyn Error>> {
         let (session, client) = linked_sessions()?;
         let name: Name = "test".parse()?;
-        let mut live =
-            Live { name: name.clone(), stepping, record: Some(folder.path().join("run.mcap")), ..live(scene, folder.path())? };
+        let mut live = LiveOptions {
+            name: name.clone(),
+            stepping,
+            record: Some(folder.path().join("run.mcap")),
+            ..live(scene, folder.path())?
+        };
         change(&mut live);
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let thread = std::thread::spawn(move || {
@@ -145,7 +150,7 @@ impl Service {
             report
         });
         if stepping.until_s.is_none() {
-            client::find(&client, &name)?;
+            client::wait_for_service(&client, &name)?;
         }
         Ok(Service { name, client, thread, folder })
     }
@@ -217,7 +222,7 @@ impl Listener {
         heard.iter().find(|(key, _)| key.ends_with(&suffix)).map(|(_, all)| all.clone()).unwrap_or_default()
     }
 
-    /// Waits until so many messages of a topic have come.
+    /// Waits until `count` messages of a topic have come.
     pub fn wait_for(&self, topic: Topic, count: usize, patience: Duration) -> Outcome {
         let begun = Instant::now();
         while self.payloads(topic).len() < count {

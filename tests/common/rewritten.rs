@@ -4,12 +4,12 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use flexcrank::recording::{Found, Going, Recorded, walk};
+use flexcrank::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 
-/// What to write in place of a message: itself, nothing, or something else.
-pub type Rewrite<'a> = &'a dyn Fn(u64, &Recorded) -> Option<Vec<u8>>;
+/// Replaces a message: by itself, nothing, or another one.
+pub type Rewrite<'a> = &'a dyn Fn(u64, &RecordedMessage) -> Option<Vec<u8>>;
 
-/// Writes a recording anew with all sums right, each message as `rewrite` says, the scene as `scene` says.
+/// Writes a recording again with valid checksums, each message replaced by `rewrite`, and the scene by `scene`.
 pub fn rewritten(
     file: &Path,
     name: &str,
@@ -19,7 +19,7 @@ pub fn rewritten(
     rewritten_with_rates(file, name, rewrite, scene, None)
 }
 
-/// The same, with other publishing rates stated, if any.
+/// As [`rewritten`], with other publishing rates in the metadata, if any.
 pub fn rewritten_with_rates(
     file: &Path,
     name: &str,
@@ -32,21 +32,21 @@ pub fn rewritten_with_rates(
     let mut channels = std::collections::HashMap::new();
     let mut number = 0;
     let mut failed = None;
-    let mut take = |found: Found<'_>| -> mcap::McapResult<()> {
+    let mut take = |found: WalkItem<'_>| -> mcap::McapResult<()> {
         match found {
-            Found::Metadata(name, entries) => {
+            WalkItem::Metadata(name, entries) => {
                 let mut metadata = entries.clone();
                 if let Some((stated, rates)) = metadata.get_mut("publish_hz").zip(rates) {
                     rates.clone_into(stated);
                 }
                 writer.write_metadata(&mcap::records::Metadata { name: name.to_owned(), metadata })?;
             }
-            Found::Attachment(name, data) => {
+            WalkItem::Attachment(name, data) => {
                 let data = scene(&String::from_utf8_lossy(data)).into_bytes();
                 let (name, media_type) = (name.to_owned(), "application/toml".to_owned());
                 writer.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })?;
             }
-            Found::Message(message) => {
+            WalkItem::Message(message) => {
                 number += 1;
                 let Some(data) = rewrite(number, message) else { return Ok(()) };
                 let topic = &message.channel.topic;
@@ -63,19 +63,19 @@ pub fn rewritten_with_rates(
                 };
                 writer.write_to_known_channel(&header, &data)?;
             }
-            Found::Damage(_) => {}
+            WalkItem::Damage(_) => {}
         }
         Ok(())
     };
     walk(file, |found, _| {
         failed = failed.take().or(take(found).err());
-        Going::Continue(())
+        WalkFlow::Continue(())
     })?;
     failed.map_or(Ok(()), Err)?;
     writer.finish()?;
     Ok(path)
 }
 
-pub fn as_is(_: u64, message: &Recorded) -> Option<Vec<u8>> {
+pub fn as_is(_: u64, message: &RecordedMessage) -> Option<Vec<u8>> {
     Some(message.data.to_vec())
 }

@@ -58,7 +58,7 @@ pub struct Drawn {
     pub scene: String,
     pub model: ModelKind,
     pub integrator: IntegratorKind,
-    /// What the integrator is set to.
+    /// Settings of the integrator.
     pub settings: String,
     pub step_s: f64,
     /// Steps from one look to the next.

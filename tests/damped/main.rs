@@ -1,4 +1,4 @@
-//! Damped scenes at every step: the motion is right, or the run says that it is not.
+//! Damped scenes at every step: the motion is right, or the run warns that it is not.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 mod cases;
@@ -8,7 +8,7 @@ mod random;
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{BuildError, Diverged, EnergyVerdict, Simulation};
 
-/// How often a run is looked at.
+/// Number of observations in a run.
 pub const LOOKS: usize = 20;
 
 /// A run to its end.
@@ -18,7 +18,7 @@ pub struct Run {
     pub angles_rad: [f64; LOOKS],
     /// Its error as the run itself estimated it at most, rad.
     pub estimate_rad: f64,
-    /// What the run said of its energy.
+    /// The run's verdict on its energy balance.
     pub verdict: EnergyVerdict,
 }
 

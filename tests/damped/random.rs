@@ -10,14 +10,14 @@ use crate::{End, Run, apart_rad, run};
 
 /// An angle off by more is wrong, rad.
 const WRONG_RAD: f64 = 1e-2;
-/// What the estimate of a wrong run may be too small by.
+/// Largest factor by which the estimate of a wrong run may be too small.
 const FACTOR: f64 = 3.0;
 /// A solution whose step can be halved with no more effect is converged, rad.
 const CONVERGED_RAD: f64 = 2e-3;
 /// Most steps of a converged solution.
 const MOST_STEPS: usize = 60_000;
 
-/// What became of a scene.
+/// How a scene ended.
 #[derive(Debug, Clone, PartialEq)]
 enum Judged {
     Refused,
@@ -25,11 +25,11 @@ enum Judged {
     Unbalanced,
     /// The angle is right.
     Right,
-    /// The angle is wrong, and the run's own estimate said so.
+    /// The angle is wrong, and the run's own estimate showed it.
     Foretold,
-    /// Two schemes at fine steps disagree, or none converges: nobody knows the angle.
+    /// Two schemes at fine steps disagree, or none converges: the true angle is unknown.
     Chaotic,
-    /// The angle is wrong and nothing said so.
+    /// The angle is wrong without a warning.
     Offends {
         error_rad: f64,
         estimate_rad: f64,
@@ -90,7 +90,7 @@ fn judge(drawn: &Drawn) -> Judged {
     }
 }
 
-/// How many scenes ended how.
+/// Number of scenes by outcome.
 #[derive(Debug, Clone, Copy, Default)]
 struct Counts {
     refused: usize,
@@ -132,7 +132,7 @@ fn from_environment(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
 }
 
-/// `FLEXCRANK_SCENES` says how many scenes (60), `FLEXCRANK_SEED` with which to begin (1).
+/// `FLEXCRANK_SCENES` sets the number of scenes (60), `FLEXCRANK_SEED` the first seed (1).
 #[test]
 fn prop_no_random_damped_scene_is_wrong_without_a_word() {
     let (count, first) = (from_environment("FLEXCRANK_SCENES", 60), from_environment("FLEXCRANK_SEED", 1));

@@ -1,6 +1,6 @@
 //! Chains of every kind with everything on them, as scenes.
 
-/// How the chain ends.
+/// The end of the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Crank, rod and slider.
@@ -16,7 +16,7 @@ pub enum Shape {
 pub struct Kind {
     /// Its end.
     pub shape: Shape,
-    /// Which links are rigid, each then with its centre of mass off the middle.
+    /// Rigid links; each has its centre of mass off the middle.
     pub rigid: [bool; 2],
     /// Whether the pivot's motion is prescribed.
     pub driven: bool,

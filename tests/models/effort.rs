@@ -1,4 +1,4 @@
-//! What steps cost, and what many of them leave behind.
+//! The cost of steps, and the memory of many of them.
 
 use std::f64::consts::TAU;
 
@@ -57,14 +57,14 @@ fn regress_effort_of_the_default_scene() {
     assert_eq!(found, [[5743, 555], [9054, 1023], [50297, 10001], [16688, 3381]]);
 }
 
-/// What a model remembers of the last state saves it work and changes nothing: neither looks between steps nor a fresh start from
-/// a checkpoint.
+/// A model's memory of the last state saves work and changes nothing: neither observations between steps nor a restart from a
+/// checkpoint change a bit.
 #[test]
 fn prop_looks_and_checkpoints_change_no_bit() {
     const FINE: [&str; 1] = ["solver.step_s=1e-5"];
     let loaded = ["slider.friction_n_s_per_m=3.0", "slider.resistance_n=2.0", "base.damper_nm_s_per_rad=0.1"];
     let scenes = [
-        // As it stands, but for the explicit scheme's step.
+        // As it stands, except for the explicit scheme's step.
         ("crank-slider", Vec::new()),
         ("ref-r2s", FINE.to_vec()),
         ("crank-slider", [&FINE[..], &loaded].concat()),

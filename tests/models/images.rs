@@ -79,7 +79,7 @@ impl Image {
         image
     }
 
-    /// What was seen of the image, brought back: positions and angles, velocities, forces, moments, energies.
+    /// Maps an observation of the image back: positions and angles, velocities, forces, moments, energies.
     fn back(&self, seen: &Observation) -> [Vec<f64>; 5] {
         let [mut places, mut rates, mut forces, mut moments] = [const { Vec::new() }; 4];
         for link in &seen.links {

@@ -196,7 +196,7 @@ fn prop_static_equilibrium_on_a_spring_stays_at_rest() {
     }
 }
 
-/// How far any node gets from where it started, in ten looks.
+/// Largest displacement of any node from its start, in ten observations.
 fn moved_in_a_second_m(run: &mut Simulation) -> f64 {
     let positions = |seen: &Observation| seen.links.iter().flat_map(|link| &link.nodes).map(|node| node.position_m).collect();
     let before: Vec<[f64; 2]> = positions(look(run));

@@ -39,7 +39,7 @@ fn dissipated_j(k: f64, damping_s: f64, time_s: f64) -> f64 {
 
 /// Modes above the seventh have less than 5e-6 of it.
 #[test]
-fn val_material_damping_takes_what_the_closed_form_says() {
+fn val_material_damping_dissipates_as_in_closed_form() {
     let schemes: [Scheme; 3] = [("esdirk", 5e-3), ("two-point", 5e-4), ("generalized-alpha", 5e-4)];
     for (integrator, step_s) in schemes {
         for (model, detail, modes, bound) in
@@ -62,7 +62,7 @@ fn val_material_damping_takes_what_the_closed_form_says() {
 /// A rigid beam of `I = 0.2 kg·m²` with a damper `c` under a constant torque τ from rest: `ω = τ/c (1 − e^{−ct/I})`, put in `τθ`, dissipated
 /// `τθ − ½ I ω²`.
 #[test]
-fn val_a_damper_takes_what_the_closed_form_says() {
+fn val_a_damper_dissipates_as_in_closed_form() {
     let text = "[beam]\nlength_m = 1.0\nrigid = true\nmass_kg = 0.4\ncentre_of_mass_m = 0.5\ninertia_kg_m2 = 0.1\n\
                 [base]\ndamper_nm_s_per_rad = 0.3\n[[pulse]]\nstart_s = 0.0\ntorque_nm = 2.0\nduration_s = 100.0\n";
     for (integrator, step_s, bound) in
@@ -93,7 +93,7 @@ fn val_a_damper_takes_what_the_closed_form_says() {
 struct Fine {
     put_in_j: f64,
     energy_j: f64,
-    /// Of the damper at the base and of the slider's friction.
+    /// Dissipated by the damper at the base and the slider's friction.
     dissipated_j: f64,
 }
 
@@ -129,8 +129,8 @@ fn fine(run: &mut Simulation, until_s: f64) -> Fine {
     Fine { put_in_j, energy_j: energy_j(run.observation()), dissipated_j }
 }
 
-/// The default scene as it stands, and with damper and friction on rigid and on flexible links: what ESDIRK's account says at the
-/// scene's own step and at 1 ms.
+/// The default scene as it stands, and with damper and friction on rigid and on flexible links: the energy account of ESDIRK at
+/// the scene's own step and at 1 ms.
 #[test]
 fn val_works_of_the_default_scene_are_those_of_a_fine_run() {
     let lossy = [
@@ -151,7 +151,7 @@ fn val_works_of_the_default_scene_are_those_of_a_fine_run() {
         let mut reference =
             simulation("crank-slider", &[keys, &[model, &other, "solver.weight=0.5", "solver.step_s=2e-5"]].concat());
         let Fine { put_in_j, energy_j, dissipated_j } = fine(&mut reference, 0.3);
-        // What no damper and no friction took, the links did.
+        // Energy that no damper and no friction dissipated was dissipated by the links.
         let dissipated_j = if keys.is_empty() { put_in_j - energy_j } else { dissipated_j };
         for step_s in ["solver.step_s=1e-3", "solver.step_s=2e-3"] {
             let mut run = simulation("crank-slider", &[keys, &[model, "solver.integrator=esdirk", step_s]].concat());
@@ -211,9 +211,9 @@ fn order_of_the_energy_balance_is_that_of_the_scheme() {
     }
 }
 
-/// An oscillator of frequency 1 without damping or load: what its scheme loses is `½ (|R(ih)|²ⁿ − 1)`, and the balance says so.
+/// An oscillator of frequency 1 without damping or load: its scheme loses `½ (|R(ih)|²ⁿ − 1)`, which the balance must show.
 #[test]
-fn val_the_balance_is_what_the_scheme_loses() {
+fn val_the_balance_error_is_the_scheme_s_loss() {
     let text = "[oscillator]\nmasses_kg = [1.0]\nsprings = [[1, 0, 1.0]]\nstart_m = [1.0]\n";
     let steps = 100;
     for (keys, h) in [

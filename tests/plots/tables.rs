@@ -73,7 +73,7 @@ fn prop_a_trade_gives_a_work_precision_diagram() {
 }
 
 #[test]
-fn prop_what_cannot_be_drawn_is_refused() {
+fn prop_undrawable_input_is_refused() {
     let folder = folder();
     let at = folder.path();
     std::fs::write(at.join("words.csv"), "a,b\nx,y\n").unwrap();

@@ -1,10 +1,13 @@
-//! What full queues keep out is told: no step is missing without an explanation.
+//! Gaps: every step that a full queue dropped is reported.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{channel, sync_channel};
 use std::time::Duration;
 
-use flexcrank::runtime::{Outbox, Output, Pace, Ports, PublishRate, PublishRates, Stepper, Stepping, inbox};
+use flexcrank::runtime::{
+    Outbox, Output, Pace, Ports, PublishRate, PublishRates, Spin, Stepper, SteppingOptions, ThreadOptions, inbox,
+    run_stepping_thread,
+};
 use flexcrank::simulation::Simulation;
 use flexcrank::wire::{Angles, Energies, Gap, Loads, Stamp};
 
@@ -21,7 +24,7 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
     let steps = 60_000;
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1e5), Some(steps as f64 * 1e-3), |live| {
         live.stepping.publish = PublishRate::All.into();
-        // Whoever takes the samples is held up again and again.
+        // The output thread is held up again and again.
         live.on_status = Box::new(|_| std::thread::sleep(Duration::from_millis(25)));
     })?;
     let (report, folder) = service.finish()?;
@@ -44,18 +47,22 @@ fn prop_every_missing_step_of_an_overloaded_run_is_in_a_gap() -> Outcome {
 }
 
 #[test]
-fn prop_samples_that_find_no_room_are_told_of_by_epoch() -> Outcome {
+fn prop_samples_dropped_by_an_empty_pool_are_reported_by_topic() -> Outcome {
     let simulation = Simulation::new(&scene(&[])?.scene)?;
-    let (door, commands) = inbox();
-    let (output, told) = channel();
+    let (inbox, commands) = inbox();
+    let (output, outputs) = channel();
     let (_no_samples, pool) = sync_channel(1);
-    let ports = Ports { commands, output: Outbox::new(output, 0), pool, counts: door.counts() };
+    let ports = Ports { commands, output: Outbox::new(output, 0), pool, shared: inbox.shared() };
     let publish = "all,loads=100,energies=10".parse::<PublishRates>()?;
-    let stepping = Stepping { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..Stepping::default() };
-    let dropped = Stepper::new(simulation, None, stepping, ports)?.run().map_or(0, |ended| ended.dropped);
-    let missed: Vec<_> = told
+    let stepping = SteppingOptions { pace: Pace::Factor(1e5), until_s: Some(0.5), publish, ..SteppingOptions::default() };
+    let (finish, finished) = channel();
+    let stepper = Stepper::new(simulation, None, stepping, ports)?;
+    let options = ThreadOptions { spin: Spin::NONE, realtime: false };
+    run_stepping_thread(vec![(stepper, Box::new(move |summary| drop(finish.send(summary))))], options);
+    let dropped = finished.recv()?.dropped;
+    let missed: Vec<_> = outputs
         .try_iter()
-        .filter_map(|(_, output)| if let Output::Missed(missed, _) = output { Some(missed) } else { None })
+        .filter_map(|(_, output)| if let Output::MissedSamples(missed, _) = output { Some(missed) } else { None })
         .collect();
     let of = |topic: usize| missed.iter().filter_map(move |missed| missed[topic]);
     assert_eq!((dropped, of(0).map(|missed| missed.count).sum::<u64>()), (501, 501));

@@ -1,4 +1,4 @@
-//! A recording that may have only so many bytes ends in time, whole, and the simulation goes on.
+//! A recording with a size limit ends complete, and the simulation goes on.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,7 +10,7 @@ use crate::common::{Outcome, Service, scene};
 const LIMIT: u64 = 4_000_000;
 
 #[test]
-fn prop_a_limited_recording_ends_whole_and_the_simulation_goes_on() -> Outcome {
+fn prop_a_recording_ends_complete_at_its_size_limit_and_the_simulation_goes_on() -> Outcome {
     for split in [None, Some(Split::Bytes(500_000))] {
         let said = Arc::new(Mutex::new(String::new()));
         let heard = Arc::clone(&said);
@@ -37,7 +37,7 @@ fn prop_a_limited_recording_ends_whole_and_the_simulation_goes_on() -> Outcome {
         assert!(limited.last() == Some(&true) && limited.iter().filter(|limited| **limited).count() == 1, "{limited:?}");
         assert!(split.is_none() || written.len() > 1);
         let said = said.lock().unwrap_or_else(PoisonError::into_inner);
-        assert!(said.contains("recording stopped: it has the size that it may have"), "{said}");
+        assert!(said.contains("recording stopped: it reached --max-recording-size"), "{said}");
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! Recordings broken in every way: every entry point says so, or reads what is there; none panics, none takes the memory.
+//! Damaged recordings: every entry point reports the damage or reads the rest; none panics or allocates without bound.
 //!
-//! `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated` breaks as many files as one likes;
-//! what fails is left in the folder that it names. It knows the format, and repeats what it did for the same seed. `fuzz/` has a
-//! target that is led by coverage instead; what that has found is read here, too.
+//! `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated` damages any number of files, and
+//! leaves failing ones in the folder that it names. The mutations know the format, and are the same for the same seed. `fuzz/` has
+//! a coverage-guided target; the files it has found are read here too.
 
 use std::path::Path;
 use std::sync::mpsc::channel;
@@ -10,9 +10,9 @@ use std::time::Duration;
 
 use flexcrank::bus::{self, BusOptions, Session};
 use flexcrank::recording::{self, Export, Messages, export, is_cut_off, read_columns, recover};
-use flexcrank::resimulation::{Source, resume, verify};
+use flexcrank::resimulation::{RecordedSession, resume, verify};
 use flexcrank::runtime::{Pace, PublishRate};
-use flexcrank::service::{Replay, ServiceError, replay};
+use flexcrank::service::{ReplayOptions, ServiceError, replay};
 
 use crate::common::{Outcome, Service, scene};
 
@@ -40,7 +40,7 @@ impl Dice {
     }
 }
 
-/// Where the records of a whole file begin, chunks not looked into.
+/// Starts of the records of a complete file, chunks not opened.
 fn records(bytes: &[u8]) -> Vec<usize> {
     let mut starts = Vec::new();
     let mut at = 8;
@@ -91,7 +91,7 @@ fn mutate(whole: &[u8], records: &[usize], dice: &mut Dice) -> (&'static str, Ve
     }
 }
 
-/// The same messages with schemas that are not theirs.
+/// The same messages with wrong schemas.
 fn wrong_schema(whole: &[u8], dice: &mut Dice) -> Result<Vec<u8>, mcap::McapError> {
     let mut out = mcap::Writer::new(std::io::Cursor::new(Vec::new()))?;
     let names = ["flexcrank.v1.Angles", "flexcrank.v1.Checkpoint", "google.protobuf.Timestamp", "no.such.Type", ""];
@@ -122,25 +122,26 @@ fn wrong_schema(whole: &[u8], dice: &mut Dice) -> Result<Vec<u8>, mcap::McapErro
     Ok(out.into_inner().into_inner())
 }
 
-/// Reads a file by every way there is. Errors are fine, as long as they say something.
+/// Reads a file in every way there is. Errors are fine if they have a message.
 fn read_all_ways(broken: &Path, folder: &Path, session: &Session) {
     let said = |error: String| assert!(error.len() > broken.display().to_string().len(), "an error that says nothing: {error}");
     if let Ok(messages) = Messages::open(broken) {
         messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string()));
     }
-    match recording::Source::open(broken).and_then(|source| source.messages_from(0)) {
+    match recording::RecordingFile::open(broken).and_then(|source| source.messages_from(0)) {
         Err(error) => said(error.to_string()),
         Ok(messages) => messages.filter_map(Result::err).take(2).for_each(|error| said(error.to_string())),
     }
-    // What claims to come years later ends the replay.
-    let plan = Replay { file: broken.to_owned(), rate: 1e6, duration_s: Some(100.0), force: true, ..Replay::default() };
+    // A message that claims to come years later ends the replay.
+    let plan =
+        ReplayOptions { file: broken.to_owned(), rate: 1e6, duration_s: Some(100.0), force: true, ..ReplayOptions::default() };
     let played = replay(session, &plan, channel(), Box::new(|_| {}));
     assert!(!matches!(played, Err(ServiceError::Died(_))), "the reading thread panicked");
     played.err().into_iter().for_each(|error| said(error.to_string()));
     read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));
     let tables = Export { csv: Some(folder.join("tables")), parquet: Some(folder.join("tables")), ..Export::default() };
     export(broken, &tables).err().into_iter().for_each(|error| said(error.to_string()));
-    match Source::open(broken) {
+    match RecordedSession::open(broken) {
         Err(error) => said(error.to_string()),
         Ok(source) => {
             verify(&source, &|_, _| {}).err().into_iter().for_each(|error| said(error.to_string()));
@@ -177,7 +178,7 @@ fn quiet_session() -> Outcome<Session> {
 }
 
 #[test]
-fn regress_what_a_fuzzer_broke_is_read() -> Outcome {
+fn regress_files_found_by_the_fuzzer_are_read() -> Outcome {
     let (folder, session) = (tempfile::tempdir()?, quiet_session()?);
     for broken in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz"))? {
         let broken = broken?.path();
@@ -200,7 +201,7 @@ fn regress_a_record_that_reaches_beyond_its_chunk_is_damage() -> Outcome {
 }
 
 #[test]
-fn prop_broken_files_are_told_of_without_panic_or_waste_of_memory() -> Outcome {
+fn prop_damaged_files_are_reported_without_panic_or_waste_of_memory() -> Outcome {
     // Many small chunks.
     let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Max, Some(0.1), |live| {
         live.stepping.publish = PublishRate::All.into();

@@ -1,14 +1,14 @@
-//! Broken recordings made whole: what is said to be lost is what is missing.
+//! Recovery: the reported losses are the missing messages.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flexcrank::recording::{Messages, Recorded, RecordingError, Recovered, recover};
+use flexcrank::recording::{Messages, RecordedMessage, RecordingError, Recovered, recover};
 use flexcrank::runtime::{Pace, PublishRate};
 
 use crate::common::{Outcome, Service, scene};
 
-/// A recording of so many seconds in a folder, and its bytes.
+/// A recording of `seconds` in a folder, and its bytes.
 fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
     let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(seconds), PublishRate::All)?.finish()?;
     let bytes = std::fs::read(folder.path().join("run.mcap"))?;
@@ -18,7 +18,7 @@ fn recording(seconds: f64) -> Outcome<(tempfile::TempDir, Vec<u8>)> {
 /// Every message: topic, number, times, bytes.
 type Known = (String, u32, u64, u64, Vec<u8>);
 
-fn known(message: Recorded) -> Known {
+fn known(message: RecordedMessage) -> Known {
     (message.channel.topic.clone(), message.sequence, message.log_time, message.publish_time, message.data.to_vec())
 }
 
@@ -35,7 +35,7 @@ fn repaired(folder: &Path, bytes: &[u8]) -> Outcome<(Recovered, PathBuf)> {
     Ok((recover(&broken, &whole, |_, _| {})?, whole))
 }
 
-/// Where chunks begin and how long they are.
+/// Positions of the chunks.
 fn chunks(bytes: &[u8]) -> Outcome<Vec<std::ops::Range<usize>>> {
     let summary = mcap::Summary::read(bytes)?.ok_or("no summary")?;
     let range = |chunk: &mcap::records::ChunkIndex| {
@@ -45,7 +45,7 @@ fn chunks(bytes: &[u8]) -> Outcome<Vec<std::ops::Range<usize>>> {
 }
 
 #[test]
-fn prop_a_whole_recording_stays_as_it_is() -> Outcome {
+fn prop_recovering_a_complete_recording_changes_nothing() -> Outcome {
     let (folder, bytes) = recording(3.0)?;
     let (recovered, whole) = repaired(folder.path(), &bytes)?;
     assert!(recovered.loss.is_none(), "{recovered:?}");
@@ -67,13 +67,13 @@ fn prop_without_its_index_nothing_is_lost() -> Outcome {
     Ok(())
 }
 
-/// What can be read of a broken file, up to the damage.
+/// The readable messages of a damaged file, up to the damage.
 fn readable(file: &Path) -> Outcome<Vec<Known>> {
     Ok(Messages::open(file)?.map_while(Result::ok).map(known).collect())
 }
 
 #[test]
-fn prop_what_is_cut_off_is_lost_and_nothing_else() -> Outcome {
+fn prop_only_the_messages_cut_off_are_lost() -> Outcome {
     let (folder, bytes) = recording(3.0)?;
     let all = messages(&folder.path().join("run.mcap"))?;
     let cut_chunk = chunks(&bytes)?[2].clone();
@@ -109,7 +109,7 @@ fn in_one_chunk(all: &[Known], compression: Option<mcap::Compression>) -> Outcom
 }
 
 #[test]
-fn prop_of_a_chunk_that_the_file_ends_in_what_can_be_read_is_saved() -> Outcome {
+fn prop_readable_messages_of_a_cut_off_chunk_are_recovered() -> Outcome {
     let (folder, _) = recording(3.0)?;
     let all = messages(&folder.path().join("run.mcap"))?;
     for compression in [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)] {
@@ -128,7 +128,7 @@ fn prop_of_a_chunk_that_the_file_ends_in_what_can_be_read_is_saved() -> Outcome 
             assert!(compression.is_some() || (share - part).abs() < 0.05, "{part}: {share}");
             before = kept.len();
         }
-        // A file with an ending was not cut off there: a piece of it is missing, nobody knows which.
+        // A file with an ending was not cut off: an unknown piece of it is missing.
         let mut holed = bytes.clone();
         holed.drain(chunk.start + 1000..chunk.end - 1000);
         std::fs::write(folder.path().join("broken.mcap"), &holed)?;
@@ -191,7 +191,7 @@ fn prop_after_a_lying_length_the_next_chunks_are_found() -> Outcome {
 }
 
 #[test]
-fn prop_what_a_killed_file_lost_inside_is_counted_by_its_numbers() -> Outcome {
+fn prop_losses_inside_a_killed_file_are_counted_by_sequence_numbers() -> Outcome {
     let (folder, mut bytes) = recording(3.0)?;
     let chunks = chunks(&bytes)?;
     bytes[(chunks[1].start + chunks[1].end) / 2] ^= 1;
@@ -212,7 +212,7 @@ fn program(arguments: &[&Path]) -> Result<(Option<i32>, String), std::io::Error>
 }
 
 #[test]
-fn prop_exit_codes_say_whole_lossy_or_nothing() -> Outcome {
+fn prop_exit_codes_distinguish_complete_lossy_and_empty() -> Outcome {
     let (folder, bytes) = recording(1.0)?;
     let path = |name: &str| folder.path().join(name);
     let (run, cut, junk) = (path("run.mcap"), path("cut.mcap"), path("junk.mcap"));

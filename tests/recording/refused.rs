@@ -1,11 +1,11 @@
-//! What cannot be recorded is refused before anything is said to be.
+//! A recording that cannot be made is refused before the run announces it.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::common::Outcome;
 
-/// Exit code, and what is said.
+/// Exit code and standard error.
 fn run(record: &Path, more: &[&str]) -> Result<(Option<i32>, String), std::io::Error> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
     command.args([
@@ -25,7 +25,7 @@ fn run(record: &Path, more: &[&str]) -> Result<(Option<i32>, String), std::io::E
 }
 
 #[test]
-fn regress_a_recording_that_exists_is_refused_before_it_is_said_to_be_made() -> Outcome {
+fn regress_an_existing_recording_is_refused_before_the_run_announces_it() -> Outcome {
     let folder = tempfile::tempdir()?;
     let take = folder.path().join("take.mcap");
     let (code, says) = run(&take, &[])?;

@@ -1,4 +1,4 @@
-//! What the incremental method does: first order, and a wrong limit as the step shrinks.
+//! The incremental method is of first order, and has a wrong limit as the step shrinks.
 
 use crate::reference::{Outcome, reference, simulation};
 

@@ -1,19 +1,19 @@
-//! How much larger than life bending is drawn: by itself so that it can just be seen, or as the user says.
+//! Magnification of bending: automatic, so that bending is just visible, or chosen by the user.
 
-/// Bending that is drawn, over a link's length: up to this when the factor is chosen.
+/// Drawn bending over a link's length at which the automatic factor aims.
 const COMFORTABLE: f64 = 0.08;
-/// Bending drawn beyond this asks for a smaller factor at once.
+/// Drawn bending beyond which the factor shrinks at once.
 const TOO_MUCH: f64 = 0.16;
-/// Bending drawn below this asks for a larger one.
+/// Drawn bending below which the factor grows.
 const TOO_LITTLE: f64 = 0.02;
-/// How fast a peak is forgotten, a look.
+/// Decay of the remembered peak per frame.
 const FORGET: f64 = 0.9995;
-/// Least bending that is worth being magnified: what is less is round-off.
+/// Bending below this is round-off and is not magnified.
 const ROUND_OFF: f64 = 1e-9;
-/// Largest factor, as a power of ten.
+/// Largest factor.
 const LARGEST: f64 = 1e6;
 
-/// The factor that deflections are drawn by.
+/// The factor by which deflections are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Magnification {
     pub factor: f64,
@@ -28,7 +28,7 @@ impl Default for Magnification {
 }
 
 impl Magnification {
-    /// Takes the largest bending of the moment, over the link's length.
+    /// Adjusts to the present bending, over the link's length.
     pub(super) fn look(&mut self, bending: f64) {
         if !bending.is_finite() {
             return;
@@ -50,14 +50,14 @@ impl Magnification {
         self.factor = round(if up { self.factor * 2.6 } else { self.factor / 1.9 });
     }
 
-    /// By itself again.
+    /// Returns to the automatic factor.
     pub(super) fn automatic(&mut self) {
         self.automatic = true;
         self.choose();
     }
 }
 
-/// The largest of 1, 2, 5, 10, … that is not above; 1 at least.
+/// Rounds down to 1, 2, 5, 10, …; at least 1.
 fn round(wanted: f64) -> f64 {
     let wanted = wanted.clamp(1.0, LARGEST);
     let power = 10_f64.powf(wanted.log10().floor());

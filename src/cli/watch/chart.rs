@@ -1,4 +1,4 @@
-//! Strip charts: what signals did in the last seconds.
+//! Strip charts of signals.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -7,14 +7,14 @@ use ratatui::widgets::canvas::{Canvas, Line};
 use ratatui::widgets::{Block, Borders};
 
 use super::state::View;
-use super::strip::Grain;
+use super::strip::StripEntry;
 
-/// Rows that a chart needs: its title and two of curve.
+/// Smallest height of a chart: its title and two rows of curve.
 const LEAST_ROWS: u16 = 3;
-/// Rows that a chart is given where there is room.
+/// Height of a chart if there is room.
 const ROWS: u16 = 5;
 
-/// Draws as many of the chosen charts as there is room for.
+/// Draws as many of the chosen charts as fit.
 pub(super) fn draw(frame: &mut Frame, area: Rect, view: &mut View) {
     let names = view.charts();
     let room = area.height / if usize::from(area.height / ROWS) >= names.len() { ROWS } else { LEAST_ROWS };
@@ -33,7 +33,7 @@ fn chart(frame: &mut Frame, area: Rect, name: &str, view: &View, focus: bool) {
     let Some(strip) = view.signals.find(name) else {
         return frame.render_widget(block.title(format!(" {name}: not there ")), area);
     };
-    let seen: Vec<Grain> = strip.last(window_s).collect();
+    let seen: Vec<StripEntry> = strip.last(window_s).collect();
     let [low, high] = range(&seen);
     let title = format!(" {name} {}  in {} to {}, {window_s} s ", number(strip.now), number(low), number(high));
     let title = if focus { title.reversed() } else { title.into() };
@@ -45,8 +45,8 @@ fn chart(frame: &mut Frame, area: Rect, name: &str, view: &View, focus: bool) {
         .y_bounds([low - margin, high + margin])
         .paint(|context| {
             let mut line = |x1, y1, x2, y2| context.draw(&Line { x1, y1, x2, y2, color: Color::Green });
-            for grain in &seen {
-                line(grain.time_s, grain.low, grain.time_s, grain.high);
+            for entry in &seen {
+                line(entry.time_s, entry.low, entry.time_s, entry.high);
             }
             for pair in seen.windows(2) {
                 line(pair[0].time_s, middle(pair[0]), pair[1].time_s, middle(pair[1]));
@@ -55,14 +55,14 @@ fn chart(frame: &mut Frame, area: Rect, name: &str, view: &View, focus: bool) {
     frame.render_widget(canvas, area);
 }
 
-fn middle(grain: Grain) -> f64 {
-    0.5 * (grain.low + grain.high)
+fn middle(entry: StripEntry) -> f64 {
+    0.5 * (entry.low + entry.high)
 }
 
-/// What the curve went between; around a constant, more.
-fn range(seen: &[Grain]) -> [f64; 2] {
-    let low = seen.iter().map(|grain| grain.low).fold(f64::INFINITY, f64::min);
-    let high = seen.iter().map(|grain| grain.high).fold(f64::NEG_INFINITY, f64::max);
+/// The range of the curve, widened around a constant.
+fn range(seen: &[StripEntry]) -> [f64; 2] {
+    let low = seen.iter().map(|entry| entry.low).fold(f64::INFINITY, f64::min);
+    let high = seen.iter().map(|entry| entry.high).fold(f64::NEG_INFINITY, f64::max);
     let size = low.abs().max(high.abs());
     match high - low {
         span if span > 1e-9 * size => [low, high],
@@ -74,7 +74,7 @@ fn range(seen: &[Grain]) -> [f64; 2] {
     }
 }
 
-/// A number in at most nine characters.
+/// Formats a number in at most nine characters.
 fn number(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e5).contains(&size) { format!("{value:.4}") } else { format!("{value:.2e}") }

@@ -1,4 +1,4 @@
-//! The view on a terminal: state above, the mechanism and charts in the middle, keys below.
+//! Draws the view: state on top, mechanism and charts in the middle, keys at the bottom.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -9,14 +9,14 @@ use super::state::View;
 use super::{chart, mechanism};
 use crate::wire::{Status, status, status::State};
 
-/// From this width on, charts are beside the mechanism instead of below it.
+/// From this width on, charts are beside the mechanism instead of below.
 const WIDE: u16 = 110;
-/// Silence that is told, s.
+/// Silence that is displayed, s.
 const SILENCE_S: f64 = 2.0;
 
 const KEYS: &str = "space pause  r reset  p pulse  Tab ↑↓ signal  ←→ window  + - a bending  q quit";
 
-/// Draws all of it.
+/// Draws a frame.
 pub(super) fn draw(frame: &mut Frame, view: &mut View) {
     let areas: [Rect; 4] =
         Layout::vertical([Constraint::Length(1), Constraint::Length(1), Constraint::Min(0), Constraint::Length(2)])
@@ -39,7 +39,7 @@ fn split(area: Rect) -> (Rect, Rect) {
     (one, other)
 }
 
-/// Who, in which state, at what time.
+/// Name, state and time.
 fn headline(view: &View) -> Line<'_> {
     let mut line = Line::from(vec![Span::from(format!("flexcrank/{}  ", view.name)).bold()]);
     let Some(status) = &view.status else {
@@ -81,7 +81,7 @@ fn colour(state: State) -> Color {
     }
 }
 
-/// Real-time factor, lateness, losses, energy: what is known of them.
+/// Real-time factor, lateness, losses and energy, as far as known.
 fn figures(status: Option<&Status>) -> Line<'static> {
     let Some(status) = status else { return Line::default() };
     let mut parts = Vec::new();

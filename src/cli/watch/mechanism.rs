@@ -1,4 +1,4 @@
-//! The mechanism to scale, its links bent.
+//! The mechanism to scale, with bent links.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -11,10 +11,10 @@ use crate::wire::{self, NodeState};
 
 /// Colours of the links, from the pivot outwards.
 const LINKS: [Color; 3] = [Color::Cyan, Color::Yellow, Color::Green];
-/// Space around the mechanism, over its size.
+/// Margin around the mechanism, relative to its size.
 const MARGIN: f64 = 0.06;
 
-/// What is drawn, in metres: left, right, bottom, top.
+/// The drawn region in metres: left, right, bottom, top.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Field {
     x: [f64; 2],
@@ -67,7 +67,7 @@ fn chain(context: &mut Context, nodes: &[NodeState], factor: f64, has_slider: bo
     }
 }
 
-/// An oscillator's masses at their places on a line, and what would be between them.
+/// The masses of an oscillator on a line, with springs between.
 fn masses(context: &mut Context, nodes: &[NodeState], dot: f64) {
     for pair in nodes.windows(2) {
         segment(context, [pair[0].x_m, 0.0], [pair[1].x_m, 0.0], Color::DarkGray);
@@ -93,12 +93,12 @@ fn pin_at(context: &mut Context, node: &NodeState, radius: f64) {
     }
 }
 
-/// All places that a mechanism of these links can come to; `None` when it has no size.
+/// The region that the mechanism can reach; `None` if it has no size.
 fn reach(nodes: &[NodeState]) -> Option<Field> {
     let lengths: Vec<f64> = wire::by_link(nodes).filter_map(length).collect();
     let [x0, y0] = nodes.first().map(|node| [node.x_m, node.y_m])?;
     let reach = match lengths[..] {
-        // Masses on a line: where they are, and as far again.
+        // Masses on a line: their range, and as much again.
         _ if nodes[0].link == "mass" => {
             let far = nodes.iter().map(|node| node.x_m.abs()).fold(0.0, f64::max);
             let far = 10_f64.powf(far.max(1e-12).log10().ceil());
@@ -126,7 +126,7 @@ impl Field {
         Field { x: grow(self.x), y: grow(self.y) }
     }
 
-    /// So much more in one direction that a metre is as long in x as in y: a cell has two dots by four.
+    /// Extends the region in one direction so that metres are equal in x and y: a cell has two dots by four.
     fn to_scale(self, area: Rect) -> Option<Self> {
         let dots = [2.0 * f64::from(area.width) - 1.0, 4.0 * f64::from(area.height) - 1.0];
         if dots[0] < 1.0 || dots[1] < 1.0 {

@@ -1,16 +1,16 @@
-//! `watch`: a service as a picture in the terminal, or as lines.
+//! `watch`: shows a service in the terminal, as a picture or as lines.
 //!
-//! [`state::View`] is what is known, [`draw`] what is seen of it; the bus, the keys and the terminal are here.
+//! [`state::View`] holds the state, [`draw`] draws it; this module handles bus, keys and terminal.
 
 mod bending;
 mod chart;
 mod draw;
-mod feed;
 mod mechanism;
 mod plain;
 mod signals;
 mod state;
 mod strip;
+mod subscribers;
 #[cfg(test)]
 mod tests;
 
@@ -23,19 +23,19 @@ use std::time::{Duration, Instant};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 
-use super::Done;
+use super::ExitStatus;
 use super::args::Bus;
-use super::clients::{fresh_id, sentence};
+use super::clients::{format_reply, fresh_id};
 use super::live::runtime;
 use super::signals::interrupted;
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 use crate::wire::{self, CommandReply, Control, control};
-use feed::Feed;
-use state::{Ask, View};
+use state::{KeyRequest, View};
+use subscribers::Subscribers;
 
-/// Between two pictures: often enough to look alive, seldom enough for a slow line.
+/// Time between two frames: short enough to look smooth, long enough for a slow connection.
 const FRAME: Duration = Duration::from_millis(66);
 
 pub(super) const EXAMPLES: &str = "\
@@ -51,44 +51,44 @@ Keys: space pauses and resumes, r resets, p sends a pulse; Tab goes to the next 
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The service.
+    /// Name of the service.
     #[arg(default_value = "crank")]
     pub name: Name,
-    /// Draw these signals over time: named as by export, with or without the list they are in.
+    /// Draw these signals over time: named as by export, with or without the name of the list.
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
     pub signals: Vec<String>,
     /// Mean torque of the pulse that the key p sends, N·m.
     #[arg(long, value_name = "NM", default_value = "5")]
     pub torque: f64,
-    /// Its duration, s.
+    /// Duration of that pulse, s.
     #[arg(long, value_name = "S", default_value = "0.1")]
     pub duration: f64,
-    /// Print lines, as happens where there is no terminal; no signals are drawn, and no keys heard.
+    /// Print lines, as without a terminal: no charts, no keys.
     #[arg(long, conflicts_with_all = ["signals", "torque", "duration"])]
     pub plain: bool,
     #[command(flatten)]
     pub bus: Bus,
 }
 
-pub(super) fn watch(args: &Args) -> anyhow::Result<Done> {
+pub(super) fn watch(args: &Args) -> anyhow::Result<ExitStatus> {
     let session = args.bus.options().open_client()?;
-    let watched = client::find(&session, &args.name).map_err(anyhow::Error::from).and_then(|()| show(&session, args));
+    let watched = client::wait_for_service(&session, &args.name).map_err(anyhow::Error::from).and_then(|()| show(&session, args));
     bus::close(&session)?;
     watched
 }
 
-fn show(session: &Session, args: &Args) -> anyhow::Result<Done> {
-    let feed = Feed::subscribe(session, &args.name)?;
+fn show(session: &Session, args: &Args) -> anyhow::Result<ExitStatus> {
+    let subscribers = Subscribers::subscribe(session, &args.name)?;
     if args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
-        plain::print(&feed)?;
+        plain::print(&subscribers)?;
         writeln!(std::io::stdout(), "flexcrank/{} has ended", args.name)?;
-        return Ok(Done::Well);
+        return Ok(ExitStatus::Success);
     }
     let mut view = View::new(args.name.clone(), args.signals.clone());
     view.snapshot(client::snapshot(session, &args.name).unwrap_or_default());
     let pulse = PulseRequest { torque_nm: args.torque, duration_s: args.duration, delay_s: 0.0, shape: PulseShape::Rectangular };
-    let (asks, said) = speaker(session.clone(), args.name.clone(), pulse)?;
-    // Signals are heard as long as this lives.
+    let (requests, said) = speaker(session.clone(), args.name.clone(), pulse)?;
+    // Signals are handled as long as the runtime lives.
     let signals = runtime()?;
     let over = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&over);
@@ -101,36 +101,36 @@ fn show(session: &Session, args: &Args) -> anyhow::Result<Done> {
     let events = listener()?;
     let mut heard = Instant::now();
     while !over.load(Ordering::Relaxed) {
-        if take(&feed, &mut view) {
+        if take(&subscribers, &mut view) {
             heard = Instant::now();
         }
         view.silence = heard.elapsed();
         view.said = said.try_iter().last().unwrap_or(view.said);
         let drawn = terminal.0.draw(|frame| draw::draw(frame, &mut view)).map(drop);
         if is_gone() {
-            // Nothing is left that could be put back.
+            // The terminal is gone, so it cannot be restored.
             std::mem::forget(terminal);
             break;
         }
         drawn?;
-        if keys(&events, &mut view, &asks)? {
+        if keys(&events, &mut view, &requests)? {
             break;
         }
     }
-    Ok(Done::Well)
+    Ok(ExitStatus::Success)
 }
 
-/// Whether the terminal is no more: its window was closed, or its line was cut.
+/// Whether the terminal is gone: its window was closed, or its connection lost.
 fn is_gone() -> bool {
     rustix::termios::tcgetattr(std::io::stdin()).is_err()
 }
 
-/// A terminal that shows the view. It is put back as it was when this is dropped; in a panic, before the panic is told.
+/// A terminal in drawing mode. Dropping it restores the terminal; a panic restores it before its message is printed.
 struct Screen(DefaultTerminal);
 
 impl Screen {
     fn open() -> std::io::Result<Self> {
-        // What was done to the terminal before something failed is undone.
+        // Undoes the changes to the terminal if one of them failed.
         ratatui::try_init().map(Screen).inspect_err(|_| ratatui::restore())
     }
 }
@@ -141,16 +141,16 @@ impl Drop for Screen {
     }
 }
 
-/// Takes what has arrived, loads first: they say what there is. Whether the service has said how it is.
-fn take(feed: &Feed, view: &mut View) -> bool {
-    feed.loads().for_each(|loads| view.loads(&loads));
-    feed.energies().for_each(|energies| view.energies(&energies));
-    feed.angles().for_each(|angles| view.angles(&angles));
-    feed.displacements().for_each(|displacements| view.displacements(displacements));
-    feed.statuses().map(|status| view.status(status)).count() > 0
+/// Adds new messages to the view, loads first, because they show whether there is a slider. Returns whether a status arrived.
+fn take(subscribers: &Subscribers, view: &mut View) -> bool {
+    subscribers.loads().for_each(|loads| view.loads(&loads));
+    subscribers.energies().for_each(|energies| view.energies(&energies));
+    subscribers.angles().for_each(|angles| view.angles(&angles));
+    subscribers.displacements().for_each(|displacements| view.displacements(displacements));
+    subscribers.statuses().map(|status| view.status(status)).count() > 0
 }
 
-/// What comes from the terminal, read on a thread of its own: of a terminal that is gone, the end is read for ever.
+/// Reads terminal events on a thread of its own: on a terminal that is gone, reading returns its end forever.
 fn listener() -> std::io::Result<Receiver<Event>> {
     let (events, heard) = channel();
     std::thread::Builder::new().name("keyboard".to_owned()).spawn(move || {
@@ -161,8 +161,8 @@ fn listener() -> std::io::Result<Receiver<Event>> {
     Ok(heard)
 }
 
-/// Obeys keys until the next picture is due; whether to quit.
-fn keys(events: &Receiver<Event>, view: &mut View, asks: &Sender<Ask>) -> anyhow::Result<bool> {
+/// Handles keys until the next frame is due; returns whether to quit.
+fn keys(events: &Receiver<Event>, view: &mut View, requests: &Sender<KeyRequest>) -> anyhow::Result<bool> {
     let due = Instant::now() + FRAME;
     loop {
         let event = match events.recv_timeout(due.saturating_duration_since(Instant::now())) {
@@ -172,19 +172,19 @@ fn keys(events: &Receiver<Event>, view: &mut View, asks: &Sender<Ask>) -> anyhow
         };
         let Event::Key(key) = event else { continue };
         match view.key(key) {
-            Some(Ask::Quit) => return Ok(true),
+            Some(KeyRequest::Quit) => return Ok(true),
             Some(ask) => {
                 "…".clone_into(&mut view.said);
-                asks.send(ask)?;
+                requests.send(ask)?;
             }
             None => {}
         }
     }
 }
 
-/// Says to the service what keys ask for, on a thread of its own: an answer can take its time.
-fn speaker(session: Session, name: Name, pulse: PulseRequest) -> std::io::Result<(Sender<Ask>, Receiver<String>)> {
-    let (asks, asked) = channel::<Ask>();
+/// Sends requests to the service on a thread of its own, because replies take time.
+fn speaker(session: Session, name: Name, pulse: PulseRequest) -> std::io::Result<(Sender<KeyRequest>, Receiver<String>)> {
+    let (requests, asked) = channel::<KeyRequest>();
     let (answers, said) = channel();
     std::thread::Builder::new().name("speaker".to_owned()).spawn(move || {
         for ask in asked {
@@ -193,18 +193,18 @@ fn speaker(session: Session, name: Name, pulse: PulseRequest) -> std::io::Result
             }
         }
     })?;
-    Ok((asks, said))
+    Ok((requests, said))
 }
 
-fn obey(session: &Session, name: &Name, ask: Ask, pulse: &PulseRequest) -> String {
+fn obey(session: &Session, name: &Name, ask: KeyRequest, pulse: &PulseRequest) -> String {
     let control = |action| client::control(session, name, &Control { id: fresh_id(), action: Some(action) });
     let (word, reply) = match ask {
-        Ask::Quit => return String::new(),
-        Ask::Pulse => ("pulse", client::pulse(session, name, &wire::pulse_message(&fresh_id(), pulse))),
-        Ask::Pause => ("pause", control(control::Action::Pause(wire::Pause {}))),
-        Ask::Resume => ("resume", control(control::Action::Resume(wire::Resume {}))),
-        Ask::Reset => ("reset", control(control::Action::Reset(wire::Reset {}))),
+        KeyRequest::Quit => return String::new(),
+        KeyRequest::Pulse => ("pulse", client::pulse(session, name, &wire::pulse_message(&fresh_id(), pulse))),
+        KeyRequest::Pause => ("pause", control(control::Action::Pause(wire::Pause {}))),
+        KeyRequest::Resume => ("resume", control(control::Action::Resume(wire::Resume {}))),
+        KeyRequest::Reset => ("reset", control(control::Action::Reset(wire::Reset {}))),
     };
-    let reply = reply.map_or_else(|error| error.to_string(), |reply| sentence(&CommandReply { id: String::new(), ..reply }));
+    let reply = reply.map_or_else(|error| error.to_string(), |reply| format_reply(&CommandReply { id: String::new(), ..reply }));
     format!("{word} {reply}")
 }

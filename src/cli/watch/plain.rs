@@ -1,20 +1,20 @@
-//! The same as lines, a block a second, for files and pipes.
+//! Plain output for files and pipes: a block of lines a second.
 
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
-use super::feed::Feed;
+use super::subscribers::Subscribers;
 use crate::cli::live::describe;
 use crate::wire::{Angles, Displacements, Energies, Loads, Status, status::State};
 
-/// Between two looks at what has arrived.
+/// Time between two looks at new messages.
 const REFRESH: Duration = Duration::from_millis(100);
-/// Between two blocks of lines.
+/// Time between two blocks of lines.
 const PERIOD: Duration = Duration::from_secs(1);
-/// A service that is silent for so long is gone.
+/// Silence after which a service is gone.
 const GONE: Duration = Duration::from_secs(3);
 
-/// The newest of everything.
+/// The newest message of each topic.
 #[derive(Default)]
 struct Seen {
     angles: Option<Angles>,
@@ -25,15 +25,15 @@ struct Seen {
 }
 
 /// Prints until the service has ended.
-pub(super) fn print(feed: &Feed) -> anyhow::Result<()> {
+pub(super) fn print(subscribers: &Subscribers) -> anyhow::Result<()> {
     let mut seen = Seen::default();
     let (mut heard, mut printed) = (Instant::now(), None::<Instant>);
     while heard.elapsed() < GONE {
-        seen.angles = feed.angles().last().or(seen.angles);
-        seen.displacements = feed.displacements().last().or(seen.displacements);
-        seen.loads = feed.loads().last().or(seen.loads);
-        seen.energies = feed.energies().last().or(seen.energies);
-        if let Some(status) = feed.statuses().last() {
+        seen.angles = subscribers.angles().last().or(seen.angles);
+        seen.displacements = subscribers.displacements().last().or(seen.displacements);
+        seen.loads = subscribers.loads().last().or(seen.loads);
+        seen.energies = subscribers.energies().last().or(seen.energies);
+        if let Some(status) = subscribers.statuses().last() {
             heard = Instant::now();
             let over = [State::Finished, State::Diverged].contains(&status.state());
             seen.status = Some(status);

@@ -1,7 +1,7 @@
-//! Every number that a service tells, under a short name, with its recent past.
+//! All numbers that a service publishes, under short names, with their recent past.
 //!
-//! Names are those of `export` without the list that they are in: `crank.chord_rad`, `rod.2.deflection_m`, `pivot.fx_n`,
-//! `driving_torque_nm`; and `slider.x_m` for the last node of a chain that has a slider.
+//! Names are those of `export` without the name of the list: `crank.chord_rad`, `rod.2.deflection_m`, `pivot.fx_n`,
+//! `driving_torque_nm`; and `slider.x_m` for the last node of a chain with a slider.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,9 @@ use crate::wire::{Angles, Displacements, Energies, Loads, Stamp, Status};
 #[derive(Debug, Default)]
 pub(super) struct Signals {
     strips: BTreeMap<String, Strip>,
-    /// Whether the chain ends in a slider, as its loads tell.
+    /// Whether the chain ends in a slider, according to its loads.
     pub has_slider: bool,
-    /// Whether energies arrive on their own topic; services of earlier versions have them in `status` only.
+    /// Whether energies arrive on their own topic; services of earlier versions publish them in `status` only.
     has_energies: bool,
 }
 
@@ -97,14 +97,14 @@ impl Signals {
         self.strips.keys().map(String::as_str)
     }
 
-    /// The signal of that name, or of the name that `export` gives it: `links.crank.chord_rad`.
+    /// Finds a signal by its short name, or by its name in `export`: `links.crank.chord_rad`.
     pub(super) fn find(&self, name: &str) -> Option<&Strip> {
         let known = |name: &str| self.strips.get(name);
         known(name).or_else(|| known(name.split_once('.')?.1))
     }
 
-    /// What is shown as long as nobody chooses: rate, end, torque, and the largest bending, as far as there are such.
-    pub(super) fn usual(&self) -> Vec<String> {
+    /// The default signals: rate, end, torque, and the largest bending, as far as they exist.
+    pub(super) fn defaults(&self) -> Vec<String> {
         let ending = |end: &str| self.names().find(|name| name.ends_with(end)).map(str::to_owned);
         let last = self.names().filter(|name| name.ends_with(".x_m")).last().map(str::to_owned);
         let end = if self.has_slider { Some("slider.x_m".to_owned()) } else { last };
@@ -113,7 +113,7 @@ impl Signals {
     }
 
     fn most_bent(&self) -> Option<String> {
-        let size = |strip: &Strip| strip.last(f64::INFINITY).fold(0.0, |most: f64, grain| most.max(grain.high.abs()));
+        let size = |strip: &Strip| strip.last(f64::INFINITY).fold(0.0, |most: f64, entry| most.max(entry.high.abs()));
         let deflections = self.strips.iter().filter(|(name, _)| name.ends_with(".deflection_m"));
         let sizes = deflections.map(|(name, strip)| (name, size(strip)));
         sizes.max_by(|one, other| one.1.total_cmp(&other.1)).map(|(name, _)| name.clone())

@@ -1,4 +1,4 @@
-//! What the view knows, and what keys do to it. No terminal, no bus, no clock of its own.
+//! The state of the view, and the effect of keys on it. No terminal, no bus, no clock.
 
 use std::time::Duration;
 
@@ -9,12 +9,12 @@ use super::signals::Signals;
 use crate::bus::Name;
 use crate::wire::{self, Angles, Displacements, Energies, Loads, Snapshot, Status, status::State};
 
-/// Seconds that the charts may span.
+/// Time spans of the charts, s.
 const WINDOWS_S: [f64; 4] = [1.0, 3.0, 10.0, super::strip::KEPT_S];
 
-/// What a key asks for beyond the view.
+/// A request that a key sends to the service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ask {
+pub(super) enum KeyRequest {
     Quit,
     Pause,
     Resume,
@@ -29,16 +29,16 @@ pub(super) struct View {
     pub displacements: Option<Displacements>,
     pub signals: Signals,
     pub magnification: Magnification,
-    /// Signals in the charts; as long as nobody chose, the usual ones.
+    /// Signals in the charts; the defaults until the user chooses.
     chosen: Vec<String>,
-    /// Which chart the arrows change.
+    /// Index of the chart that the arrow keys change.
     pub focus: usize,
-    /// How many charts were drawn last.
+    /// Number of charts in the last frame.
     pub charts_drawn: usize,
     window: usize,
-    /// How long nothing has come.
+    /// Time since the last message.
     pub silence: Duration,
-    /// What was last said in reply to a command, or about it.
+    /// The last reply to a command, or its state.
     pub said: String,
 }
 
@@ -59,7 +59,7 @@ impl View {
         }
     }
 
-    /// Takes what was known before the first message came.
+    /// Sets the state from a snapshot.
     pub(super) fn snapshot(&mut self, snapshot: Snapshot) {
         let Snapshot { displacements, angles, loads, energies, status, .. } = snapshot;
         loads.iter().for_each(|loads| self.loads(loads));
@@ -95,27 +95,27 @@ impl View {
 
     /// Signals in the charts, from the top.
     pub(super) fn charts(&self) -> Vec<String> {
-        if self.chosen.is_empty() { self.signals.usual() } else { self.chosen.clone() }
+        if self.chosen.is_empty() { self.signals.defaults() } else { self.chosen.clone() }
     }
 
-    /// Seconds that the charts span.
+    /// Time span of the charts, s.
     pub(super) fn window_s(&self) -> f64 {
         WINDOWS_S[self.window]
     }
 
-    /// Does what a key is for; what is beyond the view is asked for.
-    pub(super) fn key(&mut self, key: KeyEvent) -> Option<Ask> {
+    /// Applies a key; returns the request that it sends, if any.
+    pub(super) fn key(&mut self, key: KeyEvent) -> Option<KeyRequest> {
         if key.kind == KeyEventKind::Release {
             return None;
         }
         if key.modifiers.contains(KeyModifiers::CONTROL) {
-            return (key.code == KeyCode::Char('c')).then_some(Ask::Quit);
+            return (key.code == KeyCode::Char('c')).then_some(KeyRequest::Quit);
         }
         match key.code {
-            KeyCode::Char('q') => return Some(Ask::Quit),
-            KeyCode::Char(' ') => return Some(if self.is_paused() { Ask::Resume } else { Ask::Pause }),
-            KeyCode::Char('r') => return Some(Ask::Reset),
-            KeyCode::Char('p') => return Some(Ask::Pulse),
+            KeyCode::Char('q') => return Some(KeyRequest::Quit),
+            KeyCode::Char(' ') => return Some(if self.is_paused() { KeyRequest::Resume } else { KeyRequest::Pause }),
+            KeyCode::Char('r') => return Some(KeyRequest::Reset),
+            KeyCode::Char('p') => return Some(KeyRequest::Pulse),
             KeyCode::Char('+' | '=') => self.magnification.change(true),
             KeyCode::Char('-') => self.magnification.change(false),
             KeyCode::Char('a') => self.magnification.automatic(),
@@ -135,7 +135,7 @@ impl View {
             .is_some_and(|status| status.state() == State::Paused || status.replay.as_ref().is_some_and(|replay| replay.paused))
     }
 
-    /// Another signal for the chart in focus: so many further in the list of names.
+    /// Moves the chart in focus `by` places in the list of signals.
     fn turn(&mut self, by: isize) {
         self.chosen = self.charts();
         let names: Vec<&str> = self.signals.names().collect();

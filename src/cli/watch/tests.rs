@@ -8,7 +8,7 @@ use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::draw::draw;
-use super::state::{Ask, View};
+use super::state::{KeyRequest, View};
 use crate::bus::Name;
 use crate::recording::Messages;
 use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Stamp, Status, status::State};
@@ -20,7 +20,7 @@ fn view(signals: &[&str]) -> Outcome<View> {
     Ok(View::new(name, signals.iter().map(|&signal| signal.to_owned()).collect()))
 }
 
-/// What a view knows when so many messages of the sample have come.
+/// The view after the first `messages` messages of the sample.
 fn sampled(signals: &[&str], messages: usize) -> Outcome<View> {
     let mut view = view(signals)?;
     for message in Messages::open(Path::new("recordings/sample-three-pulses.mcap"))?.take(messages) {
@@ -38,7 +38,7 @@ fn sampled(signals: &[&str], messages: usize) -> Outcome<View> {
     Ok(view)
 }
 
-/// A picture, line by line.
+/// A frame, line by line.
 fn picture(view: &mut View, width: u16, height: u16) -> Outcome<Vec<String>> {
     let mut terminal = Terminal::new(TestBackend::new(width, height))?;
     terminal.draw(|frame| draw(frame, view))?;
@@ -47,18 +47,18 @@ fn picture(view: &mut View, width: u16, height: u16) -> Outcome<Vec<String>> {
     Ok((0..height).map(line).collect())
 }
 
-fn press(view: &mut View, code: KeyCode) -> Option<Ask> {
+fn press(view: &mut View, code: KeyCode) -> Option<KeyRequest> {
     view.key(KeyEvent::new(code, KeyModifiers::NONE))
 }
 
-/// Dots of braille in some lines.
+/// Number of braille dots in some lines.
 fn dots(lines: &[String]) -> u32 {
     let of = |symbol: char| if ('\u{2800}'..='\u{28ff}').contains(&symbol) { (symbol as u32 - 0x2800).count_ones() } else { 0 };
     lines.iter().flat_map(|line| line.chars()).map(of).sum()
 }
 
 #[test]
-fn prop_state_mechanism_charts_and_keys_are_all_there_on_small_and_large_terminals() -> Outcome {
+fn prop_state_mechanism_charts_and_keys_fit_small_and_large_terminals() -> Outcome {
     for (width, height) in [(80, 24), (200, 60)] {
         let mut view = sampled(&["crank.rate_rad_per_s", "slider.x_m"], 3000)?;
         let lines = picture(&mut view, width, height)?;
@@ -79,16 +79,16 @@ fn val_the_mechanism_is_drawn_to_scale() -> Outcome {
     let crank = [node("crank", 0.0, 0.0), node("crank", 0.0, 0.5)];
     let rod = [node("rod", 0.0, 0.5), node("rod", 2.0_f64.sqrt(), 0.0)];
     view.displacements(Displacements { nodes: [crank, rod].concat(), ..Displacements::default() });
-    // The crank stands upright over half a metre, the rod spans 1.414 m. Around them are pins, and perhaps a slider.
+    // The crank stands upright over half a metre, the rod spans 1.414 m. Pins surround them, and perhaps a slider.
     let [wide, high] = extent(&picture(&mut view, 109, 200)?[3..100]);
     let (per_metre, expected) = ((wide - 6.0) / 2.0_f64.sqrt(), 0.5 * (wide - 6.0) / 2.0_f64.sqrt() + 4.5);
     assert!(per_metre > 50.0 && (high - expected).abs() < 5.0, "{wide} dots by {high}, expected {expected:.1}");
     Ok(())
 }
 
-/// How wide and how high the braille dots in some lines are.
+/// Width and height of the braille dots in some lines.
 fn extent(lines: &[String]) -> [f64; 2] {
-    // Which column and row of its cell a bit is.
+    // Column and row of each bit in its cell.
     const PLACES: [(usize, usize); 8] = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (0, 3), (1, 3)];
     let mut places = Vec::new();
     for (row, line) in lines.iter().enumerate() {
@@ -115,7 +115,7 @@ fn prop_any_size_can_be_drawn() -> Outcome {
 }
 
 #[test]
-fn prop_nothing_known_and_numbers_that_are_none_do_not_matter() -> Outcome {
+fn prop_an_empty_view_and_nan_are_drawn() -> Outcome {
     let mut empty = view(&["no.such_signal"])?;
     assert!(picture(&mut empty, 80, 24)?.join("\n").contains("not there"));
     let mut broken = sampled(&[], 50)?;
@@ -135,16 +135,16 @@ fn prop_nothing_known_and_numbers_that_are_none_do_not_matter() -> Outcome {
 }
 
 #[test]
-fn val_keys_choose_and_ask() -> Outcome {
+fn val_keys_select_signals_and_send_requests() -> Outcome {
     let mut view = sampled(&["slider.x_m", "driving_torque_nm"], 500)?;
     picture(&mut view, 80, 24)?;
-    assert_eq!(press(&mut view, KeyCode::Char(' ')), Some(Ask::Pause));
+    assert_eq!(press(&mut view, KeyCode::Char(' ')), Some(KeyRequest::Pause));
     view.status(Status { state: State::Paused.into(), ..Status::default() });
-    assert_eq!(press(&mut view, KeyCode::Char(' ')), Some(Ask::Resume));
-    assert_eq!(press(&mut view, KeyCode::Char('p')), Some(Ask::Pulse));
-    assert_eq!(press(&mut view, KeyCode::Char('r')), Some(Ask::Reset));
-    assert_eq!(press(&mut view, KeyCode::Char('q')), Some(Ask::Quit));
-    assert_eq!(view.key(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)), Some(Ask::Quit));
+    assert_eq!(press(&mut view, KeyCode::Char(' ')), Some(KeyRequest::Resume));
+    assert_eq!(press(&mut view, KeyCode::Char('p')), Some(KeyRequest::Pulse));
+    assert_eq!(press(&mut view, KeyCode::Char('r')), Some(KeyRequest::Reset));
+    assert_eq!(press(&mut view, KeyCode::Char('q')), Some(KeyRequest::Quit));
+    assert_eq!(view.key(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)), Some(KeyRequest::Quit));
     press(&mut view, KeyCode::Tab);
     press(&mut view, KeyCode::Down);
     press(&mut view, KeyCode::Up);
@@ -177,7 +177,7 @@ fn prop_energies_come_from_their_own_topic_or_else_from_the_status() -> Outcome 
     view.status(Status { stamp: at(1.0), kinetic_j: Some(5.0), ..Status::default() });
     assert_eq!(now(&view), Some((5.0, 1)), "of an earlier version");
     view.energies(&Energies { stamp: at(1.5), kinetic_j: Some(6.0), ..Energies::default() });
-    // An older one that comes later would begin the chart anew.
+    // An older message that arrives later would restart the chart.
     view.status(Status { stamp: at(1.25), kinetic_j: Some(7.0), ..Status::default() });
     assert_eq!(now(&view), Some((6.0, 2)));
     Ok(())

@@ -4,7 +4,7 @@ use super::{ThesisFigure, file};
 use crate::plot::{Axis, Figure};
 use crate::study::Table;
 
-/// Which of the two hinged beams.
+/// One of the two hinged beams.
 pub(super) struct Beam {
     section: &'static str,
     numbers: [&'static str; 5],

@@ -12,7 +12,7 @@ pub use page::page;
 use super::Picture;
 use crate::study::Table;
 
-/// What the figures are drawn from.
+/// The tables that the figures are drawn from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tables {
     /// Chapter 4: [`cycle`](crate::study::cycle::cycle), dimensionless, of all ratios.
@@ -34,7 +34,7 @@ pub struct ThesisFigure {
     pub number: &'static str,
     /// Name of its file, without ending.
     pub file: String,
-    /// What is to be seen on it.
+    /// Caption: what the figure shows.
     pub sentence: &'static str,
     /// The section it belongs to.
     pub section: &'static str,

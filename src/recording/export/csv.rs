@@ -1,13 +1,13 @@
-//! A table as CSV.
+//! CSV tables.
 
 use std::path::PathBuf;
 
 use super::Sheet;
-use super::learn::Column;
+use super::column_types::Column;
 use crate::recording::RecordingError;
-use crate::recording::rows::Cell;
+use crate::recording::rows::FieldValue;
 
-/// A CSV file with a line of names; cells that a message left out are empty.
+/// A CSV file with a header; missing fields are empty.
 pub(super) struct CsvSheet {
     path: PathBuf,
     writer: csv::Writer<std::fs::File>,
@@ -27,8 +27,8 @@ impl CsvSheet {
 }
 
 impl Sheet for CsvSheet {
-    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError> {
-        self.line(cells.iter().map(|cell| cell.map_or(String::new(), Cell::to_string)))
+    fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError> {
+        self.line(cells.iter().map(|cell| cell.map_or(String::new(), FieldValue::to_string)))
     }
 
     fn finish(mut self: Box<Self>) -> Result<PathBuf, RecordingError> {

@@ -1,56 +1,56 @@
-//! Recordings as tables: one wide table a topic, as CSV or Parquet, decoded by the schemas that the file itself carries.
+//! Export of recordings: one wide table per topic, as CSV or Parquet, decoded by the schemas in the file.
 
+mod column_types;
 mod csv;
-mod learn;
 mod parquet;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::rows::{Cell, Decoder, Part};
-use super::{RecordingError, Source, writer::Written};
-use learn::{Column, Columns};
+use super::rows::{Decoder, FieldValue, TimeRange};
+use super::{RecordingError, RecordingFile, writer::Written};
+use column_types::{Column, Columns};
 
-/// What to export, and where to.
+/// Options of an export.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Export {
     /// Folder for CSV tables.
     pub csv: Option<PathBuf>,
     /// Folder for Parquet tables.
     pub parquet: Option<PathBuf>,
-    /// From this time on, s since the first message.
+    /// Start, s since the first message.
     pub from_s: f64,
-    /// Up to this time, s since the first message.
+    /// End, s since the first message.
     pub to_s: Option<f64>,
-    /// One row a topic in so much time, s: the first that comes.
+    /// Keep one row per topic in each period of this length, s: the first.
     pub every_s: Option<f64>,
-    /// Columns, by their names or how they begin (`links` for `links.crank.chord_rad`); all when empty. Times are always there.
+    /// Columns by name or prefix (`links` for `links.crank.chord_rad`); empty exports all. Times are always included.
     pub columns: Vec<String>,
 }
 
-/// What an export found.
+/// The result of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exported {
-    /// One table a topic and format.
+    /// One table per topic and format.
     pub tables: Vec<Written>,
     /// Whether the recording ended early.
     pub cut_off: bool,
-    /// Topics left out because their messages are not protobuf.
+    /// Topics skipped because their messages are not protobuf.
     pub skipped: Vec<String>,
 }
 
 /// Writes `FOLDER/<topic, with dots for slashes>.csv`, and `.parquet`, for every protobuf topic of a recording.
 ///
-/// The columns `log_time` and `publish_time` come first; every scalar of the message follows under its dotted name, of one type
-/// throughout: integer, number, truth, text or time. The file is read twice: first for the columns, since a message may leave
-/// fields out, then for the rows.
+/// The columns `log_time` and `publish_time` come first. Every scalar of the message follows under its dotted name, with one type
+/// throughout: integer, number, boolean, text or time. The file is read twice: for the columns, since messages may omit fields,
+/// and for the rows.
 ///
 /// # Errors
-/// [`RecordingError`] when the recording cannot be read, a message does not fit its schema, a time or a column is asked for that
-/// is not there, or a table cannot be written.
+/// [`RecordingError`] if the recording cannot be read, a message does not fit its schema, a requested time or column does not
+/// exist, or a table cannot be written.
 pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
-    let part = Part::new(export.from_s, export.to_s, export.every_s);
-    let mut decoder = Decoder::new(recording).part(part);
+    let part = TimeRange::new(export.from_s, export.to_s, export.every_s);
+    let mut decoder = Decoder::new(recording).within(part);
     let mut topics: BTreeMap<String, Columns> = BTreeMap::new();
     let cut_off = decoder.each_row(|topic, row| {
         topics.entry(topic.to_owned()).or_default().learn(row);
@@ -59,7 +59,7 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
     if topics.is_empty() {
         return Err(empty(recording, export)?);
     }
-    learn::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
+    column_types::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
     let mut tables = BTreeMap::new();
     for (topic, columns) in topics {
         tables.insert(topic.clone(), Table::create(export, &topic, columns)?);
@@ -72,23 +72,23 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
     Ok(Exported { tables: written, cut_off, skipped: decoder.skipped })
 }
 
-/// Why there is no row: nothing at the times asked for, or nothing at all.
+/// The error for an export without rows: the recording has none at the requested times, or none at all.
 fn empty(recording: &Path, export: &Export) -> Result<RecordingError, RecordingError> {
     let (path, from_s, to_s) = (recording.to_owned(), export.from_s, export.to_s);
-    let duration_s = Source::open(recording)?.duration_s();
+    let duration_s = RecordingFile::open(recording)?.duration_s();
     let outside = from_s > duration_s || to_s.is_some_and(|to_s| to_s < from_s);
     Ok(if outside { RecordingError::Outside { path, from_s, to_s, duration_s } } else { RecordingError::Empty { path } })
 }
 
-/// A file that rows are written to.
+/// A table file.
 trait Sheet {
-    /// One row, with a cell for each column or none.
-    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError>;
+    /// Writes a row with one optional cell per column.
+    fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError>;
     /// Closes the file.
     fn finish(self: Box<Self>) -> Result<PathBuf, RecordingError>;
 }
 
-/// A topic's table, in every format asked for.
+/// The table of a topic, in every requested format.
 struct Table {
     index: HashMap<String, usize>,
     sheets: Vec<Box<dyn Sheet>>,
@@ -113,7 +113,7 @@ impl Table {
         Ok(Table { index, sheets, rows: 0 })
     }
 
-    fn write(&mut self, row: &[(String, Cell)]) -> Result<(), RecordingError> {
+    fn write(&mut self, row: &[(String, FieldValue)]) -> Result<(), RecordingError> {
         let mut cells = vec![None; self.index.len()];
         for (name, cell) in row {
             if let Some(column) = self.index.get(name) {

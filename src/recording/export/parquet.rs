@@ -1,4 +1,4 @@
-//! A table as Parquet: typed columns, in compressed row groups of bounded size.
+//! Parquet tables: typed columns, in compressed row groups of bounded size.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -12,19 +12,19 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
 use super::Sheet;
-use super::learn::{Column, Kind};
+use super::column_types::{Column, ColumnType};
 use crate::recording::RecordingError;
-use crate::recording::rows::Cell;
+use crate::recording::rows::FieldValue;
 
-/// What rows of a table may wait in memory before they are written as a row group, bytes.
+/// Size of the buffered rows at which a row group is written, bytes.
 const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
 
-/// A Parquet file; cells that a message left out are null.
+/// A Parquet file; missing fields are null.
 pub(super) struct ParquetSheet {
     path: PathBuf,
     file: SerializedFileWriter<File>,
     columns: Vec<Cells>,
-    /// What waits in `columns`, bytes.
+    /// Size of the buffered rows, bytes.
     waiting: usize,
 }
 
@@ -38,7 +38,7 @@ impl ParquetSheet {
         Ok(ParquetSheet { path, file, columns: cells, waiting: 0 })
     }
 
-    /// Writes the rows that wait as a row group.
+    /// Writes the buffered rows as a row group.
     fn write_group(&mut self) -> Result<(), ParquetError> {
         let mut group = self.file.next_row_group()?;
         for cells in &mut self.columns {
@@ -54,7 +54,7 @@ impl ParquetSheet {
 }
 
 impl Sheet for ParquetSheet {
-    fn write(&mut self, cells: &[Option<&Cell>]) -> Result<(), RecordingError> {
+    fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError> {
         self.waiting += self.columns.iter_mut().zip(cells).map(|(column, cell)| column.push(*cell)).sum::<usize>();
         if self.waiting >= ROW_GROUP_BYTES {
             self.write_group().map_err(|error| refused(&self.path, error))?;
@@ -74,15 +74,15 @@ fn refused(path: &Path, error: ParquetError) -> RecordingError {
     RecordingError::file(path)(std::io::Error::other(error))
 }
 
-/// All columns beside each other, each of them optional.
+/// A flat schema in which every column is optional.
 fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
     let field = |column: &Column| {
         let (physical, logical) = match column.kind {
-            Kind::Integer => (Physical::INT64, None),
-            Kind::Time => (Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::NANOS))),
-            Kind::Number => (Physical::DOUBLE, None),
-            Kind::Flag => (Physical::BOOLEAN, None),
-            Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            ColumnType::Integer => (Physical::INT64, None),
+            ColumnType::Time => (Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::NANOS))),
+            ColumnType::Number => (Physical::DOUBLE, None),
+            ColumnType::Flag => (Physical::BOOLEAN, None),
+            ColumnType::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
         let field = Type::primitive_type_builder(&column.name, physical).with_repetition(Repetition::OPTIONAL);
         Ok(Arc::new(field.with_logical_type(logical).build()?))
@@ -91,9 +91,9 @@ fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
     Ok(Arc::new(Type::group_type_builder("row").with_fields(fields).build()?))
 }
 
-/// Cells of a column that wait to be written.
+/// Buffered cells of a column.
 struct Cells {
-    /// 1 for each row with a cell, 0 for each without.
+    /// 1 for each row with a value, 0 for each without.
     levels: Vec<i16>,
     values: Values,
 }
@@ -106,34 +106,34 @@ enum Values {
 }
 
 impl Cells {
-    fn new(kind: Kind) -> Self {
+    fn new(kind: ColumnType) -> Self {
         let values = match kind {
-            Kind::Integer | Kind::Time => Values::Integers(Vec::new()),
-            Kind::Number => Values::Numbers(Vec::new()),
-            Kind::Flag => Values::Flags(Vec::new()),
-            Kind::Text => Values::Texts(Vec::new()),
+            ColumnType::Integer | ColumnType::Time => Values::Integers(Vec::new()),
+            ColumnType::Number => Values::Numbers(Vec::new()),
+            ColumnType::Flag => Values::Flags(Vec::new()),
+            ColumnType::Text => Values::Texts(Vec::new()),
         };
         Cells { levels: Vec::new(), values }
     }
 
-    /// Takes the cell of the next row, if it has one; returns about how many bytes it takes.
-    fn push(&mut self, cell: Option<&Cell>) -> usize {
+    /// Adds the cell of the next row, if it has one; returns its approximate size in bytes.
+    fn push(&mut self, cell: Option<&FieldValue>) -> usize {
         let size = match (&mut self.values, cell) {
-            (Values::Integers(values), Some(Cell::Integer(value) | Cell::Time(value))) => keep(values, *value),
+            (Values::Integers(values), Some(FieldValue::Integer(value) | FieldValue::Time(value))) => keep(values, *value),
             (Values::Numbers(values), Some(cell)) => keep(values, cell.number()),
-            (Values::Flags(values), Some(Cell::Flag(value))) => keep(values, *value),
+            (Values::Flags(values), Some(FieldValue::Flag(value))) => keep(values, *value),
             (Values::Texts(values), Some(cell)) => {
                 let text = cell.to_string().into_bytes();
                 text.len() + keep(values, text.into())
             }
-            // A column's type was learned from the same cells: only where there is none.
+            // The column's type was derived from the same cells, so this is a missing value.
             (Values::Integers(_) | Values::Numbers(_) | Values::Flags(_) | Values::Texts(_), _) => 0,
         };
         self.levels.push(i16::from(size > 0));
         size + size_of::<i16>()
     }
 
-    /// Writes them all, and keeps none.
+    /// Writes and clears the buffered cells.
     fn write(&mut self, column: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
         let levels = Some(self.levels.as_slice());
         match &mut self.values {

@@ -1,4 +1,4 @@
-//! A whole, indexed recording from a broken one: cut off, damaged in places, without its index.
+//! Recovery: makes a complete, indexed recording from one that was cut off, damaged, or lost its index.
 
 mod salvage;
 mod scan;
@@ -14,58 +14,58 @@ use super::summary::summary;
 use salvage::{Salvage, Tally};
 use scan::{Piece, Scanner};
 
-/// What was saved of a broken recording, and what was not.
+/// The result of a recovery.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recovered {
     /// Messages in the new file.
     pub messages: u64,
-    /// How many of them come from a chunk that the file ends in: its sum cannot be checked.
+    /// Messages from a chunk in which the file ends: no checksum covers them.
     pub unchecked: u64,
-    /// Recorded time that they span, s.
+    /// Recorded time from first to last message, s.
     pub span_s: f64,
-    /// What is missing.
+    /// The losses.
     pub loss: Loss,
 }
 
-/// What a broken recording no longer holds.
+/// The losses of a damaged recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Loss {
-    /// Places where the file is damaged before its end.
+    /// Number of damaged places before the end of the file.
     pub places: u64,
-    /// Whether it ends early: what came after is not there at all.
+    /// Whether the file ends early: everything after is lost.
     pub cut_off: bool,
-    /// Messages that are known to be missing, by topic.
+    /// Number of messages known to be missing, by topic.
     pub messages: BTreeMap<String, u64>,
-    /// Whether it is known how many are missing.
+    /// Whether the number of missing messages is known.
     pub counted: bool,
-    /// Messages that are there but cannot be assigned to a topic.
+    /// Messages that belong to no known topic.
     pub orphans: u64,
-    /// Recorded time without any message around what is missing, s; what comes before the first message or after the last
-    /// one is counted only where the file's statistics tell it.
+    /// Recorded time without messages around the losses, s. Time before the first or after the last message counts only if the
+    /// statistics of the file cover it.
     pub seconds: f64,
 }
 
 impl Loss {
-    /// Whether nothing is missing.
+    /// Whether nothing is lost.
     pub fn is_none(&self) -> bool {
         self.places == 0 && !self.cut_off && self.orphans == 0 && self.messages.values().all(|count| *count == 0)
     }
 }
 
-/// Writes what can be read of `broken` into a new file, with a new index; nothing is overwritten. Memory is bounded by the
-/// largest chunk, which may have 64 MiB.
+/// Writes all readable messages of `broken` into a new file with a new index; overwrites nothing. Memory is bounded by the
+/// largest chunk, at most 64 MiB.
 ///
-/// `progress` is called with bytes done and bytes in all.
+/// `progress` is called with the bytes done and the total.
 ///
 /// # Errors
-/// [`RecordingError::Empty`] when there is no message to be saved (then no file is left), [`RecordingError`] when a file
-/// cannot be read or written.
+/// [`RecordingError::Empty`] if no message can be recovered (no file is left then), [`RecordingError`] if a file cannot be read
+/// or written.
 pub fn recover(broken: &Path, output: &Path, progress: impl FnMut(u64, u64)) -> Result<Recovered, RecordingError> {
     let mut scanner = Scanner::open(broken).map_err(RecordingError::file(broken))?;
     let salvage = Salvage::create(output)?;
     let recovered = run(&mut scanner, salvage, (broken, output), progress);
     if recovered.is_err() {
-        // Half a file is of no use, and the broken one is still there.
+        // Half a file is useless, and the original is still there.
         std::fs::remove_file(output).map_err(RecordingError::file(output))?;
     }
     recovered
@@ -78,7 +78,7 @@ fn run(
     mut progress: impl FnMut(u64, u64),
 ) -> Result<Recovered, RecordingError> {
     let unread = || RecordingError::file(broken);
-    // A damaged summary is none: it only helps.
+    // A damaged summary counts as absent: it only helps.
     let mut file = File::open(broken).map_err(unread())?;
     if let Ok(Some(summary)) = summary(&mut file, scanner.length()) {
         salvage.learn(summary);
@@ -99,7 +99,7 @@ fn run(
         };
         if !sound {
             salvage.in_hole = true;
-            // What is broken after the end of the data is the index, which is made anew.
+            // Damage after the end of the data concerns the index, which is rebuilt.
             loss.places += u64::from(!closed);
         }
         progress(scanner.done(), scanner.length());

@@ -1,4 +1,4 @@
-//! What can be saved goes into a new file; what is missing is counted.
+//! Recovered messages are written to the new file, and missing ones are counted.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -12,53 +12,53 @@ use mcap::{Attachment, McapResult, Summary, Writer};
 use crate::recording::chunk::Records;
 use crate::recording::parse::parse;
 use crate::recording::writer::{create_new, options};
-use crate::recording::{RecordingError, build};
+use crate::recording::{RecordingError, build_info};
 
-/// Name of the metadata record that says what a file was recovered from.
+/// Name of the metadata record that states what a file was recovered from.
 const METADATA: &str = "flexcrank-recovered";
 
-/// Messages of one topic.
+/// Message counts of one topic.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Tally {
     pub saved: u64,
-    /// How many there were, by the file's own statistics.
+    /// Number of messages by the statistics of the file.
     pub stated: Option<u64>,
     /// One more than the largest sequence number.
     pub counted: u64,
 }
 
-/// The new file, and what the old one has told so far.
+/// The new file, and what is known of the damaged one.
 pub(super) struct Salvage {
     mcap: Writer<NoSeek<BufWriter<File>>>,
     schemas: HashMap<u16, (records::SchemaHeader, Vec<u8>)>,
     channels: HashMap<u16, records::Channel>,
-    /// Channel numbers in the new file, by those in the old.
-    outlets: HashMap<u16, u16>,
+    /// Channel ids in the new file, by those in the damaged one.
+    channel_ids: HashMap<u16, u16>,
     pub tallies: BTreeMap<String, Tally>,
     pub statistics: Option<records::Statistics>,
-    /// Whether our own recorder wrote it: then messages are numbered from 0 in every topic.
+    /// Whether flexcrank recorded it: then messages are numbered from 0 in every topic.
     pub ours: bool,
-    /// Messages saved of a chunk whose sum could not be checked.
+    /// Messages from a chunk without a checked checksum.
     pub unchecked: u64,
-    /// Messages whose channel is not known.
+    /// Messages of unknown channels.
     pub orphans: u64,
     /// Log times of the first and the last message.
     pub span_ns: Option<(u64, u64)>,
-    /// Recorded time in which everything is missing, ns.
+    /// Recorded time without any messages, ns.
     pub hole_ns: u64,
-    /// Whether something is missing just before what comes next.
+    /// Whether messages are missing just before the next one.
     pub in_hole: bool,
 }
 
 impl Salvage {
-    /// Makes the new file; never overwrites one.
+    /// Creates the new file; overwrites nothing.
     pub(super) fn create(path: &Path) -> Result<Self, RecordingError> {
         let file = BufWriter::new(create_new(path)?);
         Ok(Salvage {
             mcap: options().create(NoSeek::new(file)).map_err(RecordingError::mcap(path))?,
             schemas: HashMap::new(),
             channels: HashMap::new(),
-            outlets: HashMap::new(),
+            channel_ids: HashMap::new(),
             tallies: BTreeMap::new(),
             statistics: None,
             ours: false,
@@ -70,7 +70,7 @@ impl Salvage {
         })
     }
 
-    /// Learns what the file's summary says.
+    /// Reads channels and counts from the summary.
     pub(super) fn learn(&mut self, summary: Summary) {
         for (id, schema) in summary.schemas {
             let header = records::SchemaHeader { id, name: schema.name.clone(), encoding: schema.encoding.clone() };
@@ -90,7 +90,7 @@ impl Salvage {
                 self.schemas.insert(header.id, (header, data.into_owned()));
             }
             Record::Channel(channel) => {
-                self.outlets.remove(&channel.id);
+                self.channel_ids.remove(&channel.id);
                 self.channels.insert(channel.id, channel);
             }
             Record::Statistics(statistics) => self.statistics = Some(statistics),
@@ -98,30 +98,30 @@ impl Salvage {
         }
     }
 
-    /// Takes a record of the file in; `false` when it is damaged.
+    /// Adds a record of the damaged file; returns `false` if it is damaged.
     ///
     /// # Errors
-    /// When the new file cannot be written.
+    /// Fails if the new file cannot be written.
     pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> McapResult<bool> {
         match opcode {
             op::CHUNK => self.take_chunk(body),
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT | op::STATISTICS => {
                 self.take_plain(opcode, body)
             }
-            // Indexes are made anew.
+            // Indexes are rebuilt.
             _ => Ok(true),
         }
     }
 
-    /// Takes in what a chunk holds: all of it, if its checksum is right.
+    /// Adds the content of a chunk if its checksum is valid.
     fn take_chunk(&mut self, body: &[u8]) -> McapResult<bool> {
         Records::of(body).map_or(Ok(false), |records| self.take_records(records))
     }
 
-    /// Takes in what can be read of a chunk that the file ends in.
+    /// Adds the readable messages of the chunk in which the file ends.
     ///
     /// # Errors
-    /// When the new file cannot be written.
+    /// Fails if the new file cannot be written.
     pub(super) fn take_cut_chunk(&mut self, body: &[u8]) -> McapResult<()> {
         let before = self.saved();
         Records::of_cut(body).map_or(Ok(false), |records| self.take_records(records))?;
@@ -129,12 +129,12 @@ impl Salvage {
         Ok(())
     }
 
-    /// How many messages are in the new file.
+    /// Number of messages in the new file.
     pub(super) fn saved(&self) -> u64 {
         self.tallies.values().map(|tally| tally.saved).sum()
     }
 
-    /// Takes in the records of a chunk; `false` when it is damaged.
+    /// Adds the records of a chunk; returns `false` if it is damaged.
     fn take_records(&mut self, mut records: Records) -> McapResult<bool> {
         let stopped = records.find(|opcode, data| {
             Ok(match self.take_plain(opcode, data) {
@@ -168,7 +168,7 @@ impl Salvage {
     }
 
     fn take_message(&mut self, header: records::MessageHeader, data: &[u8]) -> McapResult<()> {
-        let Some(channel_id) = self.outlet(header.channel_id)? else {
+        let Some(channel_id) = self.channel_id(header.channel_id)? else {
             self.orphans += 1;
             return Ok(());
         };
@@ -190,9 +190,9 @@ impl Salvage {
         Ok(())
     }
 
-    /// The new file's number for a channel of the old; `None` when nothing is known of it.
-    fn outlet(&mut self, id: u16) -> McapResult<Option<u16>> {
-        if let Some(outlet) = self.outlets.get(&id) {
+    /// The new file's id for a channel; `None` if the channel is unknown.
+    fn channel_id(&mut self, id: u16) -> McapResult<Option<u16>> {
+        if let Some(outlet) = self.channel_ids.get(&id) {
             return Ok(Some(*outlet));
         }
         let Some(channel) = self.channels.get(&id) else { return Ok(None) };
@@ -202,11 +202,11 @@ impl Salvage {
             None => return Ok(None),
         };
         let outlet = self.mcap.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)?;
-        self.outlets.insert(id, outlet);
+        self.channel_ids.insert(id, outlet);
         Ok(Some(outlet))
     }
 
-    /// Puts the file's own statistics beside what was saved, topic by topic.
+    /// Compares the statistics of the file with the recovered messages, topic by topic.
     pub(super) fn compare_with_statistics(&mut self) {
         let Some(statistics) = &self.statistics else { return };
         for (id, count) in &statistics.channel_message_counts {
@@ -217,12 +217,12 @@ impl Salvage {
         }
     }
 
-    /// Says in the new file where it comes from, and closes it.
+    /// Records the origin in the new file, and closes it.
     pub(super) fn finish(mut self, from: &Path, lost_messages: Option<u64>) -> McapResult<()> {
         let lost = lost_messages.map_or("unknown".to_owned(), |lost| lost.to_string());
         let facts = [
             ("from", from.display().to_string()),
-            ("version", build::VERSION.to_owned()),
+            ("version", build_info::VERSION.to_owned()),
             ("lost_messages", lost),
             ("unchecked_messages", self.unchecked.to_string()),
         ];

@@ -1,4 +1,4 @@
-//! The records of a file that may be damaged: after damage, the search goes on for the next chunk.
+//! Scans a file that may be damaged, record by record; after damage, it searches for the next chunk.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
@@ -10,29 +10,29 @@ use mcap::records::op;
 
 use crate::recording::reader::RECORD_LIMIT;
 
-/// Bytes of a record's opcode and length.
+/// Size of a record's opcode and length, bytes.
 const HEADER: u64 = 9;
-/// Bytes that are searched at once.
+/// Block size of the search, bytes.
 const BLOCK: usize = 64 * 1024;
-/// Bytes by which a chunk is known: its header up to its content, with the longest name of a compression.
+/// Bytes that identify a chunk: its header up to the content, with the longest name of a compression.
 const CHUNK_MARK: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4 + 8;
 
-/// What comes next in a file.
+/// The next piece of a file.
 pub(super) enum Piece<'a> {
-    /// A record that looks whole; a chunk's content may be damaged all the same.
+    /// A record that looks complete; the content of a chunk may still be damaged.
     Record { opcode: u8, body: &'a [u8] },
-    /// The beginning of a chunk's content: the file ends in it.
+    /// The beginning of a chunk in which the file ends.
     CutChunk(&'a [u8]),
-    /// Bytes that are none.
+    /// Bytes that are not a record.
     Damage,
 }
 
-/// Goes through a file record by record. Holds at most one record in memory.
+/// Scans a file record by record. Holds at most one record in memory.
 pub(super) struct Scanner {
     file: BufReader<File>,
     at: u64,
     length: u64,
-    /// Whether it ends as a file does that was closed.
+    /// Whether the file ends like one that was closed.
     closed: bool,
     body: Vec<u8>,
 }
@@ -49,17 +49,17 @@ impl Scanner {
         Ok(scanner)
     }
 
-    /// How much of the file is done, bytes.
+    /// Bytes scanned.
     pub(super) fn done(&self) -> u64 {
         self.at
     }
 
-    /// How long the file is, bytes.
+    /// Size of the file, bytes.
     pub(super) fn length(&self) -> u64 {
         self.length
     }
 
-    /// The next piece; `None` at the end of the file.
+    /// Reads the next piece; `None` at the end of the file.
     pub(super) fn next(&mut self) -> std::io::Result<Option<Piece<'_>>> {
         let rest = self.length - self.at;
         if rest == 0 || (rest == MAGIC.len() as u64 && self.peek(self.at, MAGIC.len())? == MAGIC) {
@@ -79,7 +79,7 @@ impl Scanner {
         Ok(Some(Piece::Damage))
     }
 
-    /// Reads some bytes, and goes on behind them.
+    /// Reads a range of bytes, and moves behind it.
     fn read(&mut self, bytes: Range<u64>) -> std::io::Result<&[u8]> {
         self.body.resize((bytes.end - bytes.start) as usize, 0);
         self.go_to(bytes.start)?;
@@ -88,7 +88,7 @@ impl Scanner {
         Ok(&self.body)
     }
 
-    /// Opcode and content of what could be a record.
+    /// Opcode and content of a possible record.
     fn record_at(&mut self, at: u64) -> std::io::Result<Option<(u8, Range<u64>)>> {
         if self.length.saturating_sub(at) < HEADER {
             return Ok(None);
@@ -106,7 +106,7 @@ impl Scanner {
         Ok((known && possible && length <= self.length - start).then_some((opcode, start..start.saturating_add(length))))
     }
 
-    /// Whether another record, or the end, could be here.
+    /// Whether a record could begin here, or the file ends here.
     fn is_boundary(&mut self, at: u64) -> std::io::Result<bool> {
         let rest = self.length - at;
         let magic = MAGIC.len() as u64;
@@ -114,7 +114,7 @@ impl Scanner {
         Ok(ends || self.record_at(at)?.is_some() || self.is_cut_chunk(at)?)
     }
 
-    /// Whether a whole chunk is here whose lengths agree with each other.
+    /// Whether a complete chunk with consistent lengths begins here.
     fn is_chunk(&mut self, at: u64) -> std::io::Result<bool> {
         Ok(chunk_end(&self.peek(at, CHUNK_MARK)?).is_some_and(|end| end <= self.length - at))
     }
@@ -124,7 +124,7 @@ impl Scanner {
         Ok(!self.closed && chunk_end(&self.peek(at, CHUNK_MARK)?).is_some_and(|end| end > self.length - at))
     }
 
-    /// Where the next chunk begins, from `from` on.
+    /// Finds the start of the next chunk from `from` on.
     fn find_chunk(&mut self, from: u64) -> std::io::Result<Option<u64>> {
         let mut at = from;
         while at < self.length {
@@ -141,7 +141,7 @@ impl Scanner {
         Ok(None)
     }
 
-    /// Keeps what is in the buffer, where that is enough.
+    /// Seeks, and keeps the buffer if the target lies in it.
     fn go_to(&mut self, at: u64) -> std::io::Result<()> {
         let here = self.file.stream_position()?;
         self.file.seek_relative(at as i64 - here as i64)
@@ -155,7 +155,7 @@ impl Scanner {
     }
 }
 
-/// Where the chunk ends whose header these bytes begin with, if its lengths agree.
+/// Returns where the chunk with this header ends, if its lengths are consistent.
 fn chunk_end(bytes: &[u8]) -> Option<u64> {
     if bytes.first() != Some(&op::CHUNK) || bytes.len() < CHUNK_MARK - 4 {
         return None;

@@ -1,15 +1,15 @@
-//! When steps are due, how late they begin, and what that leads to.
+//! Deadlines of steps: when steps are due, their lateness, and the policy for missed deadlines.
 
 use std::time::Duration;
 
-use super::{BURST, Ending, Next, Stepper};
-use crate::runtime::misses::{Doings, Round};
+use super::{BURST, Ending, NextAction, Stepper};
+use crate::runtime::missed_deadlines::{StepTimings, WakeUp};
 use crate::runtime::output::Output;
 use crate::runtime::pacer::{Overrun, Pace, Pacer, WAKE_UP_PERIOD};
 use crate::wire::Overruns;
 
 impl Stepper {
-    /// How many steps are taken at a wake-up.
+    /// Number of steps taken per wake-up.
     pub(super) fn batch(&self) -> u64 {
         match self.stepping.pace {
             Pace::Max => BURST,
@@ -17,22 +17,24 @@ impl Stepper {
         }
     }
 
-    /// When the steps of the next wake-up are due: at the beginning of the last of them, so that none is early.
+    /// Deadline of the next wake-up: the start of the last of its steps, so that none is early.
     pub(super) fn due(&self) -> Option<Duration> {
         let last = self.simulation.step_count() + self.batch() - 1;
         self.pacer.deadline(self.epoch_start_s + last as f64 * self.simulation.step_s())
     }
 
-    /// Counts how late `count` steps begin that begin `now`, and does what is to be done about it.
-    pub(super) fn account_lateness(&mut self, now: Duration, round: Round, count: u64) -> Result<(), Ending> {
-        let (Pace::Factor(factor), Next::Step(due), false) = (self.stepping.pace, self.next, self.paused) else { return Ok(()) };
+    /// Records the lateness of `count` steps that begin `now`, and applies the policy for missed deadlines.
+    pub(super) fn account_lateness(&mut self, now: Duration, wake_up: WakeUp, count: u64) -> Result<(), Ending> {
+        let (Pace::Factor(factor), NextAction::Step(due), false) = (self.stepping.pace, self.next, self.paused) else {
+            return Ok(());
+        };
         let late = now.saturating_sub(due);
         self.lateness.record(late);
         let period = Duration::from_secs_f64(count as f64 * self.simulation.step_s() / factor);
-        let mut doings = Doings { began: round, ..Doings::default() };
+        let mut timings = StepTimings { began: wake_up, ..StepTimings::default() };
         if late > period {
-            let cause = self.doings.cause(due, now, round);
-            doings.before = Some(cause);
+            let cause = self.timings.cause(due, now, wake_up);
+            timings.before = Some(cause);
             self.overruns += count;
             let stamp = self.stamp();
             self.misses.note(&stamp, count, late, cause);
@@ -43,7 +45,7 @@ impl Stepper {
                 self.give_up(late);
             }
         }
-        self.doings = doings;
+        self.timings = timings;
         Ok(())
     }
 
@@ -54,14 +56,14 @@ impl Stepper {
         self.pacing_epoch += 1;
     }
 
-    /// Tells of missed deadlines, when it is time.
-    pub(super) fn tell_overruns_if_due(&mut self, now: Duration) {
+    /// Reports missed deadlines if a second has passed since the last report.
+    pub(super) fn report_overruns_if_due(&mut self, now: Duration) {
         let overruns = self.misses.due(now);
         self.send_overruns(overruns);
     }
 
-    /// Tells of missed deadlines.
-    pub(super) fn tell_overruns(&mut self) {
+    /// Reports missed deadlines at once.
+    pub(super) fn report_overruns(&mut self) {
         let overruns = self.misses.rest();
         self.send_overruns(overruns);
     }
@@ -75,7 +77,7 @@ impl Stepper {
 }
 
 fn batch(wall_step_s: f64) -> u64 {
-    // A hair more, so that rounding takes no step away.
+    // The small margin keeps rounding from losing a step.
     ((WAKE_UP_PERIOD.as_secs_f64() / wall_step_s * (1.0 + 1e-9)) as u64).clamp(1, BURST)
 }
 
@@ -84,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_short_steps_are_taken_several_at_a_time() {
+    fn val_short_steps_are_taken_in_batches() {
         for (wall_step_s, count) in [(1.0, 1), (1e-3, 1), (5e-4, 1), (2.5e-4, 2), (1e-4, 5), (1e-5, 50), (1e-9, 64)] {
             assert_eq!(batch(wall_step_s), count, "{wall_step_s}");
         }

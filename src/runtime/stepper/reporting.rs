@@ -1,4 +1,4 @@
-//! What the stepping thread says of itself.
+//! Status messages and reports of dropped samples.
 
 use std::time::Duration;
 
@@ -9,9 +9,9 @@ use crate::runtime::rate::PublishRate;
 use crate::simulation::EnergyVerdict;
 use crate::wire::{self, Status, status::State};
 
-/// Wall time between two statuses.
+/// Wall time between two status messages.
 pub(super) const STATUS_PERIOD: Duration = Duration::from_millis(500);
-/// Statuses in a simulated second, at another pace than real time.
+/// Status messages per simulated second when the pace is not real time.
 const STATUS_RATE: PublishRate = PublishRate::Hz(2.0);
 
 impl Stepper {
@@ -21,63 +21,58 @@ impl Stepper {
         }
     }
 
-    /// At another pace than real time, publishes a status at the first step of every half second of simulated time. The clock does
-    /// not decide which steps those are. At the last step, the end of the run publishes it.
+    /// Publishes a status every half simulated second if the pace is not real time. It follows the step count, not the clock. The
+    /// last status is published by the end of the run.
     pub(super) fn status_by_simulated_time(&mut self) {
         let real = self.stepping.pace == Pace::Factor(1.0) && !self.paused;
-        let due = !real && STATUS_RATE.takes(self.simulation.step_count(), self.simulation.step_s());
+        let due = !real && STATUS_RATE.is_due(self.simulation.step_count(), self.simulation.step_s());
         if !due || self.finished() {
             return;
         }
         let begun = self.clock.elapsed();
         self.status(if self.paused { State::Paused } else { State::Running }, String::new());
-        self.doings.handing_over += self.clock.elapsed().saturating_sub(begun);
+        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
-    /// Tells which samples were left out since this was last told.
-    pub(super) fn tell_missed(&mut self) {
+    /// Reports the samples dropped since the last report.
+    pub(super) fn report_missed_samples(&mut self) {
         let missed = std::mem::take(&mut self.missed);
         if missed.iter().any(Option::is_some) {
             let stamp = self.stamp();
-            self.send(Output::Missed(missed, stamp));
+            self.send(Output::MissedSamples(missed, stamp));
         }
     }
 
     pub(super) fn status(&mut self, state: State, message: String) {
-        self.tell_missed();
+        self.report_missed_samples();
         let now = self.clock.elapsed();
         self.next_status = now + STATUS_PERIOD;
         let message = if message.is_empty() { self.warning() } else { message };
-        let errors = self.step_errors.quantiles_rad();
-        let quantiles = self.lateness.quantiles_s();
-        let at = |k: usize| quantiles.map(|all| all[k]);
-        let costs = self.step_cost.quantiles_s();
-        let cost = |k: usize| costs.map(|all| all[k]);
+        let errors = self.step_errors.quantiles();
+        let (lateness, cost) = (self.lateness.quantiles(), self.step_cost.quantiles());
         let stamp = self.stamp();
         let status = Status {
             stamp: Some(wire::stamp(&stamp)),
             state: state.into(),
             real_time_factor: if self.paused { None } else { self.pacer.real_time_factor(now, self.session_s()) },
-            lateness_p50_s: at(0),
-            lateness_p99_s: at(1),
-            lateness_p999_s: at(2),
-            lateness_max_s: at(3),
+            lateness_p50_s: lateness.map(|all| all.p50_s),
+            lateness_p99_s: lateness.map(|all| all.p99_s),
+            lateness_p999_s: lateness.map(|all| all.p999_s),
+            lateness_max_s: lateness.map(|all| all.max_s),
             overruns: self.overruns,
-            dropped_samples: self.dropped + self.ports.counts.dropped(),
-            step_error_p50_rad: errors.map(|all| all[0]),
-            step_error_p99_rad: errors.map(|all| all[1]),
-            step_error_max_rad: errors.map(|all| all[2]),
+            dropped_samples: self.dropped + self.ports.shared.dropped(),
+            step_error_p50_rad: errors.map(|all| all.p50_rad),
+            step_error_p99_rad: errors.map(|all| all.p99_rad),
+            step_error_max_rad: errors.map(|all| all.max_rad),
             solver_iterations: self.simulation.newton_iterations(),
             message,
-            commands_accepted: self.accepted,
-            commands_rejected: self.rejected + self.ports.counts.rejected(),
             pulses_pending: u32::try_from(self.simulation.pulses_pending()).unwrap_or(u32::MAX),
             recording: None,
             retried_steps: self.simulation.retried(),
-            step_cost_p50_s: cost(0),
-            step_cost_p99_s: cost(1),
-            step_cost_p999_s: cost(2),
-            step_cost_max_s: cost(3),
+            step_cost_p50_s: cost.map(|all| all.p50_s),
+            step_cost_p99_s: cost.map(|all| all.p99_s),
+            step_cost_p999_s: cost.map(|all| all.p999_s),
+            step_cost_max_s: cost.map(|all| all.max_s),
             lateness: self.lateness.histogram(),
             step_cost: self.step_cost.histogram(),
             pacing_epoch: self.pacing_epoch,
@@ -90,7 +85,7 @@ impl Stepper {
         self.send(Output::Status(Box::new(status), stamp));
     }
 
-    /// What the model has to say against itself.
+    /// The warning of the status message: shadow lost, energy out of balance, or deflections out of range.
     fn warning(&self) -> String {
         if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
             return format!("the shadow {diverged}");
@@ -98,14 +93,17 @@ impl Stepper {
         if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = self.simulation.energy_verdict() {
             return unbalanced(worst_j, in_play_j);
         }
-        if self.bent > 0.0 {
-            return format!("out of the model's range: a link was bent by {:.1} % of its length", 100.0 * self.bent);
+        if self.worst_out_of_range > 0.0 {
+            return format!(
+                "out of the model's range: a link was worst_out_of_range by {:.1} % of its length",
+                100.0 * self.worst_out_of_range
+            );
         }
         String::new()
     }
 }
 
-/// Why a run is not to be trusted.
+/// The warning that the energy balance of a run was off.
 pub(crate) fn unbalanced(worst_j: f64, in_play_j: f64) -> String {
     let part = worst_j / in_play_j;
     format!("not to be trusted: the energy balance was off by {worst_j:.2e} J, {part:.1e} of the {in_play_j:.2e} J in play")

@@ -1,8 +1,8 @@
-//! A recording put back on the bus: telemetry byte for byte, in order and on time; status is the replayer's own.
+//! Replay: publishes a recording on the bus again, byte for byte, in order and on time. The status is the replay's own.
 
-mod feed;
-mod order;
+mod command;
 mod player;
+mod read_ahead;
 mod route;
 mod timeline;
 
@@ -12,53 +12,53 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
-use crate::bus::{BusError, Endpoint, Name, Remote, Session, client};
-use crate::recording::Source;
-use crate::runtime::ReplyTo;
+use crate::bus::{BusError, Name, ReplayEndpoint, ServiceEndpoint, Session, client};
+use crate::recording::RecordingFile;
+use crate::runtime::{DurationQuantiles, ReplyTo};
 use crate::wire::replay_control;
 use player::Player;
 use route::Routes;
 
-pub use order::{Action, Order, RATES};
+pub use command::{RATES, ReplayAction, ReplayCommand};
 pub use route::{BadRemap, Remap};
 
-/// What to replay and how.
+/// What to replay, and how.
 #[derive(Debug, Clone)]
-pub struct Replay {
+pub struct ReplayOptions {
     /// The recording.
     pub file: PathBuf,
     /// Recorded seconds per wall second.
     pub rate: f64,
-    /// Begin again at the end.
+    /// Start again at the end.
     pub looped: bool,
     /// Recorded time to skip, s.
     pub start_offset_s: f64,
-    /// Recorded time to play; to the end without it; s.
+    /// Recorded time to play, s; `None` plays to the end.
     pub duration_s: Option<f64>,
-    /// Begin paused.
+    /// Start paused.
     pub start_paused: bool,
     /// Wall time to wait before the first message.
     pub delay: Duration,
-    /// Recorded topics to play, whole or by their last chunks; all when empty.
+    /// Topics to play, by full name or last chunks; empty plays all.
     pub topics: Vec<String>,
     /// Topics to rename.
     pub remaps: Vec<Remap>,
-    /// Speak under this name instead of the recorded one.
+    /// Name of the service on the bus instead of the recorded one.
     pub name: Option<Name>,
-    /// Put recorded commands on their keys, too.
+    /// Also publish recorded commands on their keys.
     pub commands: bool,
     /// Sessions that must subscribe before the first message.
     pub wait_for: usize,
-    /// How long they may take to come.
+    /// Longest time to wait for those sessions.
     pub wait_timeout: Duration,
-    /// Speak under the name even if another service does.
+    /// Use the name even if another service has it.
     pub force: bool,
 }
 
-impl Default for Replay {
-    /// No file; once, from beginning to end, as recorded, at once.
+impl Default for ReplayOptions {
+    /// No file; plays once, from beginning to end, at the recorded speed, without waiting.
     fn default() -> Self {
-        Replay {
+        ReplayOptions {
             file: PathBuf::new(),
             rate: 1.0,
             looped: false,
@@ -77,34 +77,40 @@ impl Default for Replay {
     }
 }
 
-/// How a replay went.
+/// The result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayReport {
-    /// The name it spoke under.
+    /// Name of the service on the bus.
     pub name: Name,
-    /// Messages put on the bus, status not counted.
+    /// Messages published, status messages excluded.
     pub messages: u64,
-    /// Recorded over wall time from the first message to the last, pauses and jumps left out.
+    /// Recorded over wall time from first to last message, pauses and jumps excluded.
     pub achieved_rate: Option<f64>,
-    /// How late puts began, against their deadlines: quantiles 0.5, 0.99, 0.999 and the largest, s.
-    pub lateness_s: Option<[f64; 4]>,
-    /// How often it fell behind by more than a second, and went on from there without catching up.
+    /// Lateness of the messages against their deadlines.
+    pub lateness: Option<DurationQuantiles>,
+    /// Number of times the replay fell behind by more than a second and did not catch up.
     pub slips: u64,
     /// Whether the recording ended early.
     pub cut_off: bool,
-    /// Topics that cannot be keys, with the reason; they were left out.
+    /// Topics left out because their names are not valid keys, with the reason.
     pub left_out: Vec<String>,
 }
 
-/// Ends of the queue of orders to a replayer.
-pub type Orders = (Sender<Order>, Receiver<Order>);
+/// Both ends of the queue of commands to a replay.
+pub type ReplayCommands = (Sender<ReplayCommand>, Receiver<ReplayCommand>);
 
-/// Replays until the end, or until it is ordered to stop. Orders come from the bus, and from whoever has the queue's sender.
+/// Replays until the end or a stop command. Commands come from the bus, and from other holders of the queue's sender.
 ///
 /// # Errors
-/// [`ServiceError`] when the recording cannot be read, what is asked for is not in it, the name is taken, or the bus refuses.
-pub fn replay(session: &Session, replay: &Replay, orders: Orders, on_status: OnStatus) -> Result<ReplayReport, ServiceError> {
-    let source = Arc::new(Source::open(&replay.file)?);
+/// [`ServiceError`] if the recording cannot be read, a requested topic or time is not in it, the name is taken, or the bus
+/// refuses.
+pub fn replay(
+    session: &Session,
+    replay: &ReplayOptions,
+    commands: ReplayCommands,
+    on_status: OnStatus,
+) -> Result<ReplayReport, ServiceError> {
+    let source = Arc::new(RecordingFile::open(&replay.file)?);
     if replay.start_offset_s > source.duration_s() {
         return Err(ServiceError::PastTheEnd { offset_s: replay.start_offset_s, duration_s: source.duration_s() });
     }
@@ -118,17 +124,18 @@ pub fn replay(session: &Session, replay: &Replay, orders: Orders, on_status: OnS
     }
     let (name, left_out) = (plan.name.clone(), plan.left_out.clone());
     let routes = Routes::declare(session, plan)?;
-    let endpoint = Endpoint::declare(session, &name, &format!("# replayed from {}\n", player::file_name(&replay.file)), None)?;
-    let (sender, orders) = orders;
-    let take = move |id: String, action: replay_control::Action, reply: ReplyTo| match Action::try_from(action) {
-        Ok(action) => order::submit(&sender, Order { id, action, reply }),
-        Err(reason) => order::refuse(id, reason, reply),
+    let endpoint =
+        ServiceEndpoint::declare(session, &name, &format!("# replayed from {}\n", player::file_name(&replay.file)), None)?;
+    let (sender, commands) = commands;
+    let handle = move |id: String, action: replay_control::Action, reply: ReplyTo| match ReplayAction::try_from(action) {
+        Ok(action) => command::submit(&sender, ReplayCommand { id, action, reply }),
+        Err(reason) => command::refuse(id, reason, reply),
     };
-    let remote = Remote::declare(session, &name, &(Arc::new(take) as _))?;
-    let mut player = Player::new(session, replay, source, (endpoint, routes), orders, on_status)?;
+    let commands_endpoint = ReplayEndpoint::declare(session, &name, &(Arc::new(handle) as _))?;
+    let mut player = Player::new(session, replay, source, (endpoint, routes), commands, on_status)?;
     let played = player.play();
     let mut report = player.close(name)?;
-    remote.close()?;
+    commands_endpoint.close()?;
     played?;
     report.left_out = left_out;
     Ok(report)

@@ -1,4 +1,4 @@
-//! The playing thread: waits for deadlines, puts messages on the bus, and does as it is told in between.
+//! The playing thread: it waits for deadlines, publishes recorded messages and handles commands in between.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,113 +7,113 @@ use std::time::{Duration, Instant, SystemTime};
 
 use prost::Message as _;
 
-use super::feed::Feed;
-use super::order::{Action, Order, RATES, refuse};
+use super::command::{RATES, ReplayAction, ReplayCommand, refuse};
+use super::read_ahead::ReadAhead;
 use super::route::Routes;
 use super::timeline::Timeline;
-use super::{Replay, ReplayReport};
-use crate::bus::{Endpoint, Listening, Name, Session, Topic, audience, client};
-use crate::recording::{Recorded, Source};
-use crate::runtime::{Approach, Memory, Spread, approach, exact_timers};
+use super::{ReplayOptions, ReplayReport};
+use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
+use crate::recording::{RecordedMessage, RecordingFile};
+use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
 
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
-/// A sleep ends late by about so much on a quiet machine: so long before a deadline the clock is watched instead.
-const WATCH: Duration = Duration::from_micros(100);
-/// Between two looks at who subscribes.
-const LOOK_AGAIN: Duration = Duration::from_millis(20);
-/// Subscriptions have settled when none has come or gone for so long: a program that subscribes to several topics does it
-/// one by one.
+/// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
+const SPIN: Duration = Duration::from_micros(100);
+/// Time between two looks at the subscriptions.
+const POLL_PERIOD: Duration = Duration::from_millis(20);
+/// Subscriptions count as settled after this time without a change: a program that subscribes to several topics does so one by
+/// one.
 const SETTLED: Duration = Duration::from_millis(200);
 
 pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What became of a message.
-enum Turn {
-    /// It is due.
+/// The result of waiting for a message's deadline.
+enum WaitOutcome {
+    /// The message is due.
     Due,
-    /// It is not wanted any more: play goes on elsewhere.
+    /// The message is obsolete: the replay has jumped.
     Moved,
-    /// The replay is over.
+    /// The replay has ended.
     Stop,
 }
 
 pub(super) struct Player<'a> {
     session: &'a Session,
-    replay: &'a Replay,
-    source: Arc<Source>,
-    endpoint: Endpoint,
+    replay: &'a ReplayOptions,
+    source: Arc<RecordingFile>,
+    endpoint: ServiceEndpoint,
     routes: Routes,
-    orders: Receiver<Order>,
+    commands: Receiver<ReplayCommand>,
     on_status: OnStatus,
-    feed: Feed,
+    read_ahead: ReadAhead,
     clock: Instant,
     timeline: Timeline,
     /// Messages to be played one by one while paused.
-    singles: u64,
-    /// Recorded time of the message that is to come, s.
+    pending_single_messages: u64,
+    /// Recorded time of the next message, s.
     next_s: f64,
     moved: bool,
     stopping: bool,
     next_status: Duration,
-    memory: Memory,
-    lateness: Spread,
+    replies: ReplyCache,
+    lateness: DurationHistogram,
     messages: u64,
 }
 
 impl<'a> Player<'a> {
     pub fn new(
         session: &'a Session,
-        replay: &'a Replay,
-        source: Arc<Source>,
-        (endpoint, routes): (Endpoint, Routes),
-        orders: Receiver<Order>,
+        replay: &'a ReplayOptions,
+        source: Arc<RecordingFile>,
+        (endpoint, routes): (ServiceEndpoint, Routes),
+        commands: Receiver<ReplayCommand>,
         on_status: OnStatus,
     ) -> Result<Self, ServiceError> {
         let begin_s = replay.start_offset_s;
-        let feed = Feed::start(&source, log_time(&source, begin_s))?;
+        let read_ahead = ReadAhead::start(&source, log_time(&source, begin_s))?;
         Ok(Player {
             session,
             replay,
             source,
             endpoint,
             routes,
-            orders,
+            commands,
             on_status,
-            feed,
+            read_ahead,
             clock: Instant::now(),
             timeline: Timeline::new(replay.rate, begin_s),
-            singles: 0,
+            pending_single_messages: 0,
             next_s: begin_s,
             moved: false,
             stopping: false,
             next_status: Duration::ZERO,
-            memory: Memory::default(),
-            lateness: Spread::new()?,
+            replies: ReplyCache::default(),
+            lateness: DurationHistogram::new()?,
             messages: 0,
         })
     }
 
-    /// Plays until the end or an order to stop.
+    /// Plays until the end or a stop command.
     pub fn play(&mut self) -> Result<(), ServiceError> {
         exact_timers();
         self.await_subscribers()?;
-        // Who was waited for has not heard it yet.
+        // The sessions that were waited for have not received a status yet.
         self.next_status = Duration::ZERO;
         let begin = self.clock.elapsed() + self.replay.delay;
         while !self.stopping && self.clock.elapsed() < begin {
-            self.attend(Some(begin))?;
+            self.wait_and_serve(Some(begin))?;
         }
         if !self.replay.start_paused {
             self.timeline.go(self.clock.elapsed());
         }
         self.status(State::Replaying);
         while !self.stopping {
-            let Some(message) = self.feed.next() else {
-                if !self.again()? {
+            let Some(message) = self.read_ahead.next() else {
+                if !self.restart_if_looped()? {
                     break;
                 }
                 continue;
@@ -121,7 +121,7 @@ impl<'a> Player<'a> {
             let message = message?;
             let at_s = self.source.seconds(message.log_time);
             if at_s > self.end_s() {
-                if !self.again()? {
+                if !self.restart_if_looped()? {
                     break;
                 }
                 continue;
@@ -131,21 +131,21 @@ impl<'a> Player<'a> {
             }
             self.next_s = at_s;
             match self.wait_until_due(at_s)? {
-                Turn::Due => self.put(&message, at_s)?,
-                Turn::Moved => {}
-                Turn::Stop => break,
+                WaitOutcome::Due => self.put(&message, at_s)?,
+                WaitOutcome::Moved => {}
+                WaitOutcome::Stop => break,
             }
         }
         Ok(())
     }
 
-    /// Recorded time at which it ends, s.
+    /// Recorded time at which the replay ends, s.
     fn end_s(&self) -> f64 {
         self.replay.duration_s.map_or(f64::INFINITY, |duration_s| self.replay.start_offset_s + duration_s)
     }
 
-    /// At the end: whether there is anything more to play.
-    fn again(&mut self) -> Result<bool, ServiceError> {
+    /// At the end: starts again if the replay loops. Returns whether it does.
+    fn restart_if_looped(&mut self) -> Result<bool, ServiceError> {
         if self.replay.looped && self.messages > 0 {
             self.move_to(self.replay.start_offset_s)?;
         }
@@ -157,57 +157,57 @@ impl<'a> Player<'a> {
             return Ok(());
         }
         let begun = Instant::now();
-        let (mut listening, mut since) = (Listening::default(), begun);
+        let (mut subscribed, mut since) = (Subscriptions::default(), begun);
         while !self.stopping {
-            let now = audience(self.session, &self.routes.keys)?;
-            if now != listening {
-                (listening, since) = (now, Instant::now());
+            let now = subscriptions(self.session, &self.routes.keys)?;
+            if now != subscribed {
+                (subscribed, since) = (now, Instant::now());
             }
-            let enough = listening.sessions() >= self.replay.wait_for;
+            let enough = subscribed.sessions() >= self.replay.wait_for;
             if enough && since.elapsed() >= SETTLED {
                 return Ok(());
             }
             if !enough && begun.elapsed() > self.replay.wait_timeout {
-                let (found, wanted) = (listening.sessions(), self.replay.wait_for);
+                let (found, wanted) = (subscribed.sessions(), self.replay.wait_for);
                 return Err(ServiceError::NobodyListens { found, wanted, waited_s: begun.elapsed().as_secs_f64() });
             }
-            self.attend(Some(self.clock.elapsed() + LOOK_AGAIN))?;
+            self.wait_and_serve(Some(self.clock.elapsed() + POLL_PERIOD))?;
         }
         Ok(())
     }
 
-    fn wait_until_due(&mut self, at_s: f64) -> Result<Turn, ServiceError> {
+    fn wait_until_due(&mut self, at_s: f64) -> Result<WaitOutcome, ServiceError> {
         self.moved = false;
-        while let Ok(order) = self.orders.try_recv() {
-            self.obey(order)?;
+        while let Ok(command) = self.commands.try_recv() {
+            self.handle_command(command)?;
         }
         loop {
             if self.stopping {
-                return Ok(Turn::Stop);
+                return Ok(WaitOutcome::Stop);
             }
             if self.moved {
-                return Ok(Turn::Moved);
+                return Ok(WaitOutcome::Moved);
             }
-            if !self.timeline.is_running() && self.singles > 0 {
-                self.singles -= 1;
-                return Ok(Turn::Due);
+            if !self.timeline.is_running() && self.pending_single_messages > 0 {
+                self.pending_single_messages -= 1;
+                return Ok(WaitOutcome::Due);
             }
             let deadline = self.timeline.deadline(at_s);
             if deadline.is_some_and(|deadline| self.clock.elapsed() >= deadline) {
-                return Ok(Turn::Due);
+                return Ok(WaitOutcome::Due);
             }
-            self.attend(deadline)?;
+            self.wait_and_serve(deadline)?;
         }
     }
 
-    /// Does as it is told, and says how it stands, until a deadline or the next thing that happens.
-    fn attend(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
+    /// Waits until the deadline, the next status or a command, and handles that.
+    fn wait_and_serve(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
         let now = self.clock.elapsed();
         if now >= self.next_status {
             self.status(State::Replaying);
         }
         let until = deadline.map_or(self.next_status, |deadline| deadline.min(self.next_status));
-        match approach(self.clock.elapsed(), until, WATCH) {
+        match approach(self.clock.elapsed(), until, SPIN) {
             Approach::Due => Ok(()),
             Approach::Watch => {
                 std::hint::spin_loop();
@@ -217,10 +217,10 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Sleeps; an order ends it early.
+    /// Sleeps; a command ends the sleep early.
     fn sleep(&mut self, time: Duration) -> Result<(), ServiceError> {
-        match self.orders.recv_timeout(time) {
-            Ok(order) => self.obey(order),
+        match self.commands.recv_timeout(time) {
+            Ok(command) => self.handle_command(command),
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => {
                 self.stopping = true;
@@ -229,69 +229,69 @@ impl<'a> Player<'a> {
         }
     }
 
-    fn obey(&mut self, order: Order) -> Result<(), ServiceError> {
-        let Order { id, action, reply } = order;
-        if let Some(mut answer) = self.memory.recall(&id) {
+    fn handle_command(&mut self, command: ReplayCommand) -> Result<(), ServiceError> {
+        let ReplayCommand { id, action, reply } = command;
+        if let Some(mut answer) = self.replies.get(&id) {
             "a repetition: applied once".clone_into(&mut answer.reason);
             reply(answer);
             return Ok(());
         }
-        match self.act(action)? {
+        match self.apply(action)? {
             Ok(reason) => {
                 let at_s = self.position_s();
                 let answer = CommandReply { id, accepted: true, reason, effective_step: 0, effective_sim_time_s: at_s };
-                self.memory.keep(&answer);
+                self.replies.insert(&answer);
                 reply(answer);
             }
             Err(reason) => refuse(id, reason, reply),
         }
-        // A change is told at once.
+        // A change is published at once.
         self.next_status = Duration::ZERO;
         Ok(())
     }
 
-    /// Does it, and says what was done, or why not.
-    fn act(&mut self, action: Action) -> Result<Result<String, String>, ServiceError> {
+    /// Applies an action. Returns what was done, or why not.
+    fn apply(&mut self, action: ReplayAction) -> Result<Result<String, String>, ServiceError> {
         let now = self.clock.elapsed();
         let duration_s = self.source.duration_s();
         Ok(Ok(match action {
-            Action::Toggle if self.timeline.is_running() => return self.act(Action::Pause),
-            Action::Toggle => return self.act(Action::Resume),
-            Action::Pause if !self.timeline.is_running() => "was paused already".to_owned(),
-            Action::Pause => {
+            ReplayAction::Toggle if self.timeline.is_running() => return self.apply(ReplayAction::Pause),
+            ReplayAction::Toggle => return self.apply(ReplayAction::Resume),
+            ReplayAction::Pause if !self.timeline.is_running() => "was paused already".to_owned(),
+            ReplayAction::Pause => {
                 self.timeline.hold(now, self.next_s);
                 "paused".to_owned()
             }
-            Action::Resume if self.timeline.is_running() => "was playing already".to_owned(),
-            Action::Resume => {
-                self.singles = 0;
+            ReplayAction::Resume if self.timeline.is_running() => "was playing already".to_owned(),
+            ReplayAction::Resume => {
+                self.pending_single_messages = 0;
                 self.timeline.go(now);
                 "playing".to_owned()
             }
-            Action::Seek(to_s) if !(0.0..=duration_s).contains(&to_s) => {
+            ReplayAction::Seek(to_s) if !(0.0..=duration_s).contains(&to_s) => {
                 return Ok(Err(format!("the recording goes from 0 to {duration_s} s")));
             }
-            Action::Seek(to_s) => {
+            ReplayAction::Seek(to_s) => {
                 self.move_to(to_s)?;
                 "moved".to_owned()
             }
-            Action::Skip(by_s) => return self.act(Action::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
-            Action::Rate(rate) => {
+            ReplayAction::Skip(by_s) => return self.apply(ReplayAction::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
+            ReplayAction::Rate(rate) => {
                 self.timeline.set_rate(now, rate, self.next_s);
                 format!("{rate} times the recorded speed")
             }
-            Action::Faster(factor) => {
+            ReplayAction::Faster(factor) => {
                 let rate = (self.timeline.rate() * factor).clamp(*RATES.start(), *RATES.end());
-                return self.act(Action::Rate(rate));
+                return self.apply(ReplayAction::Rate(rate));
             }
-            Action::Next(_) if self.timeline.is_running() => {
+            ReplayAction::Next(_) if self.timeline.is_running() => {
                 return Ok(Err("messages are played one by one only when paused: pause first".to_owned()));
             }
-            Action::Next(count) => {
-                self.singles = self.singles.saturating_add(count);
-                "playing so many messages".to_owned()
+            ReplayAction::Next(count) => {
+                self.pending_single_messages = self.pending_single_messages.saturating_add(count);
+                format!("playing {count} messages")
             }
-            Action::Stop => {
+            ReplayAction::Stop => {
                 self.stopping = true;
                 "ending".to_owned()
             }
@@ -299,23 +299,23 @@ impl<'a> Player<'a> {
     }
 
     fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
-        self.feed = Feed::start(&self.source, log_time(&self.source, to_s))?;
+        self.read_ahead = ReadAhead::start(&self.source, log_time(&self.source, to_s))?;
         self.timeline.jump(self.clock.elapsed(), to_s);
-        (self.next_s, self.moved, self.singles) = (to_s, true, 0);
+        (self.next_s, self.moved, self.pending_single_messages) = (to_s, true, 0);
         Ok(())
     }
 
-    /// Recorded time, never past the message that is to come, s.
+    /// Position in recorded time, never past the next message, s.
     fn position_s(&self) -> f64 {
         self.timeline.position_s(self.clock.elapsed()).min(self.next_s)
     }
 
-    fn put(&mut self, message: &Recorded, at_s: f64) -> Result<(), ServiceError> {
+    fn put(&mut self, message: &RecordedMessage, at_s: f64) -> Result<(), ServiceError> {
         let Some(route) = self.routes.of(message.channel.id) else { return Ok(()) };
         if let Some(late) = self.timeline.put(self.clock.elapsed(), at_s) {
             self.lateness.record(late);
         }
-        route.outlet.put(&message.data)?;
+        route.publisher.put(&message.data)?;
         self.messages += 1;
         if let Some(topic) = route.topic {
             self.endpoint.keep(topic, message.data.to_vec());
@@ -326,8 +326,8 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// Puts a recorded command where it was sent to.
-    fn put_command(&self, message: &Recorded) -> Result<(), ServiceError> {
+    /// Publishes a recorded command on the key it was sent to.
+    fn put_command(&self, message: &RecordedMessage) -> Result<(), ServiceError> {
         let Ok(applied) = AppliedCommand::decode(message.data.as_ref()) else { return Ok(()) };
         let keys = &self.routes.commands;
         match applied.command {
@@ -344,7 +344,7 @@ impl<'a> Player<'a> {
 
     fn status(&mut self, state: State) {
         self.next_status = self.clock.elapsed() + STATUS_PERIOD;
-        let [p50, p99, p999, max] = self.lateness.quantiles_s().map_or([None; 4], |quantiles| quantiles.map(Some));
+        let lateness = self.lateness.quantiles();
         let file = file_name(&self.replay.file);
         let status = Status {
             stamp: Some(wire::Stamp {
@@ -354,10 +354,10 @@ impl<'a> Player<'a> {
             }),
             state: state.into(),
             real_time_factor: self.timeline.achieved_rate(),
-            lateness_p50_s: p50,
-            lateness_p99_s: p99,
-            lateness_p999_s: p999,
-            lateness_max_s: max,
+            lateness_p50_s: lateness.map(|all| all.p50_s),
+            lateness_p99_s: lateness.map(|all| all.p99_s),
+            lateness_p999_s: lateness.map(|all| all.p999_s),
+            lateness_max_s: lateness.map(|all| all.max_s),
             message: format!("replaying {file}"),
             replay: Some(wire::Replay {
                 file,
@@ -371,14 +371,14 @@ impl<'a> Player<'a> {
         self.endpoint.publish(Topic::Status, status.encode_to_vec());
     }
 
-    /// Says that it is over, leaves the bus, and reports.
+    /// Publishes the final status, leaves the bus, and reports.
     pub fn close(mut self, name: Name) -> Result<ReplayReport, ServiceError> {
         self.status(State::Finished);
         let report = ReplayReport {
             name,
             messages: self.messages,
             achieved_rate: self.timeline.achieved_rate(),
-            lateness_s: self.lateness.quantiles_s(),
+            lateness: self.lateness.quantiles(),
             slips: self.timeline.slips,
             cut_off: self.source.is_cut_off(),
             left_out: Vec::new(),
@@ -388,6 +388,6 @@ impl<'a> Player<'a> {
     }
 }
 
-fn log_time(source: &Source, at_s: f64) -> u64 {
+fn log_time(source: &RecordingFile, at_s: f64) -> u64 {
     source.begin_ns().saturating_add((at_s.max(0.0) * 1e9).round() as u64)
 }

@@ -1,26 +1,26 @@
-//! From recorded topics to keys: which are played, and under which names.
+//! Routes from recorded topics to keys: which topics are replayed, and under which names.
 
 use std::collections::{BTreeSet, HashMap};
 use std::str::FromStr;
 
-use super::Replay;
-use crate::bus::{self, Name, Outlet, Session, Topic};
-use crate::recording::{Channel, Source};
+use super::ReplayOptions;
+use crate::bus::{self, Name, RawPublisher, Session, Topic};
+use crate::recording::{Channel, RecordingFile};
 use crate::service::ServiceError;
 
-/// The name of a replayer whose recording names no service.
+/// Name of a replay whose recording names no service.
 const NAMELESS: &str = "replay";
-/// What a replayer says itself, or nobody says on the bus.
-const NEVER: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
+/// Topics that are never replayed: the replay publishes its own, or they are not on the bus.
+const NEVER_REPLAYED: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
 
-/// `OLD:=NEW`: a topic, or all that begin with `OLD/`, under another name.
+/// `OLD:=NEW`: renames a topic, or all topics that begin with `OLD/`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remap {
     old: String,
     new: String,
 }
 
-/// Not of the form `OLD:=NEW`.
+/// The text is not of the form `OLD:=NEW`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not of the form OLD:=NEW, as in flexcrank/crank:=flexcrank/ghost")]
 pub struct BadRemap(String);
@@ -46,20 +46,20 @@ impl Remap {
     }
 }
 
-/// Where everything goes.
-pub(super) struct Plan {
-    /// What the replayer is called.
+/// All routes, before the publishers are declared.
+pub(super) struct RoutePlan {
+    /// Name of the replay.
     pub name: Name,
-    /// All services that something is said in the name of.
+    /// Names of all services whose topics are replayed.
     pub names: BTreeSet<Name>,
-    /// Topics that cannot be keys, and why.
+    /// Topics left out because their names are not valid keys, with the reason.
     pub left_out: Vec<String>,
     channels: Vec<(Channel, String)>,
     commands: Commands,
 }
 
-/// Decides what is played under which key.
-pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceError> {
+/// Plans which topics are replayed under which keys.
+pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<RoutePlan, ServiceError> {
     let recorded = source.channels().find_map(|channel| Name::split(&channel.topic)).map(|(name, _)| name);
     let own = recorded.clone().zip(replay.name.clone());
     let own = own.map(|(old, new)| Remap { old: old.presence(), new: new.presence() });
@@ -69,7 +69,7 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
     };
     let (mut channels, mut left_out) = (Vec::new(), Vec::new());
     for channel in source.channels().filter(|channel| selected(&channel.topic, &replay.topics)) {
-        match bus::of_topic(&rename(&channel.topic)) {
+        match bus::key_of_topic(&rename(&channel.topic)) {
             Ok(key) if is_played(&key, replay.commands) => channels.push((channel.clone(), key)),
             Ok(_) => {}
             Err(reason) => left_out.push(format!("{}: {reason}", channel.topic)),
@@ -94,20 +94,20 @@ pub(super) fn plan(replay: &Replay, source: &Source) -> Result<Plan, ServiceErro
     names.insert(name.clone());
     let service = recorded.unwrap_or_else(|| name.clone());
     let commands = Commands { torque: rename(&service.torque()), control: rename(&service.control()) };
-    Ok(Plan { name, names, left_out, channels, commands })
+    Ok(RoutePlan { name, names, left_out, channels, commands })
 }
 
-/// The first topic that is asked for, or is to be renamed, and that there is not.
-fn missing(replay: &Replay, source: &Source, recorded: Option<&Name>) -> Option<String> {
+/// The first topic to be played or renamed that the recording does not have.
+fn missing(replay: &ReplayOptions, source: &RecordingFile, recorded: Option<&Name>) -> Option<String> {
     let topics = || source.channels().map(|channel| channel.topic.clone());
-    // Recorded commands have a topic of their own, and go to these.
+    // Recorded commands have a topic of their own; they are published on these keys.
     let renamed: Vec<String> = topics().chain(recorded.into_iter().flat_map(|name| [name.torque(), name.control()])).collect();
     let asked = replay.topics.iter().find(|wanted| !topics().any(|topic| selected(&topic, std::slice::from_ref(wanted))));
     let unknown = replay.remaps.iter().find(|remap| !renamed.iter().any(|topic| remap.apply(topic).is_some()));
     asked.or(unknown.map(|remap| &remap.old)).cloned()
 }
 
-/// Whether a topic, or how it ends, is among those asked for.
+/// Whether a topic matches one of `wanted`, by full name or last chunks.
 fn selected(topic: &str, wanted: &[String]) -> bool {
     let topic = topic.trim_start_matches('/');
     let is_end = |end: &str| topic.strip_suffix(end).is_some_and(|rest| rest.is_empty() || rest.ends_with('/'));
@@ -116,23 +116,23 @@ fn selected(topic: &str, wanted: &[String]) -> bool {
 
 fn is_played(key: &str, commands: bool) -> bool {
     let chunk = Name::split(key).map(|(_, chunk)| chunk);
-    chunk.is_none_or(|chunk| !NEVER.contains(&chunk) && (commands || chunk != Topic::Commands.chunk()))
+    chunk.is_none_or(|chunk| !NEVER_REPLAYED.contains(&chunk) && (commands || chunk != Topic::Commands.chunk()))
 }
 
-/// Where recorded commands go.
+/// Keys that recorded commands are published on.
 pub(super) struct Commands {
     pub torque: String,
     pub control: String,
 }
 
-/// Where the messages of a channel go.
+/// The publisher of a channel.
 pub(super) struct Route {
-    pub outlet: Outlet,
-    /// What this is to the replayer's own name, if it is anything.
+    pub publisher: RawPublisher,
+    /// The topic of the replay's own service, if it is one.
     pub topic: Option<Topic>,
 }
 
-/// Publishers for all that is played.
+/// Publishers of all replayed channels.
 pub(super) struct Routes {
     routes: HashMap<u16, Route>,
     /// The keys.
@@ -141,21 +141,21 @@ pub(super) struct Routes {
 }
 
 impl Routes {
-    pub fn declare(session: &Session, plan: Plan) -> Result<Self, ServiceError> {
+    pub fn declare(session: &Session, plan: RoutePlan) -> Result<Self, ServiceError> {
         let mut routes = HashMap::new();
         let mut keys = Vec::new();
         for (channel, key) in plan.channels {
             let schema = channel.schema.as_ref().map(|schema| schema.name.as_str());
-            let outlet = Outlet::declare(session, &key, &channel.message_encoding, schema)?;
+            let publisher = RawPublisher::declare(session, &key, &channel.message_encoding, schema)?;
             let chunk = Name::split(&key).filter(|(name, _)| *name == plan.name).map(|(_, chunk)| chunk);
             let topic = chunk.and_then(|chunk| Topic::ALL.into_iter().find(|topic| topic.chunk() == chunk));
-            routes.insert(channel.id, Route { outlet, topic });
+            routes.insert(channel.id, Route { publisher, topic });
             keys.push(key);
         }
         Ok(Routes { routes, keys, commands: plan.commands })
     }
 
-    /// Where a channel goes, if it is played.
+    /// The route of a channel, if it is replayed.
     pub fn of(&self, channel: u16) -> Option<&Route> {
         self.routes.get(&channel)
     }
@@ -193,8 +193,8 @@ mod tests {
     }
 
     #[test]
-    fn prop_what_a_replayer_says_itself_is_never_played() {
-        for chunk in NEVER {
+    fn prop_topics_of_the_replay_itself_are_never_replayed() {
+        for chunk in NEVER_REPLAYED {
             assert!(!is_played(&format!("flexcrank/crank/{chunk}"), true));
         }
         assert!(is_played("flexcrank/crank/commands", true) && !is_played("flexcrank/crank/commands", false));

@@ -1,11 +1,11 @@
-//! Where in recorded time a replay is. A pure type: wall time is passed in, so tests drive it by hand.
+//! Recorded time against wall time during a replay. A pure type: wall time is passed in, so tests use a simulated clock.
 
 use std::time::Duration;
 
-/// Further behind than this, a replay goes on from where it is rather than catch up.
+/// A replay that is further behind than this does not catch up: it continues from its present position.
 const GIVE_UP: Duration = Duration::from_secs(1);
 
-/// Recorded time against wall time: `position = anchor_s + rate (now − anchor)`, or standing still.
+/// Position in recorded time: `position = anchor_s + rate (now − anchor)` while running.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Timeline {
     rate: f64,
@@ -14,14 +14,14 @@ pub(super) struct Timeline {
     running: bool,
     /// First and last message since the last interruption: wall time and recorded time.
     stretch: Option<[(Duration, f64); 2]>,
-    /// Wall and recorded time of all stretches before, s.
+    /// Sums over all earlier stretches: wall time and recorded time, s.
     played: (f64, f64),
-    /// How often it fell hopelessly behind.
+    /// Number of times the replay was too far behind to catch up.
     pub slips: u64,
 }
 
 impl Timeline {
-    /// Stands still at a recorded time.
+    /// Creates a timeline that is paused at a recorded time.
     pub fn new(rate: f64, at_s: f64) -> Self {
         Timeline { rate, anchor: Duration::ZERO, anchor_s: at_s, running: false, stretch: None, played: (0.0, 0.0), slips: 0 }
     }
@@ -34,43 +34,43 @@ impl Timeline {
         self.running
     }
 
-    /// Recorded time, s.
+    /// Position in recorded time, s.
     pub fn position_s(&self, now: Duration) -> f64 {
         if self.running { self.anchor_s + now.saturating_sub(self.anchor).as_secs_f64() * self.rate } else { self.anchor_s }
     }
 
-    /// When a recorded time is due; `None` while standing still.
+    /// Deadline of a message at recorded time `at_s`; `None` while paused.
     pub fn deadline(&self, at_s: f64) -> Option<Duration> {
         let since_s = ((at_s - self.anchor_s) / self.rate).max(0.0);
         self.running.then(|| self.anchor.saturating_add(Duration::try_from_secs_f64(since_s).unwrap_or(Duration::MAX)))
     }
 
-    /// Stands still, no further than the message that is to come.
+    /// Pauses, at the latest at the next message.
     pub fn hold(&mut self, now: Duration, next_s: f64) {
         let at_s = self.position_s(now).min(next_s);
         self.jump(now, at_s);
         self.running = false;
     }
 
-    /// Goes on from where it stands.
+    /// Continues from the present position.
     pub fn go(&mut self, now: Duration) {
         self.jump(now, self.anchor_s);
         self.running = true;
     }
 
-    /// From now on at another rate.
+    /// Changes the rate.
     pub fn set_rate(&mut self, now: Duration, rate: f64, next_s: f64) {
         self.jump(now, self.position_s(now).min(next_s));
         self.rate = rate;
     }
 
-    /// Is at another place now.
+    /// Jumps to another recorded time.
     pub fn jump(&mut self, now: Duration, to_s: f64) {
         self.close_stretch();
         (self.anchor, self.anchor_s) = (now, to_s);
     }
 
-    /// A message goes out. Returns how late, and goes on from here when that is hopeless.
+    /// Notes that a message is published now. Returns its lateness; gives up catching up if that is too large.
     pub fn put(&mut self, now: Duration, at_s: f64) -> Option<Duration> {
         let Some(deadline) = self.deadline(at_s) else {
             self.anchor_s = at_s;
@@ -86,7 +86,7 @@ impl Timeline {
         Some(late)
     }
 
-    /// Recorded over wall time from the first message to the last, interruptions left out; `None` before two messages.
+    /// Recorded over wall time from first to last message, interruptions excluded; `None` before two messages.
     pub fn achieved_rate(&self) -> Option<f64> {
         let mut whole = self.clone();
         whole.close_stretch();
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_pause_is_forgotten_and_not_counted() {
+    fn prop_a_pause_does_not_count_as_lateness() {
         let mut timeline = Timeline::new(1.0, 0.0);
         timeline.go(wall(0.0));
         for s in [0.0, 1.0, 2.0] {
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_hold_never_passes_the_message_that_is_to_come() {
+    fn prop_a_pause_never_passes_the_next_message() {
         let mut timeline = Timeline::new(1.0, 0.0);
         timeline.go(wall(0.0));
         timeline.hold(wall(0.9), 0.5);
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_what_is_hopelessly_late_is_not_caught_up() {
+    fn prop_lateness_beyond_a_second_is_given_up() {
         let mut timeline = Timeline::new(1.0, 0.0);
         timeline.go(wall(0.0));
         timeline.put(wall(0.0), 0.0);

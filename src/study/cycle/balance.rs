@@ -1,13 +1,13 @@
 //! Two counterweights that hold the centre of mass still (thesis 4.12), and what they cost.
 
-use super::columns::Kind;
-use super::machine::Instant;
+use super::columns::QuantityKind;
+use super::machine::CycleInstant;
 use super::setup::Setup;
 use super::{CycleError, Options};
 use crate::scene::{Chain, Link, SceneSource};
 use crate::study::Table;
 
-/// Where the counterweights sit, both as points.
+/// Positions of the counterweights, which are point masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arms {
     /// Distance of `m₄` from O, on the crank's extension opposite A, m.
@@ -95,25 +95,25 @@ fn add_point(link: &mut Link, kg: f64, at_m: f64) {
     link.inertia_kg_m2 = about_pin - mass_kg * centre_m * centre_m;
 }
 
-/// About the link's first pin.
+/// Moment of inertia about the link's first pin.
 fn inertia_about_pin(link: &Link) -> f64 {
     link.inertia_kg_m2 + link.mass_kg * link.centre_of_mass_m.powi(2)
 }
 
-/// What is compared.
-const FIGURES: [(&str, Kind); 7] = [
-    ("mass", Kind::Mass),
-    ("crank_inertia_about_o", Kind::Inertia),
-    ("rod_inertia_about_a", Kind::Inertia),
-    ("largest_inertia_at_crank", Kind::Inertia),
-    ("peak_driving_torque", Kind::Torque),
-    ("peak_shaking_force", Kind::Force),
-    ("centre_of_mass_travel", Kind::Length),
+/// The compared quantities.
+const FIGURES: [(&str, QuantityKind); 7] = [
+    ("mass", QuantityKind::Mass),
+    ("crank_inertia_about_o", QuantityKind::Inertia),
+    ("rod_inertia_about_a", QuantityKind::Inertia),
+    ("largest_inertia_at_crank", QuantityKind::Inertia),
+    ("peak_driving_torque", QuantityKind::Torque),
+    ("peak_shaking_force", QuantityKind::Force),
+    ("centre_of_mass_travel", QuantityKind::Length),
 ];
 
 fn figures(setup: &Setup, points: usize) -> [f64; FIGURES.len()] {
-    let turn: Vec<Instant> = setup.turn(points).collect();
-    let largest = |of: &dyn Fn(&Instant) -> f64| turn.iter().map(of).fold(0.0, f64::max);
+    let turn: Vec<CycleInstant> = setup.turn(points).collect();
+    let largest = |of: &dyn Fn(&CycleInstant) -> f64| turn.iter().map(of).fold(0.0, f64::max);
     let links = &setup.chain.links;
     let about_pin = |index: usize| links.get(index).map(inertia_about_pin).unwrap_or_default();
     let first = turn.first().map(|now| now.centre[0]).unwrap_or_default();

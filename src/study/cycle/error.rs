@@ -1,4 +1,4 @@
-//! What a turn can be refused for.
+//! Errors of a turn.
 
 use crate::scene::SceneError;
 
@@ -20,7 +20,7 @@ pub enum CycleError {
     /// A number is not finite.
     #[error("{name} must be a finite number, not {value}")]
     NotFinite {
-        /// Of what.
+        /// Name of the option.
         name: &'static str,
         /// The number.
         value: f64,

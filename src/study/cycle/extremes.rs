@@ -1,4 +1,4 @@
-//! Where the columns are largest and smallest.
+//! Smallest and largest values of the columns.
 
 use super::columns::words;
 use crate::study::Table;
@@ -8,14 +8,23 @@ use crate::study::Table;
 pub struct Extreme {
     /// The column.
     pub column: String,
-    /// What it holds, in words.
+    /// The quantity in words.
     pub quantity: String,
     /// Its unit, or what it is divided by.
     pub unit: &'static str,
-    /// Least value, and the first crank angle with it, rad.
-    pub least: [f64; 2],
-    /// Greatest value, and the first crank angle with it, rad.
-    pub greatest: [f64; 2],
+    /// Smallest value.
+    pub least: ExtremeValue,
+    /// Largest value.
+    pub greatest: ExtremeValue,
+}
+
+/// A smallest or largest value, and where it occurs.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ExtremeValue {
+    /// The value, in the column's unit.
+    pub value: f64,
+    /// The first crank angle with this value, rad.
+    pub crank_angle_rad: f64,
 }
 
 /// The extremes of one ratio.
@@ -44,8 +53,8 @@ pub fn extremes(table: &Table) -> Vec<Extremes> {
 fn extreme(column: &str, values: &[f64], angles: &[f64]) -> Extreme {
     let (quantity, unit) = words(column);
     let first_by = |better: fn(f64, f64) -> bool| {
-        let pairs = values.iter().zip(angles).map(|(&value, &angle)| [value, angle]);
-        pairs.reduce(|best, next| if better(next[0], best[0]) { next } else { best }).unwrap_or_default()
+        let pairs = values.iter().zip(angles).map(|(&value, &crank_angle_rad)| ExtremeValue { value, crank_angle_rad });
+        pairs.reduce(|best, next| if better(next.value, best.value) { next } else { best }).unwrap_or_default()
     };
     Extreme {
         column: column.to_owned(),

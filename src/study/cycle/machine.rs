@@ -1,4 +1,4 @@
-//! The rigid crank-slider looked at, one crank angle at a time.
+//! The rigid crank-slider at a given crank angle.
 
 use crate::mechanics::crank_slider::moving;
 use crate::mechanics::{Input, LinkObservation, Mechanism as _, Observation, Rigid};
@@ -10,10 +10,10 @@ pub(super) struct Machine {
     seen: Observation,
 }
 
-/// What there is to know at one angle; SI units. Triples are a value, its rate and its acceleration.
-pub(super) struct Instant {
+/// The state at one angle, in SI units. Triples are a value, its rate and its acceleration.
+pub(super) struct CycleInstant {
     pub crank: [f64; 3],
-    /// Of φ, below the x axis.
+    /// Angle φ below the x axis.
     pub rod: [f64; 3],
     pub piston: [f64; 3],
     pub centre: [[f64; 2]; 3],
@@ -28,11 +28,11 @@ pub(super) struct Instant {
     pub shaking: [f64; 2],
     pub torque: f64,
     pub kinetic: f64,
-    /// Of everything as the crank feels it: `2 T` at unit rate.
+    /// Inertia of the mechanism at the crank: `2 T` at unit rate.
     pub inertia: f64,
 }
 
-impl Instant {
+impl CycleInstant {
     /// Magnitude of the shaking force.
     pub fn shaking_force(&self) -> f64 {
         self.shaking[0].hypot(self.shaking[1])
@@ -49,7 +49,7 @@ impl Machine {
     ///
     /// The forces on the frame, `−O`, `−guide`, and the gas's on its head, `+F_E`, add up to minus the mass times the
     /// acceleration of its centre, but for weight: that is the shaking force.
-    pub fn at(&mut self, crank: [f64; 3]) -> Instant {
+    pub fn at(&mut self, crank: [f64; 3]) -> CycleInstant {
         let [angle, rate, acceleration] = crank;
         self.rigid.observe(&Input { motion: Some(crank), ..Input::default() }, &[], &[], &[], &mut self.seen);
         let seen = &self.seen;
@@ -57,7 +57,7 @@ impl Machine {
             seen.links.last().map(|rod| [rod.chord_rad, rod.rate_rad_per_s, rod.acceleration_rad_per_s2.unwrap_or_default()]);
         let (mass, path) = self.rigid.centre_of_mass(angle);
         let centre = moving(&path, rate, acceleration);
-        Instant {
+        CycleInstant {
             crank,
             rod: rod.unwrap_or_default().map(|value| -value),
             piston: moving(&self.rigid.end(angle), rate, acceleration).map(|[x, _]| x),

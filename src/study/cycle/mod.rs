@@ -51,7 +51,7 @@ mod sweep;
 pub use balance::{Arms, balance};
 pub use columns::words;
 pub use error::CycleError;
-pub use extremes::{Extreme, Extremes, extremes};
+pub use extremes::{Extreme, ExtremeValue, Extremes, extremes};
 pub use setup::speed_rad_per_s;
 pub use sweep::{ratios_between, sweep};
 
@@ -59,7 +59,7 @@ use super::Table;
 use crate::scene::SceneSource;
 use setup::Setup;
 
-/// What is asked of a turn.
+/// Options of a turn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Crank-to-rod ratios, each with the scene's rod and the crank's length changed to suit; none for the scene's own.

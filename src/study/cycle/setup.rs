@@ -1,9 +1,9 @@
-//! From scene and options to a machine and how its crank turns.
+//! The machine and its rotation, from scene and options.
 
 use std::f64::consts::TAU;
 
 use super::columns::Units;
-use super::machine::{Instant, Machine};
+use super::machine::{CycleInstant, Machine};
 use super::{CycleError, Options};
 use crate::scene::{Chain, Drive, End, Motion, Resistance, Scene, SceneSource};
 
@@ -13,12 +13,12 @@ pub(super) struct Setup {
     pub rod_m: f64,
     pub chain: Chain,
     pub slider_kg: f64,
-    pub spin: Spin,
+    pub spin: CrankRotation,
 }
 
-/// How the crank turns: `θ̈` constant, so `θ̇² = ω² + 2 θ̈ θ`.
+/// Rotation of the crank: `θ̈` constant, so `θ̇² = ω² + 2 θ̈ θ`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spin {
+pub(super) struct CrankRotation {
     pub speed: f64,
     pub acceleration: f64,
 }
@@ -29,7 +29,7 @@ impl Setup {
         if !(3..=1_000_000).contains(&options.points) {
             return Err(CycleError::Points(options.points));
         }
-        let spin = Spin::new(&source.scene, options)?;
+        let spin = CrankRotation::new(&source.scene, options)?;
         let [_, rod_m] = lengths_m(source)?;
         if options.ratios.is_empty() {
             return Ok(vec![Self::new(source, options, spin, None)?]);
@@ -45,7 +45,7 @@ impl Setup {
         options.ratios.iter().map(with).collect()
     }
 
-    fn new(source: &SceneSource, options: &Options, spin: Spin, ratio: Option<f64>) -> Result<Self, CycleError> {
+    fn new(source: &SceneSource, options: &Options, spin: CrankRotation, ratio: Option<f64>) -> Result<Self, CycleError> {
         let [crank_m, rod_m] = lengths_m(source)?;
         let mut chain = crank_slider(source)?.clone();
         let mut slider_kg = 0.0;
@@ -66,7 +66,7 @@ impl Setup {
         self.chain.links[0].length_m
     }
 
-    /// What values are divided by.
+    /// Units of the values.
     pub fn units(&self, dimensionless: bool) -> Result<Units, CycleError> {
         if !dimensionless {
             return Ok(Units::SI);
@@ -80,14 +80,14 @@ impl Setup {
     }
 
     /// The machine at `points` angles over its turn, both ends included.
-    pub fn turn(&self, points: usize) -> impl Iterator<Item = Instant> {
+    pub fn turn(&self, points: usize) -> impl Iterator<Item = CycleInstant> {
         let mut machine = Machine::new(&self.chain);
         let last = points.saturating_sub(1).max(1) as f64;
         (0..points).map(move |index| machine.at(self.spin.at(TAU * index as f64 / last)))
     }
 }
 
-impl Spin {
+impl CrankRotation {
     fn new(scene: &Scene, options: &Options) -> Result<Self, CycleError> {
         let speed = finite("the speed", speed_rad_per_s(scene, options))?;
         let acceleration = finite("the acceleration", options.acceleration_rad_per_s2)?;
@@ -95,12 +95,12 @@ impl Spin {
         if speed * acceleration < 0.0 && speed.abs() <= least {
             return Err(CycleError::Stops { speed, acceleration, least });
         }
-        Ok(Spin { speed, acceleration })
+        Ok(CrankRotation { speed, acceleration })
     }
 
     /// Angle, rate and acceleration after turning by `turned` radians in the direction of motion.
     fn at(&self, turned: f64) -> [f64; 3] {
-        let Spin { speed, acceleration } = *self;
+        let CrankRotation { speed, acceleration } = *self;
         let direction = if speed < 0.0 || (speed == 0.0 && acceleration < 0.0) { -1.0 } else { 1.0 };
         let angle = direction * turned;
         let rate =

@@ -1,27 +1,27 @@
-//! What the crank-to-rod ratio costs and gains: the question that the thesis leaves as future work.
+//! Costs and gains of the crank-to-rod ratio: the question that the thesis leaves as future work.
 //!
-//! For the thesis's compressor there is no best ratio in itself, but a price for each: with rod, masses and speed kept, every
-//! load grows with `λ`, and faster than what the machine sweeps for its size. At a given stroke, piston acceleration grows only
+//! For the thesis's compressor no ratio is best, but each has its price: with rod, masses and speed kept, every load grows with
+//! `λ`, and faster than the swept volume relative to the machine's size. At a given stroke, piston acceleration grows only
 //! by `1 + λ` while the machine's length, `1 + 1/(2 λ)` strokes, falls: divide by `stroke_m` to see that.
 
-use super::columns::Kind;
-use super::machine::Instant;
+use super::columns::QuantityKind;
+use super::machine::CycleInstant;
 use super::setup::Setup;
 use super::{CycleError, Options};
 use crate::scene::SceneSource;
 use crate::study::Table;
 
-type Column = (&'static str, Kind, fn(&Setup, &[Instant]) -> f64);
+type Column = (&'static str, QuantityKind, fn(&Setup, &[CycleInstant]) -> f64);
 
 /// Peaks are magnitudes on the grid of angles.
 const COLUMNS: [Column; 7] = [
-    ("ratio", Kind::Number, |setup, _| setup.ratio),
-    ("stroke", Kind::Length, |setup, _| 2.0 * setup.crank_m()),
-    ("swept_volume_per_size", Kind::Number, |setup, _| swept_volume_per_size(setup.crank_m(), setup.rod_m)),
-    ("peak_shaking_force", Kind::Force, |_, turn| peak(turn, Instant::shaking_force)),
-    ("peak_piston_acceleration", Kind::Acceleration, |_, turn| peak(turn, |now| now.piston[2].abs())),
-    ("peak_driving_torque", Kind::Torque, |_, turn| peak(turn, |now| now.torque.abs())),
-    ("peak_guide_force", Kind::Force, |_, turn| peak(turn, |now| now.guide.abs())),
+    ("ratio", QuantityKind::Number, |setup, _| setup.ratio),
+    ("stroke", QuantityKind::Length, |setup, _| 2.0 * setup.crank_m()),
+    ("swept_volume_per_size", QuantityKind::Number, |setup, _| swept_volume_per_size(setup.crank_m(), setup.rod_m)),
+    ("peak_shaking_force", QuantityKind::Force, |_, turn| peak(turn, CycleInstant::shaking_force)),
+    ("peak_piston_acceleration", QuantityKind::Acceleration, |_, turn| peak(turn, |now| now.piston[2].abs())),
+    ("peak_driving_torque", QuantityKind::Torque, |_, turn| peak(turn, |now| now.torque.abs())),
+    ("peak_guide_force", QuantityKind::Force, |_, turn| peak(turn, |now| now.guide.abs())),
 ];
 
 /// One row for every ratio in `options`: `ratio`, `stroke_m`, `swept_volume_per_size`, `peak_shaking_force_n`,
@@ -38,7 +38,7 @@ pub fn sweep(source: &SceneSource, options: &Options) -> Result<Table, CycleErro
     let mut columns: [Vec<f64>; COLUMNS.len()] = Default::default();
     for setup in Setup::all(source, options)? {
         let units = setup.units(options.dimensionless)?;
-        let turn: Vec<Instant> = setup.turn(options.points).collect();
+        let turn: Vec<CycleInstant> = setup.turn(options.points).collect();
         for ((_, kind, value), column) in COLUMNS.iter().zip(&mut columns) {
             column.push(kind.scaled(value(&setup, &turn), &units));
         }
@@ -61,6 +61,6 @@ fn swept_volume_per_size(crank_m: f64, rod_m: f64) -> f64 {
     stroke_m / (stroke_m + rod_m)
 }
 
-fn peak(turn: &[Instant], of: impl Fn(&Instant) -> f64) -> f64 {
+fn peak(turn: &[CycleInstant], of: impl Fn(&CycleInstant) -> f64) -> f64 {
     turn.iter().map(of).fold(0.0, f64::max)
 }

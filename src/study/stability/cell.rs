@@ -1,6 +1,6 @@
-//! One cell: a scene by overrides, run for some steps, looked at all along.
+//! One cell: a scene with overrides, run for a number of steps and compared throughout.
 
-use super::base::Base;
+use super::base_scene::BaseScene;
 use super::outcome::{Category, Outcome};
 use super::plan::{Cell, Measure};
 use super::trajectory::{Trajectory, distance_m, points};
@@ -10,41 +10,42 @@ use crate::simulation::{Diverged, EnergyLedger, Simulation};
 /// A cell is wrong when a pin or the middle of the rod is ever further from its reference than this part of its [`Measure`]; where
 /// no reference reaches, when the energy balance is off by this part of the energy that was there and put in.
 pub const BOUND: f64 = 0.01;
-/// A run is looked at about so many times.
+/// Approximate number of observations in a run.
 const LOOKS: u64 = 400;
-/// A reference keeps about so many samples.
+/// Approximate number of samples in a reference.
 const SAMPLES: u64 = 4000;
-/// The least way that errors are a part of, over the length of crank and rod.
-const LEAST_WAY: f64 = 1e-3;
+/// Smallest distance that errors are relative to, over the length of crank and rod.
+const LEAST_TRAVEL: f64 = 1e-3;
 
 /// Runs a cell; every end is an outcome.
-pub(super) fn run(base: &Base, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
+pub(super) fn run(base: &BaseScene, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
     let (mut simulation, length_m) = match build(base, cell) {
         Ok(built) => built,
         Err(message) => return refused(message),
     };
-    let mut judge = Judge { reference, length_m, measure: cell.measure, distance_m: None, way_m: 0.0, bent: false };
+    let mut comparison =
+        Comparison { reference, length_m, measure: cell.measure, distance_m: None, reference_travel_m: 0.0, out_of_range: false };
     let every = (cell.steps / LOOKS).max(1);
     for n in 1..=cell.steps {
         let look = n % every == 0 || n == cell.steps;
         let taken = simulation.step().and_then(|()| if look { simulation.observe().map(drop) } else { Ok(()) });
         if let Err(diverged) = taken {
-            return ended(diverged, judge.error(), &simulation);
+            return ended(diverged, comparison.error(), &simulation);
         }
         if look {
             if !all_finite(&simulation) {
                 return Outcome { category: Category::NotFinite, ..reached(&simulation, None) };
             }
-            judge.look(&simulation);
+            comparison.look(&simulation);
         }
     }
-    let error = judge.error().or_else(|| unbalanced(&simulation.ledger(), simulation.energy_accounted_j()));
-    let wrong = judge.bent || error.is_some_and(|error| error > BOUND);
+    let error = comparison.error().or_else(|| unbalanced(&simulation.ledger(), simulation.energy_accounted_j()));
+    let wrong = comparison.out_of_range || error.is_some_and(|error| error > BOUND);
     Outcome { category: if wrong { Category::Wrong } else { Category::Stable }, ..reached(&simulation, error) }
 }
 
 /// Runs a reference as far as it goes.
-pub(super) fn follow(base: &Base, reference: &Cell) -> Trajectory {
+pub(super) fn follow(base: &BaseScene, reference: &Cell) -> Trajectory {
     let Ok((mut simulation, _)) = build(base, reference) else { return Trajectory::default() };
     let every = reference.steps.div_ceil(SAMPLES).max(1);
     let mut trajectory = Trajectory {
@@ -64,44 +65,44 @@ pub(super) fn follow(base: &Base, reference: &Cell) -> Trajectory {
 }
 
 /// The simulation, and the length of crank and rod together, m.
-fn build(base: &Base, cell: &Cell) -> Result<(Simulation, f64), String> {
+fn build(base: &BaseScene, cell: &Cell) -> Result<(Simulation, f64), String> {
     let source = SceneSource::parse(&base.origin, &base.text, &cell.overrides).map_err(|refused| refused.to_string())?;
     let simulation = Simulation::new(&source.scene).map_err(|refused| refused.to_string())?;
     let length_m = source.scene.chain().map_or(1.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
     Ok((simulation, length_m))
 }
 
-/// Compares as it goes.
-struct Judge<'a> {
+/// Compares a run with its reference.
+struct Comparison<'a> {
     reference: Option<&'a Trajectory>,
     length_m: f64,
     measure: Measure,
-    /// Largest from the reference.
+    /// Largest distance from the reference, m.
     distance_m: Option<f64>,
-    /// Largest of the reference from its start.
-    way_m: f64,
-    bent: bool,
+    /// Largest distance of the reference from its start, m.
+    reference_travel_m: f64,
+    out_of_range: bool,
 }
 
-impl Judge<'_> {
+impl Comparison<'_> {
     fn look(&mut self, simulation: &Simulation) {
         let seen = simulation.observation();
-        self.bent |= seen.out_of_range.is_some();
+        self.out_of_range |= seen.out_of_range.is_some();
         let Some(reference) = self.reference else { return };
         if let (Some(start), Some(there), Some(here)) =
             (reference.points.first(), reference.at(simulation.time_s()), points(seen))
         {
-            self.way_m = self.way_m.max(distance_m(&there, start));
+            self.reference_travel_m = self.reference_travel_m.max(distance_m(&there, start));
             let distance_m = distance_m(&here, &there);
             self.distance_m = Some(self.distance_m.map_or(distance_m, |before| before.max(distance_m)));
         }
     }
 
-    /// The largest distance over what it is measured by.
+    /// The largest distance, relative to the cell's [`Measure`].
     fn error(&self) -> Option<f64> {
         let whole_m = match self.measure {
             Measure::Length => self.length_m,
-            Measure::Way => self.way_m.clamp(LEAST_WAY * self.length_m, self.length_m),
+            Measure::Travel => self.reference_travel_m.clamp(LEAST_TRAVEL * self.length_m, self.length_m),
         };
         self.distance_m.map(|distance_m| distance_m / whole_m)
     }
@@ -131,7 +132,7 @@ fn refused(message: String) -> Outcome {
     }
 }
 
-/// A divergence is clean when all that it says is finite, and so is the last good state.
+/// A divergence is clean if its report and the last good state are finite.
 fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Outcome {
     let message = diverged.to_string();
     let said = !["NaN", "inf"].iter().any(|word| message.contains(word));

@@ -6,22 +6,22 @@
 //! to 1 µs, and fine ones end before the time is over: see [`MOST_STEPS`].
 
 use super::maps::{Builder, Extent, decades, set};
+use super::methods::Method;
 use super::plan::{Axis, Cell, Measure, Spacing};
-use super::ways::Way;
 use crate::scene::ModelKind;
 
-/// A cell takes no more steps, however fine they are: 20 ms of the motion at 1 µs, all of it from 13 µs on.
+/// Step limit of a cell, however fine its steps: 20 ms of the motion at 1 µs, all of it from 13 µs on.
 const MOST_STEPS: u64 = 20_000;
-/// Nor more than so many over its modes.
+/// Step limit divided by the number of modes.
 const MOST_MODE_STEPS: u64 = 100_000;
-/// Nor more than so many over its elements.
+/// Step limit divided by the number of elements.
 const MOST_ELEMENT_STEPS: u64 = 200_000;
-/// Step of references, s: not that of any column.
+/// Step of references, s; no column has this step.
 const REFERENCE_STEP_S: f64 = 2e-5;
-/// Finer meshes are compared with this one: it errs by less than 1e-4 of what is asked for.
+/// Elements of the reference mesh; its error is below 1e-4 of the bound.
 const REFERENCE_ELEMENTS: usize = 20;
 
-/// A scene's key that a map varies.
+/// A scene key that a map varies.
 struct Varied {
     map: &'static str,
     axis: &'static str,
@@ -62,10 +62,10 @@ impl Builder<'_> {
     pub(super) fn damping(&mut self) {
         for Varied { map, axis, values, keys, suits } in varied() {
             let axis = Axis { spacing: Spacing::Listed, ..self.axis(axis, values) };
-            for way in Way::all().filter(|way| suits(way.model)) {
+            for method in Method::all().filter(|method| suits(method.model)) {
                 self.against_fine_steps(map, &axis, |value| Row {
-                    way,
-                    reference: way,
+                    method,
+                    reference: method,
                     given: keys.iter().map(|key| set(key, value)).collect(),
                     most_steps: MOST_STEPS,
                 });
@@ -76,10 +76,10 @@ impl Builder<'_> {
     /// Modes of both links.
     pub(super) fn modes(&mut self) {
         let modes = Axis { spacing: Spacing::Listed, ..self.axis("modes", [1, 2, 4, 8, 12, 20].map(f64::from).to_vec()) };
-        for way in Way::all().filter(|way| way.model == ModelKind::Modal) {
+        for method in Method::all().filter(|method| method.model == ModelKind::Modal) {
             self.against_fine_steps("modes", &modes, |count| Row {
-                way,
-                reference: way,
+                method,
+                reference: method,
                 given: ["crank", "rod"].map(|link| format!("{link}.modes={count}")).to_vec(),
                 most_steps: MOST_STEPS.min(MOST_MODE_STEPS / count as u64),
             });
@@ -90,10 +90,10 @@ impl Builder<'_> {
     pub(super) fn fine_meshes(&mut self) {
         let counts = [1, 2, 5, 10, 20, 50, 100, 200].map(f64::from).to_vec();
         let counts = Axis { spacing: Spacing::Listed, ..self.axis("elements", counts) };
-        for way in Way::all().filter(|way| way.model == ModelKind::FiniteElement) {
+        for method in Method::all().filter(|method| method.model == ModelKind::FiniteElement) {
             self.against_fine_steps("mesh", &counts, |count| Row {
-                way: way.meshed(count as usize),
-                reference: way.meshed((count as usize).min(REFERENCE_ELEMENTS)),
+                method: method.meshed(count as usize),
+                reference: method.meshed((count as usize).min(REFERENCE_ELEMENTS)),
                 given: Vec::new(),
                 most_steps: MOST_STEPS.min(MOST_ELEMENT_STEPS / count as u64),
             });
@@ -104,37 +104,37 @@ impl Builder<'_> {
         let x = Axis { spacing: Spacing::Log, ..self.axis("step_s", decades(-6, -2, 2)) };
         let (mut cells, mut named) = (Vec::new(), None);
         for &value in &y.values {
-            let Row { way, reference, given, most_steps } = row(value);
-            let (reference, measure) = if way.model == ModelKind::Incremental {
-                (self.reference(&way, &given), Measure::Length)
+            let Row { method, reference, given, most_steps } = row(value);
+            let (reference, measure) = if method.model == ModelKind::Incremental {
+                (self.reference(&method, &given), Measure::Length)
             } else {
-                (self.other_scheme(reference, &given), Measure::Way)
+                (self.other_scheme(reference, &given), Measure::Travel)
             };
             for &step_s in &x.values {
-                let overrides = [way.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
+                let overrides = [method.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
                 let steps = self.thinned(self.count(step_s)).min(most_steps);
                 cells.push(Cell { overrides, steps, reference: Some(reference), measure });
             }
-            named = Some(way);
+            named = Some(method);
         }
-        if let Some(way) = named {
-            self.add(map, &way, &x, y, cells);
+        if let Some(method) = named {
+            self.add(map, &method, &x, y, cells);
         }
     }
 
     /// The same mechanism, model and resolution by another scheme.
-    fn other_scheme(&mut self, way: Way, given: &[String]) -> usize {
+    fn other_scheme(&mut self, method: Method, given: &[String]) -> usize {
         let step_s = if self.extent == Extent::Whole { REFERENCE_STEP_S } else { 2.0 * REFERENCE_STEP_S };
         let steps = self.count(step_s);
-        let overrides = [way.other_scheme().overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
+        let overrides = [method.other_scheme().overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
         self.plan.reference(overrides, steps)
     }
 }
 
-/// What a row of a map runs, and what it is compared with.
+/// One row of a map, and its reference.
 struct Row {
-    way: Way,
-    reference: Way,
+    method: Method,
+    reference: Method,
     given: Vec<String>,
     most_steps: u64,
 }

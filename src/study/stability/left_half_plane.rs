@@ -11,23 +11,23 @@ use crate::study::Table;
 pub struct Point {
     /// |z|.
     pub magnitude: f64,
-    /// From the positive real axis: 90 is the imaginary axis, an oscillator without damping; 180 the negative real one, where a second
-    /// eigenvalue lies half way to the origin, as one that is there twice is not to be computed well.
+    /// Angle from the positive real axis: 90 is the imaginary axis, an oscillator without damping; 180 the negative real one,
+    /// where a second eigenvalue lies half way to the origin, because a double eigenvalue cannot be computed well.
     pub angle_deg: f64,
 }
 
-/// Rounding: a radius is above 1 when it is so by more.
+/// Rounding: a radius counts as above 1 if it exceeds 1 by more than this.
 pub const ROUNDING: f64 = 1e-11;
 
 impl Point {
-    /// |z| from 1e-3 to 1e6, so many a decade, and angles from 90° to 180°, so many degrees apart; ends included.
+    /// |z| from 1e-3 to 1e6 at `per_decade` values a decade, and angles from 90° to 180° in steps of `degrees`; ends included.
     pub fn grid(per_decade: u32, degrees: u32) -> Vec<Point> {
         let magnitudes = (0..=9 * per_decade).map(|n| 10.0_f64.powf(f64::from(n) / f64::from(per_decade) - 3.0));
         let angles = || (90..=180).step_by(degrees.max(1) as usize).map(f64::from);
         magnitudes.flat_map(|magnitude| angles().map(move |angle_deg| Point { magnitude, angle_deg })).collect()
     }
 
-    /// The same |z|, on the imaginary and the negative real axis only: a pole makes a step grow only within a part in a hundred of it.
+    /// The same |z|, on the imaginary and the negative real axis only: a pole makes a step grow only within one percent of it.
     pub fn axes(per_decade: u32) -> Vec<Point> {
         Self::grid(per_decade, 90)
     }
@@ -51,7 +51,7 @@ impl Point {
 }
 
 impl Scheme {
-    /// Whether theory has it stable at every step; Runge–Kutta is up to a limit, see [`Scheme::is_within`].
+    /// Whether the scheme is stable at every step in theory; Runge–Kutta has a limit, see [`Scheme::is_within`].
     pub fn is_stable_everywhere(self) -> bool {
         match self {
             Scheme::TwoPoint(weight) => weight >= 0.5,
@@ -60,7 +60,7 @@ impl Scheme {
         }
     }
 
-    /// Whether a point is where the scheme is said to be stable: anywhere, within the limit of Runge–Kutta, or nowhere.
+    /// Whether the scheme is stable at a point in theory: everywhere, within the limit of Runge–Kutta, or nowhere.
     pub fn is_within(self, point: Point) -> bool {
         match self {
             Scheme::RungeKutta => point.magnitude <= RungeKutta::stable_to(point.angle_deg.to_radians()),
@@ -71,7 +71,7 @@ impl Scheme {
     /// Spectral radius at a point: in theory, and of the running integrator.
     ///
     /// # Errors
-    /// [`StepError`] when a step cannot be taken.
+    /// [`StepError`] if a step cannot be taken.
     pub fn radii_at(self, point: Point) -> Result<[f64; 2], StepError> {
         let oscillator = point.oscillator();
         Ok([self.radius_of(oscillator, &point.eigenvalues()), self.radius_run_on(oscillator)?])

@@ -1,22 +1,22 @@
-//! The maps of the extremes sweep: one function a kind of extreme.
+//! The maps of the extremes sweep: one function per kind of extreme.
 //!
-//! What is not swept is the base scene's, but that every link has two elements (one for the incremental model), so that the
-//! middle of the rod is seen. References are the finite-element model with eight elements a link, or the rigid model for rigid
-//! cells, at a fine step by another scheme; one reference serves every model and every step of the same mechanism.
-//! `damping` has the maps of the scene as it stands.
+//! A key that is not swept has the base scene's value, but every link has two elements (one for the incremental model), so that
+//! the middle of the rod is observed. References are the finite-element model with eight elements per link, or the rigid model
+//! for rigid cells, at a fine step by another scheme. One reference serves every model and step of the same mechanism. `damping`
+//! has the maps of the scene as it stands.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::base::Base;
-use super::plan::{Axis, Cell, Map, Measure, Plan, Spacing};
-use super::ways::{
+use super::base_scene::BaseScene;
+use super::methods::{
     FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK, FINITE_ELEMENT_TWO_POINT, INCREMENTAL, MODAL, MODAL_ESDIRK, MODAL_EXPLICIT,
-    MODAL_TWO_POINT, RIGID, RIGID_TWO_POINT, Way,
+    MODAL_TWO_POINT, Method, RIGID, RIGID_TWO_POINT,
 };
+use super::plan::{Axis, Cell, Map, MapPlan, Measure, Spacing};
 use crate::scene::{IntegratorKind, ModelKind};
 use Spacing::{Linear, Listed, Log};
 
-/// How much of it.
+/// Size of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// Everything: thousands of cells.
@@ -27,15 +27,15 @@ pub enum Extent {
 
 /// Builds the maps.
 pub(super) struct Builder<'a> {
-    base: &'a Base,
+    base: &'a BaseScene,
     pub(super) extent: Extent,
-    pub(super) plan: Plan,
+    pub(super) plan: MapPlan,
 }
 
-impl Plan {
+impl MapPlan {
     /// The extremes of a crank-slider.
-    pub fn extremes(base: &Base, extent: Extent) -> Self {
-        let mut builder = Builder { base, extent, plan: Plan::default() };
+    pub fn extremes(base: &BaseScene, extent: Extent) -> Self {
+        let mut builder = Builder { base, extent, plan: MapPlan::default() };
         builder.damping();
         builder.modes();
         builder.fine_meshes();
@@ -57,8 +57,8 @@ impl Plan {
 impl Builder<'_> {
     fn stiffness(&mut self) {
         let moduli = self.axis("youngs_modulus_pa", decades(4, 15, 2));
-        for way in [MODAL, MODAL_EXPLICIT, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK, INCREMENTAL] {
-            self.by_step("stiffness", way, &moduli, |modulus| {
+        for method in [MODAL, MODAL_EXPLICIT, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK, INCREMENTAL] {
+            self.by_step("stiffness", method, &moduli, |modulus| {
                 ["crank", "rod"].map(|link| set(&format!("{link}.youngs_modulus_pa"), modulus)).to_vec()
             });
         }
@@ -69,8 +69,8 @@ impl Builder<'_> {
         let parts = vec![0.01, 0.1, 0.25, 0.5, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.25, 2.0, 4.0, 10.0, 100.0];
         let speeds = self.axis("speed_over_resonance", parts);
         let resonance = self.base.rod_resonance_rad_per_s;
-        for way in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
-            self.by_step("crank-speed", way, &speeds, |part| {
+        for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
+            self.by_step("crank-speed", method, &speeds, |part| {
                 vec!["pulse=[]".to_owned(), set("drive.speed_rad_per_s", part * resonance)]
             });
         }
@@ -79,8 +79,8 @@ impl Builder<'_> {
     fn slenderness(&mut self) {
         let slenderness = self.axis("length_over_depth", decades(0, 6, 2));
         let base = self.base;
-        for way in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
-            self.by_step("slenderness", way, &slenderness, |slenderness| base.square_sections(slenderness));
+        for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
+            self.by_step("slenderness", method, &slenderness, |slenderness| base.square_sections(slenderness));
         }
     }
 
@@ -89,8 +89,8 @@ impl Builder<'_> {
         let ratios = vec![0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 0.9999, 1.0];
         let ratios = Axis { spacing: Listed, ..self.axis("ratio", ratios) };
         let rod_m = self.base.lengths_m[1];
-        for way in [RIGID, MODAL, FINITE_ELEMENT] {
-            self.by_step("ratio", way, &ratios, |ratio| vec![set("crank.length_m", ratio * rod_m)]);
+        for method in [RIGID, MODAL, FINITE_ELEMENT] {
+            self.by_step("ratio", method, &ratios, |ratio| vec![set("crank.length_m", ratio * rod_m)]);
         }
     }
 
@@ -99,8 +99,8 @@ impl Builder<'_> {
         masses.extend(decades(-6, 6, 1));
         let masses = Axis { spacing: Listed, ..self.axis("slider_over_rod_mass", masses) };
         let rod_kg = self.base.rod_mass_kg;
-        for way in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
-            self.by_step("slider-mass", way, &masses, |part| vec![set("slider.mass_kg", part * rod_kg)]);
+        for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
+            self.by_step("slider-mass", method, &masses, |part| vec![set("slider.mass_kg", part * rod_kg)]);
         }
     }
 
@@ -124,15 +124,15 @@ impl Builder<'_> {
 
     fn weight(&mut self) {
         let weights = self.axis("weight", (0..=10).map(|n| f64::from(n) / 10.0).collect());
-        for way in [RIGID_TWO_POINT, INCREMENTAL, MODAL_TWO_POINT, FINITE_ELEMENT_TWO_POINT] {
-            self.by_step("weight", way, &weights, |weight| vec![set("solver.weight", weight)]);
+        for method in [RIGID_TWO_POINT, INCREMENTAL, MODAL_TWO_POINT, FINITE_ELEMENT_TWO_POINT] {
+            self.by_step("weight", method, &weights, |weight| vec![set("solver.weight", weight)]);
         }
     }
 
     fn rho_infinity(&mut self) {
         let rhos = self.axis("rho_infinity", vec![0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
-        for way in [MODAL, FINITE_ELEMENT] {
-            self.by_step("rho-infinity", way, &rhos, |rho| vec![set("solver.rho_infinity", rho)]);
+        for method in [MODAL, FINITE_ELEMENT] {
+            self.by_step("rho-infinity", method, &rhos, |rho| vec![set("solver.rho_infinity", rho)]);
         }
     }
 
@@ -141,14 +141,14 @@ impl Builder<'_> {
         let step_s = 1e-3;
         let torques = self.axis("torque_nm", decades(-9, 9, 1));
         let lengths = self.axis("duration_over_step", decades(-6, 4, 1));
-        for way in [RIGID, MODAL] {
+        for method in [RIGID, MODAL] {
             let mut cells = Vec::new();
             for &torque_nm in &torques.values {
                 for &length in &lengths.values {
                     let duration_s = length * step_s;
                     let pulse = format!("pulse=[{{ start_s = 0.0, torque_nm = {torque_nm:?}, duration_s = {duration_s:?} }}]");
-                    let reference = self.reference(&way, std::slice::from_ref(&pulse));
-                    let overrides = [way.overrides(), vec![pulse, set("solver.step_s", step_s)]].concat();
+                    let reference = self.reference(&method, std::slice::from_ref(&pulse));
+                    let overrides = [method.overrides(), vec![pulse, set("solver.step_s", step_s)]].concat();
                     let steps = self.count(step_s).max((1.1 * length) as u64);
                     cells.push(Cell {
                         overrides,
@@ -158,7 +158,7 @@ impl Builder<'_> {
                     });
                 }
             }
-            self.add("pulses", &way, &lengths, &torques, cells);
+            self.add("pulses", &method, &lengths, &torques, cells);
         }
     }
 
@@ -172,18 +172,18 @@ impl Builder<'_> {
         angles.sort_by(f64::total_cmp);
         let angles = Axis { spacing: Listed, ..self.axis("start_angle_rad", angles) };
         let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.1, 0.3333, 0.9, 0.999, 0.9999]) };
-        for way in [RIGID, MODAL, FINITE_ELEMENT, INCREMENTAL] {
+        for method in [RIGID, MODAL, FINITE_ELEMENT, INCREMENTAL] {
             let mut cells = Vec::new();
             for &angle in &angles.values {
                 for &ratio in &ratios.values {
                     let given = [set("crank.length_m", ratio * self.base.lengths_m[1]), set("start.angle_rad", angle)];
-                    let reference = self.reference(&way, &given);
-                    let overrides = [way.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
+                    let reference = self.reference(&method, &given);
+                    let overrides = [method.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
                     let steps = self.thinned(self.count(step_s));
                     cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
                 }
             }
-            self.add("starts", &way, &ratios, &angles, cells);
+            self.add("starts", &method, &ratios, &angles, cells);
         }
     }
 
@@ -192,7 +192,7 @@ impl Builder<'_> {
         let revolutions = if self.extent == Extent::Whole { 1_000_000 } else { 1_000 };
         let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.3333, 0.9]) };
         let parts = Axis::new("steps_per_revolution", Log, vec![16.0, 32.0]);
-        for way in [RIGID, RIGID_TWO_POINT] {
+        for method in [RIGID, RIGID_TWO_POINT] {
             let mut cells = Vec::new();
             for &ratio in &ratios.values {
                 for &part in &parts.values {
@@ -204,45 +204,45 @@ impl Builder<'_> {
                     ];
                     let steps = revolutions * part as u64;
                     cells.push(Cell {
-                        overrides: [way.overrides(), turning.to_vec()].concat(),
+                        overrides: [method.overrides(), turning.to_vec()].concat(),
                         steps,
                         reference: None,
                         measure: Measure::Length,
                     });
                 }
             }
-            self.add("revolutions", &way, &parts, &ratios, cells);
+            self.add("revolutions", &method, &parts, &ratios, cells);
         }
     }
 
     /// A map of step against something else.
-    fn by_step(&mut self, name: &str, way: Way, y: &Axis, given: impl Fn(f64) -> Vec<String>) {
+    fn by_step(&mut self, name: &str, method: Method, y: &Axis, given: impl Fn(f64) -> Vec<String>) {
         let x = self.step_axis();
         let mut cells = Vec::new();
         for &value in &y.values {
             let given = given(value);
             let mechanism: Vec<String> = given.iter().filter(|given| !given.starts_with("solver.")).cloned().collect();
-            let reference = self.reference(&way, &mechanism);
+            let reference = self.reference(&method, &mechanism);
             for &step_s in &x.values {
-                let overrides = [way.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
+                let overrides = [method.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
                 let steps = self.thinned(self.count(step_s));
                 cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
             }
         }
-        self.add(name, &way, &x, y, cells);
+        self.add(name, &method, &x, y, cells);
     }
 
-    pub(super) fn add(&mut self, name: &str, way: &Way, x: &Axis, y: &Axis, cells: Vec<Cell>) {
-        let name = format!("{name}-{}", way.name());
-        let title = format!("{}, {}", y.name.replace('_', " "), way.title());
+    pub(super) fn add(&mut self, name: &str, method: &Method, x: &Axis, y: &Axis, cells: Vec<Cell>) {
+        let name = format!("{name}-{}", method.name());
+        let title = format!("{}, {}", y.name.replace('_', " "), method.title());
         self.plan.maps.push(Map { name, title, x: x.clone(), y: y.clone(), cells });
     }
 
-    /// The same mechanism at a fine step, by another scheme than the way's.
-    pub(super) fn reference(&mut self, way: &Way, mechanism: &[String]) -> usize {
-        let esdirk = way.integrator == IntegratorKind::Esdirk;
-        let (fine, step_s) = if way.model == ModelKind::Rigid {
-            (Way::of(ModelKind::Rigid, IntegratorKind::Esdirk), 2e-5)
+    /// The same mechanism at a fine step, by another scheme than the method's.
+    pub(super) fn reference(&mut self, method: &Method, mechanism: &[String]) -> usize {
+        let esdirk = method.integrator == IntegratorKind::Esdirk;
+        let (fine, step_s) = if method.model == ModelKind::Rigid {
+            (Method::of(ModelKind::Rigid, IntegratorKind::Esdirk), 2e-5)
         } else if esdirk {
             (FINITE_ELEMENT.meshed(8), 2e-5)
         } else {

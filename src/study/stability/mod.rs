@@ -1,28 +1,27 @@
-//! Where the numbers break: the schemes on one mass, and a crank-slider at the extremes of everything that it is made of.
+//! Where the numerics break down: the schemes on one mass, and a crank-slider at the extremes of its parameters.
 //!
-//! [`schemes`](Scheme) compares the spectral radius of every integrator, as it runs, with theory, without damping and on the whole
-//! left half-plane. [`Plan`] lists the cells of
-//! the extremes sweep, [`sweep`] runs them: every cell ends as one of the [`Category`]s.
+//! [`schemes`](Scheme) compares the spectral radius of every running integrator with theory, without damping and on the whole
+//! left half-plane. [`MapPlan`] lists the cells of the extremes sweep, [`sweep`] runs them: every cell ends in one [`Category`].
 
-mod base;
+mod base_scene;
 mod cell;
 mod damping;
 mod left_half_plane;
 mod maps;
+mod methods;
 mod outcome;
 mod plan;
 mod report;
 mod schemes;
 mod sweep;
 mod trajectory;
-mod ways;
 
-pub use base::{Base, NotSuited};
+pub use base_scene::{BaseScene, NotSuited};
 pub use cell::BOUND;
 pub use left_half_plane::{Point, ROUNDING, left_half_plane_table};
 pub use maps::Extent;
 pub use outcome::{Category, Outcome};
-pub use plan::{Axis, Cell, Map, Measure, NoMap, Plan, Spacing};
+pub use plan::{Axis, Cell, Map, MapPlan, Measure, NoMap, Spacing};
 pub use report::{FailsFiner, causes, counts, fails_finer, fails_finer_table, grid, table, write_ends};
 pub use schemes::{Scheme, order_table, radius_table};
 pub use sweep::{Swept, sweep};

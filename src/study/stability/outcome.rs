@@ -1,28 +1,28 @@
-//! How a cell of the sweep ended.
+//! Outcomes of the cells of a sweep.
 
 use crate::simulation::{Cause, EnergyVerdict};
 
-/// What became of a cell. The first four are clean ends; the others are faults of the program.
+/// How a cell ended. The first four are clean ends; the others are faults of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Category {
     /// Ran to its end, within the bound of its reference.
     Stable,
-    /// Ran to its end, but is off by more than the bound, or says itself that it bends too much for its model.
+    /// Ran to its end with an error above the bound, or with deflections out of the model's range.
     Wrong,
     /// The simulation declared divergence.
     Diverged,
-    /// Refused when the scene was checked or the model built.
+    /// Refused by the check of the scene or by the model.
     Refused,
-    /// A number that is not finite was given out.
+    /// A result was not finite.
     NotFinite,
     /// The program panicked.
     Panicked,
-    /// The cell did not end in the time allowed.
+    /// The cell exceeded the time limit.
     Hung,
 }
 
 impl Category {
-    /// All of them; a category's place here is its number in tables.
+    /// All categories; tables use the index.
     pub const ALL: [Category; 7] = [
         Category::Stable,
         Category::Wrong,
@@ -33,7 +33,7 @@ impl Category {
         Category::Hung,
     ];
 
-    /// In words.
+    /// Name of the category.
     pub fn as_str(self) -> &'static str {
         match self {
             Category::Stable => "stable",
@@ -46,7 +46,7 @@ impl Category {
         }
     }
 
-    /// In one character, for maps of text.
+    /// Symbol in text maps.
     pub fn symbol(self) -> char {
         match self {
             Category::Stable => '.',
@@ -57,41 +57,41 @@ impl Category {
         }
     }
 
-    /// Its place in [`Category::ALL`].
+    /// Index in [`Category::ALL`].
     pub fn number(self) -> usize {
         self as usize
     }
 
-    /// Whether the program did as it should.
+    /// Whether the program behaved correctly.
     pub fn is_clean(self) -> bool {
         self <= Category::Refused
     }
 }
 
-/// A cell's end.
+/// The end of a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What became of it.
+    /// How it ended.
     pub category: Category,
     /// Largest error over the run: of position over the cell's [`Measure`](super::Measure), or, where no reference reaches, of the
     /// energy balance over the energy put in. `None` when it did not get that far.
     pub error: Option<f64>,
-    /// Steps taken; of a diverged cell, the step that failed.
+    /// Steps taken; for a diverged cell, the step that failed.
     pub step: u64,
     /// Simulated time reached, s.
     pub sim_time_s: f64,
     /// Energy last observed, J; `None` when refused.
     pub energy_j: Option<f64>,
-    /// What the energy balance says of it, or said before it diverged; `None` when refused.
+    /// Verdict on the energy balance, at the end or before divergence; `None` if refused.
     pub verdict: Option<EnergyVerdict>,
     /// Why it diverged.
     pub cause: Option<Cause>,
-    /// What was said on refusal or divergence.
+    /// Message on refusal or divergence.
     pub message: String,
 }
 
 impl Outcome {
-    /// The verdict on its energy in words; empty when there is none.
+    /// The verdict in words; empty if there is none.
     pub fn verdict_as_str(&self) -> &'static str {
         match self.verdict {
             Some(EnergyVerdict::Balanced) => "balanced",

@@ -1,8 +1,8 @@
-//! What is to be swept: maps of cells, each a scene by overrides.
+//! The plan of a sweep: maps of cells, each a scene with overrides.
 
 use crate::nearest::nearest;
 
-/// A part of a name was given that is in none.
+/// No map has a name with the given part.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("no map has `{part}` in its name{} (there are {})", hint(.nearest), names.join(", "))]
 pub struct NoMap {
@@ -15,14 +15,14 @@ fn hint(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or(String::new(), |name| format!("; did you mean `{name}`?"))
 }
 
-/// How the values of an axis lie.
+/// Spacing of the values of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
-    /// By ratios.
+    /// Equal ratios.
     Log,
-    /// By differences.
+    /// Equal differences.
     Linear,
-    /// Neither: a list of cases.
+    /// A list of cases.
     Listed,
 }
 
@@ -33,7 +33,7 @@ pub struct Axis {
     pub name: &'static str,
     /// Values, ascending.
     pub values: Vec<f64>,
-    /// How they lie.
+    /// Spacing of the values.
     pub spacing: Spacing,
 }
 
@@ -44,13 +44,13 @@ impl Axis {
     }
 }
 
-/// What a cell's error is a part of.
+/// The length that a cell's error is relative to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
-    /// Crank and rod together.
+    /// Length of crank and rod together.
     Length,
-    /// The way that a point of the reference has gone by then; at least a thousandth of crank and rod, at most both.
-    Way,
+    /// The distance that a point of the reference has travelled by then; at least a thousandth of crank and rod, at most both.
+    Travel,
 }
 
 /// A run of the base scene under overrides.
@@ -58,11 +58,11 @@ pub enum Measure {
 pub struct Cell {
     /// `KEY=VALUE`.
     pub overrides: Vec<String>,
-    /// How many steps.
+    /// Number of steps.
     pub steps: u64,
-    /// Its reference's place in [`Plan::references`].
+    /// Index of its reference in [`MapPlan::references`].
     pub reference: Option<usize>,
-    /// What its error is a part of.
+    /// The length that its error is relative to.
     pub measure: Measure,
 }
 
@@ -71,7 +71,7 @@ pub struct Cell {
 pub struct Map {
     /// Short name, also of its file.
     pub name: String,
-    /// What it shows.
+    /// Title of the map.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
@@ -81,27 +81,27 @@ pub struct Map {
     pub cells: Vec<Cell>,
 }
 
-/// All that is to be swept.
+/// The maps and references of a sweep.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Plan {
+pub struct MapPlan {
     /// The maps.
     pub maps: Vec<Map>,
-    /// What cells are compared with; each runs once, when first needed.
+    /// References of the cells; each runs once, when first needed.
     pub references: Vec<Cell>,
 }
 
-impl Plan {
-    /// How many cells.
+impl MapPlan {
+    /// Number of cells.
     pub fn len(&self) -> usize {
         self.maps.iter().map(|map| map.cells.len()).sum()
     }
 
-    /// Whether there is nothing to do.
+    /// Whether there are no cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The place of this reference, which is added unless it is there.
+    /// Index of a reference, which is added if it is new.
     pub(super) fn reference(&mut self, overrides: Vec<String>, steps: u64) -> usize {
         let reference = Cell { overrides, steps, reference: None, measure: Measure::Length };
         self.references.iter().position(|known| *known == reference).unwrap_or_else(|| {

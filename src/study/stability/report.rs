@@ -9,8 +9,8 @@ use crate::integrate::StepError;
 use crate::simulation::Cause;
 use crate::study::Table;
 
-/// One row a cell: the verdict on its energy, the axes' values, the category's number (its place in [`Category::ALL`]), the error over its bound's scale,
-/// steps, time and energy reached. NaN where there is nothing to tell.
+/// One row per cell: verdict on the energy balance, values of the axes, category (its index in [`Category::ALL`]), error over its
+/// bound's scale, steps, time and energy reached; NaN for missing values.
 pub fn table(swept: &Swept) -> Table {
     let (x, y) = (&swept.map.x, &swept.map.y);
     let columns = x.values.len();
@@ -35,7 +35,7 @@ pub fn grid(swept: &Swept) -> Vec<Vec<f64>> {
     swept.outcomes.chunks(swept.map.x.values.len().max(1)).map(row).collect()
 }
 
-/// How many cells ended in each category, in the order of [`Category::ALL`].
+/// Number of cells per category, in the order of [`Category::ALL`].
 pub fn counts(swept: &[Swept]) -> [usize; Category::ALL.len()] {
     let mut counts = [0; Category::ALL.len()];
     for outcome in swept.iter().flat_map(|swept| &swept.outcomes) {
@@ -44,7 +44,7 @@ pub fn counts(swept: &[Swept]) -> [usize; Category::ALL.len()] {
     counts
 }
 
-/// How many cells diverged for each kind of cause, with its words.
+/// Number of diverged cells per cause, with the cause's name.
 pub fn causes(swept: &[Swept]) -> [(&'static str, usize); 6] {
     let causes = || swept.iter().flat_map(|swept| &swept.outcomes).filter_map(|end| end.cause);
     let count = |of: fn(&Cause) -> bool| causes().filter(of).count();
@@ -69,7 +69,7 @@ pub struct FailsFiner<'a> {
     pub step_s: f64,
     /// The next finer step, s.
     pub finer_step_s: f64,
-    /// What became of it there: wrong, diverged, or worse.
+    /// The outcome at the finer step: wrong, diverged, or worse.
     pub finer: &'a Outcome,
 }
 
@@ -113,10 +113,10 @@ pub fn fails_finer_table(all: &[FailsFiner<'_>]) -> Table {
     table
 }
 
-/// Writes one row a cell of every map, with what was said and the overrides that reach it again.
+/// Writes one row per cell of every map, with its message and overrides.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// Fails if the file cannot be written.
 pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
     let mut writer = csv::Writer::from_path(path)?;
     writer.write_record(["map", "category", "step", "sim_time_s", "energy_verdict", "message", "overrides"])?;

@@ -75,7 +75,7 @@ impl System for Mass {
 }
 
 impl Scheme {
-    /// ϑ or ρ∞; none for the schemes of fourth order.
+    /// ϑ or ρ∞; `None` for the schemes of fourth order.
     pub fn parameter(self) -> Option<f64> {
         match self {
             Scheme::TwoPoint(parameter) | Scheme::GeneralizedAlpha(parameter) => Some(parameter),
@@ -83,7 +83,7 @@ impl Scheme {
         }
     }
 
-    /// The order that theory gives it on smooth problems.
+    /// Order on smooth problems in theory.
     pub fn order(self) -> f64 {
         match self {
             Scheme::TwoPoint(weight) if weight != 0.5 => 1.0,

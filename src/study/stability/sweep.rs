@@ -1,4 +1,4 @@
-//! Running a plan: every cell on a thread of its own, so that neither a panic nor a hang of one takes the others along.
+//! Runs the cells of a plan, each on a thread of its own, so that one that panics or hangs does not affect the others.
 
 use std::any::Any;
 use std::num::NonZero;
@@ -8,13 +8,13 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use super::base::Base;
+use super::base_scene::BaseScene;
 use super::cell;
 use super::outcome::{Category, Outcome};
-use super::plan::{Cell, Map, Plan};
+use super::plan::{Cell, Map, MapPlan};
 use super::trajectory::Trajectory;
 
-/// A map with what became of its cells.
+/// A map with the outcomes of its cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swept {
     /// The map.
@@ -23,16 +23,22 @@ pub struct Swept {
     pub outcomes: Vec<Outcome>,
 }
 
-/// What the threads share.
+/// State shared by the threads.
 struct Work {
-    base: Base,
+    base: BaseScene,
     cells: Vec<Cell>,
     references: Vec<(Cell, OnceLock<Trajectory>)>,
 }
 
-/// Runs all cells on `threads` of them at a time, none longer than `limit`; tells `progress` how many are done.
-pub fn sweep(base: &Base, plan: Plan, threads: NonZero<usize>, limit: Duration, progress: impl Fn(usize) + Sync) -> Vec<Swept> {
-    let Plan { maps, references } = plan;
+/// Runs all cells, `threads` at a time, none longer than `limit`. `progress` is called with the number of finished cells.
+pub fn sweep(
+    base: &BaseScene,
+    plan: MapPlan,
+    threads: NonZero<usize>,
+    limit: Duration,
+    progress: impl Fn(usize) + Sync,
+) -> Vec<Swept> {
+    let MapPlan { maps, references } = plan;
     let work = Arc::new(Work {
         base: base.clone(),
         cells: maps.iter().flat_map(|map| map.cells.iter().cloned()).collect(),
@@ -48,7 +54,7 @@ pub fn sweep(base: &Base, plan: Plan, threads: NonZero<usize>, limit: Duration, 
                     if index >= work.cells.len() {
                         break;
                     }
-                    let outcome = guarded(&work, index, limit);
+                    let outcome = run_guarded(&work, index, limit);
                     ends.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(outcome);
                     progress(done.fetch_add(1, Ordering::Relaxed) + 1);
                 }
@@ -60,12 +66,12 @@ pub fn sweep(base: &Base, plan: Plan, threads: NonZero<usize>, limit: Duration, 
     maps.into_iter().map(gather).collect()
 }
 
-/// The outcome of a cell, whatever it does.
-fn guarded(work: &Arc<Work>, index: usize, limit: Duration) -> Outcome {
+/// Runs a cell, and turns a panic or timeout into an outcome.
+fn run_guarded(work: &Arc<Work>, index: usize, limit: Duration) -> Outcome {
     let (report, outcome) = sync_channel(1);
     let shared = Arc::clone(work);
     let body = move || {
-        // Nobody listens any more when it took too long.
+        // The receiver is gone if the cell took too long.
         let _ = report.send(run(&shared, index));
     };
     let thread = match thread::Builder::new().name(format!("cell {index}")).spawn(body) {

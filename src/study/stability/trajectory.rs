@@ -1,11 +1,11 @@
-//! What a run of a reference leaves: the places of three points over time.
+//! The trajectory of a reference: the positions of three points over time.
 
 use crate::mechanics::{LinkObservation, Observation};
 
 /// x and y of crank pin, middle of the rod and slider pin, m.
 pub(super) type Points = [f64; 6];
 
-/// Places at equal intervals of time from t = 0.
+/// Positions at equal intervals of time from t = 0.
 #[derive(Debug, Default)]
 pub(super) struct Trajectory {
     pub interval_s: f64,
@@ -23,7 +23,7 @@ impl Trajectory {
     }
 }
 
-/// Where crank pin, middle of the rod (as far as the published nodes tell) and slider pin are.
+/// Positions of crank pin, middle of the rod (from the published nodes) and slider pin.
 pub(super) fn points(seen: &Observation) -> Option<Points> {
     let [crank, rod] = seen.links.as_slice() else { return None };
     let (a, m, e) = (crank.nodes.last()?.position_m, middle(rod)?, rod.nodes.last()?.position_m);

@@ -5,14 +5,14 @@ use std::fmt;
 use super::configuration::Configuration;
 use super::errors::Errors;
 use super::grid::Grid;
-use super::output::Output;
-use super::reference::{Reference, TOLD_WELL};
+use super::output_group::OutputGroup;
+use super::reference::{Reference, WELL_RESOLVED};
 use super::run::{Failed, energy_error, run, time};
 use super::sweep::{Measured, Row};
 use super::{REFERENCE_PART, Study};
 use crate::scene::{Drive, Motion, Pulse, Scene, System};
 
-/// What must hold.
+/// Requirements on the choice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demands {
     /// Bound of the largest relative error among the outputs.
@@ -37,7 +37,7 @@ pub struct Trial {
 /// The configuration that holds both demands on all runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chosen {
-    /// Where it stood in the study.
+    /// Its row of the study.
     pub row: Row,
     /// Simulated seconds per second there, by the slowest repeat.
     pub real_time_factor: f64,
@@ -57,7 +57,7 @@ pub enum Refusal {
         /// Its error over the tolerance.
         times: f64,
         /// The output that errs most.
-        output: Output,
+        output: OutputGroup,
         /// Whether it is the reference that is not known well enough.
         reference: bool,
     },
@@ -97,20 +97,20 @@ pub enum Refusal {
 /// Chosen, or refused.
 pub type Choice = Result<Chosen, Refusal>;
 
-/// How much the verifying run differs.
+/// Speed factor of the verifying run.
 const OTHER_SPEED: f64 = 1.2;
 const OTHER_TORQUE: f64 = 0.8;
 const OTHER_DURATION: f64 = 1.5;
-/// How long energy must be kept, s: what becomes of it in a short run says little of a long one, where it reaches the vibrations
-/// that the step resolves worst.
+/// Duration over which energy must be kept, s. A short run shows little of a long one, in which energy errors reach the
+/// vibrations that the step resolves worst.
 const LONG_S: f64 = 600.0;
 /// Candidates that are verified at most.
 const CANDIDATES: usize = 12;
 
-/// Chooses from a study of `scene`; `budget_s` bounds the reference of the verifying run, `progress` hears what runs.
+/// Chooses from a study of `scene`. `budget_s` bounds the reference of the verifying run; `progress` is called before every run.
 ///
 /// # Errors
-/// [`Refusal`] when nothing holds both demands.
+/// [`Refusal`] if no configuration meets the requirements.
 pub fn choose(
     scene: &Scene,
     study: &Study,
@@ -121,14 +121,14 @@ pub fn choose(
     let candidates = candidates(study, demands)?;
     let other = other(scene);
     let chain = other.chain().ok_or(Refusal::Nothing)?;
-    let wanted = (study.outputs.as_slice(), demands.tolerance / TOLD_WELL);
+    let wanted = (study.outputs.as_slice(), demands.tolerance / WELL_RESOLVED);
     let reference = Reference::converge(&other, chain, &study.grid, wanted, REFERENCE_PART * budget_s, progress)
         .map_err(Refusal::NoVerification)?;
     let mut refusal = Refusal::Nothing;
     for (passed_over, (row, measured)) in candidates.into_iter().take(CANDIDATES).enumerate() {
         progress(&row.configuration);
         let Ok(mut trial) = verify(&row.configuration, &other, &study.grid, &reference, &study.outputs) else { continue };
-        if study.outputs.contains(&Output::Energy) && trial.holds(demands) {
+        if study.outputs.contains(&OutputGroup::Energy) && trial.holds(demands) {
             let Ok(error) = energy_error(&row.configuration, scene, &study.grid, LONG_S) else { continue };
             trial.long_energy = Some(error);
         }
@@ -146,10 +146,10 @@ pub fn choose(
 
 /// Simulated seconds per second, by the slowest repeat.
 fn speed(measured: &Measured) -> f64 {
-    measured.timing.spread[1].recip()
+    measured.timing.slowest_per_s.recip()
 }
 
-/// What holds both demands in the study, cheapest first by counted work; or which demand fails.
+/// Returns the configurations that meet the requirements, cheapest first by counted work, or the requirement that fails.
 fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
     let mut all: Vec<(&Row, &Measured)> = study.measured().collect();
     all.sort_by(|a, b| a.1.counted_s_per_s.total_cmp(&b.1.counted_s_per_s));
@@ -177,8 +177,8 @@ fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &
 
 fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> Refusal {
     let Some((row, measured)) = all.iter().min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { return Refusal::Nothing };
-    let told = |output: &Output| measured.errors.of(*output).max(study.reference.estimate.of(*output));
-    let output = study.outputs.iter().copied().max_by(|a, b| told(a).total_cmp(&told(b))).unwrap_or(Output::Angle);
+    let told = |output: &OutputGroup| measured.errors.of(*output).max(study.reference.estimate.of(*output));
+    let output = study.outputs.iter().copied().max_by(|a, b| told(a).total_cmp(&told(b))).unwrap_or(OutputGroup::Angle);
     Refusal::Tolerance {
         best: row.configuration.clone(),
         times: measured.error / demands.tolerance,
@@ -192,13 +192,13 @@ fn verify(
     other: &Scene,
     grid: &Grid,
     reference: &Reference,
-    outputs: &[Output],
+    outputs: &[OutputGroup],
 ) -> Result<Trial, Failed> {
     let (run, seconds) = run(configuration, other, grid)?;
     let timing = time(configuration, other, grid, seconds)?;
     let errors = reference.errors(&run);
-    let error = reference.told(&errors, outputs);
-    Ok(Trial { errors, error, real_time_factor: timing.spread[1].recip(), long_energy: None })
+    let error = reference.bounded_error(&errors, outputs);
+    Ok(Trial { errors, error, real_time_factor: timing.slowest_per_s.recip(), long_energy: None })
 }
 
 impl Trial {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use super::run::Counts;
+use super::run::Effort;
 use crate::scene::{Chain, IntegratorKind, Link, ModelKind, Scene, System};
 
 /// Everything but the step.
@@ -16,7 +16,7 @@ pub struct Family {
     /// Elements a flexible link, or modes of the one that vibrates most slowly, the others having those up to its highest
     /// frequency; 0 where the model has neither.
     pub resolution: usize,
-    /// Which links are rigid.
+    /// Whether each link is rigid.
     pub rigid: Vec<bool>,
 }
 
@@ -81,11 +81,11 @@ impl Family {
     }
 
     /// Microseconds of computing by counted work: residuals, factorizations and solutions cost as 1, 3.3 and 0.7 of a residual, and
-    /// what else a step does as 1.5. It is the same on a busy machine, so choices between configurations rest on it.
+    /// the rest of a step as 1.5. The count is the same on a busy machine, so choices between configurations use it.
     ///
-    /// Read off the default scene, `ref-r2s` and the rigid crank on one shared core: within a third of what was timed, but for
-    /// Runge–Kutta's rigid crank, which took half.
-    pub(super) fn counted_us(&self, counts: &Counts, scene: &Scene) -> f64 {
+    /// Fitted to the default scene, `ref-r2s` and the rigid crank on one shared core: within a third of the measured times, except
+    /// for Runge–Kutta's rigid crank, which took half.
+    pub(super) fn counted_us(&self, counts: &Effort, scene: &Scene) -> f64 {
         let bent = || self.rigid.iter().filter(|rigid| !**rigid).count() as f64;
         let residual_us = match self.model {
             ModelKind::Rigid => 0.05,
@@ -103,7 +103,7 @@ impl Family {
         modes.map(|(modes, rigid)| if *rigid { 0.0 } else { modes as f64 }).sum::<f64>().max(1.0)
     }
 
-    /// What a table says of the discretization.
+    /// The discretization in a table.
     pub fn discretization(&self) -> String {
         let size = match self.model {
             ModelKind::Modal => format!("{} {}", self.resolution, if self.resolution == 1 { "mode" } else { "modes" }),

@@ -1,6 +1,6 @@
-//! Distances between sampled runs, and what became of the energy.
+//! Errors of sampled runs against each other, and of their energy.
 
-use super::output::{CHANNELS, Output, Sample};
+use super::output_group::{CHANNELS, OutputGroup, Sample};
 
 const N: usize = CHANNELS.len();
 
@@ -18,7 +18,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Of `run` against `reference`, sample by sample, in all but energy. What the run does not know is infinitely wrong.
+    /// Errors of `run` against `reference` in everything but energy. A quantity that the run does not compute has infinite error.
     pub(super) fn between(run: &[Sample], reference: &[Sample], scales: &[f64; N]) -> Self {
         let (mut squares, mut max) = ([0.0; N], [0.0_f64; N]);
         for (a, b) in run.iter().zip(reference) {
@@ -34,13 +34,13 @@ impl Errors {
     }
 
     /// The largest relative error of one output.
-    pub fn of(&self, output: Output) -> f64 {
+    pub fn of(&self, output: OutputGroup) -> f64 {
         let channels = CHANNELS.iter().zip(self.relative).filter(|(channel, _)| channel.output == output).map(|(_, e)| e);
-        channels.fold(if output == Output::Energy { self.energy } else { 0.0 }, f64::max)
+        channels.fold(if output == OutputGroup::Energy { self.energy } else { 0.0 }, f64::max)
     }
 
     /// The largest relative error among `outputs`.
-    pub fn worst(&self, outputs: &[Output]) -> f64 {
+    pub fn worst(&self, outputs: &[OutputGroup]) -> f64 {
         outputs.iter().map(|output| self.of(*output)).fold(0.0, f64::max)
     }
 }

@@ -1,6 +1,7 @@
 //! The Pareto front: what nothing else beats in both cost and error.
 
-/// Which `(cost, error)` points no other is as good as in both and better in one. What is not finite never is on it.
+/// Marks the Pareto front: `(cost, error)` points that no other point equals in both and beats in one. Points that are not finite
+/// are never on it.
 pub fn front(points: &[[f64; 2]]) -> Vec<bool> {
     let beaten = |[cost, error]: &[f64; 2]| points.iter().any(|[c, e]| c <= cost && e <= error && (c < cost || e < error));
     points.iter().map(|point| point.iter().all(|x| x.is_finite()) && !beaten(point)).collect()

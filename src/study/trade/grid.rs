@@ -2,7 +2,7 @@
 
 use crate::scene::{Drive, Motion, Scene};
 
-/// Instants in a run, about.
+/// Approximate number of instants in a run.
 const INSTANTS: f64 = 200.0;
 /// Steps are taken as dividing the interval when the quotient is this close to whole.
 const WHOLE: f64 = 1e-9;
@@ -14,7 +14,7 @@ const DIVISORS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.
 pub struct Grid {
     /// Time between instants, s.
     pub interval_s: f64,
-    /// How many.
+    /// Number of instants.
     pub count: usize,
 }
 
@@ -30,10 +30,11 @@ pub struct NoCommonInterval {
 }
 
 impl Grid {
-    /// For a run of at least `until_s`: about 200 instants, on a round interval, or on one that every one of `steps_s` divides.
+    /// Creates a grid for a run of at least `until_s`: about 200 instants, at a round interval, or at one that every one of
+    /// `steps_s` divides.
     ///
     /// # Errors
-    /// [`NoCommonInterval`] when there is none.
+    /// [`NoCommonInterval`] if there is none.
     pub fn new(until_s: f64, steps_s: Option<&[f64]>) -> Result<Self, NoCommonInterval> {
         let interval_s = match steps_s {
             None => round_up(until_s / INSTANTS),
@@ -58,14 +59,14 @@ impl Grid {
     }
 }
 
-/// The shortest of 1, 2, 5 times a power of ten not below `x`.
+/// Rounds up to 1, 2, 5 times a power of ten.
 fn round_up(x: f64) -> f64 {
     let power = 10_f64.powf(x.log10().floor());
     let mantissa = x / power;
     tidy([1.0, 2.0, 5.0, 10.0].into_iter().find(|m| *m >= mantissa * (1.0 - WHOLE)).unwrap_or(10.0) * power)
 }
 
-/// Without the digits that dividing left behind.
+/// Removes the digits that division left behind.
 fn tidy(x: f64) -> f64 {
     format!("{x:.12e}").parse().unwrap_or(x)
 }
@@ -88,7 +89,7 @@ fn common_s(least_s: f64, steps_s: &[f64]) -> Result<f64, NoCommonInterval> {
     })
 }
 
-/// How long a scene is run unless said otherwise: two seconds, a second after its last pulse, or two turns of a prescribed motion.
+/// Default duration of a scene: two seconds, a second after its last pulse, or two turns of a prescribed motion.
 pub fn usual_until_s(scene: &Scene) -> f64 {
     let turns_s = |rate: f64| if rate == 0.0 { 2.0 } else { (2.0 * std::f64::consts::TAU / rate.abs()).min(10.0) };
     match &scene.drive {

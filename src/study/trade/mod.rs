@@ -1,15 +1,15 @@
 //! Speed against accuracy: a scene run by every model × integrator × discretization × step that suits it, each measured against
-//! one reference that the study converges itself; the Pareto front of them; and the cheapest that a user's demands allow.
+//! one reference that the study converges itself; their Pareto front; and the cheapest that meets a user's demands.
 //!
-//! Everything but the timings is the same from run to run: what is worth computing is decided by nominal costs, not by the clock,
-//! unless the budget runs out by the clock, which is told.
+//! Everything but the timings is the same from run to run: nominal costs decide what to compute, not the clock. If the time budget
+//! runs out by the clock, the result says so.
 
 mod choice;
 mod configuration;
 mod errors;
 mod front;
 mod grid;
-mod output;
+mod output_group;
 mod reference;
 mod run;
 mod selection;
@@ -25,20 +25,20 @@ pub use configuration::{Configuration, Family};
 pub use errors::Errors;
 pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
-pub use output::{CHANNELS, Channel, Output};
-pub use reference::{Reference, TOLD_WELL};
-pub use run::{Counts, Failed, Timing};
+pub use output_group::{CHANNELS, Channel, OutputGroup};
+pub use reference::{Reference, WELL_RESOLVED};
+pub use run::{Effort, Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
 pub use table::table;
 
-/// What is to be studied.
+/// The request of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Question {
-    /// Which configurations.
+    /// Models, integrators, steps and meshes.
     pub selection: Selection,
     /// The outputs whose errors count.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<OutputGroup>,
     /// Simulated duration; the scene's usual one if not given.
     pub until_s: Option<f64>,
     /// Time to spend, s.
@@ -47,14 +47,14 @@ pub struct Question {
     pub enough: Option<f64>,
 }
 
-/// What came out.
+/// The result of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// The outputs whose errors count.
-    pub outputs: Vec<Output>,
-    /// When runs were compared.
+    pub outputs: Vec<OutputGroup>,
+    /// Instants at which runs are compared.
     pub grid: Grid,
-    /// What they were compared with.
+    /// The reference.
     pub reference: Reference,
     /// Every configuration that was run, family by family, from the longest step on.
     pub rows: Vec<Row>,
@@ -64,14 +64,14 @@ pub struct Study {
     pub cut_short: bool,
 }
 
-/// What a study is doing.
+/// Progress of a study.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress<'a> {
     /// Families done.
     pub done: usize,
     /// Families to do.
     pub of: usize,
-    /// What is running.
+    /// The configuration that runs now.
     pub running: &'a Configuration,
     /// Whether that is the reference.
     pub reference: bool,
@@ -96,7 +96,7 @@ pub enum TradeError {
 
 /// Part of the budget that one run of the reference may take, nominally.
 const REFERENCE_PART: f64 = 0.15;
-/// Agreement asked of the reference where nobody says what is enough.
+/// Agreement required of the reference if no accuracy is requested.
 const FINE: f64 = 1e-7;
 
 /// Runs the study.
@@ -113,7 +113,7 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
     if families.is_empty() {
         return Err(TradeError::Nothing);
     }
-    let target = question.enough.unwrap_or(FINE) / TOLD_WELL;
+    let target = question.enough.unwrap_or(FINE) / WELL_RESOLVED;
     let mut telling = |running: &Configuration| progress(Progress { done: 0, of: families.len(), running, reference: true });
     let wanted = (question.outputs.as_slice(), target);
     let reference = Reference::converge(scene, chain, &grid, wanted, REFERENCE_PART * question.budget_s, &mut telling)
@@ -143,14 +143,14 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
 }
 
 impl Study {
-    /// What is on the front, cheapest first.
+    /// The configurations on the front, cheapest first.
     pub fn front(&self) -> Vec<(&Row, &Measured)> {
         let mut front: Vec<_> = self.measured().filter(|(_, measured)| measured.on_front).collect();
         front.sort_by(|a, b| a.1.timing.seconds_per_s.total_cmp(&b.1.timing.seconds_per_s));
         front
     }
 
-    /// What ran to its end.
+    /// The configurations that ran to their end.
     pub fn measured(&self) -> impl Iterator<Item = (&Row, &Measured)> {
         self.rows.iter().filter_map(|row| Some((row, row.outcome.as_ref().ok()?)))
     }

@@ -1,54 +1,55 @@
-//! What everything is measured against: the finite-element model, refined until it agrees with itself.
+//! The reference of all measurements: the finite-element model, refined until it agrees with itself.
 
 use super::configuration::{Configuration, Family};
 use super::errors::Errors;
 use super::grid::Grid;
-use super::output::{CHANNELS, Output, Sample, scales};
-use super::run::{Counts, Failed, Run, run};
+use super::output_group::{CHANNELS, OutputGroup, Sample, scales};
+use super::run::{Effort, Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::BuildError;
 
-/// Elements a link of the coarsest mesh; each refinement doubles them and quarters the step, as the orders 4 and 2 ask.
+/// Elements per link of the coarsest mesh; each refinement doubles them and quarters the step, as the orders 4 and 2 require.
 const ELEMENTS: usize = 8;
 /// Steps in an interval at the coarsest.
 const STEPS: f64 = 25.0;
-/// What a refinement costs over the one before.
+/// Cost ratio of successive refinements.
 const DEARER: f64 = 8.0;
-/// How much longer than its nominal share a run may be expected to take by the clock.
+/// Largest expected ratio of a run's time to its nominal share.
 const SLOWER: f64 = 5.0;
-/// Refinements at most.
+/// Largest number of refinements.
 const REFINEMENTS: u32 = 6;
-/// Runs that are made whatever they take.
+/// Number of runs that are made regardless of cost.
 const LEAST: u32 = 2;
-/// An error is told well when it is so many times what the reference is uncertain by.
-pub const TOLD_WELL: f64 = 10.0;
+/// An error is well resolved if it exceeds the reference's uncertainty by this factor.
+pub const WELL_RESOLVED: f64 = 10.0;
 
-/// A converged run and how far it is to be trusted.
+/// A converged run with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// The finest run.
     pub configuration: Configuration,
-    /// How it differs from the refinement before: the estimate of its error.
+    /// Difference from the previous refinement: the estimate of its error.
     pub estimate: Errors,
     /// Work of the finest run.
-    pub effort: Counts,
-    /// Whether the clock forbade a refinement that the nominal cost allowed: another run may get further.
+    pub effort: Effort,
+    /// Whether the clock prevented a refinement that the nominal cost allowed: another run may refine further.
     pub cut_short: bool,
     pub(super) samples: Vec<Sample>,
     pub(super) scales: [f64; CHANNELS.len()],
 }
 
 impl Reference {
-    /// Refines until two successive runs agree to `target` in `outputs`, or the next would take more than `share_s`: nominally, so
-    /// that the reference is the same from run to run, or, on a slow or busy machine, by what the last took by the clock.
+    /// Refines until two successive runs agree to `target` in `outputs`, or the next would take more than `share_s`. Cost is
+    /// nominal, so that the reference is the same from run to run; on a slow or busy machine, the time of the last run counts
+    /// too.
     ///
     /// # Errors
-    /// [`Failed`] when the finite-element model cannot run the scene even twice.
+    /// [`Failed`] if the finite-element model cannot run the scene even twice.
     pub(super) fn converge(
         scene: &Scene,
         chain: &Chain,
         grid: &Grid,
-        wanted: (&[Output], f64),
+        wanted: (&[OutputGroup], f64),
         share_s: f64,
         progress: &mut dyn FnMut(&Configuration),
     ) -> Result<Self, Failed> {
@@ -71,7 +72,7 @@ impl Reference {
                     last_s = seconds;
                     run
                 }
-                // Where a coarse start fails a finer one may not.
+                // A finer step may succeed where a coarse one fails.
                 Err(failed) => {
                     failure = failed;
                     continue;
@@ -90,13 +91,13 @@ impl Reference {
         best.ok_or(failure)
     }
 
-    /// The errors of another run.
+    /// Errors of another run against the reference.
     pub(super) fn errors(&self, run: &Run) -> Errors {
         Errors { energy: run.energy_error, ..Errors::between(&run.samples, &self.samples, &self.scales) }
     }
 
-    /// An error as it may be told: not below what the reference is uncertain by.
-    pub fn told(&self, errors: &Errors, outputs: &[Output]) -> f64 {
+    /// An error to report: at least the reference's own uncertainty.
+    pub fn bounded_error(&self, errors: &Errors, outputs: &[OutputGroup]) -> f64 {
         outputs.iter().map(|output| errors.of(*output).max(self.estimate.of(*output))).fold(0.0, f64::max)
     }
 }
@@ -111,7 +112,7 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
     Configuration { family, step_s: grid.interval_s / (STEPS * 4_f64.powi(k as i32)) }
 }
 
-/// Seconds that a run takes on a usual machine, roughly.
+/// Approximate run time on a typical machine, s.
 pub(super) fn nominal_s(configuration: &Configuration, grid: &Grid) -> f64 {
     1e-6 * configuration.family.nominal_step_us() * grid.until_s() / configuration.step_s
 }

@@ -7,7 +7,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::configuration::Configuration;
 use super::grid::Grid;
-use super::output::{Probe, Sample};
+use super::output_group::{Probe, Sample};
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Diverged, EnergyLedger, Simulation};
 
@@ -25,22 +25,21 @@ pub enum Failed {
     Histogram(#[from] hdrhistogram::CreationError),
 }
 
-/// What a run gives that is the same every time.
+/// The reproducible results of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     pub samples: Vec<Sample>,
-    pub effort: Counts,
+    pub effort: Effort,
     /// See [`Balance::error`].
     pub energy_error: f64,
-    /// What the run itself estimated of its error in the first link's chord angle, rad.
+    /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
-    pub memory_bytes: usize,
     pub out_of_range: bool,
 }
 
 /// Work done in a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct Effort {
     /// Steps.
     pub steps: u64,
     /// Evaluations of the residual.
@@ -49,17 +48,19 @@ pub struct Counts {
     pub newton_iterations: u64,
     /// Factorizations.
     pub factorizations: u64,
-    /// Steps that failed at first and were taken in parts.
+    /// Steps that failed and were repeated in parts.
     pub retried: u64,
 }
 
-/// How long computing took.
+/// Computing time of a configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Seconds of computing per simulated second: median of the repeats.
     pub seconds_per_s: f64,
-    /// The same: quickest and slowest repeat.
-    pub spread: [f64; 2],
+    /// Seconds of computing per simulated second: quickest repeat.
+    pub quickest_per_s: f64,
+    /// Seconds of computing per simulated second: slowest repeat.
+    pub slowest_per_s: f64,
     /// Repeats.
     pub repeats: usize,
     /// 99.9th percentile of single steps, s.
@@ -78,7 +79,7 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     let mut simulation = Simulation::new(&scene)?;
     let steps = grid.steps(configuration.step_s);
     let probe = scene.chain().map(Probe::new);
-    let mut effort = Counts::default();
+    let mut effort = Effort::default();
     let (mut samples, mut seconds, mut out_of_range) = (Vec::with_capacity(grid.count + 1), 0.0, false);
     let mut balance = Balance::default();
     for instant in 0..=grid.count {
@@ -100,11 +101,11 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     effort.steps = simulation.step_count();
     effort.retried = simulation.retried();
     let estimated_angle_rad = simulation.error_estimate().map(|error| error.angle_rad());
-    let (energy_error, memory_bytes) = (balance.error(), memory_bytes(simulation));
-    Ok((Run { samples, effort, energy_error, estimated_angle_rad, memory_bytes, out_of_range }, seconds))
+    let energy_error = balance.error();
+    Ok((Run { samples, effort, energy_error, estimated_angle_rad, out_of_range }, seconds))
 }
 
-/// What became of the energy in a run.
+/// The energy balance of a run.
 #[derive(Debug, Clone, Copy, Default)]
 struct Balance {
     worst_j: f64,
@@ -137,13 +138,7 @@ pub(super) fn energy_error(configuration: &Configuration, scene: &Scene, grid: &
     Ok(balance.error())
 }
 
-/// What a simulation holds, matrices and all: its own bytes, and those it gives back when it is dropped.
-fn memory_bytes(simulation: Simulation) -> usize {
-    let given_back = allocation_counter::measure(|| drop(simulation)).bytes_current;
-    size_of::<Simulation>() + usize::try_from(-given_back).unwrap_or(0)
-}
-
-/// Times a configuration that ran before in `first_s`: whole runs, and one with every step looked at.
+/// Times a configuration that ran before in `first_s`: whole runs, and one with every step timed.
 pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, first_s: f64) -> Result<Timing, Failed> {
     let scene = configuration.scene(scene);
     let mut simulation = Simulation::new(&scene)?;
@@ -165,7 +160,8 @@ pub(super) fn time(configuration: &Configuration, scene: &Scene, grid: &Grid, fi
     let per_s = |seconds: f64| seconds / grid.until_s();
     Ok(Timing {
         seconds_per_s: per_s(seconds[(seconds.len() - 1) / 2]),
-        spread: [per_s(seconds[0]), per_s(seconds[seconds.len() - 1])],
+        quickest_per_s: per_s(seconds[0]),
+        slowest_per_s: per_s(seconds[seconds.len() - 1]),
         repeats: seconds.len(),
         step_p999_s: 1e-9 * single.value_at_quantile(0.999) as f64,
         step_worst_s: 1e-9 * single.max() as f64,

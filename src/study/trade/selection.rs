@@ -1,10 +1,10 @@
-//! Which families suit a scene, and which of them are asked for.
+//! The families of configurations that suit a scene and are selected.
 
 use super::configuration::Family;
 use crate::scene::{IntegratorKind, ModelKind, Scene};
 use crate::simulation::Simulation;
 
-/// What is asked for; empty lists mean everything that suits.
+/// The selected families; an empty list selects everything that suits.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Selection {
     /// Models.
@@ -47,7 +47,7 @@ impl Selection {
         families
     }
 
-    /// Which links are rigid: as the scene says, and with more of them if asked for.
+    /// Patterns of rigid links: the scene's own, and with more rigid links if selected.
     fn patterns(&self, scene: &Scene, model: ModelKind) -> Vec<Vec<bool>> {
         let asked: Vec<bool> = scene.chain().map_or(Vec::new(), |chain| chain.links.iter().map(|link| link.rigid).collect());
         let meshed = matches!(model, ModelKind::Modal | ModelKind::FiniteElement);
@@ -59,7 +59,7 @@ impl Selection {
     }
 }
 
-/// Flexible models need something flexible; otherwise `rigid` says the same for less.
+/// Flexible models need a flexible link; otherwise `rigid` gives the same for less.
 fn suits(family: &Family, scene: &Scene) -> bool {
     let all_rigid = family.rigid.iter().all(|rigid| *rigid);
     let redundant = all_rigid && matches!(family.model, ModelKind::Modal | ModelKind::Incremental);

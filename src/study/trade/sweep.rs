@@ -1,26 +1,26 @@
-//! Families of configurations, each from its longest step on until finer ones are of no use.
+//! Families of configurations: each from its longest step down, until finer steps gain nothing.
 
 use super::configuration::{Configuration, Family};
 use super::errors::Errors;
 use super::grid::Grid;
-use super::output::Output;
+use super::output_group::OutputGroup;
 use super::reference::{Reference, nominal_s};
-use super::run::{Counts, Failed, Timing, run, time};
+use super::run::{Effort, Failed, Timing, run, time};
 use crate::scene::{ModelKind, Scene};
 
-/// A configuration and what became of it.
+/// A configuration with its measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// What was run.
+    /// The configuration.
     pub configuration: Configuration,
-    /// What came out, or why nothing did.
+    /// The measurements, or why the run failed.
     pub outcome: Result<Measured, Failed>,
 }
 
-/// What was measured of a configuration.
+/// Measurements of a configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Against the reference.
+    /// Errors against the reference.
     pub errors: Errors,
     /// Largest relative error among the outputs that count, not below the reference's own uncertainty.
     pub error: f64,
@@ -28,15 +28,13 @@ pub struct Measured {
     pub order: Option<f64>,
     /// Order observed between the next coarser mesh at the same step and this one.
     pub mesh_order: Option<f64>,
-    /// Work.
-    pub effort: Counts,
-    /// Bytes that the simulation holds, matrices and all, the same from its start to its end.
-    pub memory_bytes: usize,
-    /// Whether the model said that it was out of its range.
+    /// Work of the solver.
+    pub effort: Effort,
+    /// Whether deflections left the model's range.
     pub out_of_range: bool,
-    /// What the run itself estimated of its error in the first link's chord angle, rad.
+    /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
-    /// How long it took.
+    /// Computing time.
     pub timing: Timing,
     /// Seconds of computing per simulated second by counted work, the same on every machine.
     pub counted_s_per_s: f64,
@@ -48,17 +46,17 @@ pub struct Measured {
 const NO_GAIN: f64 = 0.9;
 /// Below this, the error still falls with the step: a finer mesh would show the same.
 const STEP_BOUND: f64 = 0.7;
-/// By how much a point must be cheaper, in nominal cost, for it to be surely so.
+/// A point must be cheaper by this factor, in nominal cost, to be surely cheaper.
 const SURELY: f64 = 3.0;
 /// Part of the budget that one run may take, nominally.
 const LARGEST_PART: f64 = 0.03;
 
-/// What a sweep works with.
+/// State of a sweep.
 pub(super) struct Sweep<'a> {
     pub scene: &'a Scene,
     pub grid: &'a Grid,
     pub reference: &'a Reference,
-    pub outputs: &'a [Output],
+    pub outputs: &'a [OutputGroup],
     pub steps_s: Vec<f64>,
     /// Whether families end early: not when their steps were asked for.
     pub prune: bool,
@@ -72,7 +70,7 @@ pub(super) struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Runs one family; `expired` says that the clock has run out, `progress` hears of every run.
+    /// Runs one family. `expired` returns whether the time budget has run out; `progress` is called before every run.
     pub fn family(&mut self, family: &Family, expired: &dyn Fn() -> bool, progress: &mut dyn FnMut(&Configuration)) {
         if self.prune && self.is_settled(family) {
             return;
@@ -100,8 +98,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Whether it is known what making these links rigid costs, and is too much: two resolutions of the same model ended at the
-    /// same error, which finer ones and other integrators would only show again.
+    /// Whether the cost of making these links rigid is known and too high: two resolutions of the same model ended at the same
+    /// error, which finer ones and other integrators would only confirm.
     fn is_settled(&self, family: &Family) -> bool {
         if !(family.rigid.contains(&true) && family.rigid.contains(&false)) {
             return false;
@@ -123,8 +121,8 @@ impl Sweep<'_> {
         ends.windows(2).any(|pair| pair[1].1 > NO_GAIN * pair[0].1 && pair[1].1 > self.enough)
     }
 
-    /// Where a family begins: where its coarser sister's error stopped falling with the step, since above that it is the step
-    /// that errs, and the sister is cheaper.
+    /// The first step of a family: the one where its coarser sister's error stopped falling. At longer steps the step dominates
+    /// the error, and the sister is cheaper.
     fn start_s(&self, family: &Family) -> f64 {
         if !self.prune {
             return f64::INFINITY;
@@ -189,12 +187,11 @@ impl Sweep<'_> {
         let meshed = coarser.filter(|_| family.model == ModelKind::FiniteElement);
         let elements = |row: &Row| family.resolution as f64 / row.configuration.family.resolution as f64;
         Ok(Measured {
-            error: self.reference.told(&errors, self.outputs),
+            error: self.reference.bounded_error(&errors, self.outputs),
             errors,
             order: longer.and_then(|row| order(row, row.configuration.step_s / step_s)),
             mesh_order: meshed.and_then(|row| order(row, elements(row))),
             effort: run.effort,
-            memory_bytes: run.memory_bytes,
             estimated_angle_rad: run.estimated_angle_rad,
             counted_s_per_s: 1e-6 * family.counted_us(&run.effort, self.scene) / self.grid.until_s(),
             out_of_range: run.out_of_range,

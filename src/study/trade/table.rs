@@ -1,8 +1,8 @@
 //! A study as a table of numbers.
 
-use super::output::CHANNELS;
+use super::output_group::CHANNELS;
 use super::sweep::{Measured, Row};
-use super::{Study, TOLD_WELL};
+use super::{Study, WELL_RESOLVED};
 use crate::study::Table;
 
 /// Every configuration with everything measured of it; what failed has empty measurements.
@@ -19,19 +19,18 @@ pub fn table(study: &Study) -> Table {
     table.push("step_s", study.rows.iter().map(|row| row.configuration.step_s).collect());
     table.push("on_front", numbers(&|m| f64::from(u8::from(m.on_front))));
     table.push("error", numbers(&|m| m.error));
-    let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= TOLD_WELL * study.reference.estimate.of(*o));
+    let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= WELL_RESOLVED * study.reference.estimate.of(*o));
     table.push("reference_ten_times_better", numbers(&|m| f64::from(u8::from(well(m)))));
     table.push("observed_order", numbers(&|m| m.order.unwrap_or(f64::NAN)));
     table.push("observed_mesh_order", numbers(&|m| m.mesh_order.unwrap_or(f64::NAN)));
     table.push("seconds_per_simulated_s", numbers(&|m| m.timing.seconds_per_s));
-    table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[0]));
-    table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.spread[1]));
+    table.push("quickest_seconds_per_simulated_s", numbers(&|m| m.timing.quickest_per_s));
+    table.push("slowest_seconds_per_simulated_s", numbers(&|m| m.timing.slowest_per_s));
     table.push("counted_seconds_per_simulated_s", numbers(&|m| m.counted_s_per_s));
     table.push("repeats", numbers(&|m| m.timing.repeats as f64));
     table.push("steps_per_s", study.rows.iter().map(steps_per_s).collect());
     table.push("step_p999_s", numbers(&|m| m.timing.step_p999_s));
     table.push("step_worst_s", numbers(&|m| m.timing.step_worst_s));
-    table.push("memory_bytes", numbers(&|m| m.memory_bytes as f64));
     table.push("steps", numbers(&|m| m.effort.steps as f64));
     table.push("residuals", numbers(&|m| m.effort.residuals as f64));
     table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));

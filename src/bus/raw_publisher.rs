@@ -1,0 +1,67 @@
+//! Publishing of recorded bytes, with the encoding that the recording states.
+
+use zenoh::bytes::Encoding;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
+
+use super::BusError;
+
+/// A publisher of recorded bytes. It waits for a slow subscriber and drops nothing.
+pub struct RawPublisher {
+    publisher: Publisher<'static>,
+}
+
+impl RawPublisher {
+    /// Declares a publisher under a key, with the encoding and schema name that the recording states.
+    ///
+    /// # Errors
+    /// [`BusError`] if zenoh refuses.
+    pub fn declare(session: &Session, key: &str, encoding: &str, schema: Option<&str>) -> Result<Self, BusError> {
+        let publisher = session
+            .declare_publisher(key.to_owned())
+            .encoding(zenoh_encoding(encoding, schema))
+            .congestion_control(CongestionControl::Block)
+            .wait()
+            .map_err(BusError::failed)?;
+        Ok(RawPublisher { publisher })
+    }
+
+    /// Publishes a payload.
+    ///
+    /// # Errors
+    /// [`BusError`] if zenoh refuses.
+    pub fn put(&self, payload: &[u8]) -> Result<(), BusError> {
+        self.publisher.put(payload).wait().map_err(BusError::failed)
+    }
+}
+
+/// Returns zenoh's name of an MCAP message encoding.
+fn zenoh_encoding(encoding: &str, schema: Option<&str>) -> Encoding {
+    let encoding = match encoding {
+        "protobuf" => Encoding::APPLICATION_PROTOBUF,
+        "json" => Encoding::APPLICATION_JSON,
+        "cbor" => Encoding::APPLICATION_CBOR,
+        "cdr" => Encoding::APPLICATION_CDR,
+        "" => Encoding::ZENOH_BYTES,
+        other => Encoding::from(format!("application/{other}")),
+    };
+    match schema {
+        Some(schema) if !schema.is_empty() => encoding.with_schema(schema),
+        _ => encoding,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_encodings_are_named_as_zenoh_names_them() {
+        let named = |encoding, schema| zenoh_encoding(encoding, schema).to_string();
+        assert_eq!(named("protobuf", Some("flexcrank.v1.Loads")), "application/protobuf;flexcrank.v1.Loads");
+        assert_eq!(named("cdr", Some("sensor_msgs/msg/Image")), "application/cdr;sensor_msgs/msg/Image");
+        assert_eq!(named("json", None), "application/json");
+        assert_eq!(named("flatbuffer", Some("Pose")), "application/flatbuffer;Pose");
+    }
+}

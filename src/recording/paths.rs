@@ -1,0 +1,63 @@
+//! File names of recordings.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::RecordingError;
+use crate::wire;
+
+/// Default folder of recordings.
+pub const FOLDER: &str = "recordings";
+
+/// `FOLDER/<name>-<UTC time>.mcap`, numbered if that exists already.
+pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
+    let time = wire::timestamp(now).to_string();
+    let time: String = time.split('.').next().unwrap_or(&time).chars().filter(char::is_ascii_alphanumeric).collect();
+    let time = time.trim_end_matches('Z');
+    let path = |suffix: &str| folder.join(format!("{name}-{time}Z{suffix}.mcap"));
+    (1_u32..)
+        .map(|n| if n == 1 { path("") } else { path(&format!("-{n}")) })
+        .find(|path| !path.exists())
+        .unwrap_or_else(|| path(""))
+}
+
+/// Part `n` of a recording: `take.mcap` becomes `take-001.mcap`.
+pub fn part(path: &Path, n: u32) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().map_or(String::new(), |extension| format!(".{}", extension.to_string_lossy()));
+    path.with_file_name(format!("{stem}-{n:03}{extension}"))
+}
+
+/// `FOLDER/<name>.mcap` for an untrusted name, which must not lead to another folder.
+///
+/// # Errors
+/// [`RecordingError::Name`] unless the name is a plain file name.
+pub fn named(folder: &Path, name: &str) -> Result<PathBuf, RecordingError> {
+    let plain = !name.is_empty()
+        && name.len() <= 128
+        && !name.starts_with('.')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_'));
+    if !plain {
+        return Err(RecordingError::Name(name.to_owned()));
+    }
+    Ok(folder.join(if name.ends_with(".mcap") { name.to_owned() } else { format!("{name}.mcap") }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_parts_are_numbered_before_the_extension() {
+        assert_eq!(part(Path::new("r/take.mcap"), 2), PathBuf::from("r/take-002.mcap"));
+        assert_eq!(part(Path::new("take"), 1234), PathBuf::from("take-1234"));
+    }
+
+    #[test]
+    fn prop_a_name_never_leaves_the_folder() {
+        for name in ["", "../x", "a/b", "/etc/x", "..", ".hidden", "a\\b", "a\0b", "ü"] {
+            assert!(named(Path::new("r"), name).is_err(), "{name:?}");
+        }
+        assert_eq!(named(Path::new("r"), "run-1").ok(), Some(PathBuf::from("r/run-1.mcap")));
+    }
+}

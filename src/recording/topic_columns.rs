@@ -1,0 +1,76 @@
+//! Recordings in memory: all numbers of every topic, column by column.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+use super::RecordingError;
+use super::rows::{Decoder, Row};
+
+/// The numbers of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    /// One entry per protobuf topic.
+    pub topics: Vec<TopicColumns>,
+    /// Whether the recording ended early.
+    pub cut_off: bool,
+    /// Topics skipped because their messages are not protobuf.
+    pub skipped: Vec<String>,
+}
+
+/// The numbers of one topic. The columns are those of [`export`](super::export()), all of equal length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TopicColumns {
+    /// Key expression.
+    pub name: String,
+    /// Column names and values. Times are in seconds since 1970; a missing or non-numeric field is NaN.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+/// Reads all messages of a recording.
+///
+/// # Errors
+/// [`RecordingError`] if the file cannot be read, is empty, or a message does not fit its schema.
+pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
+    let mut decoder = Decoder::new(recording);
+    let mut topics: BTreeMap<String, ColumnBuilder> = BTreeMap::new();
+    let cut_off = decoder.each_row(|topic, row| {
+        topics.entry(topic.to_owned()).or_default().take(row);
+        Ok(())
+    })?;
+    if topics.is_empty() {
+        return Err(RecordingError::Empty { path: recording.to_owned() });
+    }
+    let topics = topics.into_iter().map(|(name, filling)| filling.finish(name)).collect();
+    Ok(Contents { topics, cut_off, skipped: decoder.skipped })
+}
+
+/// The columns of a topic while rows are added.
+#[derive(Default)]
+struct ColumnBuilder {
+    columns: Vec<(String, Vec<f64>)>,
+    index: HashMap<String, usize>,
+    rows: usize,
+}
+
+impl ColumnBuilder {
+    fn take(&mut self, row: &Row) {
+        for (name, cell) in row {
+            let place = self.index.get(name).copied().unwrap_or_else(|| {
+                self.index.insert(name.clone(), self.columns.len());
+                self.columns.push((name.clone(), Vec::new()));
+                self.columns.len() - 1
+            });
+            let column = &mut self.columns[place].1;
+            column.resize(self.rows, f64::NAN);
+            column.push(cell.number());
+        }
+        self.rows += 1;
+    }
+
+    fn finish(mut self, name: String) -> TopicColumns {
+        for (_, column) in &mut self.columns {
+            column.resize(self.rows, f64::NAN);
+        }
+        TopicColumns { name, columns: self.columns }
+    }
+}

@@ -1,0 +1,76 @@
+//! Deviation between a recorded session and its re-simulation.
+
+use std::collections::BTreeMap;
+
+use prost::Message as _;
+
+use super::difference::Difference;
+use super::event::Event;
+use crate::wire::{Angles, Displacements, Energies, Loads};
+
+/// First and largest differences between a recorded session and its re-simulation.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Deviation {
+    /// The first message that differs; `None` if none does.
+    pub first: Option<Difference>,
+    /// The largest difference of each quantity, by the quantity's name and unit.
+    pub largest: BTreeMap<String, LargestDifference>,
+}
+
+/// The largest difference of a quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestDifference {
+    /// Its absolute value, in the quantity's unit.
+    pub value: f64,
+    /// Session time, s.
+    pub at_s: f64,
+}
+
+impl Deviation {
+    /// Compares a recorded message with the re-simulated one.
+    pub(super) fn compare(&mut self, recorded: &Event, computed: &[u8], session_s: f64) {
+        match recorded {
+            Event::Displacements(was) => self.displacements(was, &Displacements::decode(computed).unwrap_or_default(), session_s),
+            Event::Angles(was) => self.angles(was, &Angles::decode(computed).unwrap_or_default(), session_s),
+            Event::Loads(was) => self.loads(was, &Loads::decode(computed).unwrap_or_default(), session_s),
+            Event::Energies(was) => self.energies(was, &Energies::decode(computed).unwrap_or_default(), session_s),
+            _ => {}
+        }
+    }
+
+    fn put(&mut self, name: &str, difference: f64, session_s: f64) {
+        if !self.largest.contains_key(name) {
+            self.largest.insert(name.to_owned(), LargestDifference { value: 0.0, at_s: session_s });
+        }
+        if let Some(largest) = self.largest.get_mut(name).filter(|largest| difference.abs() > largest.value) {
+            *largest = LargestDifference { value: difference.abs(), at_s: session_s };
+        }
+    }
+
+    fn displacements(&mut self, was: &Displacements, is: &Displacements, session_s: f64) {
+        for (was, is) in was.nodes.iter().zip(&is.nodes) {
+            self.put("node position, m", (was.x_m - is.x_m).hypot(was.y_m - is.y_m), session_s);
+            if let (Some(was_m), Some(is_m)) = (was.deflection_m, is.deflection_m) {
+                self.put(&format!("{} deflection, m", was.link), was_m - is_m, session_s);
+            }
+        }
+    }
+
+    fn angles(&mut self, was: &Angles, is: &Angles, session_s: f64) {
+        for (was, is) in was.links.iter().zip(&is.links) {
+            self.put(&format!("{} angle, rad", was.link), was.chord_rad - is.chord_rad, session_s);
+        }
+    }
+
+    fn loads(&mut self, was: &Loads, is: &Loads, session_s: f64) {
+        self.put("driving torque, N·m", was.driving_torque_nm - is.driving_torque_nm, session_s);
+        for (was, is) in was.joints.iter().zip(&is.joints) {
+            self.put(&format!("{} force, N", was.joint), (was.fx_n - is.fx_n).hypot(was.fy_n - is.fy_n), session_s);
+        }
+    }
+
+    fn energies(&mut self, was: &Energies, is: &Energies, session_s: f64) {
+        let total_j = |of: &Energies| [of.kinetic_j, of.strain_j, of.potential_j].into_iter().flatten().sum::<f64>();
+        self.put("energy, J", total_j(was) - total_j(is), session_s);
+    }
+}

@@ -1,0 +1,168 @@
+//! Missing steps: samples that were due by the publishing rate and are not in the recording, and why.
+
+use super::event::{Event, resets};
+use super::finding::{Finding, LossReason};
+use super::recorded_session::RecordedSession;
+use super::resimulator::EpochStep;
+use crate::runtime::{PublishRate, PublishRates};
+use crate::scene::System;
+use crate::wire::{Gap, status::State};
+
+/// Largest number of missing ranges kept for the report.
+const LIMIT: usize = 1000;
+
+/// Follows every topic through the steps of a recording.
+pub(super) struct MissingSteps {
+    step_s: f64,
+    tracks: Vec<TopicTrack>,
+    /// Expected sequence number of the next command.
+    next_command: u32,
+    /// Numbers of the messages before which commands are missing.
+    numbers_after_missing_commands: Vec<u64>,
+    holes: Vec<MissingRange>,
+}
+
+struct TopicTrack {
+    topic: &'static str,
+    rate: Option<PublishRate>,
+    /// Last recorded step.
+    last: Option<EpochStep>,
+    /// Expected sequence number of the next message: a jump means that messages were lost from the file.
+    next: u32,
+    /// Whether part of the file was lost since the last message.
+    lost: bool,
+    /// Index of a missing range that another topic revealed: the next message of this topic may explain it.
+    open: Option<usize>,
+}
+
+struct MissingRange {
+    topic: &'static str,
+    epoch: u64,
+    after: u64,
+    before: u64,
+    count: u64,
+    damaged: bool,
+    /// Number of the message that revealed it.
+    number: u64,
+}
+
+impl MissingSteps {
+    pub(super) fn new(source: &RecordedSession) -> Self {
+        let track = |topic, rate: fn(PublishRates) -> PublishRate| TopicTrack {
+            topic,
+            rate: source.publish.map(rate),
+            last: None,
+            next: 0,
+            lost: false,
+            open: None,
+        };
+        let mut tracks = vec![track("displacements", |rates| rates.displacements)];
+        if source.energies {
+            tracks.push(track("energies", |rates| rates.energies));
+        }
+        if let System::Chain(_) = source.scene.scene.system {
+            tracks.extend([track("angles", |rates| rates.angles), track("loads", |rates| rates.loads)]);
+        }
+        MissingSteps {
+            step_s: source.scene.scene.solver.step_s,
+            tracks,
+            next_command: 0,
+            numbers_after_missing_commands: Vec::new(),
+            holes: Vec::new(),
+        }
+    }
+
+    /// Notes that part of the file is lost.
+    pub(super) fn damaged(&mut self) {
+        self.tracks.iter_mut().for_each(|track| track.lost = true);
+    }
+
+    /// Adds message number `number` of the file, with sequence number `sequence` on its channel.
+    pub(super) fn take(&mut self, event: &Event, sequence: u32, number: u64) {
+        let Some(stamp) = event.stamp() else { return };
+        let at = (stamp.epoch, stamp.step);
+        match event {
+            Event::Displacements(_) => self.arrived("displacements", at, sequence, number),
+            Event::Angles(_) => self.arrived("angles", at, sequence, number),
+            Event::Loads(_) => self.arrived("loads", at, sequence, number),
+            Event::Energies(_) => self.arrived("energies", at, sequence, number),
+            // Samples are expected from here on, in a new epoch.
+            Event::Checkpoint(_) => {
+                let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
+                self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
+            }
+            // Everything due before the status was published before it.
+            Event::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
+            Event::Command(command) => {
+                if sequence != self.next_command {
+                    self.numbers_after_missing_commands.push(number);
+                }
+                self.next_command = sequence.wrapping_add(1);
+                if resets(command) {
+                    self.all_up_to(at, number);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn arrived(&mut self, topic: &str, at: EpochStep, sequence: u32, number: u64) {
+        let Some(i) = self.tracks.iter().position(|track| track.topic == topic) else { return };
+        let track = &mut self.tracks[i];
+        track.lost |= sequence != track.next;
+        track.next = sequence.wrapping_add(1);
+        if let Some(hole) = track.open.take().and_then(|open| self.holes.get_mut(open)) {
+            hole.damaged |= track.lost;
+        }
+        self.check(i, at, number);
+        let track = &mut self.tracks[i];
+        (track.last, track.lost) = (Some(at), false);
+    }
+
+    fn all_up_to(&mut self, (epoch, step): EpochStep, number: u64) {
+        for i in 0..self.tracks.len() {
+            let open = self.holes.len();
+            if self.check(i, (epoch, step.saturating_add(1)), number) {
+                (self.tracks[i].last, self.tracks[i].open) = (Some((epoch, step)), Some(open));
+            }
+        }
+    }
+
+    /// Notes the missing range of a topic before an instant; returns whether there is one.
+    fn check(&mut self, i: usize, (epoch, before): EpochStep, number: u64) -> bool {
+        let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
+        let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
+        if count > 0 && self.holes.len() < LIMIT {
+            self.holes.push(MissingRange { topic, epoch, after: *after, before, count, damaged: *lost, number });
+        }
+        count > 0
+    }
+
+    /// Returns the missing ranges with reasons, and the numbers of messages before which commands may be missing too.
+    /// `recovered`: the recording was recovered from a damaged one.
+    pub(super) fn into_findings(self, gaps: &[Gap], recovered: bool) -> (Vec<Finding>, Vec<u64>) {
+        let why = |hole: &MissingRange| {
+            let reported = |gap: &Gap| {
+                let last = gap.stamp.unwrap_or_default();
+                gap.topic == hole.topic && last.epoch == hole.epoch && gap.first_step < hole.before && last.step > hole.after
+            };
+            match hole.damaged {
+                true if recovered => LossReason::Recovered,
+                true => LossReason::Damage,
+                false if gaps.iter().any(reported) => LossReason::Queue,
+                false => LossReason::Unexplained,
+            }
+        };
+        let mut breaks = self.numbers_after_missing_commands;
+        let mut findings = Vec::new();
+        for hole in &self.holes {
+            let why = why(hole);
+            if why != LossReason::Queue {
+                breaks.push(hole.number);
+            }
+            let MissingRange { topic, epoch, after, before, count, .. } = *hole;
+            findings.push(Finding::Missing { topic, epoch, after, before, count, why });
+        }
+        (findings, breaks)
+    }
+}

@@ -1,0 +1,66 @@
+//! A recorded session to re-simulate: its scene, name and clock.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::ResimulationError;
+use crate::recording::{self, RecordingMetadata};
+use crate::runtime::PublishRates;
+use crate::scene::SceneSource;
+use crate::wire::Stamp;
+
+/// The facts of a recorded session.
+#[derive(Debug, Clone)]
+pub struct RecordedSession {
+    /// Path of the recording.
+    pub path: PathBuf,
+    /// The service's name on the bus.
+    pub name: String,
+    /// Wall clock at the start of the session, the origin of `log_time`.
+    pub started: SystemTime,
+    /// The recorded scene.
+    pub scene: SceneSource,
+    /// Publishing rates, if recorded.
+    pub publish: Option<PublishRates>,
+    /// Whether energies were published as a topic. Earlier versions published them in `status` only and recorded no rate for
+    /// them.
+    pub energies: bool,
+    /// Metadata of the recording.
+    pub metadata: RecordingMetadata,
+}
+
+impl RecordedSession {
+    /// Opens a recording and reads its metadata and scene.
+    ///
+    /// # Errors
+    /// [`ResimulationError`] if the recording cannot be read, its metadata is incomplete, or its scene is refused.
+    pub fn open(path: &Path) -> Result<Self, ResimulationError> {
+        let metadata = RecordingMetadata::read(path)?;
+        let text = metadata.scene.as_deref().unwrap_or_default();
+        let scene = SceneSource::parse(&format!("{}: scene.toml", path.display()), text, &[]).map_err(|refused| {
+            let build = metadata.other_build().join("; ");
+            if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused, build } }
+        })?;
+        let started = metadata.started().ok_or_else(|| ResimulationError::NoStart(path.to_owned()))?;
+        Ok(RecordedSession {
+            path: path.to_owned(),
+            name: metadata.fact("name").to_owned(),
+            started,
+            scene,
+            publish: metadata.fact("publish_hz").parse().ok(),
+            energies: metadata.fact("publish_hz").contains("energies="),
+            metadata,
+        })
+    }
+
+    /// Whether a stamp is consistent with `log_time`: its time equals that of its step, and does not lie after it.
+    pub(super) fn is_timely(&self, stamp: &Stamp, log_time_ns: u64) -> bool {
+        let sim_time_s = stamp.step as f64 * self.scene.scene.solver.step_s;
+        stamp.sim_time_s.to_bits() == sim_time_s.to_bits() && self.log_time_ns(sim_time_s) <= log_time_ns
+    }
+
+    /// `log_time` of an instant of the session, ns.
+    pub fn log_time_ns(&self, session_s: f64) -> u64 {
+        recording::log_time_ns(self.started, session_s)
+    }
+}

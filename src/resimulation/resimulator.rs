@@ -1,0 +1,190 @@
+//! Re-simulation of a recorded scene, from one recorded instant to the next.
+
+use std::time::SystemTime;
+
+use prost::Message as _;
+
+use super::event::{Event, resets};
+use crate::scene::Scene;
+use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
+use crate::wire::{self, AppliedCommand, BadCommand, TelemetryEncoder, applied_command};
+
+/// A simulation that follows a recording.
+pub(super) struct Resimulator {
+    simulation: Simulation,
+    telemetry: TelemetryEncoder,
+    epoch_start_s: f64,
+    sample: Sample,
+    /// The instant of the sample's observation.
+    observed: Option<EpochStep>,
+}
+
+/// An epoch, and the step within it.
+pub(super) type EpochStep = (u64, u64);
+
+/// Why re-simulation cannot follow the recording.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum ResimulationFault {
+    /// The re-simulation diverged where the recording continues.
+    #[error("the re-simulation {0}")]
+    Diverged(#[from] Diverged),
+    /// The recorded instant lies before the present one.
+    #[error("it is out of order, after step {} of epoch {}", .0.1, .0.0)]
+    Over(EpochStep),
+    /// A recorded pulse is refused.
+    #[error("a recorded pulse would be refused: {0}")]
+    Refused(#[from] PulseRefused),
+    /// A recorded pulse is invalid.
+    #[error("a recorded pulse is invalid: {0}")]
+    NoPulse(#[from] BadCommand),
+    /// Epochs must increase by one.
+    #[error("epoch {0} does not follow")]
+    Epoch(u64),
+}
+
+impl Resimulator {
+    /// Starts at the beginning of a scene.
+    pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
+        let simulation = Simulation::new(scene)?;
+        let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
+        let sample =
+            Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
+        let telemetry = TelemetryEncoder::new(&scene.system, simulation.start());
+        Ok(Resimulator { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
+    }
+
+    pub(super) fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    pub(super) fn into_parts(self) -> (Simulation, f64) {
+        (self.simulation, self.epoch_start_s)
+    }
+
+    pub(super) fn instant(&self) -> EpochStep {
+        (self.simulation.epoch(), self.simulation.step_count())
+    }
+
+    pub(super) fn stamp(&self) -> Stamp {
+        Stamp {
+            step: self.simulation.step_count(),
+            epoch: self.simulation.epoch(),
+            sim_time_s: self.simulation.time_s(),
+            epoch_start_s: self.epoch_start_s,
+            wall: SystemTime::UNIX_EPOCH,
+        }
+    }
+
+    /// Restores a recorded state; returns `false`, and changes nothing, if the state does not fit the scene.
+    pub(super) fn restore(&mut self, state: &Checkpoint, epoch_start_s: f64) -> bool {
+        self.observed = None;
+        let fits = self.simulation.restore(state);
+        if fits {
+            self.epoch_start_s = epoch_start_s;
+        }
+        fits
+    }
+
+    /// Steps to an instant, with a reset before the next epoch. `after_step` is called after every step.
+    pub(super) fn go_to(
+        &mut self,
+        (epoch, step): EpochStep,
+        mut after_step: impl FnMut(&mut Simulation),
+    ) -> Result<(), ResimulationFault> {
+        if epoch == self.simulation.epoch() + 1 {
+            self.epoch_start_s += self.simulation.time_s();
+            self.simulation.reset()?;
+        }
+        if epoch != self.simulation.epoch() {
+            return Err(ResimulationFault::Epoch(epoch));
+        }
+        if step < self.simulation.step_count() {
+            return Err(ResimulationFault::Over(self.instant()));
+        }
+        while self.simulation.step_count() < step {
+            self.simulation.step()?;
+            after_step(&mut self.simulation);
+        }
+        Ok(())
+    }
+
+    /// Whether the present state can be observed and another step taken. Takes that step, so the re-simulation ends here.
+    pub(super) fn can_step(&mut self) -> bool {
+        self.observe().is_ok() && self.simulation.step().is_ok()
+    }
+
+    /// Gives access to the simulation at the present instant.
+    pub(super) fn with_simulation(&mut self, see: impl FnOnce(&mut Simulation)) {
+        see(&mut self.simulation);
+    }
+
+    /// Applies a recorded command at the present instant.
+    pub(super) fn command(&mut self, command: &AppliedCommand) -> Result<(), ResimulationFault> {
+        if resets(command) {
+            return self.go_to((self.simulation.epoch() + 1, 0), |_| {});
+        }
+        if let Some(applied_command::Command::Torque(pulse)) = &command.command {
+            self.apply(&wire::pulse_request(pulse)?)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a pulse at the present instant.
+    pub(super) fn apply(&mut self, pulse: &PulseRequest) -> Result<Effective, PulseRefused> {
+        self.simulation.add_pulse(pulse)
+    }
+
+    /// Observes the present instant.
+    pub(super) fn observe(&mut self) -> Result<&Sample, Diverged> {
+        if self.observed != Some(self.instant()) {
+            self.sample.observation.clone_from(self.simulation.observe()?);
+            self.sample.ledger = self.simulation.ledger();
+            self.sample.stamp = self.stamp();
+            self.observed = Some(self.instant());
+        }
+        Ok(&self.sample)
+    }
+
+    /// Re-simulates a recorded message of the present instant, except for fields that only the wall clock and the service
+    /// determine. `None` if the message is not computed.
+    pub(super) fn recompute(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
+        if recorded.is_of_sample() {
+            self.observe()?;
+        }
+        let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
+        let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });
+        Ok(match recorded {
+            Event::Displacements(_) => {
+                if !self.telemetry.turns() {
+                    // Without loads, the mean torque follows the displacements.
+                    self.simulation.take_driving_torque_nm();
+                }
+                Some(wire::Displacements { stamp, ..self.telemetry.displacements(&self.sample) }.encode_to_vec())
+            }
+            Event::Angles(_) => Some(wire::Angles { stamp, ..self.telemetry.angles(&self.sample) }.encode_to_vec()),
+            Event::Loads(_) => {
+                self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
+                Some(wire::Loads { stamp, ..self.telemetry.loads(&self.sample) }.encode_to_vec())
+            }
+            Event::Energies(_) => Some(wire::Energies { stamp, ..self.telemetry.energies(&self.sample) }.encode_to_vec()),
+            Event::Checkpoint(_) => {
+                let computed = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
+                Some(wire::Checkpoint { stamp, ..computed }.encode_to_vec())
+            }
+            Event::Status(status) => Some(self.status(status).encode_to_vec()),
+            Event::Command(_) | Event::Gap(_) | Event::Other => None,
+        })
+    }
+
+    /// Re-simulates energies, works, verdict and estimated error of a status.
+    fn status(&self, recorded: &wire::Status) -> wire::Status {
+        let status = wire::Status {
+            stamp: Some(wire::Stamp {
+                wall_time: recorded.stamp.and_then(|stamp| stamp.wall_time),
+                ..wire::stamp(&self.stamp())
+            }),
+            ..recorded.clone()
+        };
+        status.with_account(&self.simulation)
+    }
+}
