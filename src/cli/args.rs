@@ -109,6 +109,12 @@ pub(super) enum Command {
         /// The scene to print.
         name: Option<String>,
     },
+    /// Print a chapter of the guide, or list the chapters.
+    #[command(after_help = "Examples:\n  flexcrank guide\n  flexcrank guide scenes")]
+    Guide {
+        /// The chapter to print.
+        chapter: Option<String>,
+    },
     /// Print completions of this command line for a shell.
     #[command(
         after_help = "Examples:\n  flexcrank completions bash > ~/.local/share/bash-completion/completions/flexcrank\n  flexcrank completions zsh > ~/.zfunc/_flexcrank"

@@ -1,4 +1,4 @@
-//! `export`, `scenes` and `completions`: nothing on the bus.
+//! `export`, `scenes`, `guide` and `completions`: nothing on the bus.
 
 use std::io::Write as _;
 
@@ -6,6 +6,7 @@ use clap::CommandFactory as _;
 
 use super::args::{Cli, Export};
 use super::{Done, may_be_folder};
+use crate::guide;
 use crate::recording::{self, Exported};
 use crate::scene::builtin;
 
@@ -35,6 +36,16 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
             }
         }
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
+    }
+    Ok(Done::Well)
+}
+
+/// Prints a chapter, or the list of chapters.
+pub(super) fn guide(chapter: Option<&str>) -> anyhow::Result<Done> {
+    let mut out = std::io::stdout();
+    match chapter {
+        None => guide::CHAPTERS.iter().try_for_each(|chapter| writeln!(out, "{:<14} {}", chapter.name, chapter.summary))?,
+        Some(name) => write!(out, "{}", guide::find(name)?.readable())?,
     }
     Ok(Done::Well)
 }
