@@ -103,11 +103,17 @@ pub(super) enum Command {
     Trade(super::trade::Args),
     /// List the built-in scenes, or print one, ready to be edited.
     #[command(
-        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml"
+        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml\n  flexcrank scenes --keys"
     )]
     Scenes {
         /// The scene to print.
         name: Option<String>,
+        /// Print every key that a scene may have: type, unit, default, range and meaning.
+        #[arg(long, conflicts_with = "name")]
+        keys: bool,
+        /// Print the keys as Markdown tables.
+        #[arg(long, requires = "keys")]
+        markdown: bool,
     },
     /// Print a chapter of the guide, or list the chapters.
     #[command(after_help = "Examples:\n  flexcrank guide\n  flexcrank guide scenes")]

@@ -4,11 +4,12 @@ use std::io::Write as _;
 
 use clap::CommandFactory as _;
 
+use super::aligned;
 use super::args::{Cli, Export};
 use super::{Done, may_be_folder};
 use crate::guide;
 use crate::recording::{self, Exported};
-use crate::scene::builtin;
+use crate::scene::{self, KeyRow, builtin};
 
 pub(super) fn export(args: Export) -> anyhow::Result<Done> {
     let Export { file, csv, parquet, from, to, every, columns } = args;
@@ -37,6 +38,22 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<Done> {
         }
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
     }
+    Ok(Done::Well)
+}
+
+/// Prints the scene reference.
+pub(super) fn keys(markdown: bool) -> anyhow::Result<Done> {
+    if markdown {
+        write!(std::io::stdout(), "{}", scene::reference_markdown())?;
+        return Ok(Done::Well);
+    }
+    let head = ["table", "key", "type", "unit", "default", "range", "meaning"].map(str::to_owned).to_vec();
+    let row = |row: KeyRow| {
+        let KeyRow { table, key, kind, unit, default, range, meaning } = row;
+        [table, key, &kind, unit, &default, &range, meaning].map(|cell| cell.replace('`', "")).to_vec()
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(scene::reference().into_iter().map(row)).collect();
+    aligned::print(&rows, usize::MAX)?;
     Ok(Done::Well)
 }
 

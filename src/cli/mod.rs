@@ -150,7 +150,8 @@ fn dispatch(cli: Cli) -> anyhow::Result<Done> {
         Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),
         Command::Trade(args) => trade::trade(&args),
-        Command::Scenes { name } => files::scenes(name.as_deref()),
+        Command::Scenes { keys: true, markdown, .. } => files::keys(markdown),
+        Command::Scenes { name, .. } => files::scenes(name.as_deref()),
         Command::Guide { chapter } => files::guide(chapter.as_deref()),
         Command::Completions { shell } => files::completions(shell),
     }
