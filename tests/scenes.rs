@@ -1,6 +1,6 @@
 //! What a scene may say, and how it is told what is wrong.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
 
 use std::collections::BTreeSet;
 
@@ -143,7 +143,7 @@ fn val_a_rigid_link_may_give_its_mass() {
 fn known(overrides: &[&str]) -> BTreeSet<String> {
     let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
     let refused = SceneSource::open("crank-slider", &overrides).unwrap_err().to_string();
-    let (_, names) = refused.split_once("(known here: ").unwrap_or_else(|| panic!("{refused}"));
+    let (_, names) = refused.split_once("(known here: ").expect(&refused);
     names.trim_end_matches(')').split(", ").map(str::to_owned).collect()
 }
 

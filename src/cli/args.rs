@@ -89,7 +89,7 @@ pub(super) enum Command {
     Recover(super::recover::Args),
     /// Draw a recording, a table, or every figure of the thesis.
     #[command(
-        after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
+        after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot recordings/crank.mcap --animation=0.25 -o crank.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
     )]
     Plot(Plot),
     /// Map where the numbers break: the schemes by theory and as they run, a crank-slider at the extremes.
@@ -385,8 +385,12 @@ pub(super) struct Plot {
     /// Put this above the figures.
     #[arg(long)]
     pub title: Option<String>,
+    /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long; SPEED in recorded seconds per second.
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
+    #[arg(conflicts_with_all = ["x", "y", "title"])]
+    pub animation: Option<f64>,
     /// Compute and draw every figure of the thesis into this folder, with an index.html.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "animation"])]
     pub thesis: Option<PathBuf>,
 }
 
@@ -427,6 +431,10 @@ fn recording_size(text: &str) -> Result<bytesize::ByteSize, String> {
 }
 
 fn frames(text: &str) -> Result<f64, String> {
+    number(text, 1e-3, 1e3)
+}
+
+fn playing_speed(text: &str) -> Result<f64, String> {
     number(text, 1e-3, 1e3)
 }
 
