@@ -4,7 +4,7 @@
 //! The [`guide`] explains concepts, scenes, models, bus and recordings, a chapter each. `integrate` and `mechanics` don't know each
 //! other.
 //!
-// The front page and the guide's last chapters are one text; its programs run as tests once, from the guide.
+// The front page is also the guide's chapter `library`, from which its programs run as tests, once.
 #![cfg_attr(not(doctest), doc = include_str!("guide/library.md"))]
 
 pub mod bus;

@@ -20,6 +20,7 @@ Examples:
   flexcrank watch crank
   flexcrank replay recordings/crank-20260101T120000Z.mcap --rate 2
   flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml
+  flexcrank guide                              list the chapters of the guide
 
 Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late (with --overrun stop),
 6 finished, not to be trusted (the energy balance left solver.balance_tolerance).";
