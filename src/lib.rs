@@ -1,11 +1,15 @@
 //! flexcrank simulates planar mechanisms with flexible links in real time, puts their state on a zenoh bus, takes torque
 //! pulses from it, and records every session to MCAP.
 //!
-//! Layers, an arrow means *depends on*: `cli → {service, resimulation, study, plot} → {bus, recording, runtime} → {wire,
-//! simulation} → {integrate, mechanics} → scene`; `integrate` and `mechanics` don't know each other.
+//! The [`guide`] explains concepts, scenes, models, bus and recordings, a chapter each. `integrate` and `mechanics` don't know each
+//! other.
+//!
+// The front page is also the guide's chapter `library`, from which its programs run as tests, once.
+#![cfg_attr(not(doctest), doc = include_str!("guide/library.md"))]
 
 pub mod bus;
 pub mod cli;
+pub mod guide;
 pub mod integrate;
 pub mod mechanics;
 mod nearest;

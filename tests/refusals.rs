@@ -47,6 +47,7 @@ fn regress_invalid_addresses() -> Result<(), Box<dyn Error>> {
 fn regress_names_that_nothing_has() -> Result<(), Box<dyn Error>> {
     refused(&["stability", "crank-slider", "--only", "nosuch"], 2, &["`nosuch`", "stiffness-modal", "revolutions"])?;
     refused(&["stability", "crank-slider", "--only", "stifness-modal"], 2, &["did you mean `stiffness-modal`?"])?;
+    refused(&["guide", "buss"], 2, &["did you mean `bus`?"])?;
     refused(
         &["replay", SAMPLE, "--remap", "nosuch:=other", "--listen", ALONE],
         2,

@@ -1,8 +1,11 @@
 //! Scenes: allowed keys and values, and the messages of refusals.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
 
-use flexcrank::scene::{ModelKind, SceneSource, builtin};
+use std::collections::BTreeSet;
+
+use flexcrank::guide;
+use flexcrank::scene::{self, ModelKind, SceneSource, builtin};
 use flexcrank::simulation::Simulation;
 
 fn refused(text: &str) -> String {
@@ -133,5 +136,60 @@ fn val_a_rigid_link_may_give_its_mass() {
                 .replace("mass_kg = 2.0", "mass_kg = 2.0\nrigid = true")
         )
         .contains("not both")
+    );
+}
+
+/// The keys that a refusal names as known, after an unknown key was set in a table.
+fn known(overrides: &[&str]) -> BTreeSet<String> {
+    let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+    let refused = SceneSource::open("crank-slider", &overrides).unwrap_err().to_string();
+    let (_, names) = refused.split_once("(known here: ").expect(&refused);
+    names.trim_end_matches(')').split(", ").map(str::to_owned).collect()
+}
+
+#[test]
+fn prop_the_reference_has_every_key_that_the_parser_knows_and_no_other() {
+    const TABLES: [(&str, &[&str]); 14] = [
+        ("[crank], [rod] or [beam]", &["rod.nosuch=1"]),
+        (
+            "section",
+            &[
+                "rod.section={shape='rectangle', nosuch=1}",
+                "rod.section={shape='round', nosuch=1}",
+                "rod.section={shape='tube', nosuch=1}",
+            ],
+        ),
+        ("[slider]", &["slider.nosuch=1"]),
+        ("[tip]", &["tip.nosuch=1"]),
+        ("[base]", &["base.nosuch=1"]),
+        ("[gravity]", &["gravity.nosuch=1"]),
+        ("[start]", &["start.nosuch=1"]),
+        ("[drive]", &["drive.nosuch=1"]),
+        ("ramp", &["drive.ramp.nosuch=1"]),
+        ("[[pulse]]", &["pulse.0.nosuch=1"]),
+        ("[torque]", &["torque.nosuch=1"]),
+        ("[commands]", &["commands.nosuch=1"]),
+        ("[oscillator]", &["oscillator.nosuch=1"]),
+        ("[solver]", &["solver.nosuch=1"]),
+    ];
+    let rows = scene::reference();
+    for (table, overrides) in TABLES {
+        let known: BTreeSet<String> = overrides.iter().flat_map(|given| known(&[given])).collect();
+        let listed: BTreeSet<String> = rows.iter().filter(|row| row.table == table).map(|row| row.key.to_owned()).collect();
+        assert_eq!(listed, known, "{table}");
+    }
+    let tables: BTreeSet<&str> = rows.iter().map(|row| row.table).collect();
+    assert_eq!(tables, TABLES.iter().map(|(table, _)| *table).collect());
+}
+
+#[test]
+fn prop_the_guide_has_the_reference_as_the_validation_has_it() {
+    let chapter = guide::find("scenes").unwrap().text;
+    let (_, rest) = chapter.split_once("<!-- keys: begin").and_then(|(_, rest)| rest.split_once("-->\n")).unwrap();
+    let (table, _) = rest.split_once("<!-- keys: end").unwrap();
+    assert_eq!(
+        table.trim(),
+        scene::reference_markdown().trim(),
+        "src/guide/scenes.md: put `flexcrank scenes --keys --markdown` there"
     );
 }

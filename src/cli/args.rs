@@ -20,6 +20,7 @@ Examples:
   flexcrank watch crank
   flexcrank replay recordings/crank-20260101T120000Z.mcap --rate 2
   flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml
+  flexcrank guide                              list the chapters of the guide
 
 Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late (with --overrun stop),
 6 finished, not to be trusted (the energy balance left solver.balance_tolerance).";
@@ -89,7 +90,7 @@ pub(super) enum Command {
     Recover(super::recover::Args),
     /// Draw a recording, a table, or every figure of the thesis.
     #[command(
-        after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
+        after_help = "Examples:\n  flexcrank plot recordings/crank.mcap -o plots\n  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg\n  flexcrank plot recordings/crank.mcap --animation=0.25 -o crank.svg\n  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png\n  flexcrank plot --thesis thesis-figures"
     )]
     Plot(Plot),
     /// Map where the numerics break down: the schemes in theory and as run, a crank-slider at the extremes.
@@ -103,11 +104,23 @@ pub(super) enum Command {
     Trade(super::trade::Args),
     /// List the built-in scenes, or print one for editing.
     #[command(
-        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml"
+        after_help = "Examples:\n  flexcrank scenes\n  flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml\n  flexcrank scenes --keys"
     )]
     Scenes {
         /// The scene to print.
         name: Option<String>,
+        /// Print every key that a scene may have: type, unit, default, range and meaning.
+        #[arg(long, conflicts_with = "name")]
+        keys: bool,
+        /// Print the keys as Markdown tables.
+        #[arg(long, requires = "keys")]
+        markdown: bool,
+    },
+    /// Print a chapter of the guide, or list the chapters.
+    #[command(after_help = "Examples:\n  flexcrank guide\n  flexcrank guide scenes")]
+    Guide {
+        /// The chapter to print.
+        chapter: Option<String>,
     },
     /// Print shell completions for flexcrank.
     #[command(
@@ -373,8 +386,12 @@ pub(super) struct Plot {
     /// Title of the figures.
     #[arg(long)]
     pub title: Option<String>,
+    /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long; SPEED in recorded seconds per second.
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
+    #[arg(conflicts_with_all = ["x", "y", "title"])]
+    pub animation: Option<f64>,
     /// Compute and draw every figure of the thesis into this folder, with an index.html.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "animation"])]
     pub thesis: Option<PathBuf>,
 }
 
@@ -415,6 +432,10 @@ fn recording_size(text: &str) -> Result<bytesize::ByteSize, String> {
 }
 
 fn frames(text: &str) -> Result<f64, String> {
+    number(text, 1e-3, 1e3)
+}
+
+fn playing_speed(text: &str) -> Result<f64, String> {
     number(text, 1e-3, 1e3)
 }
 

@@ -1,13 +1,15 @@
-//! `export`, `scenes` and `completions`: commands without a bus.
+//! `export`, `scenes`, `guide` and `completions`: commands without a bus.
 
 use std::io::Write as _;
 
 use clap::CommandFactory as _;
 
+use super::aligned_table;
 use super::args::{Cli, Export};
 use super::{ExitStatus, may_be_folder};
+use crate::guide;
 use crate::recording::{self, Exported};
-use crate::scene::builtin;
+use crate::scene::{self, KeyRow, builtin};
 
 pub(super) fn export(args: Export) -> anyhow::Result<ExitStatus> {
     let Export { file, csv, parquet, from, to, every, columns } = args;
@@ -35,6 +37,32 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<ExitStatus> {
             }
         }
         Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
+    }
+    Ok(ExitStatus::Success)
+}
+
+/// Prints the scene reference.
+pub(super) fn keys(markdown: bool) -> anyhow::Result<ExitStatus> {
+    if markdown {
+        write!(std::io::stdout(), "{}", scene::reference_markdown())?;
+        return Ok(ExitStatus::Success);
+    }
+    let head = ["table", "key", "type", "unit", "default", "range", "meaning"].map(str::to_owned).to_vec();
+    let row = |row: KeyRow| {
+        let KeyRow { table, key, kind, unit, default, range, meaning } = row;
+        [table, key, &kind, unit, &default, &range, meaning].map(|cell| cell.replace('`', "")).to_vec()
+    };
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(scene::reference().into_iter().map(row)).collect();
+    aligned_table::print(&rows, usize::MAX)?;
+    Ok(ExitStatus::Success)
+}
+
+/// Prints a chapter, or the list of chapters.
+pub(super) fn guide(chapter: Option<&str>) -> anyhow::Result<ExitStatus> {
+    let mut out = std::io::stdout();
+    match chapter {
+        None => guide::CHAPTERS.iter().try_for_each(|chapter| writeln!(out, "{:<14} {}", chapter.name, chapter.summary))?,
+        Some(name) => write!(out, "{}", guide::find(name)?.readable())?,
     }
     Ok(ExitStatus::Success)
 }

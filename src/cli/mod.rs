@@ -35,6 +35,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 
 use crate::bus::{BadName, BusError};
+use crate::guide::UnknownChapter;
 use crate::plot::PlotError;
 use crate::recording::RecordingError;
 use crate::resimulation::ResimulationError;
@@ -113,6 +114,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<SceneError>()
+        || error.is::<UnknownChapter>()
         || error.is::<BuildError>()
         || error.is::<BadName>()
         || error.is::<plot::BadPlot>()
@@ -148,7 +150,9 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitStatus> {
         Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),
         Command::Trade(args) => trade::trade(&args),
-        Command::Scenes { name } => files::scenes(name.as_deref()),
+        Command::Scenes { keys: true, markdown, .. } => files::keys(markdown),
+        Command::Scenes { name, .. } => files::scenes(name.as_deref()),
+        Command::Guide { chapter } => files::guide(chapter.as_deref()),
         Command::Completions { shell } => files::completions(shell),
     }
 }

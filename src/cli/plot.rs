@@ -20,6 +20,8 @@ pub(super) enum BadPlot {
     Ending(PathBuf),
     #[error("{file} would hold {figures} figures: name a folder with -o, or choose one figure with --y")]
     Several { file: PathBuf, figures: usize },
+    #[error("{0}: an animation ends in .svg")]
+    NotSvg(PathBuf),
     #[error("two figures would be written to {0}: plot these files one by one, into different folders")]
     Twice(PathBuf),
 }
@@ -31,6 +33,9 @@ pub(super) fn plot(args: &Plot) -> anyhow::Result<ExitStatus> {
     if let Some(folder) = &args.thesis {
         return write_thesis(folder, &args.formats());
     }
+    if let Some(speed) = args.animation {
+        return write_animations(args, speed);
+    }
     let mut pictures = Vec::new();
     let mut done = ExitStatus::Success;
     for file in &args.files {
@@ -41,6 +46,33 @@ pub(super) fn plot(args: &Plot) -> anyhow::Result<ExitStatus> {
     for (path, format, figure) in places(pictures, args)? {
         Picture::from(figure).write(&path, format)?;
         writeln!(std::io::stdout(), "{}", path.display())?;
+    }
+    Ok(done)
+}
+
+/// Animates each recording: into the one file named, or into a folder.
+fn write_animations(args: &Plot, speed: f64) -> anyhow::Result<ExitStatus> {
+    let output = &args.output;
+    let into_file = Format::of(output) == Some(Format::Svg) && !output.is_dir();
+    if into_file && args.files.len() > 1 {
+        return Err(BadPlot::Several { file: output.clone(), figures: args.files.len() }.into());
+    }
+    if !into_file && output.extension().is_some() && !output.is_dir() {
+        return Err(BadPlot::NotSvg(output.clone()).into());
+    }
+    let mut done = ExitStatus::Success;
+    for file in &args.files {
+        let (tables, whole) = recording(file)?;
+        done = if whole { done } else { ExitStatus::Lossy };
+        let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let none = Table::default();
+        let displacements = tables.iter().find(|topic| topic.name.rsplit('/').next() == Some("displacements"));
+        let animation = plot::animation(&stem, displacements.map_or(&none, |topic| &topic.table), speed)?;
+        let path = if into_file { output.clone() } else { output.join(format!("{stem}-animation.svg")) };
+        path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)?;
+        std::fs::write(&path, animation.svg).with_context(|| path.display().to_string())?;
+        let plot::Animation { magnified, recorded_s, .. } = animation;
+        writeln!(std::io::stdout(), "{} ({recorded_s:.2} s, bending drawn {magnified} times as large)", path.display())?;
     }
     Ok(done)
 }

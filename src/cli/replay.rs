@@ -25,7 +25,7 @@ Examples:
   flexcrank replay recordings/crank.mcap --wait-for 1 --topics angles,loads
   flexcrank replay robot.mcap --remap /joint_states:=robot/joints
   flexcrank replay recordings/crank.mcap --what-if --add-pulse 3.0:5:0.1
-  flexcrank replay recordings/crank.mcap --what-if --set rod.area_m2=2e-4 --record thicker.mcap
+  flexcrank replay recordings/crank.mcap --what-if --set rod.density_kg_per_m3=2700 --record aluminium.mcap
   flexcrank control ghost seek 3.5    (and pause, resume, rate 2, next, stop)
 
 On the keyboard: space pauses and resumes, left and right seek 5 s, up and down change the rate by 10 %, n plays \

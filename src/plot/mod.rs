@@ -9,6 +9,7 @@
 //! # Ok::<(), flexcrank::plot::PlotError>(())
 //! ```
 
+mod animation;
 mod canvas;
 mod curve;
 mod error;
@@ -28,6 +29,7 @@ pub mod thesis;
 mod ticks;
 mod work_precision;
 
+pub use animation::{Animation, animation};
 pub use error::PlotError;
 pub use figure::{Axis, Figure, Mark, Scale, Series};
 pub use heat_map::{HeatMap, Key};

@@ -1,5 +1,6 @@
 //! Single values checked, and refusals worded.
 
+use super::key::{Count, Default, Number, short};
 use super::{SceneError, document::SceneText};
 use crate::nearest::nearest;
 
@@ -13,31 +14,29 @@ impl Checker<'_> {
         SceneError { place: self.text.place(key), key: key.to_owned(), value: self.text.value(key), problem: problem.into() }
     }
 
-    /// `value` if it is a number from `low` to `high`.
-    pub(super) fn number(&self, key: &str, value: f64, low: f64, high: f64) -> Result<f64, SceneError> {
-        if value >= low && value <= high {
+    /// `value` if the key allows it. `table` is the path of the table that the key stands in: `crank`, `pulse.0`.
+    pub(super) fn number(&self, key: &Number, table: &str, value: f64) -> Result<f64, SceneError> {
+        if key.allows(value) {
             return Ok(value);
         }
-        Err(self.refuse(key, format!("must be a number from {} to {}", short(low), short(high))))
+        let Number { name, low, high, .. } = key;
+        Err(self.refuse(&format!("{table}.{name}"), format!("must be a number from {} to {}", short(*low), short(*high))))
     }
 
-    pub(super) fn number_or(&self, key: &str, value: Option<f64>, default: f64, low: f64, high: f64) -> Result<f64, SceneError> {
-        value.map_or(Ok(default), |value| self.number(key, value, low, high))
+    /// `value` if the key allows it, or the key's default.
+    pub(super) fn number_or(&self, key: &Number, table: &str, value: Option<f64>) -> Result<f64, SceneError> {
+        match (value, key.default) {
+            (Some(value), _) => self.number(key, table, value),
+            (None, Default::Value(default)) => Ok(default),
+            (None, _) => Err(self.refuse(table, format!("missing key `{}`", key.name))),
+        }
     }
 
-    pub(super) fn count_or(
-        &self,
-        key: &str,
-        value: Option<i64>,
-        default: usize,
-        low: usize,
-        high: usize,
-    ) -> Result<usize, SceneError> {
+    pub(super) fn count_or(&self, key: &Count, table: &str, value: Option<i64>) -> Result<usize, SceneError> {
+        let Count { name, low, high, default, .. } = *key;
         let Some(value) = value else { return Ok(default) };
-        usize::try_from(value)
-            .ok()
-            .filter(|count| (low..=high).contains(count))
-            .ok_or_else(|| self.refuse(key, format!("must be a whole number from {low} to {high}")))
+        let problem = || self.refuse(&format!("{table}.{name}"), format!("must be a whole number from {low} to {high}"));
+        usize::try_from(value).ok().filter(|count| (low..=high).contains(count)).ok_or_else(problem)
     }
 
     pub(super) fn word<T: Copy>(&self, key: &str, value: &str, words: &[(&str, T)]) -> Result<T, SceneError> {
@@ -48,9 +47,4 @@ impl Checker<'_> {
         let hint = nearest(value, names.iter().copied()).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default();
         Err(self.refuse(key, format!("must be one of {}{hint}", names.join(", "))))
     }
-}
-
-/// A bound as a person would write it.
-fn short(bound: f64) -> String {
-    if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) { format!("{bound}") } else { format!("{bound:e}") }
 }

@@ -2,15 +2,13 @@
 
 use std::f64::consts::PI;
 
-use super::{SceneError, check::Checker, raw, types::*};
-
-const LENGTH_MAX_M: f64 = 1e6;
-const LENGTH_MIN_M: f64 = 1e-9;
+use super::key::Number;
+use super::{SceneError, check::Checker, keys, raw, types::*};
 
 pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: ModelKind) -> Result<Link, SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
-    let length_m = check.number(&key("length_m"), raw.length_m, LENGTH_MIN_M, LENGTH_MAX_M)?;
-    let rigid = raw.rigid.unwrap_or(false);
+    let length_m = check.number(&keys::LENGTH, name.as_str(), raw.length_m)?;
+    let rigid = raw.rigid.unwrap_or(keys::RIGID.default);
     let bar = bar(check, name, raw, rigid || model == ModelKind::Rigid)?;
     let body = match (raw.mass_kg, bar) {
         (Some(mass_kg), None) => lumped(check, name, raw, mass_kg, length_m)?,
@@ -25,10 +23,10 @@ pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: Mode
         length_m,
         bar,
         rigid,
-        elements: check.count_or(&key("elements"), raw.elements, 1, 1, 1000)?,
-        modes: check.count_or(&key("modes"), raw.modes, 2, 1, 20)?,
-        axial: raw.axial.unwrap_or(false),
-        damping_s: check.number_or(&key("damping_s"), raw.damping_s, 0.0, 0.0, 1e6)?,
+        elements: check.count_or(&keys::ELEMENTS, name.as_str(), raw.elements)?,
+        modes: check.count_or(&keys::MODES, name.as_str(), raw.modes)?,
+        axial: raw.axial.unwrap_or(keys::AXIAL.default),
+        damping_s: check.number_or(&keys::DAMPING, name.as_str(), raw.damping_s)?,
         ..body
     })
 }
@@ -57,11 +55,11 @@ fn body(mass_kg: f64, centre_of_mass_m: f64, inertia_kg_m2: f64) -> Link {
 /// A rigid link given by its mass; centre and inertia are a uniform bar's unless given.
 fn lumped(check: &Checker, name: LinkName, raw: &raw::Link, mass_kg: f64, length_m: f64) -> Result<Link, SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
-    let mass_kg = check.number(&key("mass_kg"), mass_kg, 0.0, 1e9)?;
+    let given = |spec: &Number, value| check.number(spec, name.as_str(), value);
+    let mass_kg = given(&keys::LINK_MASS, mass_kg)?;
     let bar = uniform(length_m, mass_kg);
-    let centre =
-        check.number_or(&key("centre_of_mass_m"), raw.centre_of_mass_m, bar.centre_of_mass_m, -LENGTH_MAX_M, LENGTH_MAX_M)?;
-    let inertia = check.number_or(&key("inertia_kg_m2"), raw.inertia_kg_m2, bar.inertia_kg_m2, 0.0, 1e12)?;
+    let centre = given(&keys::CENTRE_OF_MASS, raw.centre_of_mass_m.unwrap_or(bar.centre_of_mass_m))?;
+    let inertia = given(&keys::INERTIA, raw.inertia_kg_m2.unwrap_or(bar.inertia_kg_m2))?;
     if mass_kg == 0.0 && inertia > 0.0 {
         return Err(check.refuse(&key("inertia_kg_m2"), "must be 0 for a link without mass"));
     }
@@ -96,7 +94,7 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
     let modulus = match raw.youngs_modulus_pa {
         None if rigid => 0.0,
         None => return Err(missing("youngs_modulus_pa")),
-        Some(modulus) => check.number(&key("youngs_modulus_pa"), modulus, 1.0, 1e18)?,
+        Some(modulus) => check.number(&keys::YOUNGS_MODULUS, name.as_str(), modulus)?,
     };
     if !rigid && second_moment_m4.is_none() {
         return Err(missing("second_moment_m4"));
@@ -104,7 +102,7 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
     Ok(Some(Bar {
         area_m2,
         second_moment_m4: second_moment_m4.unwrap_or(0.0),
-        density_kg_per_m3: check.number(&key("density_kg_per_m3"), density, 1e-6, 1e9)?,
+        density_kg_per_m3: check.number(&keys::DENSITY, name.as_str(), density)?,
         youngs_modulus_pa: modulus,
     }))
 }
@@ -112,26 +110,26 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
 /// Area (m²) and second moment (m⁴), given or from the shape.
 fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<(f64, Option<f64>), SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
-    let size = |part: &str, value: f64| check.number(&key(&format!("section.{part}")), value, 1e-9, 1e3);
+    let size = |spec: &Number, value: f64| check.number(spec, &key("section"), value);
     let Some(shape) = raw.section else {
         let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), "missing key `area_m2` (or `section`)"))?;
-        let moment = raw.second_moment_m4.map(|moment| check.number(&key("second_moment_m4"), moment, 1e-30, 1e6)).transpose()?;
-        return Ok((check.number(&key("area_m2"), area, 1e-18, 1e6)?, moment));
+        let moment = raw.second_moment_m4.map(|moment| check.number(&keys::SECOND_MOMENT, name.as_str(), moment)).transpose()?;
+        return Ok((check.number(&keys::AREA, name.as_str(), area)?, moment));
     };
     if raw.area_m2.is_some() || raw.second_moment_m4.is_some() {
         return Err(check.refuse(&key("section"), "give section, or area_m2 and second_moment_m4, not both"));
     }
     let (area, moment) = match shape {
         raw::Section::Rectangle { width_m, height_m } => {
-            let (b, h) = (size("width_m", width_m)?, size("height_m", height_m)?);
+            let (b, h) = (size(&keys::WIDTH, width_m)?, size(&keys::HEIGHT, height_m)?);
             (b * h, b * h.powi(3) / 12.0)
         }
         raw::Section::Round { diameter_m } => {
-            let d = size("diameter_m", diameter_m)?;
+            let d = size(&keys::DIAMETER, diameter_m)?;
             (PI * d * d / 4.0, PI * d.powi(4) / 64.0)
         }
         raw::Section::Tube { outer_m, inner_m } => {
-            let (outer, inner) = (size("outer_m", outer_m)?, size("inner_m", inner_m)?);
+            let (outer, inner) = (size(&keys::OUTER, outer_m)?, size(&keys::INNER, inner_m)?);
             if inner >= outer {
                 return Err(check.refuse(&key("section.inner_m"), format!("must be smaller than outer_m = {outer:?}")));
             }

@@ -14,6 +14,8 @@ pub mod builtin;
 mod check;
 mod document;
 mod error;
+mod key;
+mod keys;
 mod link;
 mod oscillator;
 mod parse;
@@ -25,8 +27,9 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 pub use error::SceneError;
+pub use key::KeyRow;
+pub use keys::{INTEGRATORS, MODELS, SHAPES, reference, reference_markdown};
 pub use types::*;
-pub use validate::{INTEGRATORS, MODELS, SHAPES};
 
 use document::SceneText;
 

@@ -1,43 +1,44 @@
 //! Masses and springs.
 
-use super::{SceneError, check::Checker, raw, types::*};
-
-/// Most masses.
-const MOST: usize = 100;
+use super::key::Number;
+use super::{SceneError, check::Checker, keys, raw, types::*};
 
 pub(super) fn oscillator(check: &Checker, scene: &raw::Scene, raw: &raw::Oscillator) -> Result<Oscillator, SceneError> {
     alone(check, scene)?;
     let count = raw.masses_kg.len();
-    if count == 0 || count > MOST || !raw.masses_kg.iter().all(|mass| (1e-12..=1e12).contains(mass)) {
-        return Err(check.refuse("oscillator.masses_kg", format!("must be 1 to {MOST} numbers from 1e-12 to 1e12")));
+    if count == 0 || count > keys::MASSES || !raw.masses_kg.iter().all(|mass| keys::OSCILLATOR_MASSES.allows(*mass)) {
+        return Err(check.refuse(
+            "oscillator.masses_kg",
+            format!("must be 1 to {} numbers from {}", keys::MASSES, keys::OSCILLATOR_MASSES.range()),
+        ));
     }
     Ok(Oscillator {
         masses_kg: raw.masses_kg.clone(),
         springs: raw.springs.iter().map(|spring| self::spring(check, *spring, count)).collect::<Result<_, _>>()?,
-        forces_n: for_each_mass(check, "oscillator.forces_n", raw.forces_n.as_ref(), count)?,
-        start_m: for_each_mass(check, "oscillator.start_m", raw.start_m.as_ref(), count)?,
+        forces_n: for_each_mass(check, &keys::OSCILLATOR_FORCES, raw.forces_n.as_ref(), count)?,
+        start_m: for_each_mass(check, &keys::OSCILLATOR_START, raw.start_m.as_ref(), count)?,
     })
 }
 
 fn spring(check: &Checker, (i, j, stiffness_n_per_m): (i64, i64, f64), count: usize) -> Result<Spring, SceneError> {
     let end = |end: i64| usize::try_from(end).ok().filter(|end| *end <= count);
     match (end(i), end(j)) {
-        (Some(i), Some(j)) if i != j && (0.0..=1e18).contains(&stiffness_n_per_m) => {
-            Ok(Spring { ends: [i, j], stiffness_n_per_m })
-        }
+        (Some(i), Some(j)) if i != j && keys::SPRING.allows(stiffness_n_per_m) => Ok(Spring { ends: [i, j], stiffness_n_per_m }),
         _ => {
             let problem = format!(
-                "each must be [i, j, n_per_m]: two different masses from 1 to {count}, or 0 for ground, and 0 to 1e18 N/m"
+                "each must be [i, j, n_per_m]: two different masses from 1 to {count}, or 0 for ground, and {} N/m",
+                keys::SPRING.range()
             );
             Err(check.refuse("oscillator.springs", problem))
         }
     }
 }
 
-fn for_each_mass(check: &Checker, key: &str, values: Option<&Vec<f64>>, count: usize) -> Result<Vec<f64>, SceneError> {
+fn for_each_mass(check: &Checker, key: &Number, values: Option<&Vec<f64>>, count: usize) -> Result<Vec<f64>, SceneError> {
     let Some(values) = values else { return Ok(vec![0.0; count]) };
-    if values.len() != count || !values.iter().all(|value| value.abs() <= 1e12) {
-        return Err(check.refuse(key, format!("must be {count} numbers within ±1e12, one for each mass")));
+    if values.len() != count || !values.iter().all(|value| key.allows(*value)) {
+        let problem = format!("must be {count} numbers from {}, one for each mass", key.range());
+        return Err(check.refuse(&format!("oscillator.{}", key.name), problem));
     }
     Ok(values.clone())
 }

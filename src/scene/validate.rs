@@ -1,27 +1,7 @@
 //! Validation: raw structs become the typed scene. Every range and every rule between keys is checked here.
 
-use super::{SceneError, check::Checker, document::SceneText, link, oscillator, raw, types::*};
-
-/// The words for models in scene files.
-pub const MODELS: [(&str, ModelKind); 5] = [
-    ("rigid", ModelKind::Rigid),
-    ("incremental", ModelKind::Incremental),
-    ("modal", ModelKind::Modal),
-    ("finite-element", ModelKind::FiniteElement),
-    ("mass-spring", ModelKind::MassSpring),
-];
-
-/// The words for integrators in scene files.
-pub const INTEGRATORS: [(&str, IntegratorKind); 4] = [
-    ("two-point", IntegratorKind::TwoPoint),
-    ("generalized-alpha", IntegratorKind::GeneralizedAlpha),
-    ("runge-kutta", IntegratorKind::RungeKutta),
-    ("esdirk", IntegratorKind::Esdirk),
-];
-
-/// The words for pulse shapes in scene files.
-pub const SHAPES: [(&str, PulseShape); 2] =
-    [("rectangular", PulseShape::Rectangular), ("raised-cosine", PulseShape::RaisedCosine)];
+use super::{SceneError, check::Checker, document::SceneText, keys, link, oscillator, raw, types::*};
+use keys::{INTEGRATORS, MODELS, SHAPES};
 
 pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, SceneError> {
     let check = Checker { text };
@@ -47,28 +27,21 @@ fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, S
         _ => return Err(check.refuse("beam", "a [beam] stands alone: give [crank] and [rod], or one [beam]")),
     };
     let end = end(check, raw)?;
-    let range = 1e9;
     Ok(Chain {
         links,
         end,
         base: Base {
-            torsion_spring_nm_per_rad: check.number_or(
-                "base.torsion_spring_nm_per_rad",
-                raw.base.torsion_spring_nm_per_rad,
-                0.0,
-                0.0,
-                1e12,
-            )?,
-            damper_nm_s_per_rad: check.number_or("base.damper_nm_s_per_rad", raw.base.damper_nm_s_per_rad, 0.0, 0.0, 1e12)?,
+            torsion_spring_nm_per_rad: check.number_or(&keys::BASE_SPRING, "base", raw.base.torsion_spring_nm_per_rad)?,
+            damper_nm_s_per_rad: check.number_or(&keys::BASE_DAMPER, "base", raw.base.damper_nm_s_per_rad)?,
         },
         gravity_m_per_s2: [
-            check.number_or("gravity.x_m_per_s2", raw.gravity.x_m_per_s2, 0.0, -range, range)?,
-            check.number_or("gravity.y_m_per_s2", raw.gravity.y_m_per_s2, 0.0, -range, range)?,
+            check.number_or(&keys::GRAVITY_X, "gravity", raw.gravity.x_m_per_s2)?,
+            check.number_or(&keys::GRAVITY_Y, "gravity", raw.gravity.y_m_per_s2)?,
         ],
         start: Start {
-            angle_rad: check.number_or("start.angle_rad", raw.start.angle_rad, 0.0, -1e6, 1e6)?,
-            rate_rad_per_s: check.number_or("start.rate_rad_per_s", raw.start.rate_rad_per_s, 0.0, -1e6, 1e6)?,
-            static_equilibrium: raw.start.static_equilibrium.unwrap_or(false),
+            angle_rad: check.number_or(&keys::START_ANGLE, "start", raw.start.angle_rad)?,
+            rate_rad_per_s: check.number_or(&keys::START_RATE, "start", raw.start.rate_rad_per_s)?,
+            static_equilibrium: raw.start.static_equilibrium.unwrap_or(keys::STATIC_EQUILIBRIUM.default),
         },
     })
 }
@@ -78,19 +51,18 @@ fn end(check: &Checker, raw: &raw::Scene) -> Result<End, SceneError> {
         (Some(_), Some(_)) => Err(check.refuse("tip", "the chain ends in a [slider] or in a [tip], not both")),
         (Some(_), None) if raw.beam.is_some() => Err(check.refuse("slider", "a [slider] needs a [crank] and a [rod]")),
         (Some(slider), None) => Ok(End::Slider(Slider {
-            mass_kg: check.number_or("slider.mass_kg", slider.mass_kg, 0.0, 0.0, 1e9)?,
-            friction_n_s_per_m: check.number_or("slider.friction_n_s_per_m", slider.friction_n_s_per_m, 0.0, 0.0, 1e12)?,
+            mass_kg: check.number_or(&keys::SLIDER_MASS, "slider", slider.mass_kg)?,
+            friction_n_s_per_m: check.number_or(&keys::FRICTION, "slider", slider.friction_n_s_per_m)?,
             resistance: resistance(check, slider)?,
         })),
-        (None, Some(tip)) => Ok(End::Free { tip_mass_kg: check.number("tip.mass_kg", tip.mass_kg, 0.0, 1e9)? }),
+        (None, Some(tip)) => Ok(End::Free { tip_mass_kg: check.number(&keys::TIP_MASS, "tip", tip.mass_kg)? }),
         (None, None) => Ok(End::Free { tip_mass_kg: 0.0 }),
     }
 }
 
 fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, SceneError> {
-    const LIMIT_N: f64 = 1e12;
     let Some(table) = &slider.resistance_table else {
-        return Ok(Resistance::Constant(check.number_or("slider.resistance_n", slider.resistance_n, 0.0, -LIMIT_N, LIMIT_N)?));
+        return Ok(Resistance::Constant(check.number_or(&keys::RESISTANCE, "slider", slider.resistance_n)?));
     };
     let key = "slider.resistance_table";
     if slider.resistance_n.is_some() {
@@ -98,8 +70,9 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     }
     ascending(check, key, table)?;
     let turn = std::f64::consts::TAU;
-    if table.iter().any(|[angle, force]| !(0.0..turn).contains(angle) || force.abs() > LIMIT_N) {
-        return Err(check.refuse(key, "angles must be from 0 to below 2π (6.2831…) and forces within ±1e12 N"));
+    if table.iter().any(|[angle, force]| !(0.0..turn).contains(angle) || !keys::RESISTANCE.allows(*force)) {
+        return Err(check
+            .refuse(key, format!("angles must be from 0 to below 2π (6.2831…) and forces from {} N", keys::RESISTANCE.range())));
     }
     Ok(Resistance::Table(table.clone()))
 }
@@ -117,12 +90,11 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     if !raw.pulse.is_empty() || raw.torque.is_some() {
         return Err(check.refuse("drive", "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]"));
     }
-    let limit = 1e6;
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
-        (Some(speed), None, None) => Motion::Speed(check.number("drive.speed_rad_per_s", *speed, -limit, limit)?),
+        (Some(speed), None, None) => Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed)?),
         (None, Some(ramp), None) => Motion::Ramp {
-            to_rad_per_s: check.number("drive.ramp.to_rad_per_s", ramp.to_rad_per_s, -limit, limit)?,
-            over_s: check.number("drive.ramp.over_s", ramp.over_s, 1e-9, 1e9)?,
+            to_rad_per_s: check.number(&keys::RAMP_TO, "drive.ramp", ramp.to_rad_per_s)?,
+            over_s: check.number(&keys::RAMP_OVER, "drive.ramp", ramp.over_s)?,
         },
         (None, None, Some(table)) => {
             ascending(check, "drive.table", table)?;
@@ -134,26 +106,25 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
 }
 
 fn torque(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
-    let limit = 1e12;
     let pulse = |(index, pulse): (usize, &raw::Pulse)| {
-        let key = |name: &str| format!("pulse.{index}.{name}");
+        let table = format!("pulse.{index}");
+        let shape = pulse.shape.as_deref().map_or(Ok(SHAPES[0].1), |word| check.word(&format!("{table}.shape"), word, &SHAPES));
         Ok(Pulse {
-            start_s: check.number(&key("start_s"), pulse.start_s, 0.0, 1e9)?,
-            torque_nm: check.number(&key("torque_nm"), pulse.torque_nm, -limit, limit)?,
-            duration_s: check.number(&key("duration_s"), pulse.duration_s, 1e-12, 1e9)?,
-            shape: check.word(&key("shape"), pulse.shape.as_deref().unwrap_or("rectangular"), &SHAPES)?,
+            start_s: check.number(&keys::PULSE_START, &table, pulse.start_s)?,
+            torque_nm: check.number(&keys::PULSE_TORQUE, &table, pulse.torque_nm)?,
+            duration_s: check.number(&keys::PULSE_DURATION, &table, pulse.duration_s)?,
+            shape: shape?,
         })
     };
-    Ok(Drive::Torque {
-        constant_nm: check.number_or("torque.constant_nm", raw.torque.as_ref().map(|t| t.constant_nm), 0.0, -limit, limit)?,
-        pulses: raw.pulse.iter().enumerate().map(pulse).collect::<Result<_, SceneError>>()?,
-    })
+    let constant_nm =
+        raw.torque.as_ref().map_or(Ok(0.0), |torque| check.number(&keys::CONSTANT_TORQUE, "torque", torque.constant_nm))?;
+    Ok(Drive::Torque { constant_nm, pulses: raw.pulse.iter().enumerate().map(pulse).collect::<Result<_, SceneError>>()? })
 }
 
 fn commands(check: &Checker, raw: &raw::Commands) -> Result<Commands, SceneError> {
     Ok(Commands {
-        torque_limit_nm: check.number_or("commands.torque_limit_nm", raw.torque_limit_nm, 1e4, 0.0, 1e12)?,
-        pending_limit: check.count_or("commands.pending_limit", raw.pending_limit, 1024, 0, 1_000_000)?,
+        torque_limit_nm: check.number_or(&keys::TORQUE_LIMIT, "commands", raw.torque_limit_nm)?,
+        pending_limit: check.count_or(&keys::PENDING_LIMIT, "commands", raw.pending_limit)?,
     })
 }
 
@@ -170,12 +141,12 @@ fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver
     Ok(Solver {
         model,
         integrator,
-        step_s: check.number_or("solver.step_s", raw.step_s, 1e-3, 1e-9, 10.0)?,
-        weight: check.number_or("solver.weight", raw.weight, 0.5, 0.0, 1.0)?,
-        rho_infinity: check.number_or("solver.rho_infinity", raw.rho_infinity, 0.8, 0.0, 1.0)?,
-        tolerance: check.number_or("solver.tolerance", raw.tolerance, 1e-9, 1e-15, 1e-2)?,
-        balance_tolerance: check.number_or("solver.balance_tolerance", raw.balance_tolerance, 1e-2, 1e-15, 1e9)?,
-        max_iterations: check.count_or("solver.max_iterations", raw.max_iterations, 20, 1, 1000)?,
+        step_s: check.number_or(&keys::STEP, "solver", raw.step_s)?,
+        weight: check.number_or(&keys::WEIGHT, "solver", raw.weight)?,
+        rho_infinity: check.number_or(&keys::RHO_INFINITY, "solver", raw.rho_infinity)?,
+        tolerance: check.number_or(&keys::TOLERANCE, "solver", raw.tolerance)?,
+        balance_tolerance: check.number_or(&keys::BALANCE_TOLERANCE, "solver", raw.balance_tolerance)?,
+        max_iterations: check.count_or(&keys::MAX_ITERATIONS, "solver", raw.max_iterations)?,
     })
 }
 

@@ -1,0 +1,92 @@
+//! The guide, one module per chapter. `flexcrank guide CHAPTER` prints a chapter in the terminal.
+
+use crate::nearest::nearest;
+
+macro_rules! chapters {
+    ($($module:ident: $name:literal, $file:literal, $summary:literal;)*) => {
+        /// All chapters, in reading order.
+        pub const CHAPTERS: &[Chapter] = &[$(Chapter { name: $name, summary: $summary, text: include_str!($file) }),*];
+
+        $(#[doc = include_str!($file)] pub mod $module {})*
+    };
+}
+
+chapters! {
+    concepts: "concepts", "concepts.md", "Scene, step, epoch, session, sample; threads and queues";
+    scenes: "scenes", "scenes.md", "Describe a mechanism; every key of a scene";
+    models: "models", "models.md", "Choose model, integrator and step; know whether to trust a run";
+    bus: "bus", "bus.md", "Keys, messages, delivery, commands, watch; other machines";
+    recordings: "recordings", "recordings.md", "Record, verify, resume, repair, replay, export";
+    realtime: "real-time", "realtime.md", "Deadlines, waiting, overruns, many services, systemd";
+    security: "security", "security.md", "Encryption, passwords, roles";
+    analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";
+    exit_codes: "exit-codes", "exit_codes.md", "The code that each command ends with";
+    library: "library", "library.md", "Two Rust programs; the modules";
+    development: "development", "development.md", "Tests, trials and benchmarks";
+}
+
+/// A chapter of the guide.
+#[derive(Debug, Clone, Copy)]
+pub struct Chapter {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// Its content in one line.
+    pub summary: &'static str,
+    /// Its Markdown text, with HTML comments for the tests.
+    pub text: &'static str,
+}
+
+/// There is no chapter of this name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{given}: not a chapter of the guide{hint} (`flexcrank guide` lists them)")]
+pub struct UnknownChapter {
+    given: String,
+    hint: String,
+}
+
+/// The chapter of this name.
+///
+/// # Errors
+/// [`UnknownChapter`] with the nearest name when there is none.
+pub fn find(name: &str) -> Result<&'static Chapter, UnknownChapter> {
+    CHAPTERS.iter().find(|chapter| chapter.name == name).ok_or_else(|| {
+        let near = nearest(name, CHAPTERS.iter().map(|chapter| chapter.name));
+        UnknownChapter { given: name.to_owned(), hint: near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default() }
+    })
+}
+
+impl Chapter {
+    /// The text for readers: without HTML comments, and without the lines of Rust programs that rustdoc hides.
+    pub fn readable(&self) -> String {
+        let mut in_rust = false;
+        let shown = self.text.lines().filter(|line| {
+            if line.starts_with("```") {
+                in_rust = *line == "```rust";
+            }
+            let hidden = line.starts_with("<!--") || in_rust && line.starts_with("# ");
+            !hidden
+        });
+        shown.map(|line| format!("{line}\n")).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CHAPTERS, find};
+
+    #[test]
+    fn prop_a_chapter_is_found_by_its_name_only() {
+        assert_eq!(find("bus").map(|chapter| chapter.name), Ok("bus"));
+        let refused = find("recording").map(|chapter| chapter.name).unwrap_err().to_string();
+        assert!(refused.contains("did you mean `recordings`?"), "{refused}");
+    }
+
+    #[test]
+    fn prop_readers_see_no_comments_and_no_hidden_lines() {
+        for chapter in CHAPTERS {
+            let text = chapter.readable();
+            assert!(text.starts_with("# ") && !text.contains("<!--"), "{}", chapter.name);
+        }
+        assert!(!find("library").unwrap().readable().contains("Ok::<()"));
+    }
+}
