@@ -193,3 +193,11 @@ fn prop_the_guide_has_the_reference_as_the_validation_has_it() {
         "src/guide/scenes.md: put `flexcrank scenes --keys --markdown` there"
     );
 }
+
+#[test]
+fn val_the_scene_in_the_guide_runs() {
+    let chapter = guide::find("scenes").unwrap().text;
+    let text = chapter.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let source = SceneSource::parse("guide", text, &[]).unwrap();
+    Simulation::new(&source.scene).unwrap().step().unwrap();
+}
