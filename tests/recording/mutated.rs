@@ -1,7 +1,7 @@
 //! Damaged recordings: every entry point reports the damage or reads the rest; none panics or allocates without bound.
 //!
 //! `FLEXCRANK_MUTATIONS=100000 FLEXCRANK_SEED=7 cargo test --release --test recording mutated` damages any number of files, and
-//! leaves failing ones in the folder that it names. The mutations know the format, and are the same for the same seed. `fuzz/` has
+//! leaves failing ones in the folder that it names. The mutations know the format, and are the same for the same seed. `tests/fuzz` has
 //! a coverage-guided target; the files it has found are read here too.
 
 use std::path::Path;
