@@ -9,6 +9,7 @@
 
 pub mod bus;
 pub mod cli;
+pub mod files;
 pub mod guide;
 pub mod integrate;
 pub mod mechanics;

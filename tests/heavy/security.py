@@ -1,4 +1,4 @@
-"""Who may do what under the configuration in dist/secure; every figure that is checked is printed."""
+"""Who may do what under the configuration that `flexcrank files` prints; every figure that is checked is printed."""
 
 import contextlib
 import os
@@ -12,7 +12,6 @@ import zenoh
 
 from check import BINARY, Client, expect, free_endpoint, wait_for
 
-SECURE = Path("dist/secure").resolve()
 PASSWORDS = {who: secrets.token_hex(12) for who in ("viewer", "control", "service")}
 TIME_OUT_S = 6.0
 
@@ -30,10 +29,11 @@ def certificates(folder):
 
 
 def configure(folder, endpoint):
-    """The files of dist/secure, with this machine's address and these passwords."""
-    gate = (SECURE / "gate.json5").read_text()
+    """The configuration of the program, with this machine's address and these passwords."""
+    printed = lambda name: subprocess.run([BINARY, "files", name], check=True, capture_output=True, text=True).stdout
+    gate = printed("gate.json5")
     (folder / "gate.json5").write_text(gate.replace("tls/0.0.0.0:7447", endpoint))
-    member = (SECURE / "member.json5").read_text().replace("tls/gate.example:7447", endpoint)
+    member = printed("member.json5").replace("tls/gate.example:7447", endpoint)
     assert endpoint in member and endpoint in (folder / "gate.json5").read_text()
     as_user = lambda user, password: member.replace('user: "viewer", password: "the viewer\'s password"', f'user: "{user}", password: "{password}"')
     for who, password in PASSWORDS.items():

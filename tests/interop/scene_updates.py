@@ -87,7 +87,7 @@ def oscillator(folder):
 
 def layout():
     """The layout file names topics and fields that there are."""
-    text = Path("recordings/foxglove-layout.json").read_text()
+    text = subprocess.run([BINARY, "files", "foxglove-layout.json"], check=True, capture_output=True, text=True).stdout
     panels = json.loads(text)["configById"]
     topics = set(re.findall(r"flexcrank/crank/(\w+)", text))
     expect("the layout shows scene and charts", any(key.startswith("3D!") for key in panels), ", ".join(sorted(topics)))
@@ -103,13 +103,13 @@ def rerun(folder):
         print("  skipped: rerun-sdk is not installed")
         return
     path, out = folder / "crank-slider.mcap", folder / "crank-slider.rrd"
-    subprocess.run([sys.executable, "recordings/to-rerun", str(path), str(out)], check=True)
+    subprocess.run([sys.executable, "src/files/to-rerun", str(path), str(out)], check=True)
     stats = subprocess.run([sys.executable, "-m", "rerun", "rrd", "stats", str(out)], capture_output=True, text=True, check=True)
     drawn = re.findall(r"^/((?:mechanism|deflection_m|rate_rad_per_s)/\w+|driving_torque_nm):", stats.stdout, re.MULTILINE)
     links = [f"{chart}/{link}" for chart in ("deflection_m", "mechanism", "rate_rad_per_s") for link in ("crank", "rod")]
     cut = folder / "cut.mcap"
     cut.write_bytes(path.read_bytes()[:-100])
-    told = subprocess.run([sys.executable, "recordings/to-rerun", str(cut), str(out)], capture_output=True, text=True)
+    told = subprocess.run([sys.executable, "src/files/to-rerun", str(cut), str(out)], capture_output=True, text=True)
     one = told.returncode == 1 and told.stderr.count("\n") == 1
     expect("a recording that was cut off is refused in a sentence", one and "flexcrank recover" in told.stderr, told.stderr.strip())
     expect("Rerun finds mechanism and charts", sorted(drawn) == sorted([*links, "driving_torque_nm"]), ", ".join(drawn))

@@ -1,0 +1,70 @@
+//! Files for other programs, which `flexcrank files NAME` prints: `cargo install` ships nothing but the program.
+
+use crate::nearest::nearest;
+
+/// A file for another program.
+#[derive(Debug, Clone, Copy)]
+pub struct File {
+    /// Its usual name.
+    pub name: &'static str,
+    /// Its purpose in one line.
+    pub summary: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+/// All files.
+pub const FILES: &[File] = &[
+    File {
+        name: "flexcrank.service",
+        summary: "systemd unit: a scene that starts with the machine",
+        text: include_str!("flexcrank.service"),
+    },
+    File {
+        name: "gate.json5",
+        summary: "zenoh configuration of the router or service that listens: TLS, passwords, roles",
+        text: include_str!("gate.json5"),
+    },
+    File {
+        name: "member.json5",
+        summary: "zenoh configuration of the programs that connect to it",
+        text: include_str!("member.json5"),
+    },
+    File {
+        name: "foxglove-layout.json",
+        summary: "layout for Foxglove and Lichtblick: the mechanism beside charts",
+        text: include_str!("foxglove-layout.json"),
+    },
+    File { name: "to-rerun", summary: "Python script: converts a recording for Rerun", text: include_str!("to-rerun") },
+];
+
+/// There is no file of this name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{given}: no such file in the program{hint} (`flexcrank files` lists them)")]
+pub struct UnknownFile {
+    given: String,
+    hint: String,
+}
+
+/// The file of this name.
+///
+/// # Errors
+/// [`UnknownFile`] with the nearest name when there is none.
+pub fn find(name: &str) -> Result<&'static File, UnknownFile> {
+    FILES.iter().find(|file| file.name == name).ok_or_else(|| {
+        let near = nearest(name, FILES.iter().map(|file| file.name));
+        UnknownFile { given: name.to_owned(), hint: near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default() }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::find;
+
+    #[test]
+    fn prop_a_file_is_found_by_its_name_only() {
+        assert_eq!(find("gate.json5").map(|file| file.name), Ok("gate.json5"));
+        let refused = find("gate.json").map(|file| file.name).unwrap_err().to_string();
+        assert!(refused.contains("did you mean `gate.json5`?"), "{refused}");
+    }
+}
