@@ -1,31 +1,12 @@
-//! `export`, `scenes` and `completions`: commands without a bus.
+//! `scenes` and `completions`.
 
 use std::io::Write as _;
 
 use clap::CommandFactory as _;
 
-use super::args::{Cli, Export};
-use super::{ExitStatus, may_be_folder};
-use crate::recording::{self, Exported};
+use super::args::Cli;
+use super::exit_status::ExitStatus;
 use crate::scene::builtin;
-
-pub(super) fn export(args: Export) -> anyhow::Result<ExitStatus> {
-    let Export { file, csv, parquet, from, to, every, columns } = args;
-    [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
-    let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
-    let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
-    for table in tables {
-        writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
-    }
-    for topic in skipped {
-        say!("warning: {topic} is not protobuf and was left out");
-    }
-    if cut_off {
-        say!("warning: the recording ends early; everything before was exported");
-        return Ok(ExitStatus::Lossy);
-    }
-    Ok(ExitStatus::Success)
-}
 
 pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<ExitStatus> {
     match name {
