@@ -20,7 +20,7 @@ use super::reader::{PIECE, RECORD_LIMIT, RecordedMessage};
 pub struct Damage {
     /// Position of the record, bytes.
     pub offset: u64,
-    /// What is wrong.
+    /// The fault, in words.
     pub what: String,
     /// Log times (ns) between which its messages are lost; `None` if none are.
     pub lost_ns: Option<[u64; 2]>,
