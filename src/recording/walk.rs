@@ -11,9 +11,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use super::RecordingError;
-use super::chunk::{Channels, Chunk, RECORD_HEAD};
+use super::chunk::Chunk;
+use super::format::{Channels, PIECE, RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
 use super::parse::parse;
-use super::reader::{PIECE, RECORD_LIMIT, RecordedMessage};
 
 /// A record that cannot be read or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
