@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::keys::Name;
+use super::zenoh_messages::message_of;
 
 /// The bus could not be opened, or a request on it failed.
 #[derive(Debug, thiserror::Error)]
@@ -72,22 +73,6 @@ fn others(found: &[Name]) -> String {
     }
 }
 
-/// Returns zenoh's error message without source locations such as ` at …/tcp.rs:61.`, which say nothing to a user.
-pub(super) fn message_of(error: &zenoh::Error) -> String {
-    let mut said = String::new();
-    let text = error.to_string();
-    for part in text.split(" at ") {
-        let (place, rest) = part.split_at(part.find([' ', ']', ',', ';']).unwrap_or(part.len()));
-        if !said.is_empty() && place.contains(".rs:") {
-            said.push_str(rest);
-        } else {
-            said.push_str(if said.is_empty() { "" } else { " at " });
-            said.push_str(part);
-        }
-    }
-    said
-}
-
 impl BusError {
     pub(super) fn config(error: zenoh::Error) -> Self {
         BusError::Config(message_of(&error))
@@ -103,22 +88,5 @@ impl BusError {
     }
     pub(super) fn failed(error: zenoh::Error) -> Self {
         BusError::Failed(message_of(&error))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prop_source_locations_are_removed_and_nothing_else() {
-        for (text, wanted) in [
-            ("no key `a//b` at /x/zenoh-1.0/src/key.rs:777.", "no key `a//b`"),
-            ("tcp: [refused (error 99) at /x/tcp.rs:61.] at /x/unicast.rs:338.", "tcp: [refused (error 99)]"),
-            ("a lock held at noon at /x/a.rs:1., and at night", "a lock held at noon, and at night"),
-            ("nothing", "nothing"),
-        ] {
-            assert_eq!(message_of(&text.into()), wanted);
-        }
     }
 }

@@ -166,7 +166,7 @@ pub fn key_of_topic(topic: &str) -> Result<String, String> {
         Ok(valid) if valid.is_wild() => Err("a key without wildcards is needed".to_owned()),
         Ok(_) if key.contains('?') => Err("? is not allowed in a key".to_owned()),
         Ok(_) => Ok(key.to_owned()),
-        Err(error) => Err(super::error::message_of(&error)),
+        Err(error) => Err(super::zenoh_messages::message_of(&error)),
     }
 }
 

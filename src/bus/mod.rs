@@ -12,6 +12,7 @@ mod session;
 mod snapshot_cache;
 mod subscription_state;
 mod subscriptions;
+mod zenoh_messages;
 
 pub use address::{Address, BadAddress};
 pub use error::BusError;

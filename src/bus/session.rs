@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
-use super::error::message_of;
+use super::zenoh_messages::{config_error_text, message_of};
 use super::{BusError, Name, client};
 
 /// Loopback ports of services: each takes the first free one; clients try all.
@@ -142,15 +142,6 @@ impl BusOptions {
 fn read(path: &Path) -> Result<Config, String> {
     File::open(path).map_err(|error| error.to_string())?;
     Config::from_file(path).map_err(|error| config_error_text(&message_of(&error)))
-}
-
-/// Extracts message and line from a configuration error: `… { msg: "WORDS", location: Some(Location { line: 1, column: 3 }) }`.
-fn config_error_text(said: &str) -> String {
-    let parts = said.split_once("msg: ").and_then(|(_, rest)| rest.rsplit_once(", location: Some(Location { line: "));
-    match parts.and_then(|(words, place)| Some((words, place.split_once(',')?.0))) {
-        Some((words, line)) => format!("line {line}: {}", words.trim_matches('"')),
-        None => said.to_owned(),
-    }
 }
 
 /// Whether a configuration differs from zenoh's default at `key`.

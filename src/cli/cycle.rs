@@ -3,9 +3,9 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use super::ExitStatus;
 use super::aligned_table::{figure, print};
-use super::args::number;
+use super::exit_status::ExitStatus;
+use super::values::number;
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::cycle::{self, Arms, Extreme, Options, balance, extremes, ratios_between, speed_rad_per_s, sweep, words};

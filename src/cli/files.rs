@@ -1,33 +1,14 @@
-//! `export`, `scenes`, `guide` and `completions`: commands without a bus.
+//! `scenes`, `guide`, `files` and `completions`: what the program has to print.
 
 use std::io::Write as _;
 
 use clap::CommandFactory as _;
 
 use super::aligned_table;
-use super::args::{Cli, Export};
-use super::{ExitStatus, may_be_folder};
-use crate::guide;
-use crate::recording::{self, Exported};
+use super::args::Cli;
+use super::exit_status::ExitStatus;
 use crate::scene::{self, KeyRow, builtin};
-
-pub(super) fn export(args: Export) -> anyhow::Result<ExitStatus> {
-    let Export { file, csv, parquet, from, to, every, columns } = args;
-    [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
-    let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
-    let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
-    for table in tables {
-        writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
-    }
-    for topic in skipped {
-        say!("warning: {topic} is not protobuf and was left out");
-    }
-    if cut_off {
-        say!("warning: the recording ends early; everything before was exported");
-        return Ok(ExitStatus::Lossy);
-    }
-    Ok(ExitStatus::Success)
-}
+use crate::{files, guide};
 
 pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<ExitStatus> {
     match name {
@@ -63,6 +44,16 @@ pub(super) fn guide(chapter: Option<&str>) -> anyhow::Result<ExitStatus> {
     match chapter {
         None => guide::CHAPTERS.iter().try_for_each(|chapter| writeln!(out, "{:<14} {}", chapter.name, chapter.summary))?,
         Some(name) => write!(out, "{}", guide::find(name)?.readable())?,
+    }
+    Ok(ExitStatus::Success)
+}
+
+/// Prints a file for another program, or the list of files.
+pub(super) fn files(name: Option<&str>) -> anyhow::Result<ExitStatus> {
+    let mut out = std::io::stdout();
+    match name {
+        None => files::FILES.iter().try_for_each(|file| writeln!(out, "{:<22} {}", file.name, file.summary))?,
+        Some(name) => write!(out, "{}", files::find(name)?.text)?,
     }
     Ok(ExitStatus::Success)
 }

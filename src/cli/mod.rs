@@ -9,32 +9,40 @@ macro_rules! say {
 
 mod aligned_table;
 mod args;
-mod clients;
+mod async_runtime;
+mod bus_args;
+mod control;
 mod cycle;
+mod exit_status;
+mod export;
 mod files;
+mod folders;
+mod formatting;
 mod keyboard;
-mod live;
+mod list;
 mod log;
 mod plot;
 mod progress;
+mod pulse;
 mod recover;
 mod replay;
+mod replies;
 mod resume;
+mod run;
 mod sequence;
 mod signals;
 mod stability;
 mod status_line;
 mod trade;
+mod values;
 mod verify;
 mod watch;
 mod what_if;
 
-use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Context as _;
-
 use crate::bus::{BadName, BusError};
+use crate::files::UnknownFile;
 use crate::guide::UnknownChapter;
 use crate::plot::PlotError;
 use crate::recording::RecordingError;
@@ -46,23 +54,7 @@ use crate::study::cycle::CycleError;
 use crate::study::stability::{NoMap, NotSuited};
 use crate::study::trade::TradeError;
 use args::{Cli, Command};
-
-/// How a command ended, by exit code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum ExitStatus {
-    /// Success: 0.
-    Success,
-    /// A service refused the command: 1.
-    Refused,
-    /// Finished with losses: 3.
-    Lossy,
-    /// The simulation diverged: 4.
-    Diverged,
-    /// A deadline was missed with `--overrun stop`: 5.
-    Late,
-    /// Finished, but the energy balance was off: 6.
-    Untrusted,
-}
+use exit_status::ExitStatus;
 
 /// Runs the program on the process's arguments.
 ///
@@ -72,12 +64,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::of_process();
     log::begin(cli.log_format);
     match dispatch(cli) {
-        Ok(ExitStatus::Success) => ExitCode::SUCCESS,
-        Ok(ExitStatus::Refused) => ExitCode::from(1),
-        Ok(ExitStatus::Lossy) => ExitCode::from(3),
-        Ok(ExitStatus::Diverged) => ExitCode::from(4),
-        Ok(ExitStatus::Late) => ExitCode::from(5),
-        Ok(ExitStatus::Untrusted) => ExitCode::from(6),
+        Ok(status) => status.into(),
         // The reader of the output has closed it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
@@ -87,27 +74,6 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Rounds simulated time for display: n·h, which is published to the last bit, may be 1.5010000000000001.
-fn shown_s(time_s: f64) -> f64 {
-    (time_s * 1e9).round() / 1e9
-}
-
-/// A count with its noun, singular or plural.
-fn counted(count: u64, what: &str) -> String {
-    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
-}
-
-fn may_be_folder(path: &Path) -> anyhow::Result<()> {
-    anyhow::ensure!(!path.is_file(), "{}: is a file, and a folder is needed", path.display());
-    Ok(())
-}
-
-/// Creates an output folder, unless it exists.
-fn make_folder(path: &Path) -> anyhow::Result<()> {
-    may_be_folder(path)?;
-    std::fs::create_dir_all(path).with_context(|| path.display().to_string())
-}
-
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
 }
@@ -115,6 +81,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<SceneError>()
         || error.is::<UnknownChapter>()
+        || error.is::<UnknownFile>()
         || error.is::<BuildError>()
         || error.is::<BadName>()
         || error.is::<plot::BadPlot>()
@@ -136,16 +103,16 @@ fn is_usage(error: &anyhow::Error) -> bool {
 
 fn dispatch(cli: Cli) -> anyhow::Result<ExitStatus> {
     match cli.command.unwrap_or_default() {
-        Command::Run(run) => live::run(*run),
+        Command::Run(run) => run::run(*run),
         Command::Replay(args) if args.what_if.is_asked() => what_if::what_if(&args.file, &args.what_if),
         Command::Replay(args) => replay::replay(*args),
-        Command::List(bus) => clients::list(&bus),
-        Command::Pulse(pulse) => clients::pulse(pulse),
-        Command::Control(control) => clients::control(control),
+        Command::List(bus) => list::list(&bus),
+        Command::Pulse(pulse) => pulse::pulse(pulse),
+        Command::Control(control) => control::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Verify(args) => verify::verify(&args),
         Command::Recover(args) => recover::recover(&args),
-        Command::Export(export) => files::export(export),
+        Command::Export(export) => export::export(export),
         Command::Plot(args) => plot::plot(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Cycle(args) => cycle::cycle(&args),
@@ -153,6 +120,7 @@ fn dispatch(cli: Cli) -> anyhow::Result<ExitStatus> {
         Command::Scenes { keys: true, markdown, .. } => files::keys(markdown),
         Command::Scenes { name, .. } => files::scenes(name.as_deref()),
         Command::Guide { chapter } => files::guide(chapter.as_deref()),
+        Command::Files { name } => files::files(name.as_deref()),
         Command::Completions { shell } => files::completions(shell),
     }
 }

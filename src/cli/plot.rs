@@ -5,13 +5,80 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
+use clap::ValueEnum;
 
-use super::args::Plot;
-use super::{ExitStatus, make_folder};
+use super::exit_status::ExitStatus;
+use super::folders::make_folder;
+use super::values::number;
 use crate::plot::{self, Figure, Format, Named, Picture, Titled, thesis};
 use crate::recording::read_columns;
 use crate::scene::SceneSource;
 use crate::study::{self, Table, cycle};
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank plot recordings/crank.mcap -o plots
+  flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg
+  flexcrank plot recordings/crank.mcap --animation=0.25 -o crank.svg
+  flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png
+  flexcrank plot --thesis thesis-figures";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Recordings (.mcap) or tables (CSV).
+    #[arg(required_unless_present = "thesis", value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Folder for the figures, or the file (.svg, .png) for a single one.
+    #[arg(long, short, value_name = "DIR|FILE", default_value = "plots")]
+    pub output: PathBuf,
+    /// Formats of the figures in a folder.
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "svg,png")]
+    pub format: Vec<PictureFormat>,
+    /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column.
+    #[arg(long, value_name = "COLUMN", requires = "y")]
+    pub x: Option<String>,
+    /// Draw these columns in one figure, instead of the default figures.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    pub y: Vec<String>,
+    /// Title of the figures.
+    #[arg(long)]
+    pub title: Option<String>,
+    /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long; SPEED in recorded seconds per second.
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
+    #[arg(conflicts_with_all = ["x", "y", "title"])]
+    pub animation: Option<f64>,
+    /// Compute and draw every figure of the thesis into this folder, with an index.html.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "animation"])]
+    pub thesis: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum PictureFormat {
+    Svg,
+    Png,
+}
+
+impl Args {
+    /// The requested formats, without repetition.
+    fn formats(&self) -> Vec<Format> {
+        let mut formats = Vec::new();
+        for format in &self.format {
+            let format = match format {
+                PictureFormat::Svg => Format::Svg,
+                PictureFormat::Png => Format::Png,
+            };
+            if !formats.contains(&format) {
+                formats.push(format);
+            }
+        }
+        formats
+    }
+}
+
+fn playing_speed(text: &str) -> Result<f64, String> {
+    number(text, 1e-3, 1e3)
+}
 
 /// The request does not fit the files: a usage error.
 #[derive(Debug, thiserror::Error)]
@@ -29,7 +96,7 @@ pub(super) enum BadPlot {
 /// Default column of the horizontal axis of a recording.
 const RECORDED_TIME: &str = "stamp.sim_time_s";
 
-pub(super) fn plot(args: &Plot) -> anyhow::Result<ExitStatus> {
+pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
     if let Some(folder) = &args.thesis {
         return write_thesis(folder, &args.formats());
     }
@@ -51,7 +118,7 @@ pub(super) fn plot(args: &Plot) -> anyhow::Result<ExitStatus> {
 }
 
 /// Animates each recording: into the one file named, or into a folder.
-fn write_animations(args: &Plot, speed: f64) -> anyhow::Result<ExitStatus> {
+fn write_animations(args: &Args, speed: f64) -> anyhow::Result<ExitStatus> {
     let output = &args.output;
     let into_file = Format::of(output) == Some(Format::Svg) && !output.is_dir();
     if into_file && args.files.len() > 1 {
@@ -78,7 +145,7 @@ fn write_animations(args: &Plot, speed: f64) -> anyhow::Result<ExitStatus> {
 }
 
 /// Figures of a file with their file names, and whether the file was complete.
-fn figures(file: &Path, args: &Plot) -> anyhow::Result<(Vec<(String, Figure)>, bool)> {
+fn figures(file: &Path, args: &Args) -> anyhow::Result<(Vec<(String, Figure)>, bool)> {
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let recorded = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
     let (tables, whole) = if recorded { recording(file)? } else { (vec![table(&stem, file)?], true) };
@@ -126,7 +193,7 @@ fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
 }
 
 /// File and format of every figure.
-fn places(figures: Vec<(String, Figure)>, args: &Plot) -> anyhow::Result<Vec<(PathBuf, Format, Figure)>> {
+fn places(figures: Vec<(String, Figure)>, args: &Args) -> anyhow::Result<Vec<(PathBuf, Format, Figure)>> {
     let output = &args.output;
     let is_file = output.extension().is_some() && !output.is_dir();
     if is_file {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::ExitStatus;
+use super::exit_status::ExitStatus;
 use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
 

@@ -7,12 +7,13 @@ use std::time::Duration;
 use indicatif::ProgressBar;
 use tokio::sync::oneshot;
 
-use super::ExitStatus;
-use super::args::{Bus, not_negative, number, positive};
+use super::async_runtime::runtime;
+use super::bus_args::BusArgs;
+use super::exit_status::ExitStatus;
 use super::keyboard::Keyboard;
-use super::live::runtime;
 use super::progress::bar;
 use super::signals::interrupted;
+use super::values::{not_negative, number, positive};
 use crate::bus::{self, BusOptions, Name};
 use crate::runtime::DurationQuantiles;
 use crate::service::{self, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
@@ -81,7 +82,7 @@ pub(super) struct ReplayArgs {
     #[command(flatten)]
     pub what_if: super::what_if::Args,
     #[command(flatten)]
-    pub bus: Bus,
+    pub bus: BusArgs,
 }
 
 fn rate(text: &str) -> Result<f64, String> {

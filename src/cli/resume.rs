@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{RunArgs, positive};
+use super::formatting::shown_s;
 use super::progress::over_file;
-use super::shown_s;
+use super::values::positive;
 use crate::bus::Name;
 use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::runtime::{PublishRate, PublishRates};
@@ -12,10 +12,8 @@ use crate::scene::SceneSource;
 use crate::service::Resumption;
 use crate::simulation::Simulation;
 
-const NAME: &str = "crank";
-
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(super) struct ResumeArgs {
     /// Resume a recorded session where its recording ends: with its scene, name and pending pulses, equal to the bit to one that
     /// never stopped.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "count", "overrides", "shadow"])]
@@ -34,30 +32,17 @@ pub(super) struct RunStart {
     pub resumption: Option<Resumption>,
 }
 
-/// Returns the starts of all services: `count` of every scene, or a resumed session.
-pub(super) fn begin(args: &RunArgs) -> anyhow::Result<Vec<RunStart>> {
-    let Some(file) = &args.resume.resume else {
-        let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
-        let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
-        let mut all = Vec::new();
-        for scene in &args.scene {
-            let scene = SceneSource::open(scene, &args.overrides)?;
-            for _ in 0..args.count {
-                let simulation = Simulation::new(&scene.scene)?;
-                all.push(RunStart { name: name.clone(), scene: scene.clone(), simulation, publish, resumption: None });
-            }
-        }
-        if all.len() > 1 {
-            for (number, start) in (1..).zip(&mut all) {
-                start.name = format!("{name}-{number:03}").parse()?;
-            }
-        }
-        return Ok(all);
-    };
+/// Resumes the session of a recording.
+pub(super) fn start_from(
+    file: &Path,
+    at_s: Option<f64>,
+    name: Option<Name>,
+    publish: Option<PublishRates>,
+) -> anyhow::Result<RunStart> {
     let source = RecordedSession::open(file)?;
-    let name = args.name.clone().map_or_else(|| source.name.parse(), Ok)?;
-    let publish = args.publish_hz.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
-    let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, args.resume.at)?;
+    let name = name.map_or_else(|| source.name.parse(), Ok)?;
+    let publish = publish.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
+    let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, at_s)?;
     let of = format!(
         "{} at step {} of epoch {}, t = {} s",
         file.display(),
@@ -67,7 +52,7 @@ pub(super) fn begin(args: &RunArgs) -> anyhow::Result<Vec<RunStart>> {
     );
     say!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
-    Ok(vec![RunStart { name, scene: source.scene, simulation, publish, resumption }])
+    Ok(RunStart { name, scene: source.scene, simulation, publish, resumption })
 }
 
 fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> anyhow::Result<Resumed> {

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::aligned_table::figure;
+use super::exit_status::ExitStatus;
+use super::folders::make_folder;
 use super::progress::bar;
-use super::{ExitStatus, make_folder};
 use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;

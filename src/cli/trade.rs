@@ -8,10 +8,10 @@ use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
-use super::ExitStatus;
 use super::aligned_table::print;
-use super::args::{number, positive};
+use super::exit_status::ExitStatus;
 use super::progress::bar;
+use super::values::{number, positive};
 use crate::plot::{Format, Picture, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{

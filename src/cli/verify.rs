@@ -4,8 +4,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::exit_status::ExitStatus;
+use super::formatting::counted;
 use super::progress::over_file;
-use super::{ExitStatus, counted};
 use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
 use crate::simulation::EnergyVerdict;

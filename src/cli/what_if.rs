@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::ExitStatus;
+use super::exit_status::ExitStatus;
 use super::progress::over_file;
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};

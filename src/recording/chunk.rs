@@ -3,21 +3,15 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use mcap::read::ChannelAccumulator;
 use mcap::records::{MessageIndexEntry, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
+use super::format::{Channels, RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
 use super::parse::parse;
-use super::reader::{RECORD_LIMIT, RecordedMessage};
-
-/// Channels and schemas read so far.
-pub(super) type Channels = ChannelAccumulator<'static>;
 
 /// Size of a chunk's header without the name of its compression, bytes.
 const HEADER: usize = 40;
-/// Size of the opcode and length before every record, bytes.
-pub(super) const RECORD_HEAD: u64 = 9;
 
 /// Iterates over the records of a chunk. A record never reaches beyond the chunk, whatever its length states.
 pub(super) struct Records<'a> {

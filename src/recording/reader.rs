@@ -9,20 +9,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, McapResult};
 
 use super::RecordingError;
-use super::chunk::{Channels, RECORD_HEAD, Records};
+use super::chunk::Records;
+use super::format::{Channels, PIECE, RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
 use super::parse::parse;
-
-/// Size limit of records and chunks, bytes. A file that states a larger one is refused.
-pub(super) const RECORD_LIMIT: usize = 64 * 1024 * 1024;
-
-/// Largest single read, bytes, so that a wrong length allocates no memory.
-pub(super) const PIECE: usize = 64 * 1024;
-
-/// A topic of a recording, with its encoding and schema.
-pub type Channel = mcap::Channel<'static>;
-
-/// A message of a recording.
-pub type RecordedMessage = mcap::Message<'static>;
 
 /// The messages of a recording, in file order. Ends at the first damage, with the error; a chunk with a wrong checksum yields no
 /// message. If the file ends inside a chunk, the complete messages of that chunk are read.

@@ -12,8 +12,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, McapResult};
 
 use super::chunk::Records;
+use super::format::{RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
 use super::parse::parse;
-use super::reader::{Messages, RECORD_LIMIT, RecordedMessage, is_cut_off};
+use super::reader::{Messages, is_cut_off};
 use super::{Channel, RecordingError};
 
 /// A recording with its index.
@@ -133,8 +134,8 @@ struct Index {
 }
 
 /// Size of the footer record and the magic after it, bytes; position of the summary's start within.
-const FOOTER: i64 = 1 + 8 + 20 + 8;
-const SUMMARY_START: usize = 1 + 8;
+const FOOTER: i64 = RECORD_HEAD as i64 + 20 + 8;
+const SUMMARY_START: usize = RECORD_HEAD as usize;
 
 impl Index {
     /// Reads the index; `None` if the file has no summary.
@@ -238,7 +239,7 @@ impl InOrder {
 
 /// Reads the chunk record that begins at a byte of a file.
 fn chunk_record(file: &mut File, at: u64) -> McapResult<Vec<u8>> {
-    let mut head = [0; 9];
+    let mut head = [0; RECORD_HEAD as usize];
     file.seek(SeekFrom::Start(at))?;
     file.read_exact(&mut head)?;
     let [opcode, length @ ..] = head;

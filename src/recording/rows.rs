@@ -7,7 +7,7 @@ use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDesc
 use prost_types::FileDescriptorSet;
 
 use super::RecordingError;
-use super::reader::RecordedMessage;
+use super::format::RecordedMessage;
 use super::recording_file::RecordingFile;
 
 /// A scalar of a message.

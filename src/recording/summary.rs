@@ -7,11 +7,11 @@ use mcap::records::{self, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{Channel, MAGIC, McapResult, Schema, Summary};
 
+use super::format::{RECORD_HEAD, RECORD_LIMIT};
 use super::parse::parse;
-use super::reader::RECORD_LIMIT;
 
 /// Size of a footer record and the magic after it, bytes.
-const ENDING: u64 = 9 + 20 + 8;
+const ENDING: u64 = RECORD_HEAD + 20 + 8;
 
 /// Reads the summary of a file of this size; `None` if it has none. Unlike the library's reader, this one checks the lengths that
 /// a damaged record states.

@@ -11,16 +11,16 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use super::RecordingError;
-use super::chunk::{Channels, Chunk, RECORD_HEAD};
+use super::chunk::Chunk;
+use super::format::{Channels, PIECE, RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
 use super::parse::parse;
-use super::reader::{PIECE, RECORD_LIMIT, RecordedMessage};
 
 /// A record that cannot be read or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
     /// Position of the record, bytes.
     pub offset: u64,
-    /// What is wrong.
+    /// The fault, in words.
     pub what: String,
     /// Log times (ns) between which its messages are lost; `None` if none are.
     pub lost_ns: Option<[u64; 2]>,

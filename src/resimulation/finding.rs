@@ -50,7 +50,7 @@ pub enum Finding {
     Time {
         /// Last chunk of the topic.
         topic: String,
-        /// What is wrong.
+        /// The fault, in words.
         what: &'static str,
         /// The epoch.
         epoch: u64,
@@ -74,7 +74,7 @@ pub enum Finding {
         epoch: u64,
         /// The step.
         step: u64,
-        /// What is wrong.
+        /// The fault, in words.
         what: String,
     },
     /// Re-simulation gives different messages.

@@ -19,7 +19,7 @@ pub(super) struct WakeUp {
     pub processor: Duration,
 }
 
-/// What one simulator spent its time on between two deadlines.
+/// Times that one simulator spent between two deadlines.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct StepTimings {
     /// When it last began to step.

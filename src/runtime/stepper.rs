@@ -2,6 +2,7 @@
 
 mod commands;
 mod deadlines;
+mod parts;
 mod reporting;
 
 use std::sync::Arc;
@@ -9,16 +10,15 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::command::{Command, SharedState};
-use super::duration_histogram::DurationHistogram;
-use super::missed_deadlines::{MissedDeadlines, StepTimings, WakeUp};
-use super::output::{MissedSamples, MissedSamplesByTopic, Outbox, Output};
-use super::pacer::{Overrun, Pace, Pacer};
+use super::missed_deadlines::WakeUp;
+use super::output::{Outbox, Output};
+use super::pacer::{Overrun, Pace};
 use super::rate::PublishRate;
 use super::rates::{DueTopics, PublishRates};
 use super::shadow::ShadowSimulation;
-use super::step_error_histogram::StepErrorHistogram;
 use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
+use parts::{Deadlines, Drops, RunState, Schedule, Statistics};
 use reporting::STATUS_PERIOD;
 pub(crate) use reporting::unbalanced;
 
@@ -79,7 +79,7 @@ pub struct RunSummary {
     pub verdict: EnergyVerdict,
 }
 
-/// What a simulator needs next from its thread.
+/// The next thing that a simulator needs from its thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NextAction {
     /// A step at this time of the clock.
@@ -118,32 +118,17 @@ pub struct Stepper {
     shadow: Option<ShadowSimulation>,
     stepping: SteppingOptions,
     ports: Ports,
-    pacer: Pacer,
     clock: Instant,
     next: NextAction,
     /// Current busy-waiting time of the thread.
     spin: Duration,
-    ending: Option<Ending>,
-    lateness: DurationHistogram,
-    step_cost: DurationHistogram,
-    step_errors: StepErrorHistogram,
-    timings: StepTimings,
-    misses: MissedDeadlines,
-    pacing_epoch: u64,
-    given_up: Duration,
-    paused: bool,
-    pending_single_steps: u64,
-    stopping: bool,
+    run: RunState,
+    deadlines: Deadlines,
+    statistics: Statistics,
+    drops: Drops,
+    schedule: Schedule,
     resumed: bool,
     epoch_start_s: f64,
-    next_status: Duration,
-    next_checkpoint_s: f64,
-    overruns: u64,
-    dropped: u64,
-    /// Dropped samples that are not reported yet, by topic.
-    missed: MissedSamplesByTopic,
-    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
-    worst_out_of_range: f64,
 }
 
 impl Stepper {
@@ -162,29 +147,16 @@ impl Stepper {
             shadow,
             stepping,
             ports,
-            pacer: Pacer::new(stepping.pace, Duration::ZERO, 0.0),
             clock: Instant::now(),
             next: NextAction::Step(Duration::ZERO),
             spin: Duration::ZERO,
-            ending: None,
-            lateness: DurationHistogram::new()?,
-            step_cost: DurationHistogram::new()?,
-            step_errors: StepErrorHistogram::new()?,
-            timings: StepTimings::default(),
-            misses: MissedDeadlines::default(),
-            pacing_epoch: 0,
-            given_up: Duration::ZERO,
-            paused: false,
-            pending_single_steps: 0,
-            stopping: false,
+            run: RunState::default(),
+            deadlines: Deadlines::new(stepping.pace),
+            statistics: Statistics::new()?,
+            drops: Drops::default(),
+            schedule: Schedule::default(),
             resumed: false,
             epoch_start_s: 0.0,
-            next_status: Duration::ZERO,
-            next_checkpoint_s: 0.0,
-            overruns: 0,
-            dropped: 0,
-            missed: MissedSamplesByTopic::default(),
-            worst_out_of_range: 0.0,
         })
     }
 
@@ -201,7 +173,7 @@ impl Stepper {
         self.stepping.pace != Pace::Max
     }
 
-    /// What the simulator needs next.
+    /// The next thing that the simulator needs.
     pub(super) fn next(&self) -> NextAction {
         self.next
     }
@@ -218,16 +190,16 @@ impl Stepper {
         }
         self.status(State::Running, String::new());
         // Spreads the status messages of all simulators on the thread over the status period.
-        self.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
+        self.schedule.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
     }
 
     /// Starts the clock of the deadlines.
     pub(super) fn start(&mut self, now: Duration) {
-        self.pacer.anchor(now, self.session_s());
+        self.deadlines.pacer.anchor(now, self.session_s());
     }
 
     fn note_result(&mut self, taken: Result<(), Diverged>) {
-        self.ending = taken.err().map(Ending::Diverged).or(self.ending.take());
+        self.run.ending = taken.err().map(Ending::Diverged).or(self.run.ending.take());
     }
 
     /// Does everything but steps: status, reports, commands. `spin` is the thread's current busy-waiting time.
@@ -238,7 +210,7 @@ impl Stepper {
         self.report_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
         self.decide(more);
-        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
+        self.deadlines.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
     /// Handles the commands that come before `until`.
@@ -249,26 +221,26 @@ impl Stepper {
 
     /// Decides what comes next. `more`: further commands may be waiting.
     fn decide(&mut self, more: bool) {
-        self.next = if self.stopping || self.ending.is_some() {
+        self.next = if self.run.stopping || self.run.ending.is_some() {
             NextAction::Over
-        } else if self.pending_single_steps > 0 {
+        } else if self.run.pending_single_steps > 0 {
             NextAction::Step(Duration::ZERO)
         } else if self.finished() {
-            self.ending = Some(Ending::Finished);
+            self.run.ending = Some(Ending::Finished);
             NextAction::Over
-        } else if self.paused {
-            NextAction::Idle(if more { Duration::ZERO } else { self.next_status })
+        } else if self.run.paused {
+            NextAction::Idle(if more { Duration::ZERO } else { self.schedule.next_status })
         } else {
             NextAction::Step(self.due().unwrap_or_default())
         };
         if let NextAction::Step(due) = self.next {
-            self.timings.ready |= self.clock.elapsed() <= due;
+            self.deadlines.timings.ready |= self.clock.elapsed() <= due;
         }
     }
 
     /// Ends the run. Publishes the last good state at any publishing rate.
     pub(super) fn end(&mut self) -> RunSummary {
-        let ending = self.ending.take().unwrap_or(Ending::Stopped);
+        let ending = self.run.ending.take().unwrap_or(Ending::Stopped);
         let (state, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
             Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
@@ -282,7 +254,7 @@ impl Stepper {
         self.report_overruns();
         self.status(state, message);
         self.send(Output::Over);
-        RunSummary { ending, dropped: self.dropped, verdict: self.simulation.energy_verdict() }
+        RunSummary { ending, dropped: self.drops.count, verdict: self.simulation.energy_verdict() }
     }
 
     fn finished(&self) -> bool {
@@ -292,17 +264,17 @@ impl Stepper {
 
     /// Takes the steps that are due together at `now`.
     pub(super) fn step(&mut self, now: Duration, wake_up: WakeUp) {
-        let count = if self.paused { self.pending_single_steps.min(BURST) } else { self.batch() };
+        let count = if self.run.paused { self.run.pending_single_steps.min(BURST) } else { self.batch() };
         if let Err(ending) = self.account_lateness(now, wake_up, count) {
-            return self.ending = Some(ending);
+            return self.run.ending = Some(ending);
         }
         for _ in 0..count {
             let taken = self.step_and_publish();
             self.note_result(taken);
-            if self.paused {
-                self.pending_single_steps -= 1;
+            if self.run.paused {
+                self.run.pending_single_steps -= 1;
             }
-            if self.ending.is_some() || self.finished() {
+            if self.run.ending.is_some() || self.finished() {
                 return;
             }
         }
@@ -312,11 +284,11 @@ impl Stepper {
         let begun = Instant::now();
         self.simulation.step()?;
         let cost = begun.elapsed();
-        self.step_cost.record(cost);
+        self.statistics.step_cost.record(cost);
         if let Some(error) = self.simulation.error_estimate() {
-            self.step_errors.record(error.last_step_rad);
+            self.statistics.step_errors.record(error.last_step_rad);
         }
-        self.timings.solving += cost;
+        self.deadlines.timings.solving += cost;
         if let Some(shadow) = &mut self.shadow {
             shadow.follow(cost);
         }
@@ -351,32 +323,30 @@ impl Stepper {
 
     /// Sends to the output thread; a lost receiver ends the run.
     fn send(&mut self, output: Output) {
-        self.stopping |= !self.ports.output.send(output);
+        self.run.stopping |= !self.ports.output.send(output);
     }
 
     /// Publishes the present state. With an empty pool, a paced run drops the sample and counts it; an unpaced run waits.
     fn publish(&mut self, due: DueTopics) -> Result<(), Diverged> {
         let begun = self.clock.elapsed();
         let published = self.send_sample(due);
-        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
+        self.deadlines.timings.sending += self.clock.elapsed().saturating_sub(begun);
         published
     }
 
     fn send_sample(&mut self, due: DueTopics) -> Result<(), Diverged> {
-        let hurried = self.stepping.pace != Pace::Max && !self.paused;
+        let hurried = self.stepping.pace != Pace::Max && !self.run.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let stamp = self.stamp();
         let Some(mut free) = free else {
-            self.dropped += 1;
-            for (missed, _) in self.missed.iter_mut().zip(due.by_topic()).filter(|(_, due)| *due) {
-                *missed = Some(MissedSamples::and(*missed, stamp));
-            }
+            self.drops.add(due, stamp);
             return Ok(());
         };
         // The pool holds the only reference, so nothing is cloned.
         let sample = Arc::make_mut(&mut free);
         sample.observation.clone_from(self.simulation.observe()?);
-        self.worst_out_of_range = self.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
+        self.statistics.worst_out_of_range =
+            self.statistics.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
         sample.stamp = stamp;
         sample.ledger = self.simulation.ledger();
         if due.loads {
@@ -391,13 +361,13 @@ impl Stepper {
     }
 
     fn checkpoint_if_due(&mut self) {
-        if self.session_s() >= self.next_checkpoint_s || self.ports.shared.take_checkpoint_wanted() {
+        if self.session_s() >= self.schedule.next_checkpoint_s || self.ports.shared.take_checkpoint_wanted() {
             self.checkpoint();
         }
     }
 
     fn checkpoint(&mut self) {
-        self.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
+        self.schedule.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
         let stamp = self.stamp();
         self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
     }
@@ -412,7 +382,7 @@ impl Stepper {
                 Ok(command) => self.handle_command(command),
                 Err(TryRecvError::Empty) => return false,
                 Err(TryRecvError::Disconnected) => {
-                    self.stopping = true;
+                    self.run.stopping = true;
                     return false;
                 }
             }

@@ -82,7 +82,7 @@ pub(super) struct OutputWorker {
     pub recording_full: bool,
 }
 
-/// What remains of a simulation that has ended.
+/// The results of a simulation that has ended.
 pub(super) struct Closed {
     /// Whether it left the bus in order.
     pub left: Result<(), BusError>,

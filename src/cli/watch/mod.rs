@@ -23,10 +23,10 @@ use std::time::{Duration, Instant};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 
-use super::ExitStatus;
-use super::args::Bus;
-use super::clients::{format_reply, fresh_id};
-use super::live::runtime;
+use super::async_runtime::runtime;
+use super::bus_args::BusArgs;
+use super::exit_status::ExitStatus;
+use super::replies::{format_reply, fresh_id};
 use super::signals::interrupted;
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
@@ -67,7 +67,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["signals", "torque", "duration"])]
     pub plain: bool,
     #[command(flatten)]
-    pub bus: Bus,
+    pub bus: BusArgs,
 }
 
 pub(super) fn watch(args: &Args) -> anyhow::Result<ExitStatus> {

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use super::subscribers::Subscribers;
-use crate::cli::live::describe;
+use crate::cli::status_line::describe;
 use crate::wire::{Angles, Displacements, Energies, Loads, Status, status::State};
 
 /// Time between two looks at new messages.

@@ -8,10 +8,8 @@ use std::path::Path;
 use mcap::MAGIC;
 use mcap::records::op;
 
-use crate::recording::reader::RECORD_LIMIT;
+use crate::recording::format::{RECORD_HEAD, RECORD_LIMIT};
 
-/// Size of a record's opcode and length, bytes.
-const HEADER: u64 = 9;
 /// Block size of the search, bytes.
 const BLOCK: usize = 64 * 1024;
 /// Bytes that identify a chunk: its header up to the content, with the longest name of a compression.
@@ -73,7 +71,7 @@ impl Scanner {
         }
         let next = self.find_chunk(self.at + 1)?;
         if next.is_none() && self.is_cut_chunk(self.at)? {
-            return Ok(Some(Piece::CutChunk(self.read(self.at + HEADER..self.length)?)));
+            return Ok(Some(Piece::CutChunk(self.read(self.at + RECORD_HEAD..self.length)?)));
         }
         self.at = next.unwrap_or(self.length);
         Ok(Some(Piece::Damage))
@@ -90,10 +88,10 @@ impl Scanner {
 
     /// Opcode and content of a possible record.
     fn record_at(&mut self, at: u64) -> std::io::Result<Option<(u8, Range<u64>)>> {
-        if self.length.saturating_sub(at) < HEADER {
+        if self.length.saturating_sub(at) < RECORD_HEAD {
             return Ok(None);
         }
-        let header = self.peek(at, HEADER as usize)?;
+        let header = self.peek(at, RECORD_HEAD as usize)?;
         let (opcode, length) = (header[0], number(&header, 1));
         let possible = match opcode {
             op::DATA_END => length == 4,
@@ -101,7 +99,7 @@ impl Scanner {
             0 => false,
             _ => length <= RECORD_LIMIT as u64,
         };
-        let start = at + HEADER;
+        let start = at + RECORD_HEAD;
         let known = (op::HEADER..=op::DATA_END).contains(&opcode) || opcode >= 0x80;
         Ok((known && possible && length <= self.length - start).then_some((opcode, start..start.saturating_add(length))))
     }
@@ -165,7 +163,7 @@ fn chunk_end(bytes: &[u8]) -> Option<u64> {
         return None;
     }
     let known = [&b""[..], b"lz4", b"zstd"].contains(&&bytes[41..41 + name]);
-    (known && number(bytes, 41 + name).checked_add(40 + name as u64) == Some(length)).then_some(HEADER + length)
+    (known && number(bytes, 41 + name).checked_add(40 + name as u64) == Some(length)).then_some(RECORD_HEAD + length)
 }
 
 fn number(bytes: &[u8], at: usize) -> u64 {

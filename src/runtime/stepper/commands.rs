@@ -73,21 +73,21 @@ impl Stepper {
 
     fn control(&mut self, action: &Action) -> Result<(Effective, &'static str), String> {
         let reason = match action {
-            Action::Pause(_) if self.paused => "was paused already",
+            Action::Pause(_) if self.run.paused => "was paused already",
             Action::Pause(_) => self.pause(),
-            Action::Resume(_) if !self.paused => "was running already",
+            Action::Resume(_) if !self.run.paused => "was running already",
             Action::Resume(_) => self.resume(),
-            Action::Step(_) if !self.paused => return Err("steps are counted only when paused: pause first".to_owned()),
+            Action::Step(_) if !self.run.paused => return Err("steps are counted only when paused: pause first".to_owned()),
             Action::Step(wire::Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {
                 return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
             }
             Action::Step(wire::Steps { count }) => {
-                self.pending_single_steps += count;
+                self.run.pending_single_steps += count;
                 ""
             }
             Action::Reset(_) => self.reset()?,
             Action::Stop(_) => {
-                self.stopping = true;
+                self.run.stopping = true;
                 ""
             }
             Action::StartRecording(_) | Action::StopRecording(_) => "",
@@ -96,15 +96,15 @@ impl Stepper {
     }
 
     fn pause(&mut self) -> &'static str {
-        self.paused = true;
-        self.next_status = Duration::ZERO;
+        self.run.paused = true;
+        self.schedule.next_status = Duration::ZERO;
         ""
     }
 
     fn resume(&mut self) -> &'static str {
-        (self.paused, self.pending_single_steps) = (false, 0);
-        self.pacer.anchor(self.clock.elapsed(), self.session_s());
-        self.next_status = Duration::ZERO;
+        (self.run.paused, self.run.pending_single_steps) = (false, 0);
+        self.deadlines.pacer.anchor(self.clock.elapsed(), self.session_s());
+        self.schedule.next_status = Duration::ZERO;
         ""
     }
 
@@ -118,9 +118,9 @@ impl Stepper {
             shadow.reset();
         }
         self.epoch_start_s = session_s;
-        self.pending_single_steps = 0;
-        self.pacer.anchor(self.clock.elapsed(), session_s);
-        self.next_status = Duration::ZERO;
+        self.run.pending_single_steps = 0;
+        self.deadlines.pacer.anchor(self.clock.elapsed(), session_s);
+        self.schedule.next_status = Duration::ZERO;
         Ok("")
     }
 }

@@ -20,51 +20,44 @@ impl Stepper {
     /// Deadline of the next wake-up: the start of the last of its steps, so that none is early.
     pub(super) fn due(&self) -> Option<Duration> {
         let last = self.simulation.step_count() + self.batch() - 1;
-        self.pacer.deadline(self.epoch_start_s + last as f64 * self.simulation.step_s())
+        self.deadlines.pacer.deadline(self.epoch_start_s + last as f64 * self.simulation.step_s())
     }
 
     /// Records the lateness of `count` steps that begin `now`, and applies the policy for missed deadlines.
     pub(super) fn account_lateness(&mut self, now: Duration, wake_up: WakeUp, count: u64) -> Result<(), Ending> {
-        let (Pace::Factor(factor), NextAction::Step(due), false) = (self.stepping.pace, self.next, self.paused) else {
+        let (Pace::Factor(factor), NextAction::Step(due), false) = (self.stepping.pace, self.next, self.run.paused) else {
             return Ok(());
         };
         let late = now.saturating_sub(due);
-        self.lateness.record(late);
+        self.statistics.lateness.record(late);
         let period = Duration::from_secs_f64(count as f64 * self.simulation.step_s() / factor);
         let mut timings = StepTimings { began: wake_up, ..StepTimings::default() };
         if late > period {
-            let cause = self.timings.cause(due, now, wake_up);
+            let cause = self.deadlines.timings.cause(due, now, wake_up);
             timings.before = Some(cause);
-            self.overruns += count;
+            self.deadlines.overruns += count;
             let stamp = self.stamp();
-            self.misses.note(&stamp, count, late, cause);
+            self.deadlines.misses.note(&stamp, count, late, cause);
             if self.stepping.overrun == Overrun::Stop {
                 return Err(Ending::Late { step: stamp.step + 1, late });
             }
             if let Some(late) = Pacer::verdict(self.stepping.overrun, late) {
-                self.give_up(late);
+                self.deadlines.give_up(late);
             }
         }
-        self.timings = timings;
+        self.deadlines.timings = timings;
         Ok(())
-    }
-
-    fn give_up(&mut self, late: Duration) {
-        self.pacer.give_up(late);
-        self.misses.given_up(late);
-        self.given_up += late;
-        self.pacing_epoch += 1;
     }
 
     /// Reports missed deadlines if a second has passed since the last report.
     pub(super) fn report_overruns_if_due(&mut self, now: Duration) {
-        let overruns = self.misses.due(now);
+        let overruns = self.deadlines.misses.due(now);
         self.send_overruns(overruns);
     }
 
     /// Reports missed deadlines at once.
     pub(super) fn report_overruns(&mut self) {
-        let overruns = self.misses.rest();
+        let overruns = self.deadlines.misses.rest();
         self.send_overruns(overruns);
     }
 

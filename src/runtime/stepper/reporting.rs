@@ -16,27 +16,27 @@ const STATUS_RATE: PublishRate = PublishRate::Hz(2.0);
 
 impl Stepper {
     pub(super) fn status_if_due(&mut self) {
-        if self.clock.elapsed() >= self.next_status {
-            self.status(if self.paused { State::Paused } else { State::Running }, String::new());
+        if self.clock.elapsed() >= self.schedule.next_status {
+            self.status(if self.run.paused { State::Paused } else { State::Running }, String::new());
         }
     }
 
     /// Publishes a status every half simulated second if the pace is not real time. It follows the step count, not the clock. The
     /// last status is published by the end of the run.
     pub(super) fn status_by_simulated_time(&mut self) {
-        let real = self.stepping.pace == Pace::Factor(1.0) && !self.paused;
+        let real = self.stepping.pace == Pace::Factor(1.0) && !self.run.paused;
         let due = !real && STATUS_RATE.is_due(self.simulation.step_count(), self.simulation.step_s());
         if !due || self.finished() {
             return;
         }
         let begun = self.clock.elapsed();
-        self.status(if self.paused { State::Paused } else { State::Running }, String::new());
-        self.timings.sending += self.clock.elapsed().saturating_sub(begun);
+        self.status(if self.run.paused { State::Paused } else { State::Running }, String::new());
+        self.deadlines.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
     /// Reports the samples dropped since the last report.
     pub(super) fn report_missed_samples(&mut self) {
-        let missed = std::mem::take(&mut self.missed);
+        let missed = std::mem::take(&mut self.drops.unreported);
         if missed.iter().any(Option::is_some) {
             let stamp = self.stamp();
             self.send(Output::MissedSamples(missed, stamp));
@@ -46,21 +46,21 @@ impl Stepper {
     pub(super) fn status(&mut self, state: State, message: String) {
         self.report_missed_samples();
         let now = self.clock.elapsed();
-        self.next_status = now + STATUS_PERIOD;
+        self.schedule.next_status = now + STATUS_PERIOD;
         let message = if message.is_empty() { self.warning() } else { message };
-        let errors = self.step_errors.quantiles();
-        let (lateness, cost) = (self.lateness.quantiles(), self.step_cost.quantiles());
+        let errors = self.statistics.step_errors.quantiles();
+        let (lateness, cost) = (self.statistics.lateness.quantiles(), self.statistics.step_cost.quantiles());
         let stamp = self.stamp();
         let status = Status {
             stamp: Some(wire::stamp(&stamp)),
             state: state.into(),
-            real_time_factor: if self.paused { None } else { self.pacer.real_time_factor(now, self.session_s()) },
+            real_time_factor: if self.run.paused { None } else { self.deadlines.pacer.real_time_factor(now, self.session_s()) },
             lateness_p50_s: lateness.map(|all| all.p50_s),
             lateness_p99_s: lateness.map(|all| all.p99_s),
             lateness_p999_s: lateness.map(|all| all.p999_s),
             lateness_max_s: lateness.map(|all| all.max_s),
-            overruns: self.overruns,
-            dropped_samples: self.dropped + self.ports.shared.dropped(),
+            overruns: self.deadlines.overruns,
+            dropped_samples: self.drops.count + self.ports.shared.dropped(),
             step_error_p50_rad: errors.map(|all| all.p50_rad),
             step_error_p99_rad: errors.map(|all| all.p99_rad),
             step_error_max_rad: errors.map(|all| all.max_rad),
@@ -73,10 +73,10 @@ impl Stepper {
             step_cost_p99_s: cost.map(|all| all.p99_s),
             step_cost_p999_s: cost.map(|all| all.p999_s),
             step_cost_max_s: cost.map(|all| all.max_s),
-            lateness: self.lateness.histogram(),
-            step_cost: self.step_cost.histogram(),
-            pacing_epoch: self.pacing_epoch,
-            given_up_s: self.given_up.as_secs_f64(),
+            lateness: self.statistics.lateness.histogram(),
+            step_cost: self.statistics.step_cost.histogram(),
+            pacing_epoch: self.deadlines.pacing_epoch,
+            given_up_s: self.deadlines.given_up.as_secs_f64(),
             drops: Vec::new(),
             spin_s: self.has_deadlines().then_some(self.spin.as_secs_f64()),
             ..Status::default()
@@ -93,10 +93,10 @@ impl Stepper {
         if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = self.simulation.energy_verdict() {
             return unbalanced(worst_j, in_play_j);
         }
-        if self.worst_out_of_range > 0.0 {
+        if self.statistics.worst_out_of_range > 0.0 {
             return format!(
                 "out of the model's range: a link was worst_out_of_range by {:.1} % of its length",
-                100.0 * self.worst_out_of_range
+                100.0 * self.statistics.worst_out_of_range
             );
         }
         String::new()

@@ -22,7 +22,7 @@ use route::Routes;
 pub use command::{RATES, ReplayAction, ReplayCommand};
 pub use route::{BadRemap, Remap};
 
-/// What to replay, and how.
+/// Options of a replay.
 #[derive(Debug, Clone)]
 pub struct ReplayOptions {
     /// The recording.

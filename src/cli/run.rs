@@ -1,29 +1,132 @@
 //! `run`: live services, until they finish or are stopped.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::str::FromStr as _;
+use std::time::{Duration, SystemTime};
 
-use anyhow::Context as _;
+use clap::{Parser, ValueEnum};
 
-use super::args::RunArgs;
-use super::resume::{RunStart, begin};
+use super::async_runtime::runtime;
+use super::bus_args::BusArgs;
+use super::exit_status::ExitStatus;
+use super::formatting::shown_s;
+use super::resume::{self, RunStart};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
-pub(super) use super::status_line::describe;
-use super::{ExitStatus, shown_s};
-use crate::bus::{self, BusError};
+use super::values::{flush_period, frames, pace, positive, recording_size, split};
+use crate::bus::{self, BusError, Name};
 use crate::recording::{RecordingError, Split, Written, paths};
-use crate::runtime::{Ending, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
-use crate::scene::{IntegratorKind, MODELS, SceneSource};
+use crate::runtime::{
+    Ending, Overrun, Pace, PublishRate, PublishRates, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced,
+};
+use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 
-pub(super) fn run(args: RunArgs) -> anyhow::Result<ExitStatus> {
-    let starts = begin(&args)?;
+/// Default name of a service.
+const NAME: &str = "crank";
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank run --pace max --until 10
+  flexcrank run --set rod.length_m=1.2 --set pulse.0.torque_nm=5
+  flexcrank run mine.toml --name left --publish-hz all --no-record
+  flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all
+  flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync
+  flexcrank run --resume recordings/crank.mcap";
+
+#[derive(Debug, Parser)]
+pub(super) struct Args {
+    /// Built-in scenes or TOML files. Several run side by side in one process.
+    #[arg(default_value = builtin::DEFAULT)]
+    pub scene: Vec<String>,
+    /// Number of services to run per scene.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=999))]
+    pub count: u32,
+    #[command(flatten)]
+    pub resume: super::resume::ResumeArgs,
+    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the resumed session. Several services are named
+    /// NAME-001, NAME-002, …
+    #[arg(long)]
+    pub name: Option<Name>,
+    /// Pace: real, max, or simulated seconds per second.
+    #[arg(long, default_value = "real", value_parser = pace)]
+    pub pace: Pace,
+    /// Finish at this simulated time, s.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub until: Option<f64>,
+    /// Publishing rate: samples per simulated second, or all; or by topic (displacements, angles, loads, energies):
+    /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or the rate of the resumed session.
+    #[arg(long, value_name = "HZ")]
+    pub publish_hz: Option<PublishRates>,
+    /// Policy for missed deadlines: catch-up; skip (move the deadlines and report it); or stop, with exit code 5.
+    #[arg(long, value_name = "POLICY", default_value = "catch-up")]
+    pub overrun: Overruns,
+    /// Busy-wait for this long before each deadline instead of sleeping (0 disables it). auto adapts, so that one wake-up in a
+    /// thousand is later; at most 200us and a fifth of the period. Default: auto for one service, 0 for several.
+    #[arg(long, value_name = "TIME", value_parser = Spin::from_str)]
+    pub spin: Option<Spin>,
+    /// Do not request real-time scheduling, locked memory and processors that stay awake.
+    #[arg(long)]
+    pub no_realtime: bool,
+    /// Record to this file instead of recordings/NAME-TIME.mcap; several services record to numbered files.
+    #[arg(long, value_name = "PATH", conflicts_with = "no_record")]
+    pub record: Option<PathBuf>,
+    /// Do not record.
+    #[arg(long)]
+    pub no_record: bool,
+    /// Flush period: a crash loses at most what was recorded in this time.
+    #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = flush_period)]
+    pub flush: Duration,
+    /// At every flush, wait until the data is on the disk: a power failure loses no more either.
+    #[arg(long)]
+    pub fsync: bool,
+    /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each part is complete by itself.
+    #[arg(long, value_name = "SIZE|TIME", value_parser = split)]
+    pub split: Option<Split>,
+    /// Stop recording before it exceeds this size, all parts together; the simulation goes on: 2GB.
+    #[arg(long, value_name = "SIZE", value_parser = recording_size)]
+    pub max_recording_size: Option<bytesize::ByteSize>,
+    /// Also publish the mechanism as shapes for Foxglove and Lichtblick: foxglove.SceneUpdate, at 25 Hz or HZ.
+    #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "25", value_parser = frames)]
+    pub scene_updates: Option<f64>,
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Run another model beside the first on the same commands, and publish the difference.
+    #[arg(long, value_name = "MODEL")]
+    pub shadow: Option<String>,
+    /// Run even if another service on the bus has this name.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub bus: BusArgs,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Overruns {
+    CatchUp,
+    Skip,
+    Stop,
+}
+
+impl From<Overruns> for Overrun {
+    fn from(policy: Overruns) -> Self {
+        match policy {
+            Overruns::CatchUp => Overrun::CatchUp,
+            Overruns::Skip => Overrun::Skip,
+            Overruns::Stop => Overrun::Stop,
+        }
+    }
+}
+
+pub(super) fn run(args: Args) -> anyhow::Result<ExitStatus> {
+    let starts = starts(&args)?;
     let count = starts.len();
     if !args.force {
-        let names: Vec<&bus::Name> = starts.iter().map(|start| &start.name).collect();
+        let names: Vec<&Name> = starts.iter().map(|start| &start.name).collect();
         if let Some(taken) = args.bus.options().first_taken_through_endpoints(&names)? {
             return Err(BusError::Taken(taken).into());
         }
@@ -51,9 +154,32 @@ pub(super) fn run(args: RunArgs) -> anyhow::Result<ExitStatus> {
     Ok(conclude(&reports))
 }
 
+/// The starts of all services: `count` of every scene, or a resumed session.
+fn starts(args: &Args) -> anyhow::Result<Vec<RunStart>> {
+    if let Some(file) = &args.resume.resume {
+        return Ok(vec![resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz)?]);
+    }
+    let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
+    let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
+    let mut all = Vec::new();
+    for scene in &args.scene {
+        let scene = SceneSource::open(scene, &args.overrides)?;
+        for _ in 0..args.count {
+            let simulation = Simulation::new(&scene.scene)?;
+            all.push(RunStart { name: name.clone(), scene: scene.clone(), simulation, publish, resumption: None });
+        }
+    }
+    if all.len() > 1 {
+        for (number, start) in (1..).zip(&mut all) {
+            start.name = format!("{name}-{number:03}").parse()?;
+        }
+    }
+    Ok(all)
+}
+
 /// Prepares service `index` of `count`.
 fn member(
-    args: &RunArgs,
+    args: &Args,
     beginning: RunStart,
     (index, count): (usize, usize),
     status_line: &StatusLine,
@@ -201,8 +327,4 @@ fn report_recording(recording: &Result<Written, RecordingError>) {
         }
         Err(error) => say!("error: recording: {error}"),
     }
-}
-
-pub(super) fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
-    tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().context("cannot start the async runtime")
 }

@@ -1,0 +1,102 @@
+//! `control`: sends control commands to a service or replay.
+
+use clap::Subcommand;
+
+use super::bus_args::BusArgs;
+use super::exit_status::ExitStatus;
+use super::replies::{fresh_id, send_and_print};
+use crate::bus::{BusError, Name, client};
+use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank control crank pause
+  flexcrank control crank step 100
+  flexcrank control crank start-recording take-2
+  flexcrank control ghost seek 3.5
+  flexcrank control ghost rate 2";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Name of the service or replay.
+    pub name: Name,
+    #[command(subcommand)]
+    pub action: Action,
+    #[command(flatten)]
+    pub bus: BusArgs,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+pub(super) enum Action {
+    /// Pause the simulation or replay.
+    Pause,
+    /// Resume it.
+    Resume,
+    /// While paused, advance by COUNT steps; a replay advances by COUNT messages.
+    Step {
+        /// Number of steps or messages.
+        #[arg(default_value_t = 1)]
+        count: u64,
+    },
+    /// Return to the start of the scene, or of the recording.
+    Reset,
+    /// End the run or the replay.
+    Stop,
+    /// Start a recording in the service's recordings folder.
+    StartRecording {
+        /// File name without a folder.
+        file: Option<String>,
+    },
+    /// Stop the recording.
+    StopRecording,
+    /// Replay only: jump to a recorded time.
+    Seek {
+        /// Recorded time since the first message, s.
+        time: f64,
+    },
+    /// Replay only: set the rate.
+    Rate {
+        /// Recorded seconds per second.
+        factor: f64,
+    },
+    /// Replay only: while paused, play COUNT messages.
+    Next {
+        /// Number of messages.
+        #[arg(default_value_t = 1)]
+        count: u64,
+    },
+}
+
+pub(super) fn control(args: Args) -> anyhow::Result<ExitStatus> {
+    let action = match args.action {
+        Action::Pause => control::Action::Pause(wire::Pause {}),
+        Action::Resume => control::Action::Resume(wire::Resume {}),
+        Action::Step { count } => control::Action::Step(wire::Steps { count }),
+        Action::Reset => control::Action::Reset(wire::Reset {}),
+        Action::Stop => control::Action::Stop(wire::Stop {}),
+        Action::StartRecording { file } => {
+            control::Action::StartRecording(wire::StartRecording { name: file.unwrap_or_default() })
+        }
+        Action::StopRecording => control::Action::StopRecording(wire::StopRecording {}),
+        Action::Seek { time } => {
+            return control_replay(&args.bus, &args.name, replay_control::Action::Seek(Seek { time_s: time }));
+        }
+        Action::Rate { factor } => return control_replay(&args.bus, &args.name, replay_control::Action::Rate(Rate { factor })),
+        Action::Next { count } => return control_replay(&args.bus, &args.name, replay_control::Action::Next(Next { count })),
+    };
+    let message = Control { id: fresh_id(), action: Some(action) };
+    send_and_print(&args.bus, &args.name, |session| client::control(session, &args.name, &message))
+}
+
+/// Sends a command that only a replay accepts.
+fn control_replay(bus: &BusArgs, name: &Name, action: replay_control::Action) -> anyhow::Result<ExitStatus> {
+    let message = ReplayControl { id: fresh_id(), action: Some(action) };
+    let done = send_and_print(bus, name, |session| client::replay_control(session, name, &message));
+    done.map_err(|error| match error.downcast_ref() {
+        Some(BusError::NoReply(_)) => {
+            error.context(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay"))
+        }
+        _ => error,
+    })
+}

@@ -1,0 +1,33 @@
+//! Exit codes of commands that ran to their end.
+
+use std::process::ExitCode;
+
+/// How a command ended, by exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ExitStatus {
+    /// Success: 0.
+    Success,
+    /// A service refused the command: 1.
+    Refused,
+    /// Finished with losses: 3.
+    Lossy,
+    /// The simulation diverged: 4.
+    Diverged,
+    /// A deadline was missed with `--overrun stop`: 5.
+    Late,
+    /// Finished, but the energy balance was off: 6.
+    Untrusted,
+}
+
+impl From<ExitStatus> for ExitCode {
+    fn from(status: ExitStatus) -> Self {
+        ExitCode::from(match status {
+            ExitStatus::Success => 0,
+            ExitStatus::Refused => 1,
+            ExitStatus::Lossy => 3,
+            ExitStatus::Diverged => 4,
+            ExitStatus::Late => 5,
+            ExitStatus::Untrusted => 6,
+        })
+    }
+}

@@ -1,0 +1,59 @@
+//! `export`: writes a recording as tables.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use super::exit_status::ExitStatus;
+use super::folders::may_be_folder;
+use super::values::{not_negative, positive};
+use crate::recording::{self, Exported};
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank export recordings/crank.mcap --csv tables
+  flexcrank export recordings/crank.mcap --parquet tables
+  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links";
+
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("format").args(["csv", "parquet"]).required(true).multiple(true))]
+pub(super) struct Args {
+    /// The recording.
+    pub file: PathBuf,
+    /// Folder for CSV tables, one per topic.
+    #[arg(long, value_name = "DIR")]
+    pub csv: Option<PathBuf>,
+    /// Folder for Parquet tables, one per topic.
+    #[arg(long, value_name = "DIR")]
+    pub parquet: Option<PathBuf>,
+    /// Start at this recorded time, s.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    pub from: f64,
+    /// End at this recorded time, s.
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub to: Option<f64>,
+    /// Keep one row per topic in each period of this recorded time, s: the first.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub every: Option<f64>,
+    /// Only these columns, by name or prefix: stamp.sim_time_s, links.crank. Times are always included.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    pub columns: Vec<String>,
+}
+
+pub(super) fn export(args: Args) -> anyhow::Result<ExitStatus> {
+    let Args { file, csv, parquet, from, to, every, columns } = args;
+    [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
+    let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
+    let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
+    for table in tables {
+        writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
+    }
+    for topic in skipped {
+        say!("warning: {topic} is not protobuf and was left out");
+    }
+    if cut_off {
+        say!("warning: the recording ends early; everything before was exported");
+        return Ok(ExitStatus::Lossy);
+    }
+    Ok(ExitStatus::Success)
+}

@@ -1,0 +1,102 @@
+//! The parts of a stepper's state.
+
+use std::time::Duration;
+
+use super::Ending;
+use crate::runtime::duration_histogram::DurationHistogram;
+use crate::runtime::missed_deadlines::{MissedDeadlines, StepTimings};
+use crate::runtime::output::{MissedSamples, MissedSamplesByTopic};
+use crate::runtime::pacer::{Pace, Pacer};
+use crate::runtime::rates::DueTopics;
+use crate::runtime::step_error_histogram::StepErrorHistogram;
+use crate::simulation::Stamp;
+
+/// Whether the run is paused, and how it ends.
+#[derive(Default)]
+pub(super) struct RunState {
+    pub paused: bool,
+    pub pending_single_steps: u64,
+    pub stopping: bool,
+    pub ending: Option<Ending>,
+}
+
+/// Deadlines and their misses.
+pub(super) struct Deadlines {
+    pub pacer: Pacer,
+    pub timings: StepTimings,
+    pub misses: MissedDeadlines,
+    /// Missed deadlines.
+    pub overruns: u64,
+    /// Number of times the deadlines were moved.
+    pub pacing_epoch: u64,
+    /// Sum of all shifts of the deadlines.
+    pub given_up: Duration,
+}
+
+impl Deadlines {
+    pub(super) fn new(pace: Pace) -> Self {
+        Deadlines {
+            pacer: Pacer::new(pace, Duration::ZERO, 0.0),
+            timings: StepTimings::default(),
+            misses: MissedDeadlines::default(),
+            overruns: 0,
+            pacing_epoch: 0,
+            given_up: Duration::ZERO,
+        }
+    }
+
+    /// Moves all later deadlines by `late`.
+    pub(super) fn give_up(&mut self, late: Duration) {
+        self.pacer.give_up(late);
+        self.misses.given_up(late);
+        self.given_up += late;
+        self.pacing_epoch += 1;
+    }
+}
+
+/// Statistics over the whole run.
+pub(super) struct Statistics {
+    pub lateness: DurationHistogram,
+    pub step_cost: DurationHistogram,
+    pub step_errors: StepErrorHistogram,
+    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
+    pub worst_out_of_range: f64,
+}
+
+impl Statistics {
+    pub(super) fn new() -> Result<Self, hdrhistogram::CreationError> {
+        Ok(Statistics {
+            lateness: DurationHistogram::new()?,
+            step_cost: DurationHistogram::new()?,
+            step_errors: StepErrorHistogram::new()?,
+            worst_out_of_range: 0.0,
+        })
+    }
+}
+
+/// Samples dropped because the pool was empty.
+#[derive(Default)]
+pub(super) struct Drops {
+    pub count: u64,
+    /// Dropped samples that are not reported yet, by topic.
+    pub unreported: MissedSamplesByTopic,
+}
+
+impl Drops {
+    /// Counts a sample that was due on these topics.
+    pub(super) fn add(&mut self, due: DueTopics, stamp: Stamp) {
+        self.count += 1;
+        for (missed, _) in self.unreported.iter_mut().zip(due.by_topic()).filter(|(_, due)| *due) {
+            *missed = Some(MissedSamples::and(*missed, stamp));
+        }
+    }
+}
+
+/// When the next periodic messages are due.
+#[derive(Default)]
+pub(super) struct Schedule {
+    /// On the clock of the deadlines.
+    pub next_status: Duration,
+    /// In session time, s.
+    pub next_checkpoint_s: f64,
+}
