@@ -50,7 +50,7 @@ use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Work
 pub struct Esdirk {
     stages: Stages,
     residual: Vec<f64>,
-    /// By which the load at the beginning of the step differs from that at the end of the one before.
+    /// Jump of the load between the end of the step before and the beginning of this one.
     jump: Vec<f64>,
     /// The state after the first part of a step in which the load jumps.
     begun: State,
@@ -91,7 +91,7 @@ const EMBEDDED: [f64; STAGES] = [
 ];
 /// `c/ĉ`: c is minus the coefficient of `z⁵` in `(1 − z/4)⁵ eᶻ`, `ĉ = Σ (bᵢ − b̂ᵢ) aᵢⱼ aⱼₖ cₖ`.
 const NEXT_ORDER: f64 = -3.793_5;
-/// What a stage carries of a jump of the load at the beginning of the step.
+/// Part of a jump of the load that each stage carries.
 const CARRIED: [f64; STAGES] = carried();
 /// A jump over this part of the forces at work is large: below it the stages carry it.
 const LARGE_JUMP: f64 = 1e-2;

@@ -15,7 +15,7 @@ pub struct NewtonSettings {
 const SLOW: f64 = 0.05;
 /// A residual expected to be below this fraction of the tolerance is not evaluated.
 const SURE: f64 = 0.1;
-/// None is expected to fall to less than this fraction of the one before: a first one that fell further, fell as a prediction's does.
+/// A residual is not expected to fall below this fraction of the one before: the first one falls further, as a prediction's does.
 const FASTEST: f64 = 1e-3;
 /// A correction that is not below this fraction of the one before makes no progress.
 const STAGNANT: f64 = 0.5;
@@ -30,7 +30,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
     settings: NewtonSettings,
-    /// What the residual is to become: a load that the system does not know of.
+    /// Target of the residual: a load that the system does not know of.
     pub(super) load: Vec<f64>,
     residual: Vec<f64>,
     correction: Vec<f64>,

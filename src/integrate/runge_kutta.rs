@@ -22,7 +22,7 @@ pub struct RungeKutta {
     sum_a: Vec<f64>,
     first_a: Vec<f64>,
     scratch: Vec<f64>,
-    /// Of the embedded third order, of the step before.
+    /// Errors of the embedded third order, of the step before.
     error_v: Vec<f64>,
     error_a: Vec<f64>,
 }

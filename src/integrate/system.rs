@@ -1,4 +1,4 @@
-//! What an integrator needs to know of the system that it advances, and what it says about a step.
+//! The interface between integrators and the systems that they advance, and the account of a step.
 
 use std::fmt;
 use std::ops::AddAssign;
@@ -6,7 +6,7 @@ use std::ops::AddAssign;
 /// A second-order system of n unknowns, `r(t, q, v, a) = M(t, q) a + g(t, q, v) = 0` with `v = q̇`, `a = q̈`.
 ///
 /// Loads known only as their mean over a step are part of `g`; the owner sets them before the step and holds them during it.
-/// Nothing here allocates.
+/// Implementations do not allocate.
 pub trait System {
     /// n; 0 is possible.
     fn degrees_of_freedom(&self) -> usize;
@@ -76,10 +76,10 @@ impl AddAssign for Work {
     }
 }
 
-/// What a step took.
+/// Cost and work of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Taken {
-    /// What it cost.
+    /// Cost of the step.
     pub effort: Effort,
     /// The work done in it.
     pub work: Work,
@@ -95,11 +95,11 @@ impl AddAssign for Taken {
 /// Weights of the tangent `a ∂r/∂a + v ∂r/∂v + q ∂r/∂q`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// Of ∂r/∂a.
+    /// Weight of ∂r/∂a.
     pub acceleration: f64,
-    /// Of ∂r/∂v, s.
+    /// Weight of ∂r/∂v, s.
     pub velocity: f64,
-    /// Of ∂r/∂q, s².
+    /// Weight of ∂r/∂q, s².
     pub position: f64,
 }
 
@@ -139,7 +139,7 @@ impl State {
     }
 }
 
-/// What a step cost.
+/// Cost of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Effort {
     /// Evaluations of the residual.
@@ -171,9 +171,9 @@ pub enum ErrorTerm<'a> {
 /// Leading error of the last step, solution less truth, of coordinates and velocities: exact for linear systems, as the step goes to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalError<'a> {
-    /// Of the coordinates.
+    /// Error of the coordinates.
     pub q: ErrorTerm<'a>,
-    /// Of the velocities.
+    /// Error of the velocities.
     pub v: ErrorTerm<'a>,
 }
 

@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-11;
 /// A correction that turns nothing further than this, relative to how far directions have turned, is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// What static equilibrium leaves free at the pivot.
+/// Freedom that a static equilibrium leaves at the pivot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pivot {
     /// Nothing: the first link's tangent stays at the angle where the scene starts.

@@ -66,7 +66,7 @@ type Placement = [Option<usize>; 6];
 const CRANK: Placement = [None, None, Some(ROOT), Some(1), Some(2), Some(3)];
 const ROD: Placement = [Some(1), Some(2), Some(4), Some(5), Some(7), Some(6)];
 
-/// What the method carries from one step to the next.
+/// State that the method carries from one step to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IncrementalState {
     /// The configuration X: rotations and positions in the order of the degrees of freedom.
@@ -94,7 +94,7 @@ impl IncrementalState {
         all
     }
 
-    /// What [`IncrementalState::numbers`] gave.
+    /// The state of these numbers, as [`IncrementalState::numbers`] returned them.
     pub fn from_numbers(all: &[f64; 5 * N + 2]) -> Self {
         let part = |k: usize| std::array::from_fn(|i| all[k * N + i]);
         IncrementalState {
@@ -323,7 +323,7 @@ impl Incremental {
         }
     }
 
-    /// Of each link as if straight, half its mass at either end, and of the end's mass; `None` without gravity.
+    /// Weight of each link as if straight, half its mass at either end, and of the end's mass; `None` without gravity.
     fn potential_j(&self, state: &IncrementalState) -> Option<f64> {
         let gravity = self.chain.gravity_m_per_s2;
         if gravity == [0.0; 2] {
@@ -358,7 +358,7 @@ fn place(placement: &Placement, element: &Matrix6, chain: &mut Matrix) {
     }
 }
 
-/// What an element's two ends have of `all` along x and y.
+/// Values of `all` at an element's two ends, along x and y.
 fn ends(placement: &Placement, all: &[f64; N]) -> [[f64; 2]; 2] {
     let of = |place: usize| placement[place].map_or(0.0, |i| all[i]);
     [[of(0), of(1)], [of(3), of(4)]]

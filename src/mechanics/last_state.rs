@@ -16,7 +16,7 @@ pub(super) struct LastState {
 const NEVER: Option<[f64; 3]> = Some([f64::NAN; 3]);
 
 impl LastState {
-    /// None yet, of `n` unknowns.
+    /// No state yet, of `n` unknowns.
     pub(super) fn new(n: usize) -> Self {
         let zero = vec![0.0; n];
         Self { motion: NEVER, q: zero.clone(), v: zero.clone(), a: zero }

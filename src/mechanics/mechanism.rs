@@ -2,7 +2,7 @@
 
 use super::observation::{Energy, Observation};
 
-/// What acts on the mechanism at one instant, from outside the model.
+/// Loads and prescribed motion of the mechanism at one instant, from outside the model.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Input {
     /// Simulated time, s.
@@ -16,20 +16,20 @@ pub struct Input {
 /// Weights of the tangent `a ∂r/∂q̈ + v ∂r/∂q̇ + q ∂r/∂q`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// Of ∂r/∂q̈.
+    /// Weight of ∂r/∂q̈.
     pub acceleration: f64,
-    /// Of ∂r/∂q̇.
+    /// Weight of ∂r/∂q̇.
     pub velocity: f64,
-    /// Of ∂r/∂q.
+    /// Weight of ∂r/∂q.
     pub position: f64,
 }
 
 /// A small change of the first link's chord angle and of a deflection.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measure {
-    /// Of the first link's chord, rad; of an oscillator's first mass, m.
+    /// Change of the first link's chord, rad; of an oscillator's first mass, m.
     pub angle_rad: f64,
-    /// Of the last flexible link's middle from its chord, m; 0 where it has no node there.
+    /// Change of the last flexible link's middle from its chord, m; 0 where it has no node there.
     pub deflection_m: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct Singular;
 pub struct NoEquilibrium;
 
 /// A model with coordinates `q` (n of them), velocities `q̇` and accelerations `q̈`; slices have length `n`.
-/// Nothing here allocates after construction.
+/// Implementations do not allocate after construction.
 pub trait Mechanism: Send {
     /// n, the number of degrees of freedom (0 is possible: rigid links with prescribed motion).
     fn degrees_of_freedom(&self) -> usize;
@@ -66,7 +66,7 @@ pub trait Mechanism: Send {
     /// Kinetic, strain and potential energy of the state given, J; the kinetic is homogeneous in the velocities, of second degree,
     /// unless motion is prescribed.
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
-    /// What a small change `dq` of the coordinates at `q` changes of what users look at first.
+    /// Change of the angle and the deflection that users look at first, by a small change `dq` of the coordinates at `q`.
     fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];

@@ -1,4 +1,4 @@
-//! What a model can tell about its present state. What it cannot know is `None` or an empty list, never zero.
+//! Observation of a model's present state. A quantity that a model does not have is `None` or an empty list, never zero.
 
 /// Everything observable of the chain at one instant. Preallocated by the model and refilled in place.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -113,7 +113,7 @@ impl Mechanism for Oscillator {
 /// The exact solution: with `M^½ x = Σ φₖ yₖ` and `M^−½ K M^−½ φₖ = ωₖ² φₖ`, each mode obeys `ÿₖ + ωₖ² yₖ = fₖ`, so from rest
 /// `yₖ = fₖ/ωₖ² + (yₖ(0) − fₖ/ωₖ²) cos ωₖt`, or `yₖ(0) + ½ fₖ t²` where `ωₖ = 0`.
 struct Modes {
-    /// Of each mass in each mode, `m^−½ φ`, column by mode.
+    /// Amplitude of each mass in each mode, `m^−½ φ`, column by mode.
     shapes: DMatrix<f64>,
     frequencies: Vec<f64>,
     forces: DVector<f64>,

@@ -30,7 +30,7 @@ struct Body<const D: usize = 3> {
 pub struct Rigid {
     chain: Chain,
     prescribed: bool,
-    /// What was asked for last: the integrators ask for residual and tangent of the same state.
+    /// The last state and its terms: integrators ask for residual and tangent of the same state.
     last: Evaluated,
     tangent: f64,
     scale_nm: f64,

@@ -1,4 +1,4 @@
-//! What drives the pivot: torque, as its mean over each step and how it rises over it, or a prescribed motion.
+//! Drive of the pivot: torque, as its mean over each step and its slope, or a prescribed motion.
 
 use std::f64::consts::PI;
 

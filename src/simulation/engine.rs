@@ -1,4 +1,4 @@
-//! What advances a model in time: a model and its integrator behind one interface.
+//! An engine advances a model in time: model and integrator behind one interface.
 
 use super::drive::DriveLaw;
 use super::error_estimate::Term;
@@ -11,7 +11,7 @@ pub(super) trait Engine: Send {
     fn reset(&mut self);
     /// From `t_s` to `t_s + h_s` under `law`. On error the state is unchanged.
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError>;
-    /// What the last step, of `h_s`, left behind of its error, of coordinates and velocities; `None` where the method cannot tell.
+    /// Error terms of the last step, of `h_s`, of coordinates and velocities; `None` if the method has no estimate.
     fn local_error(&self, h_s: f64) -> Option<[Term; 2]>;
     /// Energies at `t_s`, where the last step ended.
     fn energy(&mut self, law: &DriveLaw, t_s: f64) -> Energy;

@@ -10,11 +10,11 @@ use crate::integrate::StepError;
 pub struct BuildError {
     /// The model asked for.
     pub model: &'static str,
-    /// What stands against it.
+    /// The reason.
     pub why: Cow<'static, str>,
 }
 
-/// What a simulation stops for.
+/// Cause that stops a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Cause {
     /// A step could not be taken, nor in parts.
@@ -25,25 +25,25 @@ pub enum Cause {
     EnergyGrew {
         /// Kinetic and strain energy now, J.
         energy_j: f64,
-        /// What was there at the start, was put in, or fell in gravity, J.
+        /// Energy at the start, put in, or fallen in gravity, J.
         accounted_j: f64,
-        /// How much more is taken for divergence.
+        /// Factor above which growth is divergence.
         factor: f64,
     },
     /// A step's balance moved by a large part of the energy in play.
     #[error("the energy balance moved by {moved_j:.6} J in this step, where {accounted_j:.6} J were there and put in")]
     BalanceMoved {
-        /// By how much, J.
+        /// Change of the balance in the step, J.
         moved_j: f64,
-        /// What was there at the start, was put in, or fell in gravity, J.
+        /// Energy at the start, put in, or fallen in gravity, J.
         accounted_j: f64,
     },
     /// A step dissipated more than there was.
     #[error("this step dissipated {dissipated_j:.6} J, where {accounted_j:.6} J were there and put in")]
     Dissipated {
-        /// In the step, J.
+        /// Dissipation in the step, J.
         dissipated_j: f64,
-        /// What was there at the start, was put in, or fell in gravity, J.
+        /// Energy at the start, put in, or fallen in gravity, J.
         accounted_j: f64,
     },
 }
@@ -58,7 +58,7 @@ pub struct Diverged {
     pub sim_time_s: f64,
     /// Energy in the last good state, J.
     pub energy_j: f64,
-    /// What went wrong.
+    /// The cause.
     pub cause: Cause,
 }
 
@@ -77,7 +77,7 @@ pub enum PulseRefused {
     /// Over the scene's limit.
     #[error("|torque_nm| = {torque_nm} is over the scene's limit of {limit_nm} N·m (commands.torque_limit_nm)")]
     Torque {
-        /// What was asked for, N·m.
+        /// The requested torque, N·m.
         torque_nm: f64,
         /// The limit, N·m.
         limit_nm: f64,

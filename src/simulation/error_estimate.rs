@@ -1,4 +1,4 @@
-//! How wrong the steps are, by what the scheme tells of each of them.
+//! Estimated error of the time step, from each scheme's own error terms.
 
 use crate::mechanics::Measure;
 
@@ -6,7 +6,7 @@ use crate::mechanics::Measure;
 /// [`ErrorEstimate`].
 const PEAK: f64 = 2.0;
 
-/// What one step leaves behind of its error, measured as users look at it: see [`ErrorTerm`](crate::integrate::ErrorTerm).
+/// Error term of one step, in the quantities that users look at: see [`ErrorTerm`](crate::integrate::ErrorTerm).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Term {
     pub measure: Measure,
@@ -32,17 +32,17 @@ pub(super) struct Term {
 /// 0.3 with Runge–Kutta. It knows nothing of the model's own error, and nothing of chaos.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ErrorEstimate {
-    /// Of the first link's chord angle, magnitudes summed, rad.
+    /// Errors of the first link's chord angle, magnitudes summed, rad.
     pub angle_sum_rad: f64,
-    /// Of its rate, rad/s.
+    /// Error of its rate, rad/s.
     pub rate_rad_per_s: f64,
     /// The rate's error carried on, rad.
     pub drift_rad: f64,
-    /// Of the last flexible link's middle, magnitudes summed, m.
+    /// Errors of the last flexible link's middle, magnitudes summed, m.
     pub deflection_sum_m: f64,
     /// Error of the last step in the first link's chord angle, rad.
     pub last_step_rad: f64,
-    /// What the last step left behind, of coordinates and of velocities, over the power of the step as which it grows.
+    /// Measures of the last step, of coordinates and of velocities, over the power of the step as which they grow.
     pub left: [Measure; 2],
 }
 
@@ -71,12 +71,12 @@ impl ErrorEstimate {
         self
     }
 
-    /// Of the first link's chord angle, rad.
+    /// Estimated error of the first link's chord angle, rad.
     pub fn angle_rad(&self) -> f64 {
         PEAK * (self.angle_sum_rad + self.drift_rad.abs())
     }
 
-    /// Of the last flexible link's middle, m.
+    /// Estimated error of the last flexible link's middle, m.
     pub fn deflection_m(&self) -> f64 {
         PEAK * self.deflection_sum_m
     }

@@ -33,7 +33,7 @@ pub struct EnergyLedger {
     pub in_play_j: f64,
 }
 
-/// What the energy balance says of a run so far.
+/// Verdict of the energy balance on a run so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EnergyVerdict {
     /// It stayed within its tolerance.
@@ -59,7 +59,7 @@ pub(super) struct Ledger {
     worst_balance_j: f64,
 }
 
-/// What of an account is not to be had from the state.
+/// Entries of an account that the state does not determine.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LedgerEntries {
     /// Work put in and dissipated since the epoch began.

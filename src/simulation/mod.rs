@@ -188,7 +188,7 @@ impl Simulation {
     /// Back to t = 0 with the scene's own pulses; raises the epoch.
     ///
     /// # Errors
-    /// None in practice: the same start was observed when the simulation was built.
+    /// Never returned in practice: the same start was observed when the simulation was built.
     pub fn reset(&mut self) -> Result<(), Diverged> {
         self.epoch += 1;
         self.begin()
@@ -219,7 +219,7 @@ impl Simulation {
         self.iterates.then_some(self.effort.newton_iterations)
     }
 
-    /// What the last step cost.
+    /// Cost of the last step.
     pub fn effort(&self) -> Effort {
         self.effort
     }
@@ -372,7 +372,7 @@ impl Simulation {
         Ok(&self.observation)
     }
 
-    /// What the energy balance says of the epoch so far.
+    /// Verdict of the energy balance on the epoch so far.
     pub fn energy_verdict(&self) -> EnergyVerdict {
         if self.engine.keeps_energy() { self.ledger.verdict(self.balance_tolerance) } else { EnergyVerdict::NotJudged }
     }
@@ -387,12 +387,12 @@ impl Simulation {
         self.ledger().in_play_j
     }
 
-    /// What was observed at t = 0.
+    /// The observation at t = 0.
     pub fn start(&self) -> &Observation {
         &self.start
     }
 
-    /// What was observed last.
+    /// The last observation.
     pub fn observation(&self) -> &Observation {
         &self.observation
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::scene::{Pulse, PulseShape};
 
-/// What of a pulse lies within a step.
+/// Overlap of a pulse and a step.
 ///
 /// A difference of two antiderivatives would lose what a long pulse has little of: early in a pulse of duration D, over a step
 /// h, the impulse goes as h³/D² and its first moment as h⁴/D². So both come from the overlap's middle and width instead.
@@ -163,7 +163,7 @@ impl Pulses {
         self.active.push(pulse);
     }
 
-    /// How many wait or act.
+    /// Number of pulses that wait or act.
     pub fn len(&self) -> usize {
         self.active.len()
     }

@@ -30,11 +30,11 @@ impl Stamp {
 /// State of the mechanism at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// When.
+    /// Step, epoch and times of the sample.
     pub stamp: Stamp,
     /// Mean driving torque since the sample before, N·m; of a prescribed motion, the torque it needs now.
     pub driving_torque_nm: f64,
-    /// What the model tells.
+    /// The model's observation.
     pub observation: Observation,
     /// Energies and works.
     pub ledger: EnergyLedger,

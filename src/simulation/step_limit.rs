@@ -8,14 +8,14 @@ use crate::mechanics::{Input, Mechanism, Weights};
 
 /// Differences of a residual below this part of it are rounding.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
-/// Of a coordinate, m or rad.
+/// Small displacement of a coordinate, m or rad.
 const SMALL: f64 = 1e-6;
 /// Eigenvalues whose real part is above this part of them grow by themselves, whatever the scheme.
 const GROWING: f64 = 1e-2;
 /// Steps of the eigenvalue iteration for every row of its matrix; more than it ever needs.
 const ITERATIONS: usize = 100;
 
-/// What limits the step of the explicit scheme.
+/// Step limit of the explicit scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StepLimit {
     /// The longest step that is stable, s.

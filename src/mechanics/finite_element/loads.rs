@@ -13,7 +13,7 @@ pub(super) struct EndLoad {
     pub(super) mass_kg: f64,
     /// Viscous friction along x.
     pub(super) friction_n_s_per_m: f64,
-    /// Of a slider.
+    /// Resistance against a slider.
     pub(super) resistance: Option<Resistance>,
 }
 

@@ -1,4 +1,4 @@
-//! What small changes of the unknowns change of a chord angle and of a deflection.
+//! Changes of a chord angle and of a deflection by small changes of the unknowns.
 
 use nalgebra::Vector2;
 
@@ -39,7 +39,7 @@ impl FiniteElement {
         left(&chord).dot(&(dm - (d0 + d1) * 0.5)) / chord.norm()
     }
 
-    /// What `dq` changes of a position: of a rigid first link's end, `l J e dθ` with its direction e.
+    /// Change of a position by `dq`: of a rigid first link's end, `l J e dθ` with its direction e.
     fn moved(&self, slot: usize, q: &[f64], dq: &[f64]) -> Vector2<f64> {
         match self.layout.root.filter(|_| slot == ROOT) {
             Some(root) => left(&self.position(slot, q)) * dq[root],

@@ -15,7 +15,7 @@ pub(super) enum Member {
         beam: Beam,
         /// Slot of the link's first pin.
         first: usize,
-        /// How many.
+        /// Number of elements.
         elements: usize,
         /// Whether the last element's last two slots stand in the other order.
         swapped: bool,

@@ -71,9 +71,9 @@ pub struct FiniteElement {
     gravity: Vector2<f64>,
     last: LastState,
     motion: Motion,
-    /// What must act on each slot's coordinates for it to move so, from outside the links and their end.
+    /// Forces on each slot's coordinates that the motion needs, from outside the links and their end.
     forces: Vec<Vector2<f64>>,
-    /// Of the members.
+    /// Forces that the members need.
     work: Work,
     /// With what acts at the base.
     at_work: Work,

@@ -1,4 +1,4 @@
-//! What can be observed of the chain, from the motion as loaded and the forces that it needs.
+//! Observation of the chain, from the motion as loaded and the forces that it needs.
 
 use crate::mechanics::rigid_bar::RigidBar;
 use nalgebra::Vector2;
@@ -157,7 +157,7 @@ impl FiniteElement {
         }
     }
 
-    /// What an element needs at one of its slots.
+    /// Force that an element needs at one of its slots.
     fn element_force(&self, beam: &Beam, window: Window, k: usize) -> Vector2<f64> {
         let (_, elastic, inertia) = self.element_forces(beam, window);
         elastic[k] + inertia[k]
@@ -175,7 +175,7 @@ impl FiniteElement {
         }
     }
 
-    /// What a rigid first link hands down to the pivot.
+    /// Force that a rigid first link passes down to the pivot.
     fn carried(&self, crank_pin: Option<Vector2<f64>>) -> Vector2<f64> {
         match self.members[0] {
             Member::Flexible { .. } => Vector2::zeros(),

@@ -18,7 +18,7 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// What rounding of positions makes of the members' forces.
+    /// Error of the members' forces by rounding of positions.
     pub(super) fn rounding(members: &[Member], reach_m: f64) -> Self {
         let mut most = Self::default();
         for member in members {

@@ -42,7 +42,7 @@ pub(super) struct GuidedRod {
 /// Derivatives of `g` by `y`, from the value up.
 struct Reach([f64; 4]);
 
-/// What acts on the slider along x, besides the rod: `mass (ẍ − g_x) + friction ẋ + resistance`.
+/// Force on the slider along x, besides the rod's: `mass (ẍ − g_x) + friction ẋ + resistance`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SliderLoad {
     pub(super) mass_kg: f64,

@@ -144,7 +144,7 @@ impl FiniteElement {
         column.direction.transpose() * by_pin + polar.geometric(&rod.forces(&pin, &load).pin) * w.position
     }
 
-    /// What stands at the end of a flexible link and at the base.
+    /// Entries at the end of a flexible link and at the base.
     fn add_point_terms(&mut self, w: Weights) {
         if let Some(end) = self.layout.end {
             let mass = w.acceleration * self.end.mass_kg;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 /// does.
 #[derive(Debug, Clone)]
 pub(super) struct Elastic {
-    /// Of each coordinate, N/m.
+    /// Stiffness of each coordinate, N/m.
     stiffness: Vec<f64>,
     damping_s: f64,
 }

@@ -30,7 +30,7 @@ pub(super) struct Link<const W: usize> {
     /// Axial coordinates `e_0, e_1, …`.
     pub(super) axial: usize,
     pub(super) elastic: Elastic,
-    /// What strong bending adds to the energy and takes from the chord.
+    /// Terms of strong bending, in the energy and in the chord's length.
     pub(super) strong: Strong,
     /// Room for the shapes' sums.
     series: Vec<f64>,

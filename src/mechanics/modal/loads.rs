@@ -1,4 +1,4 @@
-//! What acts on the chain's end and pivot.
+//! Loads on the chain's end and pivot.
 
 use crate::mechanics::resistance::resistance;
 use crate::scene::{Base, End, Resistance};

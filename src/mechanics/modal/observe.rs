@@ -9,7 +9,7 @@ use crate::mechanics::observation::{ElementForces, LinkObservation, NodeObservat
 
 /// Largest deflection over length for which the model is trusted.
 ///
-/// What the model neglects grows as the square of the slope, `(πw/L)²`. Measured with two modes: mid-span within 0.4 % of its
+/// The neglected terms grow as the square of the slope, `(πw/L)²`. Measured with two modes: mid-span within 0.4 % of its
 /// peak on R3 (1.6 % of the length), 3 % on R4m (17 %); a rod just buckled, the most sensitive case, is 2 % off the elastica at
 /// 5.5 % of the length and 6 % at 10 %.
 const LARGEST_DEFLECTION: f64 = 0.1;
@@ -112,7 +112,7 @@ impl<const W: usize> Observer<W> {
         (scale(-1.0, force), -moment)
     }
 
-    /// What `dq` changes of the middle of the last link that bends, from its chord, m.
+    /// Change of the last flexible link's middle from its chord by `dq`, m.
     pub(super) fn deflection_change(&self, chain: &Chain<W>, dq: &[f64]) -> f64 {
         let bent = self.links.iter().zip(&chain.links).rev().find(|(_, link)| link.bending > 0);
         bent.map_or(0.0, |(places, link)| {
@@ -133,7 +133,7 @@ impl<const W: usize> Observer<W> {
 }
 
 impl<const W: usize> Chain<W> {
-    /// What `dq` changes of the first link's chord angle, rad.
+    /// Change of the first link's chord angle by `dq`, rad.
     pub(super) fn chord_change(&self, dq: &[f64]) -> f64 {
         self.angle_rows[0].iter().zip(dq).map(|(row, d)| row * d).sum()
     }

@@ -1,4 +1,4 @@
-//! What the tangent needs of one link: variations of its accelerations, and the stiffness of the forces present.
+//! Terms of one link in the tangent: variations of its accelerations, and the stiffness of the forces present.
 
 use super::frame::Angle;
 use super::link::Link;

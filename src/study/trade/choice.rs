@@ -90,7 +90,7 @@ pub enum Refusal {
     },
     /// The other run has no reference.
     NoVerification(Failed),
-    /// Nothing ran at all.
+    /// No configuration ran.
     Nothing,
 }
 

@@ -86,7 +86,7 @@ pub enum TradeError {
     /// The steps asked for have no instants in common.
     #[error(transparent)]
     Steps(#[from] NoCommonInterval),
-    /// Nothing of what was asked for suits the scene.
+    /// No requested configuration suits the scene.
     #[error("none of the models and integrators asked for suits this scene")]
     Nothing,
     /// There is no reference.
