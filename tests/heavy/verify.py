@@ -41,7 +41,7 @@ def main():
         verified = subprocess.run([BINARY, "verify", str(path)], capture_output=True, text=True)
         (all_s, own_s), took_s = (now - then for now, then in zip(spent_s(), before)), time.monotonic() - begun
     print("     " + verified.stdout.strip().replace("\n", "\n     "))
-    expect("sound, and equal to the bit", verified.returncode == 0, verified.stderr.strip())
+    expect("intact, and equal to the bit", verified.returncode == 0, verified.stderr.strip())
     steps, pulses, factor = map(int, re.search(r"(\d+) steps from \d+ checkpoints? with (\d+) pulses?.*\((\d+) times real", verified.stdout).groups())
     expect("all of it", pulses == PULSES and steps == SECONDS * STEPS_PER_S, f"{pulses} pulses, {steps} steps")
     balance_j, part = map(float, re.search(r"energy balance to (\S+) J, (\S+) of the", verified.stdout).groups())
