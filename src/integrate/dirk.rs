@@ -67,13 +67,14 @@ impl Stages {
     ) {
         let n = self.q.len();
         let own = method.gamma * h_s;
+        let (weights, predicted) = (&method.a[stage][..stage], &method.predicted[stage][..stage]);
         for i in 0..n {
             let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
-            for j in 0..stage {
+            for (j, (weight, predicted)) in weights.iter().zip(predicted).enumerate() {
                 let (stage_v, stage_a) = (self.all_v[j * n + i], self.all_a[j * n + i]);
-                q += method.a[stage][j] * stage_v;
-                v += method.a[stage][j] * stage_a;
-                a += method.predicted[stage][j] * stage_a;
+                q += weight * stage_v;
+                v += weight * stage_a;
+                a += predicted * stage_a;
             }
             self.a[i] = guess.map_or(a, |guess| guess[i]);
             self.v[i] = state.v[i] + h_s * v + own * self.a[i];
