@@ -20,6 +20,7 @@ pub mod resimulation;
 pub mod runtime;
 pub mod scene;
 pub mod service;
+mod shown;
 pub mod simulation;
 pub mod study;
 pub mod wire;

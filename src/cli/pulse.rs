@@ -7,11 +7,11 @@ use clap::ValueEnum;
 
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
-use super::formatting::shown_s;
 use super::replies::{fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
+use crate::shown::shown_s;
 use crate::simulation::PulseRequest;
 use crate::wire;
 

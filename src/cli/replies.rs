@@ -5,8 +5,8 @@ use std::time::SystemTime;
 
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
-use super::formatting::shown_s;
 use crate::bus::{self, BusError, Name, Session, client};
+use crate::shown::shown_s;
 use crate::wire::CommandReply;
 
 /// Finds the service, sends one command, prints the reply.

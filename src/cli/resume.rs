@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::formatting::shown_s;
 use super::progress::over_file;
 use super::values::positive;
 use crate::bus::Name;
@@ -10,6 +9,7 @@ use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::SceneSource;
 use crate::service::Resumption;
+use crate::shown::shown_s;
 use crate::simulation::Simulation;
 
 #[derive(Debug, clap::Args)]

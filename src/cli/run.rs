@@ -9,7 +9,6 @@ use clap::{Parser, ValueEnum};
 use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
-use super::formatting::shown_s;
 use super::resume::{self, RunStart};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
@@ -21,6 +20,7 @@ use crate::runtime::{
 };
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
+use crate::shown::shown_s;
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::wire::Angles;
 

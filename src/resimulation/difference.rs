@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::resimulator::EpochStep;
 use crate::recording::scalars;
+use crate::shown::shown_s;
 
 /// A recorded message that re-simulation does not reproduce.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +55,7 @@ impl Field {
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Difference { topic, instant: (epoch, step), sim_time_s, field, after } = self;
-        write!(f, "step {step} (t = {sim_time_s} s")?;
+        write!(f, "step {step} (t = {} s", shown_s(*sim_time_s))?;
         if *epoch > 0 {
             write!(f, ", epoch {epoch}")?;
         }

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::integrate::StepError;
+use crate::shown::shown_s;
 
 /// The scene asks for what its model cannot compute.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -50,7 +51,7 @@ pub enum Cause {
 
 /// The simulation stopped; its last good state is still there.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("diverged in step {step} at t = {sim_time_s} s (energy {energy_j:.6} J before it): {cause}")]
+#[error("diverged in step {step} at t = {} s (energy {energy_j:.6} J before it): {cause}", shown_s(*sim_time_s))]
 pub struct Diverged {
     /// The step that failed.
     pub step: u64,
