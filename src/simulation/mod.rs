@@ -351,7 +351,7 @@ impl Simulation {
         mean
     }
 
-    /// What a sample taken now says of the drive, N·m: the mean torque since the sample before, or of a prescribed motion the
+    /// Driving torque of a sample taken now, N·m: the mean torque since the sample before; of a prescribed motion, the
     /// torque that it needed when it was observed last.
     pub fn take_driving_torque_nm(&mut self) -> f64 {
         let mean_nm = self.take_mean_torque_nm();

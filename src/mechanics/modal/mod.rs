@@ -72,7 +72,7 @@ impl Modal {
     }
 }
 
-/// Of a link with the most modes that a scene may ask for.
+/// Shape functions of a link with the most modes that a scene may ask for.
 const MOST_FUNCTIONS: usize = 22;
 
 impl Mechanism for Modal {
