@@ -188,9 +188,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         let ledger = simulation.ledger();
         self.done.balance_error_j = self.done.balance_error_j.max(ledger.worst_balance_j);
         self.done.energy_j = self.done.energy_j.max(ledger.in_play_j);
-        if !matches!(self.done.verdict, Some(EnergyVerdict::Unbalanced { .. })) {
-            self.done.verdict = Some(simulation.energy_verdict());
-        }
+        // As for the run itself, the last verdict counts: energy that is put in later is in play, too.
+        self.done.verdict = Some(simulation.energy_verdict());
     }
 
     /// Keeps the recorded mean torque after missing loads: whether they ended its period is unknown.
