@@ -1,6 +1,6 @@
 //! Files for other programs, which `flexcrank files NAME` prints: `cargo install` ships nothing but the program.
 
-use crate::nearest::nearest;
+use crate::nearest::did_you_mean;
 
 /// A file for another program.
 #[derive(Debug, Clone, Copy)]
@@ -52,8 +52,8 @@ pub struct UnknownFile {
 /// [`UnknownFile`] with the nearest name when there is none.
 pub fn find(name: &str) -> Result<&'static File, UnknownFile> {
     FILES.iter().find(|file| file.name == name).ok_or_else(|| {
-        let near = nearest(name, FILES.iter().map(|file| file.name));
-        UnknownFile { given: name.to_owned(), hint: near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default() }
+        let hint = did_you_mean(name, FILES.iter().map(|file| file.name));
+        UnknownFile { given: name.to_owned(), hint }
     })
 }
 

@@ -1,6 +1,6 @@
 //! The guide, one module per chapter. `flexcrank guide CHAPTER` prints a chapter in the terminal.
 
-use crate::nearest::nearest;
+use crate::nearest::did_you_mean;
 
 macro_rules! chapters {
     ($($module:ident: $name:literal, $file:literal, $summary:literal;)*) => {
@@ -50,8 +50,8 @@ pub struct UnknownChapter {
 /// [`UnknownChapter`] with the nearest name when there is none.
 pub fn find(name: &str) -> Result<&'static Chapter, UnknownChapter> {
     CHAPTERS.iter().find(|chapter| chapter.name == name).ok_or_else(|| {
-        let near = nearest(name, CHAPTERS.iter().map(|chapter| chapter.name));
-        UnknownChapter { given: name.to_owned(), hint: near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default() }
+        let hint = did_you_mean(name, CHAPTERS.iter().map(|chapter| chapter.name));
+        UnknownChapter { given: name.to_owned(), hint }
     })
 }
 

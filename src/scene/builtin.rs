@@ -1,7 +1,7 @@
 //! The scenes that come with the program.
 
 use super::SceneError;
-use crate::nearest::nearest;
+use crate::nearest::did_you_mean;
 
 /// A scene that comes with the program.
 #[derive(Debug, Clone, Copy)]
@@ -50,8 +50,7 @@ pub fn find(name: &str) -> Result<&'static Builtin, SceneError> {
 }
 
 pub(super) fn unknown(name: &str, nor: &str) -> SceneError {
-    let hint =
-        nearest(name, BUILTIN.iter().map(|scene| scene.name)).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+    let hint = did_you_mean(name, BUILTIN.iter().map(|scene| scene.name));
     SceneError {
         place: name.to_owned(),
         key: String::new(),

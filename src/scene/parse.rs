@@ -1,7 +1,7 @@
 //! Parses text to raw structs: names and types, with the nearest valid key for an unknown name.
 
 use super::{SceneError, document::SceneText, raw};
-use crate::nearest::nearest;
+use crate::nearest::did_you_mean;
 
 pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
     toml::from_str(&text.merged).map_err(|error| {
@@ -16,8 +16,7 @@ fn describe(message: &str) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match (message.starts_with("unknown"), quoted.split_first()) {
         (true, Some((given, expected))) => {
-            let hint =
-                nearest(given, expected.iter().copied()).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+            let hint = did_you_mean(given, expected.iter().copied());
             format!("unknown {}{hint} (known here: {})", kind(message), expected.join(", "))
         }
         _ => message.trim().replace('\n', " "),

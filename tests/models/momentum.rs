@@ -74,7 +74,7 @@ fn angular_momentum(scene: &Scene, state: &[f64]) -> f64 {
 }
 
 /// Two flexible links on a free pivot, damped inside only: no scheme keeps angular momentum to rounding where inertia depends on the
-/// configuration. The strongest pulses bend the links by more than a radian within a few steps.
+/// configuration. The strongest pulses bend the links by more than a radian within a few steps: ESDIRK then lacks 2.3e-2.
 #[test]
 fn prop_a_free_chain_gains_the_angular_impulse_of_its_pulses() {
     let text = Kind { damped: true, ..Kind::plain(Shape::Free) }.toml();
