@@ -51,6 +51,9 @@ pub(super) enum Command {
     /// Publish a recording on the bus again, byte for byte, in order and on time.
     #[command(after_help = super::replay::EXAMPLES)]
     Replay(Box<super::replay::ReplayArgs>),
+    /// Re-simulate a recorded session with a change; record the result, and report where both deviate.
+    #[command(after_help = super::what_if::EXAMPLES)]
+    WhatIf(super::what_if::Args),
     /// List the services on the bus.
     #[command(after_help = super::list::EXAMPLES)]
     List(BusArgs),

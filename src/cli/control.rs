@@ -3,7 +3,7 @@
 use clap::Subcommand;
 
 use super::bus_args::BusArgs;
-use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
 use super::replies::{fresh_id, send_and_print};
 use crate::bus::{BusError, Name, client};
 use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
@@ -68,7 +68,7 @@ pub(super) enum Action {
     },
 }
 
-pub(super) fn control(args: Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn control(args: Args) -> CommandResult {
     let action = match args.action {
         Action::Pause => control::Action::Pause(wire::Pause {}),
         Action::Resume => control::Action::Resume(wire::Resume {}),
@@ -86,17 +86,18 @@ pub(super) fn control(args: Args) -> anyhow::Result<ExitStatus> {
         Action::Next { count } => return control_replay(&args.bus, &args.name, replay_control::Action::Next(Next { count })),
     };
     let message = Control { id: fresh_id(), action: Some(action) };
-    send_and_print(&args.bus, &args.name, |session| client::control(session, &args.name, &message))
+    send_and_print(&args.bus, &args.name, |session| Ok(client::control(session, &args.name, &message)?))
 }
 
 /// Sends a command that only a replay accepts.
-fn control_replay(bus: &BusArgs, name: &Name, action: replay_control::Action) -> anyhow::Result<ExitStatus> {
+fn control_replay(bus: &BusArgs, name: &Name, action: replay_control::Action) -> CommandResult {
     let message = ReplayControl { id: fresh_id(), action: Some(action) };
-    let done = send_and_print(bus, name, |session| client::replay_control(session, name, &message));
-    done.map_err(|error| match error.downcast_ref() {
-        Some(BusError::NoReply(_)) => {
-            error.context(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay"))
-        }
-        _ => error,
+    send_and_print(bus, name, |session| {
+        client::replay_control(session, name, &message).map_err(|error| match error {
+            BusError::NoReply(_) => {
+                Failure::Failed(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay: {error}"))
+            }
+            error => error.into(),
+        })
     })
 }

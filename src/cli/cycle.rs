@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::values::number;
 use crate::scene::SceneSource;
 use crate::study::Table;
@@ -81,7 +82,7 @@ struct Range {
     count: usize,
 }
 
-pub(super) fn cycle(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn cycle(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let options = args.options();
     let (table, show): (Table, fn(&Table) -> std::io::Result<()>) = match (args.sweep_ratio, args.balance, args.r4, args.r5) {

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::folders::may_be_folder;
 use super::values::{not_negative, positive};
 use crate::recording::{self, Exported};
@@ -40,7 +41,7 @@ pub(super) struct Args {
     pub columns: Vec<String>,
 }
 
-pub(super) fn export(args: Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn export(args: Args) -> CommandResult {
     let Args { file, csv, parquet, from, to, every, columns } = args;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };

@@ -7,10 +7,11 @@ use clap::CommandFactory as _;
 use super::aligned_table;
 use super::args::Cli;
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use crate::scene::{self, KeyRow, builtin};
 use crate::{files, guide};
 
-pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<ExitStatus> {
+pub(super) fn scenes(name: Option<&str>) -> CommandResult {
     match name {
         None => {
             for scene in builtin::BUILTIN {
@@ -23,7 +24,7 @@ pub(super) fn scenes(name: Option<&str>) -> anyhow::Result<ExitStatus> {
 }
 
 /// Prints the scene reference.
-pub(super) fn keys(markdown: bool) -> anyhow::Result<ExitStatus> {
+pub(super) fn keys(markdown: bool) -> CommandResult {
     if markdown {
         write!(std::io::stdout(), "{}", scene::reference_markdown())?;
         return Ok(ExitStatus::Success);
@@ -39,7 +40,7 @@ pub(super) fn keys(markdown: bool) -> anyhow::Result<ExitStatus> {
 }
 
 /// Prints a chapter, or the list of chapters.
-pub(super) fn guide(chapter: Option<&str>) -> anyhow::Result<ExitStatus> {
+pub(super) fn guide(chapter: Option<&str>) -> CommandResult {
     let mut out = std::io::stdout();
     match chapter {
         None => guide::CHAPTERS.iter().try_for_each(|chapter| writeln!(out, "{:<14} {}", chapter.name, chapter.summary))?,
@@ -49,7 +50,7 @@ pub(super) fn guide(chapter: Option<&str>) -> anyhow::Result<ExitStatus> {
 }
 
 /// Prints a file for another program, or the list of files.
-pub(super) fn files(name: Option<&str>) -> anyhow::Result<ExitStatus> {
+pub(super) fn files(name: Option<&str>) -> CommandResult {
     let mut out = std::io::stdout();
     match name {
         None => files::FILES.iter().try_for_each(|file| writeln!(out, "{:<22} {}", file.name, file.summary))?,
@@ -59,7 +60,7 @@ pub(super) fn files(name: Option<&str>) -> anyhow::Result<ExitStatus> {
 }
 
 /// Prints the completion script for a shell.
-pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitStatus> {
+pub(super) fn completions(shell: clap_complete::Shell) -> CommandResult {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "flexcrank", &mut script);
     std::io::stdout().write_all(&script)?;

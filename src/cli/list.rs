@@ -4,6 +4,7 @@ use std::io::Write as _;
 
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use crate::bus::{self, BusError, client};
 
 /// Shown by `--help`.
@@ -12,7 +13,7 @@ Examples:
   flexcrank list
   flexcrank list --connect tcp/192.0.2.1:7447";
 
-pub(super) fn list(args: &BusArgs) -> anyhow::Result<ExitStatus> {
+pub(super) fn list(args: &BusArgs) -> CommandResult {
     let session = args.options().open_client()?;
     let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |_| false)?;
     bus::close(&session)?;

@@ -15,6 +15,7 @@ mod control;
 mod cycle;
 mod exit_status;
 mod export;
+mod failure;
 mod files;
 mod folders;
 mod formatting;
@@ -41,20 +42,8 @@ mod what_if;
 
 use std::process::ExitCode;
 
-use crate::bus::{BadName, BusError};
-use crate::files::UnknownFile;
-use crate::guide::UnknownChapter;
-use crate::plot::PlotError;
-use crate::recording::RecordingError;
-use crate::resimulation::ResimulationError;
-use crate::scene::SceneError;
-use crate::service::ServiceError;
-use crate::simulation::BuildError;
-use crate::study::cycle::CycleError;
-use crate::study::stability::{NoMap, NotSuited};
-use crate::study::trade::TradeError;
 use args::{Cli, Command};
-use exit_status::ExitStatus;
+use failure::CommandResult;
 
 /// Runs the program on the process's arguments.
 ///
@@ -65,47 +54,15 @@ pub fn main() -> ExitCode {
     log::begin(cli.log_format);
     match dispatch(cli) {
         Ok(status) => status.into(),
-        // The reader of the output has closed it.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            say!("error: {error:#}");
-            ExitCode::from(if is_usage(&error) { 2 } else { 1 })
-        }
+        Err(failure) => failure.report(),
     }
 }
 
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
-}
-
-fn is_usage(error: &anyhow::Error) -> bool {
-    error.is::<SceneError>()
-        || error.is::<UnknownChapter>()
-        || error.is::<UnknownFile>()
-        || error.is::<BuildError>()
-        || error.is::<BadName>()
-        || error.is::<plot::BadPlot>()
-        || error.is::<sequence::BadSequence>()
-        || error.downcast_ref::<PlotError>().is_some_and(PlotError::is_usage)
-        || error.downcast_ref::<ResimulationError>().is_some_and(ResimulationError::is_usage)
-        || error.is::<NotSuited>()
-        || error.is::<NoMap>()
-        || error.is::<CycleError>()
-        || error.downcast_ref::<TradeError>().is_some_and(|error| !matches!(error, TradeError::NoReference(_)))
-        || error
-            .downcast_ref::<RecordingError>()
-            .is_some_and(|error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }))
-        || error
-            .downcast_ref::<ServiceError>()
-            .is_some_and(|error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }))
-        || error.downcast_ref::<BusError>().is_some_and(|error| matches!(error, BusError::Config(_) | BusError::File { .. }))
-}
-
-fn dispatch(cli: Cli) -> anyhow::Result<ExitStatus> {
+fn dispatch(cli: Cli) -> CommandResult {
     match cli.command.unwrap_or_default() {
         Command::Run(run) => run::run(*run),
-        Command::Replay(args) if args.what_if.is_asked() => what_if::what_if(&args.file, &args.what_if),
         Command::Replay(args) => replay::replay(*args),
+        Command::WhatIf(args) => what_if::what_if(args),
         Command::List(bus) => list::list(&bus),
         Command::Pulse(pulse) => pulse::pulse(pulse),
         Command::Control(control) => control::control(control),

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::ValueEnum;
 
 use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
 use super::values::number;
 use crate::plot::{self, Figure, Format, Named, Picture, Titled, thesis};
@@ -93,10 +93,16 @@ pub(super) enum BadPlot {
     Twice(PathBuf),
 }
 
+impl From<BadPlot> for Failure {
+    fn from(error: BadPlot) -> Self {
+        Failure::Usage(error.to_string())
+    }
+}
+
 /// Default column of the horizontal axis of a recording.
 const RECORDED_TIME: &str = "stamp.sim_time_s";
 
-pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn plot(args: &Args) -> CommandResult {
     if let Some(folder) = &args.thesis {
         return write_thesis(folder, &args.formats());
     }
@@ -118,7 +124,7 @@ pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
 }
 
 /// Animates each recording: into the one file named, or into a folder.
-fn write_animations(args: &Args, speed: f64) -> anyhow::Result<ExitStatus> {
+fn write_animations(args: &Args, speed: f64) -> CommandResult {
     let output = &args.output;
     let into_file = Format::of(output) == Some(Format::Svg) && !output.is_dir();
     if into_file && args.files.len() > 1 {
@@ -137,7 +143,7 @@ fn write_animations(args: &Args, speed: f64) -> anyhow::Result<ExitStatus> {
         let animation = plot::animation(&stem, displacements.map_or(&none, |topic| &topic.table), speed)?;
         let path = if into_file { output.clone() } else { output.join(format!("{stem}-animation.svg")) };
         path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)?;
-        std::fs::write(&path, animation.svg).with_context(|| path.display().to_string())?;
+        std::fs::write(&path, animation.svg).map_err(Failure::file(&path))?;
         let plot::Animation { magnified, recorded_s, .. } = animation;
         writeln!(std::io::stdout(), "{} ({recorded_s:.2} s, bending drawn {magnified} times as large)", path.display())?;
     }
@@ -145,7 +151,7 @@ fn write_animations(args: &Args, speed: f64) -> anyhow::Result<ExitStatus> {
 }
 
 /// Figures of a file with their file names, and whether the file was complete.
-fn figures(file: &Path, args: &Args) -> anyhow::Result<(Vec<(String, Figure)>, bool)> {
+fn figures(file: &Path, args: &Args) -> CommandResult<(Vec<(String, Figure)>, bool)> {
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let recorded = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
     let (tables, whole) = if recorded { recording(file)? } else { (vec![table(&stem, file)?], true) };
@@ -172,11 +178,11 @@ fn figures(file: &Path, args: &Args) -> anyhow::Result<(Vec<(String, Figure)>, b
     Ok((figures, whole))
 }
 
-fn table(stem: &str, file: &Path) -> anyhow::Result<Named> {
+fn table(stem: &str, file: &Path) -> CommandResult<Named> {
     Ok(Named { name: stem.to_owned(), table: Table::read_csv(file)? })
 }
 
-fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
+fn recording(file: &Path) -> CommandResult<(Vec<Named>, bool)> {
     let contents = read_columns(file)?;
     for topic in contents.skipped {
         say!("warning: {topic} is not protobuf and was left out");
@@ -193,7 +199,7 @@ fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
 }
 
 /// File and format of every figure.
-fn places(figures: Vec<(String, Figure)>, args: &Args) -> anyhow::Result<Vec<(PathBuf, Format, Figure)>> {
+fn places(figures: Vec<(String, Figure)>, args: &Args) -> CommandResult<Vec<(PathBuf, Format, Figure)>> {
     let output = &args.output;
     let is_file = output.extension().is_some() && !output.is_dir();
     if is_file {
@@ -231,7 +237,7 @@ const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
 const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
 const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
 
-fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus> {
+fn write_thesis(folder: &Path, formats: &[Format]) -> CommandResult {
     let figures = thesis::figures(&thesis_tables()?);
     make_folder(folder)?;
     for figure in &figures {
@@ -240,15 +246,15 @@ fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus>
         }
     }
     let page = folder.join("index.html");
-    std::fs::write(&page, thesis::page(&figures, formats)).with_context(|| page.display().to_string())?;
+    std::fs::write(&page, thesis::page(&figures, formats)).map_err(Failure::file(&page))?;
     writeln!(std::io::stdout(), "{} figures, all on {}", figures.len(), page.display())?;
     Ok(ExitStatus::Success)
 }
 
-fn thesis_tables() -> anyhow::Result<thesis::Tables> {
+fn thesis_tables() -> CommandResult<thesis::Tables> {
     let compressor = SceneSource::open("thesis-compressor", &[])?;
     let options = cycle::Options { ratios: RATIOS.to_vec(), dimensionless: true, ..cycle::Options::default() };
-    let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
+    let run = |(scene, until_s): (&str, f64)| -> CommandResult<Table> {
         Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
     };
     let [one, two, stiff] = OSCILLATORS;

@@ -7,6 +7,7 @@ use clap::ValueEnum;
 
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
 use super::replies::{fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
 use crate::bus::{self, Name, Session, client};
@@ -65,7 +66,7 @@ impl From<Shape> for PulseShape {
     }
 }
 
-pub(super) fn pulse(args: Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn pulse(args: Args) -> CommandResult {
     if let Some(file) = &args.from {
         return sequence(&args.bus, &args.name, file);
     }
@@ -76,20 +77,19 @@ pub(super) fn pulse(args: Args) -> anyhow::Result<ExitStatus> {
         shape: args.shape.into(),
     };
     let message = wire::pulse_message(&args.id.unwrap_or_else(fresh_id), &request);
-    send_and_print(&args.bus, &args.name, |session| client::pulse(session, &args.name, &message))
+    send_and_print(&args.bus, &args.name, |session| Ok(client::pulse(session, &args.name, &message)?))
 }
 
 /// Sends the pulses of a file in order; stops at the first refusal.
-fn sequence(bus: &BusArgs, name: &Name, file: &Path) -> anyhow::Result<ExitStatus> {
+fn sequence(bus: &BusArgs, name: &Name, file: &Path) -> CommandResult {
     let pulses = sequence::read(file)?;
     let session = bus.options().open_client()?;
-    let done =
-        client::wait_for_service(&session, name).map_err(anyhow::Error::from).and_then(|()| send_all(&session, name, &pulses));
+    let done = client::wait_for_service(&session, name).map_err(Failure::from).and_then(|()| send_all(&session, name, &pulses));
     bus::close(&session)?;
     done
 }
 
-fn send_all(session: &Session, name: &Name, pulses: &[ListedPulse]) -> anyhow::Result<ExitStatus> {
+fn send_all(session: &Session, name: &Name, pulses: &[ListedPulse]) -> CommandResult {
     let own = fresh_id();
     for ListedPulse { line, id, request } in pulses {
         let id = id.clone().unwrap_or_else(|| format!("{own}-{line}"));

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
 
@@ -21,7 +22,7 @@ pub(super) struct Args {
     pub output: PathBuf,
 }
 
-pub(super) fn recover(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn recover(args: &Args) -> CommandResult {
     let bar = bar(0, "{wide_bar} {bytes}/{total_bytes}");
     let recovered = recording::recover(&args.file, &args.output, |done, all| {
         bar.set_length(all);

@@ -10,6 +10,7 @@ use tokio::sync::oneshot;
 use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::keyboard::Keyboard;
 use super::progress::bar;
 use super::signals::interrupted;
@@ -25,8 +26,6 @@ Examples:
   flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --duration 2 --loop --name ghost
   flexcrank replay recordings/crank.mcap --wait-for 1 --topics angles,loads
   flexcrank replay robot.mcap --remap /joint_states:=robot/joints
-  flexcrank replay recordings/crank.mcap --what-if --add-pulse 3.0:5:0.1
-  flexcrank replay recordings/crank.mcap --what-if --set rod.density_kg_per_m3=2700 --record aluminium.mcap
   flexcrank control ghost seek 3.5    (and pause, resume, rate 2, next, stop)
 
 On the keyboard: space pauses and resumes, left and right seek 5 s, up and down change the rate by 10 %, n plays \
@@ -80,8 +79,6 @@ pub(super) struct ReplayArgs {
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
-    pub what_if: super::what_if::Args,
-    #[command(flatten)]
     pub bus: BusArgs,
 }
 
@@ -89,7 +86,7 @@ fn rate(text: &str) -> Result<f64, String> {
     number(text, *RATES.start(), *RATES.end())
 }
 
-pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<ExitStatus> {
+pub(super) fn replay(args: ReplayArgs) -> CommandResult {
     let bus = BusOptions { sees_subscriptions: args.wait_for > 0, ..args.bus.options() };
     let replay = service::ReplayOptions {
         file: args.file,
@@ -132,7 +129,7 @@ pub(super) fn replay(args: ReplayArgs) -> anyhow::Result<ExitStatus> {
         }
         let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
         bus::close(&session)?;
-        anyhow::Ok(report?)
+        CommandResult::Ok(report?)
     });
     bar.finish_and_clear();
     Ok(conclude(&report?))

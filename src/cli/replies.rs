@@ -5,7 +5,8 @@ use std::time::SystemTime;
 
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
-use crate::bus::{self, BusError, Name, Session, client};
+use super::failure::{CommandResult, Failure};
+use crate::bus::{self, Name, Session, client};
 use crate::shown::shown_s;
 use crate::wire::CommandReply;
 
@@ -13,10 +14,10 @@ use crate::wire::CommandReply;
 pub(super) fn send_and_print(
     bus: &BusArgs,
     name: &Name,
-    send: impl FnOnce(&Session) -> Result<CommandReply, BusError>,
-) -> anyhow::Result<ExitStatus> {
+    send: impl FnOnce(&Session) -> CommandResult<CommandReply>,
+) -> CommandResult {
     let session = bus.options().open_client()?;
-    let reply = client::wait_for_service(&session, name).and_then(|()| send(&session));
+    let reply = client::wait_for_service(&session, name).map_err(Failure::from).and_then(|()| send(&session));
     bus::close(&session)?;
     let reply = reply?;
     writeln!(std::io::stdout(), "{}", format_reply(&reply))?;

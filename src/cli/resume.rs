@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::failure::CommandResult;
 use super::progress::over_file;
 use super::values::positive;
 use crate::bus::Name;
@@ -38,7 +39,7 @@ pub(super) fn start_from(
     at_s: Option<f64>,
     name: Option<Name>,
     publish: Option<PublishRates>,
-) -> anyhow::Result<RunStart> {
+) -> CommandResult<RunStart> {
     let source = RecordedSession::open(file)?;
     let name = name.map_or_else(|| source.name.parse(), Ok)?;
     let publish = publish.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
@@ -55,7 +56,7 @@ pub(super) fn start_from(
     Ok(RunStart { name, scene: source.scene, simulation, publish, resumption })
 }
 
-fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> anyhow::Result<Resumed> {
+fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> CommandResult<Resumed> {
     let bar = over_file(file, 1);
     let resumed = resume(source, at_s, &|position| bar.set_position(position));
     bar.finish_and_clear();

@@ -9,6 +9,7 @@ use clap::{Parser, ValueEnum};
 use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::resume::{self, RunStart};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
@@ -122,7 +123,7 @@ impl From<Overruns> for Overrun {
     }
 }
 
-pub(super) fn run(args: Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn run(args: Args) -> CommandResult {
     let starts = starts(&args)?;
     let count = starts.len();
     if !args.force {
@@ -148,14 +149,14 @@ pub(super) fn run(args: Args) -> anyhow::Result<ExitStatus> {
         let session = args.bus.options().open_service()?;
         let reports = service::run_all(&session, members, waking, interrupted()).await;
         bus::close(&session)?;
-        anyhow::Ok(reports?)
+        CommandResult::Ok(reports?)
     })?;
     status_line.clear();
     Ok(conclude(&reports))
 }
 
 /// The starts of all services: `count` of every scene, or a resumed session.
-fn starts(args: &Args) -> anyhow::Result<Vec<RunStart>> {
+fn starts(args: &Args) -> CommandResult<Vec<RunStart>> {
     if let Some(file) = &args.resume.resume {
         return Ok(vec![resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz)?]);
     }
@@ -183,13 +184,13 @@ fn member(
     beginning: RunStart,
     (index, count): (usize, usize),
     status_line: &StatusLine,
-) -> anyhow::Result<LiveSimulation> {
+) -> CommandResult<LiveSimulation> {
     let RunStart { name, scene, simulation, publish, resumption } = beginning;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
         (_, true) => None,
-        (Some(path), _) if count > 1 => Some(paths::part(path, u32::try_from(index + 1)?)),
+        (Some(path), _) if count > 1 => Some(paths::part(path, u32::try_from(index + 1).unwrap_or(u32::MAX))),
         (Some(path), _) => Some(path.clone()),
         (None, _) => Some(paths::fresh(folder, &name.to_string(), SystemTime::now())),
     };
@@ -217,7 +218,7 @@ fn member(
 }
 
 /// The same scene by another model, with the integrator that usually suits it.
-fn shadow(scene: &SceneSource, model: &str) -> anyhow::Result<ShadowSimulation> {
+fn shadow(scene: &SceneSource, model: &str) -> CommandResult<ShadowSimulation> {
     let mut overrides = vec![format!("solver.model={model}")];
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));

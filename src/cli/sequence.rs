@@ -2,20 +2,12 @@
 
 use std::path::Path;
 
+use super::failure::{CommandResult, Failure};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 
 /// Allowed columns; the first two are required.
 const COLUMNS: [&str; 5] = ["torque_nm", "duration_s", "delay_s", "shape", "id"];
-
-/// The file is not a valid list of pulses.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}:{line}: {what}")]
-pub(super) struct BadSequence {
-    file: String,
-    line: u64,
-    what: String,
-}
 
 /// A pulse with its line in the file.
 #[derive(Debug, PartialEq)]
@@ -26,11 +18,9 @@ pub(super) struct ListedPulse {
 }
 
 /// Reads a file of pulses.
-pub(super) fn read(path: &Path) -> anyhow::Result<Vec<ListedPulse>> {
-    use anyhow::Context as _;
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let file = path.display().to_string();
-    Ok(parse(&text).map_err(|(line, what)| BadSequence { file, line, what })?)
+pub(super) fn read(path: &Path) -> CommandResult<Vec<ListedPulse>> {
+    let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
+    parse(&text).map_err(|(line, what)| Failure::Usage(format!("{}:{line}: {what}", path.display())))
 }
 
 /// Parses pulses, or returns the line and reason of the first error. Lines that begin with # are comments.

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::aligned_table::figure;
 use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
 use super::progress::bar;
 use crate::plot::{self, Format, Picture};
@@ -66,7 +67,7 @@ pub(super) struct Args {
     pub overrides: Vec<String>,
 }
 
-pub(super) fn stability(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn stability(args: &Args) -> CommandResult {
     let extent = if args.quick { Extent::Quick } else { Extent::Whole };
     let plan = args.scene.as_ref().map(|scene| plan(scene, args, extent)).transpose()?;
     [&args.csv, &args.plot].into_iter().flatten().try_for_each(|folder| make_folder(folder))?;
@@ -76,18 +77,18 @@ pub(super) fn stability(args: &Args) -> anyhow::Result<ExitStatus> {
     plan.map_or(Ok(ExitStatus::Success), |(base, plan)| extremes(&base, plan, args))
 }
 
-fn plan(scene: &str, args: &Args, extent: Extent) -> anyhow::Result<(BaseScene, MapPlan)> {
+fn plan(scene: &str, args: &Args, extent: Extent) -> CommandResult<(BaseScene, MapPlan)> {
     let base = BaseScene::new(&SceneSource::open(scene, &args.overrides)?)?;
     let mut plan = MapPlan::extremes(&base, extent);
     plan.only(args.only.as_deref().unwrap_or_default())?;
     Ok((base, plan))
 }
 
-fn write(folder: Option<&Path>, name: &str, table: &Table) -> anyhow::Result<()> {
+fn write(folder: Option<&Path>, name: &str, table: &Table) -> CommandResult<()> {
     Ok(folder.map_or(Ok(()), |folder| table.write_csv(&folder.join(format!("{name}.csv"))))?)
 }
 
-fn draw(folder: Option<&Path>, name: &str, picture: &Picture) -> anyhow::Result<()> {
+fn draw(folder: Option<&Path>, name: &str, picture: &Picture) -> CommandResult<()> {
     let Some(folder) = folder else { return Ok(()) };
     for format in [Format::Svg, Format::Png] {
         picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
@@ -95,7 +96,7 @@ fn draw(folder: Option<&Path>, name: &str, picture: &Picture) -> anyhow::Result<
     Ok(())
 }
 
-fn schemes(args: &Args) -> anyhow::Result<()> {
+fn schemes(args: &Args) -> CommandResult<()> {
     let folder = args.csv.as_deref();
     let tenths = || (0..=10).map(|n| f64::from(n) / 10.0);
     let weights: Vec<Scheme> = tenths().chain([0.55]).map(Scheme::TwoPoint).collect();
@@ -131,7 +132,7 @@ fn omegas_h() -> Vec<f64> {
 }
 
 /// Prints theory and measurement side by side at a few ωh, and the orders.
-fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, orders: &Table) -> anyhow::Result<()> {
+fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, orders: &Table) -> CommandResult<()> {
     let mut out = std::io::stdout();
     let difference = radii.column("difference").unwrap_or_default().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
     writeln!(out, "{title}: spectral radius in theory and as run (largest difference {difference:.1e}), order")?;
@@ -156,7 +157,7 @@ fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, 
 }
 
 /// Prints the largest measured radius of every scheme on the left half-plane, and the conclusion.
-fn show_left_half_plane(parameter: &str, schemes: &[Scheme], plane: &Table) -> anyhow::Result<()> {
+fn show_left_half_plane(parameter: &str, schemes: &[Scheme], plane: &Table) -> CommandResult<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
@@ -194,7 +195,7 @@ fn short(value: f64) -> String {
     if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
 }
 
-fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> anyhow::Result<ExitStatus> {
+fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> CommandResult {
     let bar = bar(plan.len() as u64, "{wide_bar} {pos}/{len} cells{left}");
     let threads = args.jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
     let swept = sweep(base, plan, threads, LIMIT, |done| bar.set_position(done as u64));
@@ -213,7 +214,7 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> anyhow::Result<Exit
 }
 
 /// Prints a map, one character per category, with the highest y on top, and the first divergence of each row.
-fn show_map(swept: &Swept) -> anyhow::Result<()> {
+fn show_map(swept: &Swept) -> CommandResult<()> {
     let mut out = std::io::stdout();
     let (map, columns) = (&swept.map, swept.map.x.values.len());
     let ends = [map.x.values.first(), map.x.values.last()].map(|end| figure(end.copied().unwrap_or(f64::NAN)));
@@ -229,7 +230,7 @@ fn show_map(swept: &Swept) -> anyhow::Result<()> {
 }
 
 /// Prints the scenes that run at one step and fail at the next finer one.
-fn show_fails_finer(swept: &[Swept]) -> anyhow::Result<()> {
+fn show_fails_finer(swept: &[Swept]) -> CommandResult<()> {
     let mut out = std::io::stdout();
     for one in fails_finer(swept) {
         let error = one.finer.error.map(|error| format!(", error {}", figure(error))).unwrap_or_default();
@@ -247,7 +248,7 @@ fn show_fails_finer(swept: &[Swept]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn conclude(swept: &[Swept]) -> anyhow::Result<ExitStatus> {
+fn conclude(swept: &[Swept]) -> CommandResult {
     let mut out = std::io::stdout();
     let counts = counts(swept);
     let total: usize = counts.iter().sum();
@@ -267,5 +268,5 @@ fn conclude(swept: &[Swept]) -> anyhow::Result<ExitStatus> {
         bad += 1;
         say!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
     }
-    if bad > 0 { Err(anyhow::anyhow!("{bad} of {total} cells did not end cleanly")) } else { Ok(ExitStatus::Success) }
+    if bad > 0 { Err(Failure::Failed(format!("{bad} of {total} cells did not end cleanly"))) } else { Ok(ExitStatus::Success) }
 }

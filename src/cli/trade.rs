@@ -4,12 +4,12 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 
 use super::aligned_table::print;
 use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
 use super::progress::bar;
 use super::values::{number, positive};
 use crate::plot::{Format, Picture, work_precision};
@@ -108,10 +108,10 @@ impl From<OutputGroupWord> for OutputGroup {
     }
 }
 
-pub(super) fn trade(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn trade(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
-        bail!("{}: exists already, and scenes are never overwritten", taken.display());
+        return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
     let bar = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
     let study = study(&source.scene, &question(args), &mut |progress| show(&bar, &progress))?;
@@ -125,7 +125,7 @@ pub(super) fn trade(args: &Args) -> anyhow::Result<ExitStatus> {
     choice.map_or(Ok(ExitStatus::Success), |choice| decide(args, &source, &choice))
 }
 
-fn write(args: &Args, study: &Study) -> anyhow::Result<()> {
+fn write(args: &Args, study: &Study) -> CommandResult<()> {
     let table = table(study);
     if let Some(path) = &args.csv {
         table.write_csv(path)?;
@@ -161,7 +161,7 @@ fn question(args: &Args) -> Question {
 }
 
 /// Prints and writes the chosen settings, or explains why none were found.
-fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<ExitStatus> {
+fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> CommandResult {
     let mut out = std::io::stdout();
     match choice {
         Err(refusal) => {
@@ -173,9 +173,7 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> anyhow::Result<
             let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
             writeln!(out, "\n{}", sections(chosen, &keys))?;
             if let Some(path) = &args.write {
-                File::create_new(path)
-                    .and_then(|mut file| file.write_all(copy.text.as_bytes()))
-                    .with_context(|| path.display().to_string())?;
+                File::create_new(path).and_then(|mut file| file.write_all(copy.text.as_bytes())).map_err(Failure::file(&path))?;
                 say!("wrote {}", path.display());
             }
             Ok(ExitStatus::Success)
@@ -231,7 +229,7 @@ const HEAD: [&str; 20] = [
     "note",
 ];
 
-fn print_study(name: &str, study: &Study) -> anyhow::Result<()> {
+fn print_study(name: &str, study: &Study) -> CommandResult<()> {
     let mut rows = vec![HEAD.map(str::to_owned).to_vec()];
     rows.extend(study.measured().map(|(row, measured)| line(study, row, measured)));
     let mut out = std::io::stdout();

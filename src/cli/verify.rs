@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::formatting::counted;
 use super::progress::over_file;
 use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
@@ -29,7 +30,7 @@ pub(super) struct Args {
     files: Vec<PathBuf>,
 }
 
-pub(super) fn verify(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn verify(args: &Args) -> CommandResult {
     let mut worst = ExitStatus::Success;
     for file in &args.files {
         worst = match (worst, one(file)?) {
@@ -41,7 +42,7 @@ pub(super) fn verify(args: &Args) -> anyhow::Result<ExitStatus> {
     Ok(worst)
 }
 
-fn one(file: &Path) -> anyhow::Result<ExitStatus> {
+fn one(file: &Path) -> CommandResult {
     let source = RecordedSession::open(file)?;
     let begun = Instant::now();
     let bar = over_file(file, 2);

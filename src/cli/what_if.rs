@@ -1,55 +1,35 @@
-//! `replay --what-if`: a recorded session re-simulated with a change.
+//! `what-if`: re-simulates a recorded session with a change.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
 use super::progress::over_file;
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
 
-/// Options of a replay that do not apply to a what-if, which publishes nothing.
-const REPLAY_ONLY_OPTIONS: [&str; 16] = [
-    "rate",
-    "looped",
-    "start_offset",
-    "duration",
-    "start_paused",
-    "delay",
-    "topics",
-    "remap",
-    "name",
-    "commands",
-    "wait_for",
-    "wait_timeout",
-    "force",
-    "listen",
-    "connect",
-    "zenoh_config",
-];
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank what-if recordings/crank.mcap --add-pulse 3.0:5:0.1
+  flexcrank what-if recordings/crank.mcap --set rod.density_kg_per_m3=2700 --record aluminium.mcap";
 
 #[derive(Debug, clap::Args)]
-#[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).multiple(true))]
+#[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).required(true).multiple(true))]
 pub(super) struct Args {
-    /// Re-simulate the session with a change instead of replaying it; record the result, and report where both deviate.
-    #[arg(long, requires = "change", conflicts_with_all = REPLAY_ONLY_OPTIONS)]
-    what_if: bool,
+    /// The recording.
+    pub file: PathBuf,
     /// Add a pulse; START in simulated s since the session began, TORQUE in N·m, DURATION in s.
-    #[arg(long, value_name = "START:TORQUE:DURATION", requires = "what_if", value_parser = added_pulse)]
-    add_pulse: Vec<AddedPulse>,
+    #[arg(long, value_name = "START:TORQUE:DURATION", value_parser = added_pulse)]
+    pub add_pulse: Vec<AddedPulse>,
     /// Override a key of the scene.
-    #[arg(long = "set", value_name = "KEY=VALUE", requires = "what_if")]
-    overrides: Vec<String>,
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
     /// Record the result to this file instead of recordings/NAME-what-if-TIME.mcap.
-    #[arg(long, value_name = "PATH", requires = "what_if")]
-    record: Option<PathBuf>,
-}
-
-impl Args {
-    pub(super) fn is_asked(&self) -> bool {
-        self.what_if
-    }
+    #[arg(long, value_name = "PATH")]
+    pub record: Option<PathBuf>,
 }
 
 fn added_pulse(text: &str) -> Result<AddedPulse, String> {
@@ -61,21 +41,19 @@ fn added_pulse(text: &str) -> Result<AddedPulse, String> {
     }
 }
 
-pub(super) fn what_if(file: &Path, args: &Args) -> anyhow::Result<ExitStatus> {
-    let source = RecordedSession::open(file)?;
-    let change = Change {
-        pulses: args.add_pulse.clone(),
-        overrides: args.overrides.clone(),
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
-    };
+pub(super) fn what_if(args: Args) -> CommandResult {
+    let Args { file, add_pulse, overrides, record } = args;
+    let source = RecordedSession::open(&file)?;
+    let command_line = std::env::args().collect::<Vec<_>>().join(" ");
+    let change = Change { pulses: add_pulse, overrides, command_line };
     let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
-    let bar = over_file(file, 1);
-    let outcome = compute(&source, &change, &args.record.clone().unwrap_or_else(fresh), &|position| bar.set_position(position));
+    let bar = over_file(&file, 1);
+    let outcome = compute(&source, &change, &record.unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();
     report(&outcome?)
 }
 
-fn report(outcome: &WhatIfOutcome) -> anyhow::Result<ExitStatus> {
+fn report(outcome: &WhatIfOutcome) -> CommandResult {
     let WhatIfOutcome { from_s, deviation, diverged, written } = outcome;
     let mut out = std::io::stdout();
     writeln!(out, "re-simulated from t = {from_s} s")?;

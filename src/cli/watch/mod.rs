@@ -26,6 +26,7 @@ use ratatui::crossterm::event::{self, Event};
 use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
 use super::replies::{format_reply, fresh_id};
 use super::signals::interrupted;
 use crate::bus::{self, Name, Session, client};
@@ -70,14 +71,14 @@ pub(super) struct Args {
     pub bus: BusArgs,
 }
 
-pub(super) fn watch(args: &Args) -> anyhow::Result<ExitStatus> {
+pub(super) fn watch(args: &Args) -> CommandResult {
     let session = args.bus.options().open_client()?;
-    let watched = client::wait_for_service(&session, &args.name).map_err(anyhow::Error::from).and_then(|()| show(&session, args));
+    let watched = client::wait_for_service(&session, &args.name).map_err(Failure::from).and_then(|()| show(&session, args));
     bus::close(&session)?;
     watched
 }
 
-fn show(session: &Session, args: &Args) -> anyhow::Result<ExitStatus> {
+fn show(session: &Session, args: &Args) -> CommandResult {
     let subscribers = Subscribers::subscribe(session, &args.name)?;
     if args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
         plain::print(&subscribers)?;
@@ -162,20 +163,20 @@ fn listener() -> std::io::Result<Receiver<Event>> {
 }
 
 /// Handles keys until the next frame is due; returns whether to quit.
-fn keys(events: &Receiver<Event>, view: &mut View, requests: &Sender<KeyRequest>) -> anyhow::Result<bool> {
+fn keys(events: &Receiver<Event>, view: &mut View, requests: &Sender<KeyRequest>) -> CommandResult<bool> {
     let due = Instant::now() + FRAME;
     loop {
         let event = match events.recv_timeout(due.saturating_duration_since(Instant::now())) {
             Ok(event) => event,
             Err(RecvTimeoutError::Timeout) => return Ok(false),
-            Err(RecvTimeoutError::Disconnected) => anyhow::bail!("the terminal cannot be read"),
+            Err(RecvTimeoutError::Disconnected) => return Err(Failure::Failed("the terminal cannot be read".to_owned())),
         };
         let Event::Key(key) = event else { continue };
         match view.key(key) {
             Some(KeyRequest::Quit) => return Ok(true),
             Some(ask) => {
                 "…".clone_into(&mut view.said);
-                requests.send(ask)?;
+                requests.send(ask).map_err(|_| Failure::Failed("commands can no longer be sent".to_owned()))?;
             }
             None => {}
         }

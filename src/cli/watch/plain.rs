@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
+use super::super::failure::CommandResult;
 use super::subscribers::Subscribers;
 use crate::cli::status_line::describe;
 use crate::wire::{Angles, Displacements, Energies, Loads, Status, status::State};
@@ -25,7 +26,7 @@ struct Seen {
 }
 
 /// Prints until the service has ended.
-pub(super) fn print(subscribers: &Subscribers) -> anyhow::Result<()> {
+pub(super) fn print(subscribers: &Subscribers) -> CommandResult<()> {
     let mut seen = Seen::default();
     let (mut heard, mut printed) = (Instant::now(), None::<Instant>);
     while heard.elapsed() < GONE {
@@ -51,7 +52,7 @@ pub(super) fn print(subscribers: &Subscribers) -> anyhow::Result<()> {
 }
 
 impl Seen {
-    fn print(&self) -> anyhow::Result<()> {
+    fn print(&self) -> CommandResult<()> {
         writeln!(std::io::stdout(), "{}", self.lines().join("\n"))?;
         Ok(())
     }

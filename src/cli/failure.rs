@@ -1,0 +1,101 @@
+//! Failures of commands, by exit code.
+
+use std::error::Error;
+use std::io::{self, ErrorKind};
+use std::path::Path;
+use std::process::ExitCode;
+
+use super::exit_status::ExitStatus;
+use crate::bus::{BadName, BusError};
+use crate::files::UnknownFile;
+use crate::guide::UnknownChapter;
+use crate::integrate::StepError;
+use crate::plot::PlotError;
+use crate::recording::RecordingError;
+use crate::resimulation::ResimulationError;
+use crate::scene::SceneError;
+use crate::service::ServiceError;
+use crate::simulation::BuildError;
+use crate::study::cycle::CycleError;
+use crate::study::stability::{NoMap, NotSuited};
+use crate::study::trade::TradeError;
+use crate::study::{HistoryError, TableError};
+
+/// Result of a command or of a part of one.
+pub(super) type CommandResult<T = ExitStatus> = Result<T, Failure>;
+
+/// A command did not do what was asked.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// The arguments, the scene or another input are wrong: exit code 2.
+    Usage(String),
+    /// The request was sound, but its execution failed: 1.
+    Failed(String),
+    /// The reader of standard output has closed it, as `head` does: 0.
+    OutputClosed,
+}
+
+impl Failure {
+    /// Adds the file to an error of the system.
+    pub(super) fn file(path: &Path) -> impl FnOnce(io::Error) -> Failure {
+        move |cause| Failure::Failed(format!("{}: {cause}", path.display()))
+    }
+
+    /// Logs the failure and returns its exit code.
+    pub(super) fn report(self) -> ExitCode {
+        let (text, code) = match self {
+            Failure::Usage(text) => (text, 2),
+            Failure::Failed(text) => (text, 1),
+            Failure::OutputClosed => return ExitCode::SUCCESS,
+        };
+        say!("error: {text}");
+        ExitCode::from(code)
+    }
+}
+
+/// An error with its causes.
+fn in_full(error: &dyn Error) -> String {
+    match error.source() {
+        None => error.to_string(),
+        Some(cause) => format!("{error}: {}", in_full(cause)),
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == ErrorKind::BrokenPipe { Failure::OutputClosed } else { Failure::Failed(error.to_string()) }
+    }
+}
+
+/// Says of each type which of its errors mean that the request is wrong.
+macro_rules! usage {
+    ($($error:ty: $is_usage:expr),* $(,)?) => {$(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                let is_usage: fn(&$error) -> bool = $is_usage;
+                if is_usage(&error) { Failure::Usage(in_full(&error)) } else { Failure::Failed(in_full(&error)) }
+            }
+        }
+    )*};
+}
+
+usage! {
+    BadName: |_| true,
+    BuildError: |_| true,
+    BusError: |error| matches!(error, BusError::Config(_) | BusError::File { .. }),
+    CycleError: |_| true,
+    HistoryError: |_| false,
+    NoMap: |_| true,
+    NotSuited: |_| true,
+    PlotError: PlotError::is_usage,
+    RecordingError: |error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }),
+    ResimulationError: ResimulationError::is_usage,
+    SceneError: |_| true,
+    ServiceError: |error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }),
+    StepError: |_| false,
+    TableError: |_| false,
+    TradeError: |error| !matches!(error, TradeError::NoReference(_)),
+    UnknownChapter: |_| true,
+    UnknownFile: |_| true,
+    csv::Error: |_| false,
+}
