@@ -7,20 +7,31 @@
 // The front page is also the guide's chapter `library`, from which its programs run as tests, once.
 #![cfg_attr(not(doctest), doc = include_str!("guide/library.md"))]
 
+#[cfg(feature = "service")]
 pub mod bus;
+#[cfg(feature = "service")]
 pub mod cli;
+#[cfg(feature = "service")]
 pub mod files;
+#[cfg(feature = "service")]
 pub mod guide;
 pub mod integrate;
 pub mod mechanics;
 mod nearest;
+#[cfg(feature = "service")]
 pub mod plot;
+#[cfg(feature = "service")]
 pub mod recording;
+#[cfg(feature = "service")]
 pub mod resimulation;
+#[cfg(feature = "service")]
 pub mod runtime;
 pub mod scene;
+#[cfg(feature = "service")]
 pub mod service;
 mod shown;
 pub mod simulation;
+#[cfg(feature = "service")]
 pub mod study;
+#[cfg(feature = "service")]
 pub mod wire;

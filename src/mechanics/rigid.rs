@@ -88,13 +88,13 @@ impl Rigid {
     }
 
     /// `M(θ)`, the inertia of everything as the crank feels it, kg·m².
-    pub(crate) fn inertia_kg_m2(&self, theta_rad: f64) -> f64 {
+    pub fn inertia_kg_m2(&self, theta_rad: f64) -> f64 {
         self.equation(&self.pose(theta_rad), theta_rad, 0.0).mass
     }
 
     /// Mass of all bodies, kg, and the path of their common centre: digest 4.28–4.29, its derivatives 4.33–4.43 (the thesis
     /// loses brackets in 4.42).
-    pub(crate) fn centre_of_mass(&self, theta_rad: f64) -> (f64, Path) {
+    pub fn centre_of_mass(&self, theta_rad: f64) -> (f64, Path) {
         let bodies = self.pose::<3>(theta_rad).bodies;
         let mass_kg: f64 = bodies.iter().map(|body| body.mass_kg).sum();
         let mut centre = [[0.0; 2]; 3];
@@ -107,7 +107,7 @@ impl Rigid {
     }
 
     /// The path of the chain's end: of a crank-slider, the slider pin.
-    pub(crate) fn end(&self, theta_rad: f64) -> Path {
+    pub fn end(&self, theta_rad: f64) -> Path {
         self.pose(theta_rad).end
     }
 

@@ -100,7 +100,7 @@ pub(super) fn observation(scene: &Scene) -> Observation {
 }
 
 /// Why torque has no effect on a scene, if so.
-pub(super) fn deaf(scene: &Scene) -> Option<PulseRefused> {
+pub(super) fn refuses_torque(scene: &Scene) -> Option<PulseRefused> {
     match (&scene.system, &scene.drive) {
         (System::Oscillator(_), _) => Some(PulseRefused::NoPivot),
         (System::Chain(_), Drive::Motion(_)) => Some(PulseRefused::MotionPrescribed),

@@ -21,6 +21,7 @@ mod error_estimate;
 mod incremental;
 mod integrated;
 mod ledger;
+mod load;
 mod pulses;
 mod sample;
 mod step_limit;
@@ -28,39 +29,25 @@ mod step_limit;
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use error_estimate::ErrorEstimate;
 pub use ledger::{EnergyLedger, EnergyVerdict, LedgerEntries};
+pub use load::{DeliveredImpulse, PulseRequest};
 pub use pulses::Pulses;
 pub use sample::{Sample, Stamp};
 
 pub use crate::integrate::Work;
 use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
-use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
+use crate::scene::{Pulse, Scene};
 use drive::{DriveLaw, Torque};
 use engine::Engine;
 use ledger::Ledger;
+use load::Load;
 
-/// How often a step that fails is halved before the simulation gives up.
+/// A step that fails is halved this many times before the simulation gives up.
 const HALVINGS: u32 = 4;
-/// A step is cut into at most so many parts at the edges of pulses: a flood of pulses must not make steps late.
+/// Most parts into which the edges of pulses cut a step: a flood of pulses must not make steps late.
 const MOST_PARTS: usize = 5;
 /// A part of a step is no shorter than this part of it.
 const SHORTEST_PART: f64 = 1e-6;
-
-/// Longest duration and longest delay of a commanded pulse, s.
-const HOUR_S: f64 = 3600.0;
-
-/// A pulse asked for from outside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PulseRequest {
-    /// Mean torque, N·m.
-    pub torque_nm: f64,
-    /// Duration, s.
-    pub duration_s: f64,
-    /// Simulated time from now to its start, s.
-    pub delay_s: f64,
-    /// Shape.
-    pub shape: PulseShape,
-}
 
 /// When a command takes effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,14 +58,14 @@ pub struct Effective {
     pub sim_time_s: f64,
 }
 
-/// Everything needed to go on from where the simulation is, alike to the bit.
+/// The full state of a simulation: one that is restored from it goes on equal to the bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checkpoint {
     /// Steps since the epoch began.
     pub step: u64,
     /// The epoch.
     pub epoch: u64,
-    /// Coordinates, velocities and what else the integrator carries, in the model's own order.
+    /// Coordinates, velocities and further state of the integrator, in the model's own order.
     pub state: Vec<f64>,
     /// Pulses that wait or act.
     pub pulses: Vec<Pulse>,
@@ -88,38 +75,35 @@ pub struct Checkpoint {
     pub error: Option<ErrorEstimate>,
     /// Torque at the pivot at this instant, N·m.
     pub torque_nm: f64,
-    /// Angular impulse (N·m·s) delivered since the mean torque was last taken, and the time since then (s).
-    pub impulse: [f64; 2],
+    /// Impulse delivered since the mean torque was last taken.
+    pub delivered: DeliveredImpulse,
+}
+
+/// Observations of a simulation.
+struct Observed {
+    /// At t = 0.
+    start: Observation,
+    last: Observation,
+    /// Receives an observation, which replaces the last one if all its numbers are finite.
+    next: Observation,
 }
 
 /// A scene in motion.
 pub struct Simulation {
     engine: Box<dyn Engine>,
     law: DriveLaw,
-    constant_nm: f64,
-    own_pulses: Vec<Pulse>,
-    commands: Commands,
+    load: Load,
     step_s: f64,
     step: u64,
     epoch: u64,
-    pulses: Pulses,
     effort: Effort,
     iterates: bool,
-    /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
-    rises: bool,
-    /// Why torque has no effect on this scene, if so.
-    deaf: Option<PulseRefused>,
     ledger: Ledger,
     balance_tolerance: f64,
     /// `None` where the method cannot tell.
     error: Option<ErrorEstimate>,
-    start: Observation,
-    impulse_nm_s: f64,
-    impulse_over_s: f64,
-    observation: Observation,
-    /// Filled first, and kept only if it is good.
-    next: Observation,
-    /// The state before the step, to go back to.
+    observed: Observed,
+    /// The state before the step, restored if the step fails.
     saved: Vec<f64>,
     retried: u64,
 }
@@ -131,33 +115,25 @@ impl Simulation {
     /// [`BuildError`] when the model cannot compute the scene.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
-        let (constant_nm, own_pulses) = match &scene.drive {
-            Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
-            Drive::Motion(_) => (0.0, Vec::new()),
-        };
-        law.torque = Torque::constant(constant_nm);
+        let load = Load::new(scene);
+        law.torque = load.at(0.0);
         let mut simulation = Simulation {
             engine: build::engine(scene, &law)?,
             law,
-            constant_nm,
-            pulses: Pulses::with_capacity(scene.commands.pending_limit + own_pulses.len()),
-            own_pulses,
-            commands: scene.commands,
+            load,
             step_s: scene.solver.step_s,
             step: 0,
             epoch: 0,
             effort: Effort::default(),
             iterates: scene.solver.iterates(),
-            rises: scene.solver.integrator.order() == 4,
-            deaf: build::deaf(scene),
             ledger: Ledger::default(),
             balance_tolerance: scene.solver.balance_tolerance,
             error: None,
-            start: Observation::default(),
-            impulse_nm_s: 0.0,
-            impulse_over_s: 0.0,
-            observation: build::observation(scene),
-            next: build::observation(scene),
+            observed: Observed {
+                start: Observation::default(),
+                last: build::observation(scene),
+                next: build::observation(scene),
+            },
             saved: Vec::new(),
             retried: 0,
         };
@@ -172,15 +148,11 @@ impl Simulation {
     fn begin(&mut self) -> Result<(), Diverged> {
         self.engine.reset();
         self.step = 0;
-        self.pulses.clear();
-        for pulse in &self.own_pulses {
-            self.pulses.push(*pulse);
-        }
-        self.law.torque = Torque::constant(self.constant_nm);
-        self.take_mean_torque_nm();
+        self.load.reset();
+        self.law.torque = self.load.at(0.0);
         self.observe()?;
-        self.start.clone_from(&self.observation);
-        self.ledger = Ledger::new(self.observation.energy);
+        self.observed.start.clone_from(&self.observed.last);
+        self.ledger = Ledger::new(self.observed.last.energy);
         self.error = self.engine.local_error(self.step_s).map(|_| ErrorEstimate::default());
         Ok(())
     }
@@ -231,37 +203,16 @@ impl Simulation {
 
     /// Pulses that wait or act.
     pub fn pulses_pending(&self) -> usize {
-        self.pulses.len()
+        self.load.pulses.len()
     }
 
-    /// Takes a pulse in before the next step.
+    /// Adds a pulse before the next step.
     ///
     /// # Errors
     /// [`PulseRefused`] when a number is out of range or too many pulses are pending; nothing is changed then.
     pub fn add_pulse(&mut self, request: &PulseRequest) -> Result<Effective, PulseRefused> {
-        let PulseRequest { torque_nm, duration_s, delay_s, shape } = *request;
-        if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
-            return Err(PulseRefused::NotFinite);
-        }
-        if let Some(refused) = &self.deaf {
-            return Err(refused.clone());
-        }
-        if !(duration_s > 0.0 && duration_s <= HOUR_S) {
-            return Err(PulseRefused::Duration(duration_s));
-        }
-        if !(0.0..=HOUR_S).contains(&delay_s) {
-            return Err(PulseRefused::Delay(delay_s));
-        }
-        let limit_nm = self.commands.torque_limit_nm;
-        if torque_nm.abs() > limit_nm {
-            return Err(PulseRefused::Torque { torque_nm, limit_nm });
-        }
-        if self.pulses.len() >= self.commands.pending_limit {
-            return Err(PulseRefused::Pending(self.pulses.len()));
-        }
-        let start_s = self.time_s() + delay_s;
-        self.pulses.push(Pulse { start_s, torque_nm, duration_s, shape });
-        let waits = (delay_s / self.step_s).floor() as u64;
+        let start_s = self.load.add(request, self.time_s())?;
+        let waits = (request.delay_s / self.step_s).floor() as u64;
         Ok(Effective { step: self.step + waits + 1, sim_time_s: start_s })
     }
 
@@ -294,16 +245,9 @@ impl Simulation {
         self.step += 1;
         self.effort = effort;
         self.ledger = ledger;
-        self.impulse_nm_s += self.mean_torque_nm(from_s, to_s) * self.step_s;
-        self.law.torque = Torque::constant(self.constant_nm + self.pulses.value_nm(to_s));
-        self.impulse_over_s += self.step_s;
-        self.pulses.retire(to_s);
+        self.law.torque = self.load.at(to_s);
+        self.load.deliver(from_s, to_s, self.step_s);
         Ok(())
-    }
-
-    /// Mean torque over `[from_s, to_s]`, N·m.
-    fn mean_torque_nm(&self, from_s: f64, to_s: f64) -> f64 {
-        self.constant_nm + self.pulses.mean_nm(from_s, to_s)
     }
 
     /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a pulse to the next: a load
@@ -311,8 +255,8 @@ impl Simulation {
     fn advance_from_edge_to_edge(&mut self, mut from_s: f64, to_s: f64) -> Result<Taken, StepError> {
         let (mut taken, mut h_s) = (Taken::default(), self.step_s);
         let margin_s = SHORTEST_PART * self.step_s;
-        for _ in 1..if self.rises { MOST_PARTS } else { 1 } {
-            let Some(edge_s) = self.pulses.edge_within(from_s + margin_s, to_s - margin_s) else { break };
+        for _ in 1..if self.load.uses_torque_slope { MOST_PARTS } else { 1 } {
+            let Some(edge_s) = self.load.pulses.edge_within(from_s + margin_s, to_s - margin_s) else { break };
             taken += self.advance([from_s, edge_s], edge_s - from_s, 0)?;
             (from_s, h_s) = (edge_s, to_s - edge_s);
         }
@@ -323,8 +267,7 @@ impl Simulation {
     /// Goes on by `h_s`; a step that fails is tried in halves, those in halves again, and so on, [`HALVINGS`] deep. Both ends are given:
     /// `from_s + h_s` may round beyond the next step's beginning, and so into a pulse that begins there.
     fn advance(&mut self, [from_s, to_s]: [f64; 2], h_s: f64, depth: u32) -> Result<Taken, StepError> {
-        let rise_nm_per_s = if self.rises { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
-        self.law.torque = Torque { mean_nm: self.mean_torque_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s };
+        self.law.torque = self.load.during(from_s, to_s, h_s);
         let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < HALVINGS => failed,
             taken => {
@@ -346,16 +289,14 @@ impl Simulation {
 
     /// Mean torque since this was last asked (or the epoch began), N·m; the torque at this instant if no time has passed.
     pub fn take_mean_torque_nm(&mut self) -> f64 {
-        let mean = if self.impulse_over_s > 0.0 { self.impulse_nm_s / self.impulse_over_s } else { self.law.torque.mean_nm };
-        (self.impulse_nm_s, self.impulse_over_s) = (0.0, 0.0);
-        mean
+        self.load.take_mean_nm().unwrap_or(self.law.torque.mean_nm)
     }
 
     /// Driving torque of a sample taken now, N·m: the mean torque since the sample before; of a prescribed motion, the
     /// torque that it needed when it was observed last.
     pub fn take_driving_torque_nm(&mut self) -> f64 {
         let mean_nm = self.take_mean_torque_nm();
-        self.observation.motion_torque_nm.unwrap_or(mean_nm)
+        self.observed.last.motion_torque_nm.unwrap_or(mean_nm)
     }
 
     /// Looks at the present state.
@@ -364,12 +305,12 @@ impl Simulation {
     /// [`Diverged`] when accelerations cannot be solved for, or a number is not finite.
     pub fn observe(&mut self) -> Result<&Observation, Diverged> {
         let time_s = self.time_s();
-        self.engine.observe(&self.law, time_s, &mut self.next).map_err(|cause| self.diverged(cause.into()))?;
-        if !self.next.is_finite() {
+        self.engine.observe(&self.law, time_s, &mut self.observed.next).map_err(|cause| self.diverged(cause.into()))?;
+        if !self.observed.next.is_finite() {
             return Err(self.diverged(StepError::NotFinite.into()));
         }
-        std::mem::swap(&mut self.observation, &mut self.next);
-        Ok(&self.observation)
+        std::mem::swap(&mut self.observed.last, &mut self.observed.next);
+        Ok(&self.observed.last)
     }
 
     /// Verdict of the energy balance on the epoch so far.
@@ -389,12 +330,12 @@ impl Simulation {
 
     /// The observation at t = 0.
     pub fn start(&self) -> &Observation {
-        &self.start
+        &self.observed.start
     }
 
     /// The last observation.
     pub fn observation(&self) -> &Observation {
-        &self.observation
+        &self.observed.last
     }
 
     /// Energies and works of the present state.
@@ -406,7 +347,7 @@ impl Simulation {
     pub fn checkpoint(&self) -> Checkpoint {
         let mut state = Vec::new();
         self.engine.save(&mut state);
-        let pulses = self.pulses.iter().copied().collect();
+        let pulses = self.load.pulses.iter().copied().collect();
         Checkpoint {
             step: self.step,
             epoch: self.epoch,
@@ -415,7 +356,7 @@ impl Simulation {
             ledger: self.ledger.entries(),
             error: self.error,
             torque_nm: self.law.torque.mean_nm,
-            impulse: [self.impulse_nm_s, self.impulse_over_s],
+            delivered: self.load.delivered,
         }
     }
 
@@ -425,10 +366,9 @@ impl Simulation {
             return false;
         }
         (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
-        self.pulses.clear();
-        checkpoint.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
+        self.load.replace_pulses(&checkpoint.pulses);
         self.law.torque = Torque::constant(checkpoint.torque_nm);
-        [self.impulse_nm_s, self.impulse_over_s] = checkpoint.impulse;
+        self.load.delivered = checkpoint.delivered;
         self.error = checkpoint.error;
         let energy = self.engine.energy(&self.law, self.time_s());
         self.ledger = self.ledger.at(&checkpoint.ledger, energy);

@@ -2,7 +2,7 @@
 
 use super::{ActivePulse, BadCommand};
 use crate::scene::Pulse;
-use crate::simulation::{Checkpoint, ErrorEstimate, LedgerEntries, Stamp, Work};
+use crate::simulation::{Checkpoint, DeliveredImpulse, ErrorEstimate, LedgerEntries, Stamp, Work};
 
 /// Encodes a checkpoint.
 pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
@@ -12,7 +12,7 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         duration_s: pulse.duration_s,
         shape: super::shape(pulse.shape).into(),
     };
-    let [impulse_nm_s, impulse_over_s] = checkpoint.impulse;
+    let DeliveredImpulse { impulse_nm_s, over_s: impulse_over_s } = checkpoint.delivered;
     let LedgerEntries { work, fallen_j, worst_balance_j } = checkpoint.ledger;
     super::Checkpoint {
         stamp: Some(super::stamp(stamp)),
@@ -53,6 +53,6 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
         },
         error: message.error_estimate.as_slice().try_into().ok().map(ErrorEstimate::from_numbers),
         torque_nm: message.torque_nm,
-        impulse: [message.impulse_nm_s, message.impulse_over_s],
+        delivered: DeliveredImpulse { impulse_nm_s: message.impulse_nm_s, over_s: message.impulse_over_s },
     })
 }

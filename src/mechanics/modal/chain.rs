@@ -27,6 +27,16 @@ pub(super) struct LinkForces<const W: usize> {
     pub(super) functions: [Vector; W],
 }
 
+/// Sums of the magnitudes of forces in the last residual, for its relative size.
+#[derive(Debug, Clone, Copy, Default)]
+struct ForcesAtWork {
+    on_links_n: f64,
+    /// With those at the pivot.
+    force_n: f64,
+    /// With those at the pivot.
+    moment_nm: f64,
+}
+
 /// The chain and its present motion.
 #[derive(Debug, Clone)]
 pub(super) struct Chain<const W: usize> {
@@ -51,10 +61,7 @@ pub(super) struct Chain<const W: usize> {
     pub(super) forces: Vec<LinkForces<W>>,
     /// Force of the guide on the chain's end, N.
     pub(super) guide_n: f64,
-    /// Sum of the forces in the last residual, N.
-    force_at_work: f64,
-    /// Forces and moments at work in the last residual, those at the pivot included.
-    at_work: [f64; 2],
+    at_work: ForcesAtWork,
 }
 
 impl<const W: usize> Chain<W> {
@@ -111,8 +118,7 @@ impl<const W: usize> Chain<W> {
             tangent_row,
             end: Point::default(),
             guide_n: 0.0,
-            force_at_work: 0.0,
-            at_work: [0.0; 2],
+            at_work: ForcesAtWork::default(),
         }
     }
 
@@ -169,7 +175,7 @@ impl<const W: usize> Chain<W> {
             link.elastic.force(&q[own.clone()], &v[own.clone()], &mut r[own.clone()]);
             link.strong.force(&mut r[own]);
         }
-        self.force_at_work = self.size_of_forces_n(q);
+        self.at_work.on_links_n = self.size_of_forces_n(q);
     }
 
     /// Adds torque, spring and damper at the pivot to the residual of the motion present.
@@ -180,8 +186,9 @@ impl<const W: usize> Chain<W> {
             *r += torque * row;
         }
         let length: f64 = self.links.iter().map(|link| link.length_m).sum();
-        let (force, torque) = (self.force_at_work, torque.abs());
-        self.at_work = [force + torque / length, force * length + torque];
+        let (on_links_n, torque) = (self.at_work.on_links_n, torque.abs());
+        self.at_work =
+            ForcesAtWork { on_links_n, force_n: on_links_n + torque / length, moment_nm: on_links_n * length + torque };
     }
 
     /// The end's inertia less its loads, the guide's force included: what the last link must exert on it (global axes).
@@ -231,14 +238,14 @@ impl<const W: usize> Chain<W> {
 
     /// Largest of `r` relative to the forces and moments in the last residual.
     pub(super) fn residual_size(&self, r: &[f64]) -> f64 {
-        let [force, moment] = self.at_work;
+        let ForcesAtWork { force_n, moment_nm, .. } = self.at_work;
         let [mut on_angles, mut on_shapes] = [0.0_f64; 2];
         for (r, is_angle) in r.iter().zip(&self.is_angle) {
             let most = if *is_angle { &mut on_angles } else { &mut on_shapes };
             *most = most.max(r.abs());
         }
         let ratio = |most: f64, at_work: f64| if most == 0.0 { 0.0 } else { most / at_work };
-        ratio(on_angles, moment).max(ratio(on_shapes, force))
+        ratio(on_angles, moment_nm).max(ratio(on_shapes, force_n))
     }
 }
 

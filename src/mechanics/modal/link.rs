@@ -14,6 +14,13 @@ const LEAST_AXIAL_SINES: usize = 2;
 /// Axial coordinates where asked for: the stretch and one half-wave.
 const AXIAL_COORDINATES: usize = 2;
 
+/// Memory for the sums of the shapes.
+#[derive(Debug, Clone)]
+pub(super) struct Scratch {
+    series: Vec<f64>,
+    pub(super) pulls: Vec<f64>,
+}
+
 /// A link's constants and the present values of its field.
 ///
 /// `u_0 = (c, 0)` is the chord, `u_f = (a_f, η_f)` goes with function `g_f`. The first component depends on the bending
@@ -32,9 +39,7 @@ pub(super) struct Link<const W: usize> {
     pub(super) elastic: Elastic,
     /// Terms of strong bending, in the energy and in the chord's length.
     pub(super) strong: Strong,
-    /// Room for the shapes' sums.
-    series: Vec<f64>,
-    pub(super) pulls: Vec<f64>,
+    pub(super) scratch: Scratch,
     /// Field, velocities and accelerations in the frame of the chord, as if it stood still.
     pub(super) u: [Vector; W],
     pub(super) du: [Vector; W],
@@ -75,8 +80,7 @@ impl<const W: usize> Link<W> {
         u[0][0] = length;
         let strong = Strong::new(shapes.modes, length, bar.map_or(0.0, |bar| bar.bending_stiffness_nm2()));
         Self {
-            series: shapes.room(),
-            pulls: shapes.room(),
+            scratch: Scratch { series: shapes.room(), pulls: shapes.room() },
             strong,
             shapes,
             length_m: length,
@@ -110,8 +114,8 @@ impl<const W: usize> Link<W> {
         let n = self.bending;
         let own = self.at..self.at + n;
         let (eta, deta, ddeta) = (&q[own.clone()], &v[own.clone()], &a[own]);
-        self.shapes.gradient(eta, &mut self.series, &mut self.grad);
-        self.shapes.gradient(deta, &mut self.series, &mut self.dgrad);
+        self.shapes.gradient(eta, &mut self.scratch.series, &mut self.grad);
+        self.shapes.gradient(deta, &mut self.scratch.series, &mut self.dgrad);
         self.strong.advance(eta, deta);
         let mut taken = 0.0;
         for (i, [gradient, rate]) in self.strong.gradient().enumerate() {
@@ -147,7 +151,7 @@ impl<const W: usize> Link<W> {
     /// The second time derivative of the gradient, `−Q_fη̈` and, for the chord, that of strong bending's.
     pub(super) fn deform_gradient(&mut self, a: &[f64]) {
         let ddeta = &a[self.at..self.at + self.bending];
-        self.shapes.gradient(ddeta, &mut self.series, &mut self.ddgrad);
+        self.shapes.gradient(ddeta, &mut self.scratch.series, &mut self.ddgrad);
         let ddgrad = &mut self.ddgrad;
         self.strong.gradient_acceleration(ddeta, |i, x| ddgrad[i][0] += x);
     }

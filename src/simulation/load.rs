@@ -1,0 +1,132 @@
+//! The torque on the pivot: constant torque and pulses of the scene, pulses commanded from outside, and the impulse they deliver.
+
+use super::build;
+use super::drive::Torque;
+use super::error::PulseRefused;
+use super::pulses::Pulses;
+use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
+
+/// Longest duration and longest delay of a commanded pulse, s.
+const HOUR_S: f64 = 3600.0;
+
+/// A commanded pulse.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PulseRequest {
+    /// Mean torque, N·m.
+    pub torque_nm: f64,
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Simulated time from now to its start, s.
+    pub delay_s: f64,
+    /// Shape.
+    pub shape: PulseShape,
+}
+
+/// Angular impulse delivered since the mean torque was last taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DeliveredImpulse {
+    /// N·m·s.
+    pub impulse_nm_s: f64,
+    /// Simulated time over which it was delivered, s.
+    pub over_s: f64,
+}
+
+/// The torque of a scene, with all pulses that wait or act.
+pub(super) struct Load {
+    constant_nm: f64,
+    own_pulses: Vec<Pulse>,
+    limits: Commands,
+    /// Why torque has no effect on this scene, if it has none.
+    refuses_torque: Option<PulseRefused>,
+    pub pulses: Pulses,
+    pub delivered: DeliveredImpulse,
+    /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
+    pub uses_torque_slope: bool,
+}
+
+impl Load {
+    /// The load of a scene, without a pulse yet.
+    pub(super) fn new(scene: &Scene) -> Self {
+        let (constant_nm, own_pulses) = match &scene.drive {
+            Drive::Torque { constant_nm, pulses } => (*constant_nm, pulses.clone()),
+            Drive::Motion(_) => (0.0, Vec::new()),
+        };
+        Load {
+            constant_nm,
+            pulses: Pulses::with_capacity(scene.commands.pending_limit + own_pulses.len()),
+            own_pulses,
+            limits: scene.commands,
+            refuses_torque: build::refuses_torque(scene),
+            delivered: DeliveredImpulse::default(),
+            uses_torque_slope: scene.solver.integrator.order() == 4,
+        }
+    }
+
+    /// Returns to the scene's own pulses.
+    pub(super) fn reset(&mut self) {
+        self.replace_pulses(&self.own_pulses.clone());
+        self.delivered = DeliveredImpulse::default();
+    }
+
+    /// Replaces all pulses that wait or act.
+    pub(super) fn replace_pulses(&mut self, pulses: &[Pulse]) {
+        self.pulses.clear();
+        pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
+    }
+
+    /// Adds a commanded pulse at `now_s` and returns its start, s.
+    pub(super) fn add(&mut self, request: &PulseRequest, now_s: f64) -> Result<f64, PulseRefused> {
+        let PulseRequest { torque_nm, duration_s, delay_s, shape } = *request;
+        if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
+            return Err(PulseRefused::NotFinite);
+        }
+        if let Some(refused) = &self.refuses_torque {
+            return Err(refused.clone());
+        }
+        if !(duration_s > 0.0 && duration_s <= HOUR_S) {
+            return Err(PulseRefused::Duration(duration_s));
+        }
+        if !(0.0..=HOUR_S).contains(&delay_s) {
+            return Err(PulseRefused::Delay(delay_s));
+        }
+        let limit_nm = self.limits.torque_limit_nm;
+        if torque_nm.abs() > limit_nm {
+            return Err(PulseRefused::Torque { torque_nm, limit_nm });
+        }
+        if self.pulses.len() >= self.limits.pending_limit {
+            return Err(PulseRefused::Pending(self.pulses.len()));
+        }
+        let start_s = now_s + delay_s;
+        self.pulses.push(Pulse { start_s, torque_nm, duration_s, shape });
+        Ok(start_s)
+    }
+
+    /// Mean torque over `[from_s, to_s]`, N·m.
+    fn mean_nm(&self, from_s: f64, to_s: f64) -> f64 {
+        self.constant_nm + self.pulses.mean_nm(from_s, to_s)
+    }
+
+    /// The torque during a step of `h_s` from `from_s` to `to_s`.
+    pub(super) fn during(&self, from_s: f64, to_s: f64, h_s: f64) -> Torque {
+        let rise_nm_per_s = if self.uses_torque_slope { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
+        Torque { mean_nm: self.mean_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s }
+    }
+
+    /// The torque just before `time_s`.
+    pub(super) fn at(&self, time_s: f64) -> Torque {
+        Torque::constant(self.constant_nm + self.pulses.value_nm(time_s))
+    }
+
+    /// Adds the impulse of a step of `h_s`, and drops the pulses that are over.
+    pub(super) fn deliver(&mut self, from_s: f64, to_s: f64, h_s: f64) {
+        self.delivered.impulse_nm_s += self.mean_nm(from_s, to_s) * h_s;
+        self.delivered.over_s += h_s;
+        self.pulses.retire(to_s);
+    }
+
+    /// Mean torque since this was last called, N·m; `None` if no time has passed.
+    pub(super) fn take_mean_nm(&mut self) -> Option<f64> {
+        let DeliveredImpulse { impulse_nm_s, over_s } = std::mem::take(&mut self.delivered);
+        (over_s > 0.0).then(|| impulse_nm_s / over_s)
+    }
+}
