@@ -1,8 +1,8 @@
 //! Two counterweights that hold the centre of mass still (thesis 4.12), and what they cost.
 
-use super::columns::QuantityKind;
 use super::machine::CycleInstant;
 use super::setup::Setup;
+use super::units::QuantityKind;
 use super::{CycleError, Options};
 use crate::scene::{Chain, Link, SceneSource};
 use crate::study::Table;

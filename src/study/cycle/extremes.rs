@@ -1,6 +1,6 @@
 //! Smallest and largest values of the columns.
 
-use super::columns::words;
+use super::units::words;
 use crate::study::Table;
 
 /// The least and the greatest of one column over one turn, on the turn's own grid of angles.

@@ -47,13 +47,14 @@ mod extremes;
 mod machine;
 mod setup;
 mod sweep;
+mod units;
 
 pub use balance::{Arms, balance};
-pub use columns::words;
 pub use error::CycleError;
 pub use extremes::{Extreme, ExtremeValue, Extremes, extremes};
 pub use setup::speed_rad_per_s;
 pub use sweep::{ratios_between, sweep};
+pub use units::words;
 
 use super::Table;
 use crate::scene::SceneSource;

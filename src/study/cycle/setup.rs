@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::columns::Units;
 use super::machine::{CycleInstant, Machine};
+use super::units::Units;
 use super::{CycleError, Options};
 use crate::scene::{Chain, Drive, End, Motion, Resistance, Scene, SceneSource};
 

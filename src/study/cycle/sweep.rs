@@ -4,9 +4,9 @@
 //! `λ`, and faster than the swept volume relative to the machine's size. At a given stroke, piston acceleration grows only
 //! by `1 + λ` while the machine's length, `1 + 1/(2 λ)` strokes, falls: divide by `stroke_m` to see that.
 
-use super::columns::QuantityKind;
 use super::machine::CycleInstant;
 use super::setup::Setup;
+use super::units::QuantityKind;
 use super::{CycleError, Options};
 use crate::scene::SceneSource;
 use crate::study::Table;
