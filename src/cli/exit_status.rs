@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-/// How a command ended, by exit code.
+/// The end of a command, by exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ExitStatus {
     /// Success: 0.

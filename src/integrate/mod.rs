@@ -41,7 +41,7 @@
 //! With steps cut at the edges of pulses, as they are now, the pulses are stronger and the last row lacks 0.023.
 //!
 //! SDIRK4 (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.6) for the whole step lacked 0.01, but its weights of up to 8
-//! multiply Newton's tolerance, and the order of a rigid chain fell. What is done takes every step of R2 with 8 to 64 elements at 1 and
+//! multiply Newton's tolerance, and the order of a rigid chain fell. The present scheme takes every step of R2 with 8 to 64 elements at 1 and
 //! 0.2 ms without a retry.
 //!
 //! Undamped, ϑ = ½ breaks down where a load excites what the step cannot resolve: a step torque on chains of 4 to 64 beam

@@ -120,8 +120,8 @@ pub struct State {
     /// Velocities at the present time.
     pub v: Vec<f64>,
     /// Accelerations last solved for. ESDIRK: at the present time. Generalised-α: at the present time, under the load carried on to
-    /// it. Two-point: at the last point of collocation. Runge–Kutta: at the beginning of the last step. What is published comes from
-    /// [`solve_acceleration`].
+    /// it. Two-point: at the last point of collocation. Runge–Kutta: at the beginning of the last step. Published accelerations come
+    /// from [`solve_acceleration`].
     pub a: Vec<f64>,
     /// ESDIRK's prediction of accelerations at the middle of the next step; generalised-α's auxiliary accelerations; the two-point
     /// method's mean accelerations between the last two collocation points; velocities of Runge–Kutta's last stage.
@@ -158,7 +158,7 @@ impl AddAssign for Effort {
     }
 }
 
-/// How the error of one step follows from a vector that the scheme leaves behind.
+/// The error of one step, from a vector that the scheme leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ErrorTerm<'a> {
     /// The vector times the factor.

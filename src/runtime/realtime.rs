@@ -11,7 +11,7 @@ const PRIORITY: u8 = 80;
 /// While this file is open with a zero in it, processors do not enter deep sleep.
 const LATENCY: &str = "/dev/cpu_dma_latency";
 
-/// The requests and their results. What the system granted is released when this is dropped.
+/// The requests and their results. Dropping this releases everything that the system granted.
 #[derive(Debug)]
 pub(super) struct Granted {
     words: Vec<String>,

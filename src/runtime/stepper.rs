@@ -50,7 +50,7 @@ impl Default for SteppingOptions {
     }
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ending {
     /// The simulation reached `until_s`.
@@ -71,7 +71,7 @@ pub enum Ending {
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSummary {
-    /// How the run ended.
+    /// The end of the run.
     pub ending: Ending,
     /// Number of dropped samples.
     pub dropped: u64,

@@ -21,7 +21,7 @@ const COMMAND_TIME: Duration = Duration::from_micros(10);
 /// The real-time settings hold for the whole process, so they are logged once.
 static LOGGED: Once = Once::new();
 
-/// How the stepping thread waits and is scheduled.
+/// Waiting and scheduling of the stepping thread.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ThreadOptions {
     /// Busy-waiting time before a deadline.

@@ -74,7 +74,7 @@ impl SceneText {
     }
 }
 
-/// A value as TOML. What does not begin as other values do is a bare word: a string.
+/// A value as TOML. Text that begins like no other value is a bare word: a string.
 fn read(text: &str) -> Result<Value, String> {
     let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
     text.parse().or_else(|error: toml_edit::TomlError| match is_word {

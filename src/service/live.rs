@@ -78,7 +78,7 @@ pub struct Resumption {
 /// The result of a run.
 #[derive(Debug)]
 pub struct LiveReport {
-    /// How the run ended.
+    /// The end of the run.
     pub ending: Ending,
     /// The last published angles, if the scene has any.
     pub angles: Option<Angles>,

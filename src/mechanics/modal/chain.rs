@@ -7,7 +7,7 @@ use super::plane::{Vector, add, add_scaled, scale, subtract};
 use crate::mechanics::mechanism::Input;
 use crate::scene::{self, Base};
 
-/// How a link's chord angle follows from the coordinates.
+/// The chord angle of a link, from the coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ChordAngle {
     /// `β = q_k`.

@@ -2,7 +2,7 @@
 
 use crate::simulation::{Cause, EnergyVerdict};
 
-/// How a cell ended. The first four are clean ends; the others are faults of the program.
+/// The end of a cell. The first four are clean ends; the others are faults of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Category {
     /// Ran to its end, within the bound of its reference.
@@ -71,7 +71,7 @@ impl Category {
 /// The end of a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// How it ended.
+    /// The end.
     pub category: Category,
     /// Largest error over the run: of position over the cell's [`Measure`](super::Measure), or, where no reference reaches, of the
     /// energy balance over the energy put in. `None` when it did not get that far.

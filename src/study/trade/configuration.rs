@@ -54,8 +54,8 @@ impl Family {
         scene
     }
 
-    /// Modes of each link, up to one frequency for all, at least one: of pinned bars `ω_n = n² Ω`, `Ω = (π/l)² √(EJ/ρA)`. What the
-    /// pulse and the step of one link can follow, those of another can as well.
+    /// Modes of each link, up to one frequency for all, at least one: of pinned bars `ω_n = n² Ω`, `Ω = (π/l)² √(EJ/ρA)`. A
+    /// frequency that pulse and step can follow on one link, they can follow on another.
     fn modes(&self, chain: &Chain) -> Vec<usize> {
         let frequencies = || chain.links.iter().zip(&self.rigid).map(|(link, rigid)| if *rigid { None } else { frequency(link) });
         let lowest = frequencies().flatten().fold(f64::INFINITY, f64::min);
