@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use zenoh::bytes::ZBytes;
 
-use super::keys::Topic;
 use crate::simulation::Sample;
-use crate::wire::{Snapshot, TelemetryEncoder};
+use crate::wire::{Snapshot, TelemetryEncoder, Topic};
 
 /// The snapshot's entry for one topic.
 #[derive(Debug, Default)]

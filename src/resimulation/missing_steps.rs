@@ -1,12 +1,12 @@
 //! Missing steps: samples that were due by the publishing rate and are not in the recording, and why.
 
-use super::event::{Event, resets};
+use super::event::resets;
 use super::finding::{Finding, LossReason};
 use super::recorded_session::RecordedSession;
 use super::resimulator::EpochStep;
 use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::System;
-use crate::wire::{Gap, status::State};
+use crate::wire::{Gap, Message, status::State};
 
 /// Largest number of missing ranges kept for the report.
 const LIMIT: usize = 1000;
@@ -78,22 +78,22 @@ impl MissingSteps {
     }
 
     /// Adds message number `number` of the file, with sequence number `sequence` on its channel.
-    pub(super) fn take(&mut self, event: &Event, sequence: u32, number: u64) {
+    pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64) {
         let Some(stamp) = event.stamp() else { return };
         let at = (stamp.epoch, stamp.step);
         match event {
-            Event::Displacements(_) => self.arrived("displacements", at, sequence, number),
-            Event::Angles(_) => self.arrived("angles", at, sequence, number),
-            Event::Loads(_) => self.arrived("loads", at, sequence, number),
-            Event::Energies(_) => self.arrived("energies", at, sequence, number),
+            Message::Displacements(_) => self.arrived("displacements", at, sequence, number),
+            Message::Angles(_) => self.arrived("angles", at, sequence, number),
+            Message::Loads(_) => self.arrived("loads", at, sequence, number),
+            Message::Energies(_) => self.arrived("energies", at, sequence, number),
             // Samples are expected from here on, in a new epoch.
-            Event::Checkpoint(_) => {
+            Message::Checkpoint(_) => {
                 let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
                 self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
             }
             // Everything due before the status was published before it.
-            Event::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
-            Event::Command(command) => {
+            Message::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
+            Message::Commands(command) => {
                 if sequence != self.next_command {
                     self.numbers_after_missing_commands.push(number);
                 }

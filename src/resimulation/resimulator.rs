@@ -2,12 +2,10 @@
 
 use std::time::SystemTime;
 
-use prost::Message as _;
-
-use super::event::{Event, resets};
+use super::event::resets;
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
-use crate::wire::{self, AppliedCommand, BadCommand, TelemetryEncoder, applied_command};
+use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, applied_command};
 
 /// A simulation that follows a recording.
 pub(super) struct Resimulator {
@@ -147,44 +145,31 @@ impl Resimulator {
 
     /// Re-simulates a recorded message of the present instant, except for fields that only the wall clock and the service
     /// determine. `None` if the message is not computed.
-    pub(super) fn recompute(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
-        if recorded.is_of_sample() {
+    pub(super) fn recompute(&mut self, recorded: &Message) -> Result<Option<Message>, Diverged> {
+        if recorded.topic().is_telemetry() {
             self.observe()?;
         }
-        let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
-        let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });
-        Ok(match recorded {
-            Event::Displacements(_) => {
-                if !self.telemetry.turns() {
-                    // Without loads, the mean torque follows the displacements.
-                    self.simulation.take_driving_torque_nm();
-                }
-                Some(wire::Displacements { stamp, ..self.telemetry.displacements(&self.sample) }.encode_to_vec())
+        let computed = match recorded {
+            Message::Checkpoint(_) => {
+                Some(Message::Checkpoint(Box::new(wire::checkpoint(&self.simulation.checkpoint(), &self.stamp()))))
             }
-            Event::Angles(_) => Some(wire::Angles { stamp, ..self.telemetry.angles(&self.sample) }.encode_to_vec()),
-            Event::Loads(_) => {
+            Message::Status(status) => Some(Message::Status(Box::new((**status).clone().with_account(&self.simulation)))),
+            Message::Displacements(_) if !self.telemetry.turns() => {
+                // Without loads, the mean torque follows the displacements.
+                self.simulation.take_driving_torque_nm();
+                self.telemetry.message(recorded.topic(), &self.sample)
+            }
+            Message::Loads(_) => {
                 self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
-                Some(wire::Loads { stamp, ..self.telemetry.loads(&self.sample) }.encode_to_vec())
+                self.telemetry.message(recorded.topic(), &self.sample)
             }
-            Event::Energies(_) => Some(wire::Energies { stamp, ..self.telemetry.energies(&self.sample) }.encode_to_vec()),
-            Event::Checkpoint(_) => {
-                let computed = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
-                Some(wire::Checkpoint { stamp, ..computed }.encode_to_vec())
-            }
-            Event::Status(status) => Some(self.status(status).encode_to_vec()),
-            Event::Command(_) | Event::Gap(_) | Event::Other => None,
-        })
-    }
-
-    /// Re-simulates energies, works, verdict and estimated error of a status.
-    fn status(&self, recorded: &wire::Status) -> wire::Status {
-        let status = wire::Status {
-            stamp: Some(wire::Stamp {
-                wall_time: recorded.stamp.and_then(|stamp| stamp.wall_time),
-                ..wire::stamp(&self.stamp())
-            }),
-            ..recorded.clone()
+            recorded => self.telemetry.message(recorded.topic(), &self.sample),
         };
-        status.with_account(&self.simulation)
+        let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
+        let stamp = wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) };
+        Ok(computed.map(|mut computed| {
+            computed.set_stamp(stamp);
+            computed
+        }))
     }
 }

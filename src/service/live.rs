@@ -13,7 +13,7 @@ use super::ServiceError;
 use super::drop_ledger::DropLedger;
 use super::output_worker::{Closed, OnStatus, OutputWorker, RecordingTarget, serve};
 use super::scene_update_timer::SceneUpdateTimer;
-use crate::bus::{BusError, Name, ServiceEndpoint, Session, client};
+use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
     Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
@@ -267,7 +267,8 @@ fn output_worker(
         },
     };
     let recorder = live.record.map(|path| target.start(&path)).transpose()?;
-    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, Some(inbox))?;
+    let commands = bus::service_commands(session, &live.name, inbox)?;
+    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, commands)?;
     Ok(OutputWorker {
         name: live.name,
         endpoint,

@@ -15,9 +15,6 @@ use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, 
 use crate::simulation::{Checkpoint, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, TelemetryEncoder, applied_command, control::Action};
 
-/// Last chunk of the key that checkpoints are recorded under. They are not published.
-const CHECKPOINT: &str = "checkpoint";
-
 /// The telemetry topics, in the order of [`DueTopics::by_topic`].
 const TELEMETRY_TOPICS: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
 
@@ -208,22 +205,22 @@ impl OutputWorker {
             match (wanted, recorded) {
                 (true, true) => {
                     self.endpoint.put(topic, number, payload.clone());
-                    self.record(topic.chunk(), topic.schema(), payload, stamp);
+                    self.record(topic, payload, stamp);
                 }
                 (true, false) => self.endpoint.put(topic, number, payload),
-                (false, _) => self.record(topic.chunk(), topic.schema(), payload, stamp),
+                (false, _) => self.record(topic, payload, stamp),
             }
         }
         before
     }
 
-    /// Records a message under the key that ends in `chunk`, or counts it as dropped.
-    fn record(&mut self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
+    /// Records a message, or counts it as dropped.
+    fn record(&mut self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) {
         self.last_stamp = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
-        if !recorder.record(self.message(chunk, schema, payload, stamp)) && !self.check_recording_ended() {
+        if !recorder.record(self.message(topic, payload, stamp)) && !self.check_recording_ended() {
             self.shared.count_dropped();
-            self.drops.count_unrecorded(chunk, stamp);
+            self.drops.count_unrecorded(topic.chunk(), stamp);
         }
     }
 
@@ -242,20 +239,20 @@ impl OutputWorker {
         true
     }
 
-    fn message(&self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) -> recording::Message {
+    fn message(&self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) -> recording::Message {
         recording::Message {
-            topic: self.name.key(chunk),
-            schema,
+            topic: self.name.topic(topic),
+            schema: topic.schema(),
             payload,
             log_time_ns: self.target.session.log_time_ns(stamp.session_s()),
             publish_time_ns: recording::nanoseconds(stamp.wall),
-            begins_part: chunk == CHECKPOINT,
+            begins_part: topic == Topic::Checkpoint,
         }
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint, stamp: &Stamp) {
         let message = wire::checkpoint(checkpoint, stamp);
-        self.record(CHECKPOINT, "flexcrank.v1.Checkpoint", message.encode_to_vec(), stamp);
+        self.record(Topic::Checkpoint, message.encode_to_vec(), stamp);
     }
 
     /// Adds samples dropped by the stepping thread to the drop ledger.
@@ -279,7 +276,7 @@ impl OutputWorker {
     fn publish_gaps(&mut self, stamp: &Stamp) {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
-            let message = self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), stamp);
+            let message = self.message(Topic::Gaps, payload.clone(), stamp);
             if self.recorder.as_ref().is_none_or(|recorder| recorder.record(message)) {
                 self.endpoint.publish(Topic::Gaps, payload);
             } else {
@@ -340,7 +337,7 @@ impl OutputWorker {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
             if let Some(now) = self.last_stamp {
-                recorder.record_blocking(self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), &now));
+                recorder.record_blocking(self.message(Topic::Gaps, payload.clone(), &now));
             }
             self.endpoint.publish(Topic::Gaps, payload);
         }

@@ -6,6 +6,7 @@ mod commands;
 mod scene_update;
 mod shape;
 mod telemetry;
+mod topic;
 
 pub use checkpoint::{checkpoint, recorded_checkpoint};
 use commands::pulse_shape;
@@ -13,6 +14,7 @@ pub use commands::{BadCommand, pulse_message, pulse_request, replay_action, shap
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};
 pub use telemetry::{TelemetryEncoder, stamp, timestamp};
+pub use topic::{Message, Topic};
 
 pub use messages::*;
 
@@ -41,6 +43,3 @@ pub const EVERY_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), 
 pub fn descriptor_set(schema: &str) -> &'static [u8] {
     if schema.starts_with("foxglove.") { FOXGLOVE_DESCRIPTOR_SET } else { DESCRIPTOR_SET }
 }
-
-/// Protobuf package of all flexcrank messages.
-pub const PACKAGE: &str = "flexcrank.v1";

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant, SystemTime};
 
-use prost::Message as _;
+use prost::{Message as _, Name as _};
 
 use super::command::{RATES, ReplayAction, ReplayCommand, refuse};
 use super::read_ahead::ReadAhead;
@@ -16,7 +16,7 @@ use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, s
 use crate::recording::{RecordedMessage, RecordingFile};
 use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
 use crate::service::{OnStatus, ServiceError};
-use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
+use crate::wire::{self, AppliedCommand, CommandReply, Control, Status, TorquePulse, applied_command::Command, status::State};
 
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
 /// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
@@ -332,10 +332,10 @@ impl<'a> Player<'a> {
         let keys = &self.routes.commands;
         match applied.command {
             Some(Command::Torque(pulse)) => {
-                client::put(self.session, &keys.torque, &pulse.encode_to_vec(), "flexcrank.v1.TorquePulse")?;
+                client::put(self.session, &keys.torque, &pulse.encode_to_vec(), &TorquePulse::full_name())?;
             }
             Some(Command::Control(control)) => {
-                client::put(self.session, &keys.control, &control.encode_to_vec(), "flexcrank.v1.Control")?;
+                client::put(self.session, &keys.control, &control.encode_to_vec(), &Control::full_name())?;
             }
             None => {}
         }
