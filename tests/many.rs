@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use common::{Outcome, Service, linked_sessions, scene};
 use flexcrank::bus::{self, BusOptions, Name, ServiceEndpoint, Topic, client};
-use flexcrank::runtime::{Ending, Pace, PublishRate, Spin, SteppingOptions, ThreadOptions};
+use flexcrank::runtime::{Ending, Pace, Spin, SteppingOptions, ThreadOptions};
 use flexcrank::service::{self, LiveSimulation};
-use flexcrank::simulation::Simulation;
+use flexcrank::simulation::{PublishRate, Simulation};
 use flexcrank::wire::{AppliedCommand, Loads, Status, TorquePulse};
 
 /// Time for a message or reply on a busy machine.

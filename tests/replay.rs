@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::{self, BusError, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::RecordingFile;
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
 use flexcrank::service::{ReplayAction, ReplayCommand, ReplayOptions, ReplayReport, ServiceError, replay};
+use flexcrank::simulation::PublishRate;
 use flexcrank::wire::{
     self, AppliedCommand, CommandReply, ReplayControl, Status, applied_command, replay_control, status::State,
 };

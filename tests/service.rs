@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
 use flexcrank::recording::{Export, Messages, export};
-use flexcrank::runtime::{Ending, Pace, PublishRate, PublishRates};
+use flexcrank::runtime::{Ending, Pace};
 use flexcrank::scene::SceneSource;
-use flexcrank::simulation::Simulation;
+use flexcrank::simulation::{PublishRate, PublishRates, Simulation};
 use flexcrank::wire::{self, Angles, AppliedCommand, Displacements, Energies, Loads, Status, TorquePulse, control::Action};
 use prost::Message;
 

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 use super::event::resets;
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
-use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, applied_command};
+use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
 
 /// A simulation that follows a recording.
 pub(super) struct Resimulator {
@@ -44,9 +44,7 @@ impl Resimulator {
     /// Starts at the beginning of a scene.
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
-        let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-        let sample =
-            Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
+        let sample = simulation.blank_sample();
         let telemetry = TelemetryEncoder::new(&scene.system, simulation.start());
         Ok(Resimulator { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
@@ -64,13 +62,7 @@ impl Resimulator {
     }
 
     pub(super) fn stamp(&self) -> Stamp {
-        Stamp {
-            step: self.simulation.step_count(),
-            epoch: self.simulation.epoch(),
-            sim_time_s: self.simulation.time_s(),
-            epoch_start_s: self.epoch_start_s,
-            wall: SystemTime::UNIX_EPOCH,
-        }
+        self.simulation.stamp(self.epoch_start_s, SystemTime::UNIX_EPOCH)
     }
 
     /// Restores a recorded state; returns `false`, and changes nothing, if the state does not fit the scene.
@@ -135,9 +127,8 @@ impl Resimulator {
     /// Observes the present instant.
     pub(super) fn observe(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
-            self.sample.observation.clone_from(self.simulation.observe()?);
-            self.sample.ledger = self.simulation.ledger();
-            self.sample.stamp = self.stamp();
+            let stamp = self.stamp();
+            self.simulation.sample(&mut self.sample, stamp)?;
             self.observed = Some(self.instant());
         }
         Ok(&self.sample)
@@ -153,8 +144,10 @@ impl Resimulator {
             Message::Checkpoint(_) => {
                 Some(Message::Checkpoint(Box::new(wire::checkpoint(&self.simulation.checkpoint(), &self.stamp()))))
             }
-            Message::Status(status) => Some(Message::Status(Box::new((**status).clone().with_account(&self.simulation)))),
-            Message::Displacements(_) if !self.telemetry.turns() => {
+            Message::Status(status) => {
+                Some(Message::Status(Box::new((**status).clone().with_account(self.simulation.account()))))
+            }
+            Message::Displacements(_) if !self.telemetry.has(Topic::Loads) => {
                 // Without loads, the mean torque follows the displacements.
                 self.simulation.take_driving_torque_nm();
                 self.telemetry.message(recorded.topic(), &self.sample)

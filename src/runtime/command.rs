@@ -21,6 +21,13 @@ pub enum Request {
     Control(control::Action),
 }
 
+impl Request {
+    /// Whether it starts or stops a recording.
+    pub fn is_of_recording(&self) -> bool {
+        matches!(self, Request::Control(control::Action::StartRecording(_) | control::Action::StopRecording(_)))
+    }
+}
+
 /// Sends the reply of a command. Called off the stepping thread.
 pub type ReplyTo = Box<dyn FnOnce(CommandReply) + Send>;
 

@@ -22,6 +22,15 @@ pub struct DurationQuantiles {
     pub max_s: f64,
 }
 
+/// A [`DurationHistogram`] in short.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DurationSummary {
+    /// Its quantiles.
+    pub quantiles: DurationQuantiles,
+    /// Its counts in bins that double from 1 ns on.
+    pub histogram: wire::Histogram,
+}
+
 /// A histogram of durations with a resolution of two digits, from 1 ns to 100 s.
 pub struct DurationHistogram {
     nanoseconds: Histogram<u64>,
@@ -48,10 +57,10 @@ impl DurationHistogram {
         (!self.nanoseconds.is_empty()).then(|| DurationQuantiles { p50_s: at(0.5), p99_s: at(0.99), p999_s: at(0.999), max_s })
     }
 
-    /// Returns the counts in bins that double from 1 ns on; `None` if the histogram is empty.
-    pub fn histogram(&self) -> Option<wire::Histogram> {
+    /// Returns quantiles and counts; `None` if the histogram is empty.
+    pub fn summary(&self) -> Option<DurationSummary> {
         let counts = || self.nanoseconds.iter_log(1, 2.0).map(|bin| bin.count_since_last_iteration()).collect();
-        (!self.nanoseconds.is_empty()).then(|| wire::Histogram { counts: counts() })
+        self.quantiles().map(|quantiles| DurationSummary { quantiles, histogram: wire::Histogram { counts: counts() } })
     }
 }
 
@@ -63,11 +72,11 @@ mod tests {
     #[test]
     fn val_histogram_bins_double() {
         let mut histogram = DurationHistogram::new().unwrap();
-        assert_eq!((histogram.histogram(), histogram.quantiles()), (None, None));
+        assert_eq!(histogram.summary(), None);
         for nanoseconds in [0, 1, 2, 3, 4, 7, 8, 1000] {
             histogram.record(Duration::from_nanos(nanoseconds));
         }
-        let counts = histogram.histogram().unwrap().counts;
+        let counts = histogram.summary().unwrap().histogram.counts;
         assert_eq!(&counts[..6], [1, 1, 2, 2, 1, 0], "{counts:?}");
         assert_eq!((counts.iter().sum::<u64>(), counts.len()), (8, 11), "the last from 512 to 1023");
         assert_eq!(counts.last(), Some(&1));

@@ -3,6 +3,7 @@
 mod account;
 mod checkpoint;
 mod commands;
+mod rates;
 mod scene_update;
 mod shape;
 mod telemetry;
@@ -11,6 +12,7 @@ mod topic;
 pub use checkpoint::{checkpoint, recorded_checkpoint};
 use commands::pulse_shape;
 pub use commands::{BadCommand, pulse_message, pulse_request, replay_action, shape};
+pub use rates::BadRates;
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};
 pub use telemetry::{TelemetryEncoder, stamp, timestamp};

@@ -37,9 +37,9 @@ impl TelemetryEncoder {
         TelemetryEncoder { names, turns: matches!(system, System::Chain(_)), start: start.clone() }
     }
 
-    /// Whether the mechanism rotates: an oscillator has neither angles nor loads.
-    pub fn turns(&self) -> bool {
-        self.turns
+    /// Whether the mechanism has a telemetry topic: an oscillator has neither angles nor loads.
+    pub fn has(&self, topic: Topic) -> bool {
+        self.turns || !matches!(topic, Topic::Angles | Topic::Loads)
     }
 
     fn links<'a>(&'a self, sample: &'a Sample) -> impl Iterator<Item = (&'static str, &'a LinkObservation, &'a LinkObservation)> {

@@ -6,6 +6,7 @@ use prost::{DecodeError, Message as _, Name as _};
 
 use super::foxglove::SceneUpdate;
 use super::messages::{Angles, AppliedCommand, Checkpoint, Displacements, Energies, Gap, Loads, Overruns, Shadow, Stamp, Status};
+use crate::simulation::PerTelemetry;
 
 /// Declares topics with a stamped message each, and then topics with messages for viewers, which have no stamp.
 macro_rules! catalogue {
@@ -118,6 +119,25 @@ impl Topic {
     /// Whether the topic is published; a checkpoint is only recorded.
     pub fn is_published(self) -> bool {
         self != Topic::Checkpoint
+    }
+}
+
+impl<T> PerTelemetry<T> {
+    /// The values with their topics.
+    pub fn by_topic(self) -> [(Topic, T); 4] {
+        let PerTelemetry { displacements, angles, loads, energies } = self;
+        [(Topic::Displacements, displacements), (Topic::Angles, angles), (Topic::Loads, loads), (Topic::Energies, energies)]
+    }
+
+    /// The value of a topic; `None` for any other than these four.
+    pub fn get_mut(&mut self, topic: Topic) -> Option<&mut T> {
+        match topic {
+            Topic::Displacements => Some(&mut self.displacements),
+            Topic::Angles => Some(&mut self.angles),
+            Topic::Loads => Some(&mut self.loads),
+            Topic::Energies => Some(&mut self.energies),
+            _ => None,
+        }
     }
 }
 

@@ -14,11 +14,11 @@ use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport};
 use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
 use crate::recording::{RecordedMessage, RecordingFile};
-use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
+use crate::runtime::{Approach, DurationHistogram, ReplyCache, STATUS_PERIOD, approach, exact_timers};
+use crate::service::status::with_lateness;
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Control, Status, TorquePulse, applied_command::Command, status::State};
 
-const STATUS_PERIOD: Duration = Duration::from_millis(500);
 /// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
 const SPIN: Duration = Duration::from_micros(100);
 /// Time between two looks at the subscriptions.
@@ -344,7 +344,6 @@ impl<'a> Player<'a> {
 
     fn status(&mut self, state: State) {
         self.next_status = self.clock.elapsed() + STATUS_PERIOD;
-        let lateness = self.lateness.quantiles();
         let file = file_name(&self.replay.file);
         let status = Status {
             stamp: Some(wire::Stamp {
@@ -354,10 +353,6 @@ impl<'a> Player<'a> {
             }),
             state: state.into(),
             real_time_factor: self.timeline.achieved_rate(),
-            lateness_p50_s: lateness.map(|all| all.p50_s),
-            lateness_p99_s: lateness.map(|all| all.p99_s),
-            lateness_p999_s: lateness.map(|all| all.p999_s),
-            lateness_max_s: lateness.map(|all| all.max_s),
             message: format!("replaying {file}"),
             replay: Some(wire::Replay {
                 file,
@@ -365,7 +360,7 @@ impl<'a> Player<'a> {
                 rate: self.timeline.rate(),
                 paused: !self.timeline.is_running(),
             }),
-            ..Status::default()
+            ..with_lateness(self.lateness.quantiles())
         };
         (self.on_status)(&status);
         self.endpoint.publish(Topic::Status, status.encode_to_vec());
