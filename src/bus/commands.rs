@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use prost::Message as _;
+use prost::{DecodeError, Message as _};
 use zenoh::bytes::ZBytes;
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::Subscriber;
@@ -22,9 +22,11 @@ const PAYLOAD_LIMIT: usize = 4096;
 /// Length limit of a command's id, bytes: the reply cache keeps tens of thousands.
 const ID_LIMIT: usize = 128;
 
+/// A command's payload, or why it is not admitted.
+type Payload = Result<Vec<u8>, BadCommand>;
 /// The id and the request of a command, or its id as far as it was readable and why it is refused.
 type Decoded<T> = Result<(String, T), (String, BadCommand)>;
-type Decode<T> = fn(&[u8]) -> Decoded<T>;
+type Decode<T> = fn(Payload) -> Decoded<T>;
 type Handle<T> = Arc<dyn Fn(Decoded<T>, ReplyTo) + Send + Sync>;
 
 /// A key that accepts commands.
@@ -81,7 +83,7 @@ impl CommandKey {
         let put = move |sample: Sample| {
             let refusal_log = put_log.clone();
             let payload = admitted(&put_key, sample.key_expr(), Some(sample.payload()));
-            handle_put(decoded(payload, decode), Box::new(move |reply| refusal_log.record(&reply)));
+            handle_put(decode(payload), Box::new(move |reply| refusal_log.record(&reply)));
         };
         let (handle, own_key) = (Arc::clone(handle), key.clone());
         let query = move |query: Query| {
@@ -91,7 +93,7 @@ impl CommandKey {
             }
             let key = own_key.clone();
             let reply = move |reply: CommandReply| answer(&query, &key, reply.encode_to_vec(), protobuf_of::<CommandReply>());
-            handle(decoded(payload, decode), Box::new(reply));
+            handle(decode(payload), Box::new(reply));
         };
         let queryable = session.declare_queryable(key.clone()).callback(query).wait().map_err(BusError::failed)?;
         let subscriber = puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
@@ -110,7 +112,7 @@ impl CommandKey {
 /// Checks that a message came under the exact key and within the size limit, and returns its payload.
 ///
 /// A key with wildcards may pass access rules that would block the key itself.
-fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Result<Vec<u8>, BadCommand> {
+fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Payload {
     let bytes = payload.map_or(0, ZBytes::len);
     if key.as_str() != own_key {
         return Err(BadCommand::Key { key: key.to_string(), own: own_key.to_owned() });
@@ -121,48 +123,39 @@ fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Result<Ve
     Ok(payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default())
 }
 
-/// Decodes an admitted payload, and checks the length of the command's id.
-fn decoded<T>(payload: Result<Vec<u8>, BadCommand>, decode: Decode<T>) -> Decoded<T> {
-    match payload.map_err(|bad| (String::new(), bad)).and_then(|payload| decode(&payload))? {
-        (id, _) if id.len() > ID_LIMIT => Err((String::new(), BadCommand::Id { bytes: id.len(), limit: ID_LIMIT })),
-        command => Ok(command),
-    }
-}
-
-fn decode<M: prost::Name + Default>(payload: &[u8]) -> Result<M, (String, BadCommand)> {
+/// Decodes an admitted payload, splits the message into id and request, and checks the length of the id.
+fn decode<M: prost::Name + Default, T>(payload: Payload, split: fn(M) -> (String, Result<T, BadCommand>)) -> Decoded<T> {
     let bad = |bad| (String::new(), bad);
+    let payload = payload.map_err(bad)?;
     if payload.is_empty() {
         return Err(bad(BadCommand::Empty(M::full_name())));
     }
-    M::decode(payload).map_err(|error| bad(BadCommand::Undecodable { expected: M::full_name(), cause: error.to_string() }))
-}
-
-fn torque(payload: &[u8]) -> Decoded<Request> {
-    let pulse: TorquePulse = decode(payload)?;
-    let request = wire::pulse_request(&pulse).map_err(|bad| (pulse.id.clone(), bad))?;
-    Ok((pulse.id, Request::Torque(request)))
-}
-
-fn control(payload: &[u8]) -> Decoded<Request> {
-    let Control { id, action } = decode(payload)?;
-    match action {
-        Some(action) => Ok((id, Request::Control(action))),
-        None => Err((id, BadCommand::NoAction)),
+    let undecodable = |error: DecodeError| BadCommand::Undecodable { expected: M::full_name(), cause: error.to_string() };
+    let (id, request) = split(M::decode(payload.as_slice()).map_err(|error| bad(undecodable(error)))?);
+    if id.len() > ID_LIMIT {
+        return Err(bad(BadCommand::Id { bytes: id.len(), limit: ID_LIMIT }));
     }
-}
-
-fn replay(payload: &[u8]) -> Decoded<replay_control::Action> {
-    let ReplayControl { id, action } = decode(payload)?;
-    match action {
-        Some(action) => Ok((id, action)),
-        None => Err((id, BadCommand::NoReplayAction)),
-    }
-}
-
-fn control_of_replay(payload: &[u8]) -> Decoded<replay_control::Action> {
-    let Control { id, action } = decode(payload)?;
-    match action.ok_or(BadCommand::NoAction).and_then(wire::replay_action) {
-        Ok(action) => Ok((id, action)),
+    match request {
+        Ok(request) => Ok((id, request)),
         Err(bad) => Err((id, bad)),
     }
+}
+
+fn torque(payload: Payload) -> Decoded<Request> {
+    decode(payload, |pulse: TorquePulse| {
+        let request = wire::pulse_request(&pulse).map(Request::Torque);
+        (pulse.id, request)
+    })
+}
+
+fn control(payload: Payload) -> Decoded<Request> {
+    decode(payload, |Control { id, action }| (id, action.ok_or(BadCommand::NoAction).map(Request::Control)))
+}
+
+fn replay(payload: Payload) -> Decoded<replay_control::Action> {
+    decode(payload, |ReplayControl { id, action }| (id, action.ok_or(BadCommand::NoReplayAction)))
+}
+
+fn control_of_replay(payload: Payload) -> Decoded<replay_control::Action> {
+    decode(payload, |Control { id, action }| (id, action.ok_or(BadCommand::NoAction).and_then(wire::replay_action)))
 }

@@ -80,8 +80,7 @@ impl SharedState {
 
     /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again.
     pub fn reply_to_retry(&self, id: &str) -> Option<CommandReply> {
-        let reply = self.replies().get(id)?;
-        Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply })
+        self.replies().get(id)
     }
 
     /// Remembers the reply to a command that was accepted before this run, so that a retry is not applied again.

@@ -22,15 +22,6 @@ pub struct DurationQuantiles {
     pub max_s: f64,
 }
 
-/// A [`DurationHistogram`] in short.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DurationSummary {
-    /// Its quantiles.
-    pub quantiles: DurationQuantiles,
-    /// Its counts in bins that double from 1 ns on.
-    pub histogram: wire::Histogram,
-}
-
 /// A histogram of durations with a resolution of two digits, from 1 ns to 100 s.
 pub struct DurationHistogram {
     nanoseconds: Histogram<u64>,
@@ -57,10 +48,10 @@ impl DurationHistogram {
         (!self.nanoseconds.is_empty()).then(|| DurationQuantiles { p50_s: at(0.5), p99_s: at(0.99), p999_s: at(0.999), max_s })
     }
 
-    /// Returns quantiles and counts; `None` if the histogram is empty.
-    pub fn summary(&self) -> Option<DurationSummary> {
+    /// Returns the counts in bins that double from 1 ns on; `None` if the histogram is empty.
+    pub fn histogram(&self) -> Option<wire::Histogram> {
         let counts = || self.nanoseconds.iter_log(1, 2.0).map(|bin| bin.count_since_last_iteration()).collect();
-        self.quantiles().map(|quantiles| DurationSummary { quantiles, histogram: wire::Histogram { counts: counts() } })
+        (!self.nanoseconds.is_empty()).then(|| wire::Histogram { counts: counts() })
     }
 }
 
@@ -72,11 +63,11 @@ mod tests {
     #[test]
     fn val_histogram_bins_double() {
         let mut histogram = DurationHistogram::new().unwrap();
-        assert_eq!(histogram.summary(), None);
+        assert_eq!((histogram.histogram(), histogram.quantiles()), (None, None));
         for nanoseconds in [0, 1, 2, 3, 4, 7, 8, 1000] {
             histogram.record(Duration::from_nanos(nanoseconds));
         }
-        let counts = histogram.summary().unwrap().histogram.counts;
+        let counts = histogram.histogram().unwrap().counts;
         assert_eq!(&counts[..6], [1, 1, 2, 2, 1, 0], "{counts:?}");
         assert_eq!((counts.iter().sum::<u64>(), counts.len()), (8, 11), "the last from 512 to 1023");
         assert_eq!(counts.last(), Some(&1));

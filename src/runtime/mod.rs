@@ -17,7 +17,7 @@ mod stepping_thread;
 
 pub use approach::{Approach, approach};
 pub use command::{Command, Inbox, ReplyTo, Request, SharedState, inbox};
-pub use duration_histogram::{DurationHistogram, DurationQuantiles, DurationSummary};
+pub use duration_histogram::{DurationHistogram, DurationQuantiles};
 pub use output::{Answer, MissedSamples, Outbox, Output};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub(crate) use realtime::exact_timers;

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::duration_histogram::DurationSummary;
+use super::duration_histogram::DurationQuantiles;
 use super::step_error_histogram::StepErrorQuantiles;
 use crate::simulation::{Account, Stamp};
-use crate::wire::status::State;
+use crate::wire::{Histogram, status::State};
 
 /// The state of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,9 +19,9 @@ pub struct RunStatus {
     /// Simulated over wall time since the last start, resume or reset; `None` while paused.
     pub real_time_factor: Option<f64>,
     /// Lateness of steps; `None` if there are no deadlines.
-    pub lateness: Option<DurationSummary>,
+    pub lateness: Option<(DurationQuantiles, Histogram)>,
     /// Cost of steps.
-    pub step_cost: Option<DurationSummary>,
+    pub step_cost: Option<(DurationQuantiles, Histogram)>,
     /// Estimated errors of single steps.
     pub step_errors: Option<StepErrorQuantiles>,
     /// Missed deadlines.

@@ -9,7 +9,6 @@ use tokio::sync::oneshot;
 
 use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
-use super::status::{OutputStatus, status};
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{Answer, MissedSamples, Output, Request, RunStatus, SharedState};
@@ -153,13 +152,7 @@ impl OutputWorker {
         let stamp = run.stamp;
         self.check_recording_ended();
         self.publish_gaps(&stamp);
-        let output = OutputStatus {
-            recording: self.recorder.as_ref().map(|recorder| recorder.path().display().to_string()),
-            recording_failure: self.recording_failure.clone(),
-            drops: self.drops.totals(),
-            shared: &self.shared,
-        };
-        let status = status(run, output);
+        let status = self.joined_status(run);
         (self.on_status)(&status);
         let payload = status.encode_to_vec();
         self.publish_and_record(Topic::Status, &stamp, payload.clone().into(), || payload);

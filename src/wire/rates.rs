@@ -3,7 +3,6 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::topic::Topic;
 use crate::simulation::{BadRate, PerTelemetry, PublishRate, PublishRates};
 
 impl fmt::Display for PublishRates {
@@ -24,19 +23,17 @@ impl FromStr for PublishRates {
 
     /// Parses one rate for all topics, rates by topic, or both: `100,angles=all`. Energies have the rate of loads unless named.
     fn from_str(text: &str) -> Result<Self, BadRates> {
-        let mut general = None;
-        let mut named = PerTelemetry::<Option<PublishRate>>::default();
+        let (mut general, mut named) = (None, PerTelemetry::default().by_topic());
         for part in text.split(',') {
-            let (topic, rate) = part.split_once('=').map_or((None, part), |(topic, rate)| (Some(topic), rate));
-            let place = match topic {
-                None if general.is_none() => &mut general,
-                None => return Err(BadRates),
-                Some(topic) => Topic::of_chunk(topic).and_then(|topic| named.get_mut(topic)).ok_or(BadRates)?,
+            let (place, rate) = match part.split_once('=') {
+                Some((topic, rate)) => (named.iter_mut().find(|(known, _)| known.chunk() == topic).map(|(_, place)| place), rate),
+                None => (Some(&mut general).filter(|general| general.is_none()), part),
             };
-            *place = Some(rate.parse().map_err(|_| BadRates)?);
+            *place.ok_or(BadRates)? = Some(rate.parse().map_err(|_| BadRates)?);
         }
-        named.energies = named.energies.or(named.loads);
-        Ok(named.map(|rate| rate.or(general).unwrap_or(PublishRate::DEFAULT)))
+        let [displacements, angles, loads, energies] = named.map(|(_, rate)| rate);
+        let named = PerTelemetry { displacements, angles, loads, energies: energies.or(loads) };
+        Ok(named.map(|rate: Option<PublishRate>| rate.or(general).unwrap_or(PublishRate::DEFAULT)))
     }
 }
 

@@ -128,17 +128,6 @@ impl<T> PerTelemetry<T> {
         let PerTelemetry { displacements, angles, loads, energies } = self;
         [(Topic::Displacements, displacements), (Topic::Angles, angles), (Topic::Loads, loads), (Topic::Energies, energies)]
     }
-
-    /// The value of a topic; `None` for any other than these four.
-    pub fn get_mut(&mut self, topic: Topic) -> Option<&mut T> {
-        match topic {
-            Topic::Displacements => Some(&mut self.displacements),
-            Topic::Angles => Some(&mut self.angles),
-            Topic::Loads => Some(&mut self.loads),
-            Topic::Energies => Some(&mut self.energies),
-            _ => None,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ impl Stepper {
             Request::Torque(pulse) => {
                 self.simulation.add_pulse(pulse).map(|when| (when, "")).map_err(|refused| refused.to_string())
             }
-            Request::Control(action) => self.control(action),
+            Request::Control(action) => self.control(action).map(|reason| (self.simulation.now(), reason)),
         };
         let reply = match verdict {
             Ok((Effective { step, sim_time_s }, reason)) => CommandReply {
@@ -58,44 +58,39 @@ impl Stepper {
         }
     }
 
-    fn control(&mut self, action: &Action) -> Result<(Effective, &'static str), String> {
-        let reason = match action {
-            Action::Pause(_) if self.run.paused => "was paused already",
-            Action::Pause(_) => self.pause(),
-            Action::Resume(_) if !self.run.paused => "was running already",
-            Action::Resume(_) => self.resume(),
+    /// Applies an action. Returns why it changed nothing, if so, or why it is refused.
+    fn control(&mut self, action: &Action) -> Result<&'static str, String> {
+        match action {
+            Action::Pause(_) if self.run.paused => return Ok("was paused already"),
+            Action::Resume(_) if !self.run.paused => return Ok("was running already"),
             Action::Step(_) if !self.run.paused => return Err("steps are counted only when paused: pause first".to_owned()),
             Action::Step(Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {
                 return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
             }
-            Action::Step(Steps { count }) => {
-                self.run.pending_single_steps += count;
-                ""
+            Action::Step(Steps { count }) => self.run.pending_single_steps += count,
+            Action::Pause(_) => {
+                self.run.paused = true;
+                self.schedule.next_status = Duration::ZERO;
+            }
+            Action::Resume(_) => {
+                self.run.paused = false;
+                self.restart(self.session_s());
             }
             Action::Reset(_) => self.reset()?,
-            Action::Stop(_) => {
-                self.run.stopping = true;
-                ""
-            }
-            Action::StartRecording(_) | Action::StopRecording(_) => "",
-        };
-        Ok((self.simulation.now(), reason))
+            Action::Stop(_) => self.run.stopping = true,
+            Action::StartRecording(_) | Action::StopRecording(_) => {}
+        }
+        Ok("")
     }
 
-    fn pause(&mut self) -> &'static str {
-        self.run.paused = true;
+    /// Goes on without steps that were asked for one by one, with the deadlines anchored anew.
+    fn restart(&mut self, session_s: f64) {
+        self.run.pending_single_steps = 0;
+        self.deadlines.pacer.anchor(self.clock.elapsed(), session_s);
         self.schedule.next_status = Duration::ZERO;
-        ""
     }
 
-    fn resume(&mut self) -> &'static str {
-        (self.run.paused, self.run.pending_single_steps) = (false, 0);
-        self.deadlines.pacer.anchor(self.clock.elapsed(), self.session_s());
-        self.schedule.next_status = Duration::ZERO;
-        ""
-    }
-
-    fn reset(&mut self) -> Result<&'static str, String> {
+    fn reset(&mut self) -> Result<(), String> {
         // Steps are counted anew after a reset, so dropped samples are reported before it.
         self.report_missed_samples();
         self.report_overruns();
@@ -105,9 +100,7 @@ impl Stepper {
             shadow.reset();
         }
         self.epoch_start_s = session_s;
-        self.run.pending_single_steps = 0;
-        self.deadlines.pacer.anchor(self.clock.elapsed(), session_s);
-        self.schedule.next_status = Duration::ZERO;
-        Ok("")
+        self.restart(session_s);
+        Ok(())
     }
 }

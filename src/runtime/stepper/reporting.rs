@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::Stepper;
+use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::output::Output;
 use crate::runtime::pacer::Pace;
 use crate::runtime::status::RunStatus;
@@ -51,13 +52,14 @@ impl Stepper {
         self.report_missed_samples();
         let now = self.clock.elapsed();
         self.schedule.next_status = now + STATUS_PERIOD;
+        let summary = |durations: &DurationHistogram| durations.quantiles().zip(durations.histogram());
         let status = RunStatus {
             stamp: self.stamp(),
             state,
             message: message.or_else(|| self.warning()),
             real_time_factor: if self.run.paused { None } else { self.deadlines.pacer.real_time_factor(now, self.session_s()) },
-            lateness: self.statistics.lateness.summary(),
-            step_cost: self.statistics.step_cost.summary(),
+            lateness: summary(&self.statistics.lateness),
+            step_cost: summary(&self.statistics.step_cost),
             step_errors: self.statistics.step_errors.quantiles(),
             overruns: self.deadlines.overruns,
             dropped: self.drops.count + self.ports.shared.dropped(),

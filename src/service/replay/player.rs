@@ -231,8 +231,7 @@ impl<'a> Player<'a> {
 
     fn handle_command(&mut self, command: ReplayCommand) -> Result<(), ServiceError> {
         let ReplayCommand { id, action, reply } = command;
-        if let Some(mut answer) = self.replies.get(&id) {
-            "a repetition: applied once".clone_into(&mut answer.reason);
+        if let Some(answer) = self.replies.get(&id) {
             reply(answer);
             return Ok(());
         }
