@@ -430,6 +430,8 @@ fn regress_refusals_of_replay_commands_are_rate_limited() -> Outcome {
         client::put(&client, &ghost().replay(), b"no command", "flexcrank.v1.ReplayControl")?;
     }
     let stop = ReplayControl { id: String::new(), action: Some(replay_control::Action::Stop(wire::Stop {})) };
+    let long = ReplayControl { id: "x".repeat(129), ..stop.clone() };
+    assert!(!client::replay_control(&client, &ghost(), &long)?.accepted, "the reply cache would keep the id");
     assert!(client::replay_control(&client, &ghost(), &stop)?.accepted);
     bus::close(&client)?;
     let log = String::from_utf8(replay.wait_with_output()?.stderr)?;

@@ -1,4 +1,4 @@
-//! The newest message of every topic, for snapshot queries. TelemetryEncoder is encoded only when a snapshot is queried.
+//! The newest message of every topic, for snapshot queries. Telemetry is encoded only when a snapshot is queried.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

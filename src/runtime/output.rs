@@ -21,7 +21,7 @@ pub enum Output {
     /// The full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
     /// Samples dropped because the pool was empty.
-    MissedSamples(PerTelemetry<Option<MissedSamples>>, Stamp),
+    MissedSamples(Box<PerTelemetry<Option<MissedSamples>>>, Stamp),
     /// Missed deadlines.
     Overruns(Box<Overruns>, Stamp),
     /// The simulator has ended: nothing follows.

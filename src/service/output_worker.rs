@@ -108,7 +108,7 @@ impl OutputWorker {
             Output::Checkpoint(checkpoint, stamp) => {
                 self.record(Topic::Checkpoint, wire::checkpoint(&checkpoint, &stamp).encode_to_vec(), &stamp);
             }
-            Output::MissedSamples(missed, stamp) => self.missed(missed, &stamp),
+            Output::MissedSamples(missed, stamp) => self.missed(*missed, &stamp),
             Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
             Output::Over => {}
         }

@@ -40,7 +40,7 @@ impl Stepper {
         let missed = std::mem::take(&mut self.drops.unreported);
         if missed != PerTelemetry::default() {
             let stamp = self.stamp();
-            self.send(Output::MissedSamples(missed, stamp));
+            self.send(Output::MissedSamples(Box::new(missed), stamp));
         }
     }
 
