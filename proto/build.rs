@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let descriptors = protox::compile(&files, ["proto"])?;
         fs::write(out.join(name).with_extension("bin"), descriptors.encode_to_vec())?;
         if name == "every" {
-            prost_build::Config::new().out_dir(&out).compile_fds(descriptors)?;
+            prost_build::Config::new().out_dir(&out).enable_type_names().compile_fds(descriptors)?;
         }
     }
     export_build_info();

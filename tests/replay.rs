@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::{self, BusError, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::RecordingFile;
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
 use flexcrank::service::{ReplayAction, ReplayCommand, ReplayOptions, ReplayReport, ServiceError, replay};
+use flexcrank::simulation::PublishRate;
 use flexcrank::wire::{
     self, AppliedCommand, CommandReply, ReplayControl, Status, applied_command, replay_control, status::State,
 };
@@ -297,7 +298,7 @@ fn prop_a_looped_part_comes_again_and_again() -> Outcome {
 fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     let (file, _folder) = recording()?;
     let (live, player) = common::linked_sessions()?;
-    let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, "", None)?;
+    let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, "", Vec::new())?;
     client::wait_for_service(&player, &"test".parse()?)?;
     let plan = ReplayOptions { file, rate: 1e3, ..ReplayOptions::default() };
     let refused = replay(&player, &plan, channel(), Box::new(|_| {}));
@@ -429,6 +430,8 @@ fn regress_refusals_of_replay_commands_are_rate_limited() -> Outcome {
         client::put(&client, &ghost().replay(), b"no command", "flexcrank.v1.ReplayControl")?;
     }
     let stop = ReplayControl { id: String::new(), action: Some(replay_control::Action::Stop(wire::Stop {})) };
+    let long = ReplayControl { id: "x".repeat(129), ..stop.clone() };
+    assert!(!client::replay_control(&client, &ghost(), &long)?.accepted, "the reply cache would keep the id");
     assert!(client::replay_control(&client, &ghost(), &stop)?.accepted);
     bus::close(&client)?;
     let log = String::from_utf8(replay.wait_with_output()?.stderr)?;

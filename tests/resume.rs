@@ -11,9 +11,10 @@ use common::{Outcome, Service};
 use flexcrank::bus::{Topic, client};
 use flexcrank::recording::Messages;
 use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, ResimulationError, Resumed, resume, verify, what_if};
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
 use flexcrank::scene::SceneSource;
 use flexcrank::service::Resumption;
+use flexcrank::simulation::PublishRate;
 use flexcrank::wire::{Angles, Displacements, Energies, Loads, TorquePulse};
 
 type Telemetry = BTreeMap<(String, u64, u64), (u64, Vec<u8>)>;

@@ -10,8 +10,9 @@ use common::{Outcome, Service, scene};
 use flexcrank::bus::client;
 use flexcrank::recording::{Export, RecordedMessage, export};
 use flexcrank::resimulation::{AddedPulse, Change, Finding, LossReason, RecordedSession, Verification, resume, verify, what_if};
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
 use flexcrank::scene::SceneSource;
+use flexcrank::simulation::PublishRate;
 use flexcrank::wire::{self, AppliedCommand, Energies, Status, TorquePulse, applied_command, control::Action};
 use prost::Message as _;
 

@@ -2,16 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use prost::Message as _;
+use prost::{Message as _, Name as _};
 use zenoh::handlers::{FifoChannel, FifoChannelHandler, RingChannel, RingChannelHandler};
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::keys::{Name, Topic, every_presence};
-use super::service_endpoint::protobuf;
-use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, TorquePulse, status::State};
+use super::encoding::{protobuf, protobuf_of};
+use super::keys::{Name, every_presence};
+use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, Topic, TorquePulse, status::State};
 
 /// Time for a service to be found after a session was opened.
 pub const DISCOVERY_TIMEOUT: Duration = Duration::from_millis(2000);
@@ -57,7 +57,7 @@ pub fn wait_for_service(session: &Session, name: &Name) -> Result<(), BusError> 
 /// # Errors
 /// [`BusError::NoReply`] if no reply comes in three seconds, [`BusError::Replay`] if the name is a replay's.
 pub fn pulse(session: &Session, name: &Name, pulse: &TorquePulse) -> Result<CommandReply, BusError> {
-    command(session, &name.torque(), pulse.encode_to_vec(), "flexcrank.v1.TorquePulse").map_err(|error| match error {
+    command(session, &name.torque(), pulse).map_err(|error| match error {
         BusError::NoReply(_) if is_replay(session, name) => BusError::Replay(name.clone()),
         error => error,
     })
@@ -73,7 +73,7 @@ fn is_replay(session: &Session, name: &Name) -> bool {
 /// # Errors
 /// [`BusError::NoReply`] if no reply comes in three seconds.
 pub fn control(session: &Session, name: &Name, control: &Control) -> Result<CommandReply, BusError> {
-    command(session, &name.control(), control.encode_to_vec(), "flexcrank.v1.Control")
+    command(session, &name.control(), control)
 }
 
 /// Sends a command to a replay and returns the reply.
@@ -81,17 +81,17 @@ pub fn control(session: &Session, name: &Name, control: &Control) -> Result<Comm
 /// # Errors
 /// [`BusError::NoReply`] if no reply comes in three seconds.
 pub fn replay_control(session: &Session, name: &Name, control: &ReplayControl) -> Result<CommandReply, BusError> {
-    command(session, &name.replay(), control.encode_to_vec(), "flexcrank.v1.ReplayControl")
+    command(session, &name.replay(), control)
 }
 
-fn command(session: &Session, key: &str, payload: Vec<u8>, schema: &str) -> Result<CommandReply, BusError> {
-    let query = session.get(key).payload(payload).encoding(protobuf(schema)).timeout(REPLY_TIMEOUT);
+fn command<M: prost::Name>(session: &Session, key: &str, command: &M) -> Result<CommandReply, BusError> {
+    let query = session.get(key).payload(command.encode_to_vec()).encoding(protobuf_of::<M>()).timeout(REPLY_TIMEOUT);
     let replies = query.wait().map_err(BusError::failed)?;
     let reply = replies.recv().ok().and_then(|reply| reply.into_result().ok());
     let sample = reply.ok_or_else(|| BusError::NoReply(key.to_owned()))?;
     CommandReply::decode(&*sample.payload().to_bytes()).map_err(|cause| BusError::Undecodable {
         key: key.to_owned(),
-        expected: "a flexcrank.v1.CommandReply",
+        expected: CommandReply::full_name(),
         cause: cause.to_string(),
     })
 }
@@ -163,14 +163,6 @@ pub fn join(session: &Session, name: &Name, topic: Topic) -> Result<Joined, BusE
 /// [`BusError`] if zenoh refuses.
 pub fn put(session: &Session, key: &str, payload: &[u8], schema: &str) -> Result<(), BusError> {
     session.put(key, payload).encoding(protobuf(schema)).wait().map_err(BusError::failed)
-}
-
-/// Whether another service of this name is on the bus.
-///
-/// # Errors
-/// [`BusError`] if zenoh fails.
-pub fn is_taken(session: &Session, name: &Name) -> Result<bool, BusError> {
-    Ok(first_taken(session, &[name])?.is_some())
 }
 
 /// Returns the first of `names` that another service on the bus has.

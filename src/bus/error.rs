@@ -52,12 +52,12 @@ pub enum BusError {
     #[error("`{0}` is a replay, and replays accept no torque: send the pulse to a running service")]
     Replay(Name),
     /// A reply could not be decoded.
-    #[error("`{key}` answered something that is not {expected}: {cause}")]
+    #[error("`{key}` answered something that is not a {expected}: {cause}")]
     Undecodable {
         /// The key that was queried.
         key: String,
         /// The expected type.
-        expected: &'static str,
+        expected: String,
         /// Why decoding failed.
         cause: String,
     },

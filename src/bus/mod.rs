@@ -2,11 +2,12 @@
 
 mod address;
 pub mod client;
+mod commands;
+mod encoding;
 mod error;
 mod keys;
 mod raw_publisher;
 mod refusal_log;
-mod replay_endpoint;
 mod service_endpoint;
 mod session;
 mod snapshot_cache;
@@ -14,11 +15,12 @@ mod subscription_state;
 mod subscriptions;
 mod zenoh_messages;
 
+pub use crate::wire::Topic;
 pub use address::{Address, BadAddress};
+pub use commands::{CommandKey, replay_commands, service_commands};
 pub use error::BusError;
-pub use keys::{BadName, Name, ROOT, Topic, key_of_topic};
+pub use keys::{BadName, Name, ROOT, key_of_topic};
 pub use raw_publisher::RawPublisher;
-pub use replay_endpoint::ReplayEndpoint;
 pub use service_endpoint::ServiceEndpoint;
 pub use session::BusOptions;
 pub use snapshot_cache::SnapshotEntry;

@@ -6,31 +6,21 @@ use std::time::Duration;
 
 use prost::Message as _;
 use zenoh::bytes::{Encoding, ZBytes};
-use zenoh::key_expr::KeyExpr;
 use zenoh::liveliness::LivelinessToken;
-use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::pubsub::Publisher;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::BusError;
-use super::keys::{Name, Topic};
-use super::refusal_log::RefusalLog;
+use super::commands::CommandKey;
+use super::encoding::{answer, protobuf, protobuf_of};
+use super::keys::Name;
 use super::snapshot_cache::{SnapshotCache, SnapshotEntry};
 use super::subscription_state::SubscriptionState;
-use crate::runtime::{Command, Inbox, ReplyTo, Request};
-use crate::wire::{self, BadCommand, CommandReply, Control, Snapshot, TorquePulse};
+use crate::wire::{self, Snapshot, Topic};
 
-/// The encoding `application/protobuf;flexcrank.v1.X`.
-pub(super) fn protobuf(schema: &str) -> Encoding {
-    Encoding::APPLICATION_PROTOBUF.with_schema(schema)
-}
-
-/// Size limit of a command, bytes.
-const PAYLOAD_LIMIT: usize = 4096;
 /// Time that routers have to answer.
 const ROUTER_TIMEOUT: Duration = Duration::from_millis(500);
-/// Length limit of a command's id, bytes: the reply cache keeps tens of thousands.
-const ID_LIMIT: usize = 128;
 
 /// A service on the bus. Dropping it leaves the bus; [`ServiceEndpoint::close`] does so in order.
 pub struct ServiceEndpoint {
@@ -38,18 +28,18 @@ pub struct ServiceEndpoint {
     subscription_states: Arc<BTreeMap<Topic, SubscriptionState>>,
     latest: Arc<Mutex<SnapshotCache>>,
     queryables: Vec<Queryable<()>>,
-    subscribers: Vec<Subscriber<()>>,
+    commands: Vec<CommandKey>,
     presence: LivelinessToken,
 }
 
 impl ServiceEndpoint {
-    /// Declares topics, scene, schema, snapshot and, given an inbox, commands; presence last.
+    /// Declares topics, scene, schema and snapshot of a service whose command keys are declared already; presence last.
     ///
     /// # Errors
     /// [`BusError`] if zenoh refuses a declaration.
-    pub fn declare(session: &Session, name: &Name, scene: &str, inbox: Option<&Inbox>) -> Result<Self, BusError> {
+    pub fn declare(session: &Session, name: &Name, scene: &str, commands: Vec<CommandKey>) -> Result<Self, BusError> {
         let (mut publishers, mut subscription_states) = (BTreeMap::new(), BTreeMap::new());
-        for topic in Topic::ALL {
+        for &topic in Topic::ALL.iter().filter(|topic| topic.is_published()) {
             let publisher = session
                 .declare_publisher(name.topic(topic))
                 .encoding(protobuf(topic.schema()))
@@ -61,20 +51,13 @@ impl ServiceEndpoint {
         let subscription_states = Arc::new(subscription_states);
         wait_for_routers(session, name)?;
         let latest: Arc<Mutex<SnapshotCache>> = Arc::default();
-        let mut queryables = vec![
+        let queryables = vec![
             fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
             fixed(session, name.schema(), wire::EVERY_DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
             snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&subscription_states))?,
         ];
-        let mut subscribers = Vec::new();
-        if let Some(inbox) = inbox {
-            for (key, decode) in [(name.torque(), torque as Decode), (name.control(), control as Decode)] {
-                queryables.push(command_queryable(session, &key, decode, inbox.clone())?);
-                subscribers.push(command_subscriber(session, &key, decode, inbox.clone())?);
-            }
-        }
         let presence = session.liveliness().declare_token(name.presence()).wait().map_err(BusError::failed)?;
-        Ok(ServiceEndpoint { publishers, subscription_states, latest, queryables, subscribers, presence })
+        Ok(ServiceEndpoint { publishers, subscription_states, latest, queryables, commands, presence })
     }
 
     /// Publishes a message, and stores it for the snapshot.
@@ -119,8 +102,8 @@ impl ServiceEndpoint {
     /// [`BusError`] if zenoh refuses.
     pub fn close(self) -> Result<(), BusError> {
         self.presence.undeclare().wait().map_err(BusError::failed)?;
-        for subscriber in self.subscribers {
-            subscriber.undeclare().wait().map_err(BusError::failed)?;
+        for command in self.commands {
+            command.close()?;
         }
         for queryable in self.queryables {
             queryable.undeclare().wait().map_err(BusError::failed)?;
@@ -168,91 +151,7 @@ fn snapshot(
             subscription_states.values().for_each(SubscriptionState::expire);
             latest.snapshot()
         };
-        answer(&query, &answer_key, snapshot.encode_to_vec().into(), protobuf("flexcrank.v1.Snapshot"));
+        answer(&query, &answer_key, snapshot.encode_to_vec(), protobuf_of::<Snapshot>());
     };
     session.declare_queryable(key).callback(collect).wait().map_err(BusError::failed)
-}
-
-pub(super) fn answer(query: &Query, key: &str, payload: ZBytes, encoding: Encoding) {
-    if let Err(error) = query.reply(key, payload).encoding(encoding).wait() {
-        tracing::warn!(key, %error, "could not reply");
-    }
-}
-
-/// Decodes a payload into an id and a request. On failure, returns the id as far as it was readable.
-type Decode = fn(&[u8]) -> Result<(String, Request), (String, BadCommand)>;
-
-fn torque(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
-    let pulse: TorquePulse = decode(payload, "TorquePulse")?;
-    let request = wire::pulse_request(&pulse).map_err(|bad| (pulse.id.clone(), bad))?;
-    Ok((pulse.id, Request::Torque(request)))
-}
-
-fn control(payload: &[u8]) -> Result<(String, Request), (String, BadCommand)> {
-    let Control { id, action } = decode(payload, "Control")?;
-    match action {
-        Some(action) => Ok((id, Request::Control(action))),
-        None => Err((id, BadCommand::NoAction)),
-    }
-}
-
-/// Checks that a message came under the exact key and within the size limit, and returns its payload.
-///
-/// A key with wildcards may pass access rules that would block the key itself.
-pub(super) fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Result<Vec<u8>, BadCommand> {
-    let bytes = payload.map_or(0, ZBytes::len);
-    if key.as_str() != own_key {
-        return Err(BadCommand::Key { key: key.to_string(), own: own_key.to_owned() });
-    }
-    if bytes > PAYLOAD_LIMIT {
-        return Err(BadCommand::TooLarge { bytes, limit: PAYLOAD_LIMIT });
-    }
-    Ok(payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default())
-}
-
-pub(super) fn decode<M: prost::Message + Default>(payload: &[u8], expected: &'static str) -> Result<M, (String, BadCommand)> {
-    let bad = |bad| (String::new(), bad);
-    if payload.is_empty() {
-        return Err(bad(BadCommand::Empty(expected)));
-    }
-    M::decode(payload).map_err(|error| bad(BadCommand::Undecodable { expected, cause: error.to_string() }))
-}
-
-fn submit(inbox: &Inbox, payload: Result<Vec<u8>, BadCommand>, decode: Decode, reply: ReplyTo) {
-    match payload.map_err(|bad| (String::new(), bad)).and_then(|payload| decode(&payload)) {
-        Ok((id, _)) if id.len() > ID_LIMIT => {
-            let bad = BadCommand::Id { bytes: id.len(), limit: ID_LIMIT };
-            inbox.refuse(String::new(), bad.to_string(), reply);
-        }
-        Ok((id, request)) => inbox.submit(Command { id, request, reply }),
-        Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
-    }
-}
-
-fn command_queryable(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Queryable<()>, BusError> {
-    let answer_key = key.to_owned();
-    let refusal_log = RefusalLog::default();
-    let receive = move |query: Query| {
-        let payload = admitted(&answer_key, query.key_expr(), query.payload());
-        if let Err(bad) = &payload {
-            refusal_log.record(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
-        }
-        let key = answer_key.clone();
-        let reply = move |reply: CommandReply| {
-            answer(&query, &key, reply.encode_to_vec().into(), protobuf("flexcrank.v1.CommandReply"));
-        };
-        submit(&inbox, payload, decode, Box::new(reply));
-    };
-    session.declare_queryable(key.to_owned()).callback(receive).wait().map_err(BusError::failed)
-}
-
-fn command_subscriber(session: &Session, key: &str, decode: Decode, inbox: Inbox) -> Result<Subscriber<()>, BusError> {
-    let own_key = key.to_owned();
-    let refusal_log = RefusalLog::default();
-    let receive = move |sample: zenoh::sample::Sample| {
-        let refusal_log = refusal_log.clone();
-        let reply = move |reply: CommandReply| refusal_log.record(&reply);
-        submit(&inbox, admitted(&own_key, sample.key_expr(), Some(sample.payload())), decode, Box::new(reply));
-    };
-    session.declare_subscriber(key.to_owned()).callback(receive).wait().map_err(BusError::failed)
 }

@@ -1,13 +1,12 @@
-//! The newest message of every topic, for snapshot queries. TelemetryEncoder is encoded only when a snapshot is queried.
+//! The newest message of every topic, for snapshot queries. Telemetry is encoded only when a snapshot is queried.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use zenoh::bytes::ZBytes;
 
-use super::keys::Topic;
 use crate::simulation::Sample;
-use crate::wire::{Snapshot, TelemetryEncoder};
+use crate::wire::{Snapshot, TelemetryEncoder, Topic};
 
 /// The snapshot's entry for one topic.
 #[derive(Debug, Default)]

@@ -7,11 +7,10 @@ use super::progress::over_file;
 use super::values::positive;
 use crate::bus::Name;
 use crate::resimulation::{RecordedSession, Resumed, resume};
-use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::SceneSource;
 use crate::service::Resumption;
 use crate::shown::shown_s;
-use crate::simulation::Simulation;
+use crate::simulation::{PublishRate, PublishRates, Simulation};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct ResumeArgs {

@@ -16,13 +16,11 @@ use super::status_line::StatusLine;
 use super::values::{flush_period, frames, pace, positive, recording_size, split};
 use crate::bus::{self, BusError, Name};
 use crate::recording::{RecordingError, Split, Written, paths};
-use crate::runtime::{
-    Ending, Overrun, Pace, PublishRate, PublishRates, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced,
-};
+use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
 use crate::shown::shown_s;
-use crate::simulation::{EnergyVerdict, Simulation};
+use crate::simulation::{EnergyVerdict, PublishRate, PublishRates, Simulation};
 use crate::wire::Angles;
 
 /// Default name of a service.

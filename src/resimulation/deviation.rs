@@ -2,11 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use prost::Message as _;
-
 use super::difference::Difference;
-use super::event::Event;
-use crate::wire::{Angles, Displacements, Energies, Loads};
+use crate::wire::{Angles, Displacements, Energies, Loads, Message};
 
 /// First and largest differences between a recorded session and its re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -28,12 +25,12 @@ pub struct LargestDifference {
 
 impl Deviation {
     /// Compares a recorded message with the re-simulated one.
-    pub(super) fn compare(&mut self, recorded: &Event, computed: &[u8], session_s: f64) {
-        match recorded {
-            Event::Displacements(was) => self.displacements(was, &Displacements::decode(computed).unwrap_or_default(), session_s),
-            Event::Angles(was) => self.angles(was, &Angles::decode(computed).unwrap_or_default(), session_s),
-            Event::Loads(was) => self.loads(was, &Loads::decode(computed).unwrap_or_default(), session_s),
-            Event::Energies(was) => self.energies(was, &Energies::decode(computed).unwrap_or_default(), session_s),
+    pub(super) fn compare(&mut self, recorded: &Message, computed: &Message, session_s: f64) {
+        match (recorded, computed) {
+            (Message::Displacements(was), Message::Displacements(is)) => self.displacements(was, is, session_s),
+            (Message::Angles(was), Message::Angles(is)) => self.angles(was, is, session_s),
+            (Message::Loads(was), Message::Loads(is)) => self.loads(was, is, session_s),
+            (Message::Energies(was), Message::Energies(is)) => self.energies(was, is, session_s),
             _ => {}
         }
     }

@@ -1,12 +1,12 @@
 //! Missing steps: samples that were due by the publishing rate and are not in the recording, and why.
 
-use super::event::{Event, resets};
+use super::event::resets;
 use super::finding::{Finding, LossReason};
 use super::recorded_session::RecordedSession;
 use super::resimulator::EpochStep;
-use crate::runtime::{PublishRate, PublishRates};
 use crate::scene::System;
-use crate::wire::{Gap, status::State};
+use crate::simulation::{PerTelemetry, PublishRate};
+use crate::wire::{Gap, Message, Topic, status::State};
 
 /// Largest number of missing ranges kept for the report.
 const LIMIT: usize = 1000;
@@ -23,7 +23,7 @@ pub(super) struct MissingSteps {
 }
 
 struct TopicTrack {
-    topic: &'static str,
+    topic: Topic,
     rate: Option<PublishRate>,
     /// Last recorded step.
     last: Option<EpochStep>,
@@ -36,7 +36,7 @@ struct TopicTrack {
 }
 
 struct MissingRange {
-    topic: &'static str,
+    topic: Topic,
     epoch: u64,
     after: u64,
     before: u64,
@@ -48,21 +48,16 @@ struct MissingRange {
 
 impl MissingSteps {
     pub(super) fn new(source: &RecordedSession) -> Self {
-        let track = |topic, rate: fn(PublishRates) -> PublishRate| TopicTrack {
-            topic,
-            rate: source.publish.map(rate),
-            last: None,
-            next: 0,
-            lost: false,
-            open: None,
+        let turns = matches!(source.scene.scene.system, System::Chain(_));
+        let is_published = |topic| match topic {
+            Topic::Angles | Topic::Loads => turns,
+            Topic::Energies => source.energies,
+            _ => true,
         };
-        let mut tracks = vec![track("displacements", |rates| rates.displacements)];
-        if source.energies {
-            tracks.push(track("energies", |rates| rates.energies));
-        }
-        if let System::Chain(_) = source.scene.scene.system {
-            tracks.extend([track("angles", |rates| rates.angles), track("loads", |rates| rates.loads)]);
-        }
+        let rates = source.publish.map_or(PerTelemetry::default(), |rates| rates.map(Some)).by_topic().into_iter();
+        let tracks = rates.filter(|(topic, _)| is_published(*topic));
+        let tracks =
+            tracks.map(|(topic, rate)| TopicTrack { topic, rate, last: None, next: 0, lost: false, open: None }).collect();
         MissingSteps {
             step_s: source.scene.scene.solver.step_s,
             tracks,
@@ -78,22 +73,18 @@ impl MissingSteps {
     }
 
     /// Adds message number `number` of the file, with sequence number `sequence` on its channel.
-    pub(super) fn take(&mut self, event: &Event, sequence: u32, number: u64) {
+    pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64) {
         let Some(stamp) = event.stamp() else { return };
         let at = (stamp.epoch, stamp.step);
         match event {
-            Event::Displacements(_) => self.arrived("displacements", at, sequence, number),
-            Event::Angles(_) => self.arrived("angles", at, sequence, number),
-            Event::Loads(_) => self.arrived("loads", at, sequence, number),
-            Event::Energies(_) => self.arrived("energies", at, sequence, number),
             // Samples are expected from here on, in a new epoch.
-            Event::Checkpoint(_) => {
+            Message::Checkpoint(_) => {
                 let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
                 self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
             }
             // Everything due before the status was published before it.
-            Event::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
-            Event::Command(command) => {
+            Message::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
+            Message::Commands(command) => {
                 if sequence != self.next_command {
                     self.numbers_after_missing_commands.push(number);
                 }
@@ -102,11 +93,11 @@ impl MissingSteps {
                     self.all_up_to(at, number);
                 }
             }
-            _ => {}
+            event => self.arrived(event.topic(), at, sequence, number),
         }
     }
 
-    fn arrived(&mut self, topic: &str, at: EpochStep, sequence: u32, number: u64) {
+    fn arrived(&mut self, topic: Topic, at: EpochStep, sequence: u32, number: u64) {
         let Some(i) = self.tracks.iter().position(|track| track.topic == topic) else { return };
         let track = &mut self.tracks[i];
         track.lost |= sequence != track.next;
@@ -133,7 +124,7 @@ impl MissingSteps {
         let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
         let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
         if count > 0 && self.holes.len() < LIMIT {
-            self.holes.push(MissingRange { topic, epoch, after: *after, before, count, damaged: *lost, number });
+            self.holes.push(MissingRange { topic: *topic, epoch, after: *after, before, count, damaged: *lost, number });
         }
         count > 0
     }
@@ -144,7 +135,10 @@ impl MissingSteps {
         let why = |hole: &MissingRange| {
             let reported = |gap: &Gap| {
                 let last = gap.stamp.unwrap_or_default();
-                gap.topic == hole.topic && last.epoch == hole.epoch && gap.first_step < hole.before && last.step > hole.after
+                gap.topic == hole.topic.chunk()
+                    && last.epoch == hole.epoch
+                    && gap.first_step < hole.before
+                    && last.step > hole.after
             };
             match hole.damaged {
                 true if recovered => LossReason::Recovered,
@@ -161,7 +155,7 @@ impl MissingSteps {
                 breaks.push(hole.number);
             }
             let MissingRange { topic, epoch, after, before, count, .. } = *hole;
-            findings.push(Finding::Missing { topic, epoch, after, before, count, why });
+            findings.push(Finding::Missing { topic: topic.chunk(), epoch, after, before, count, why });
         }
         (findings, breaks)
     }

@@ -1,9 +1,8 @@
 //! Checks that need no re-simulation: finite numbers, closed joints.
 
-use super::event::Event;
 use super::finding::Finding;
 use crate::scene::{End, Scene};
-use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Message, NodeState, Status};
 
 /// Tolerance for closed joints, relative to the largest coordinate.
 const ROUNDING: f64 = 1e-12;
@@ -23,17 +22,17 @@ impl PhysicsCheck {
     }
 
     /// Returns what is wrong with a message, if anything.
-    pub(super) fn judge(&mut self, event: &Event) -> Option<Finding> {
+    pub(super) fn judge(&mut self, event: &Message) -> Option<Finding> {
         let stamp = event.stamp()?;
-        let (topic, what) = match event {
-            Event::Displacements(message) => ("displacements", self.displacements(message)?),
-            Event::Angles(message) => ("angles", not_finite(angles_are_finite(message))?),
-            Event::Loads(message) => ("loads", not_finite(loads_are_finite(message))?),
-            Event::Energies(message) => ("energies", not_finite(energies_are_finite(message))?),
-            Event::Status(message) => ("status", not_finite(status_is_finite(message))?),
-            _ => return None,
-        };
-        Some(Finding::Physics { topic, epoch: stamp.epoch, step: stamp.step, what })
+        let what = match event {
+            Message::Displacements(message) => self.displacements(message),
+            Message::Angles(message) => not_finite(angles_are_finite(message)),
+            Message::Loads(message) => not_finite(loads_are_finite(message)),
+            Message::Energies(message) => not_finite(energies_are_finite(message)),
+            Message::Status(message) => not_finite(status_is_finite(message)),
+            _ => None,
+        }?;
+        Some(Finding::Physics { topic: event.topic().chunk(), epoch: stamp.epoch, step: stamp.step, what })
     }
 
     fn displacements(&mut self, message: &Displacements) -> Option<String> {

@@ -2,14 +2,14 @@
 
 use super::ResimulationError;
 use super::difference::{Difference, Field};
-use super::event::{Event, schema, topic};
+use super::event::{decode, schema, topic};
 use super::finding::Finding;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
 use super::survey::Survey;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
-use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, applied_command, status::State};
+use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, Message, Topic, applied_command, status::State};
 
 /// Counts and energies of a re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -87,17 +87,17 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
         self.number += 1;
         // The first reading reports messages that do not fit their schema or time.
-        let Ok(event) = Event::of(message) else { return };
+        let Ok(Some(event)) = decode(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return };
         let at = (stamp.epoch, stamp.step);
         self.anchored &= !self.commands_are_missing_before(at);
         match &event {
-            Event::Checkpoint(checkpoint) => self.checkpoint(message, &event, checkpoint, at),
-            Event::Other | Event::Gap(_) => {}
+            Message::Checkpoint(checkpoint) => self.checkpoint(message, &event, checkpoint, at),
+            Message::Gaps(_) => {}
             // The command that started the recording precedes its first state, and does not change it.
-            Event::Command(command) if !self.anchored && is_control(command) => {}
+            Message::Commands(command) if !self.anchored && is_control(command) => {}
             _ if !self.anchored => self.done.skipped += 1,
-            Event::Command(command) => self.command(command, at),
+            Message::Commands(command) => self.command(command, at),
             _ => self.compare(message, &event, at),
         }
     }
@@ -105,14 +105,14 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     /// Whether a full queue dropped commands between the present instant and `at`.
     fn commands_are_missing_before(&self, at: EpochStep) -> bool {
         let from = self.resimulator.instant();
-        self.gaps.iter().filter(|gap| gap.topic == "commands").any(|gap| {
+        self.gaps.iter().filter(|gap| gap.topic == Topic::Commands.chunk()).any(|gap| {
             let last = gap.stamp.unwrap_or_default();
             (last.epoch, last.step) >= from && (last.epoch, gap.first_step) <= at
         })
     }
 
     /// Compares the state with a checkpoint, then restores the checkpoint.
-    fn checkpoint(&mut self, message: &RecordedMessage, event: &Event, checkpoint: &Checkpoint, at: EpochStep) {
+    fn checkpoint(&mut self, message: &RecordedMessage, event: &Message, checkpoint: &Checkpoint, at: EpochStep) {
         if self.anchored {
             self.compare(message, event, at);
         } else if at == (0, 0) {
@@ -152,7 +152,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.findings.push(Finding::ResimulationFault { epoch, step, what });
     }
 
-    fn compare(&mut self, message: &RecordedMessage, event: &Event, at: EpochStep) {
+    fn compare(&mut self, message: &RecordedMessage, event: &Message, at: EpochStep) {
         if !self.go_to(at) {
             return;
         }
@@ -161,15 +161,15 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             Ok(None) => return,
             Err(diverged) => return self.lost(at, &diverged.into()),
         };
-        self.done.messages += u64::from(!matches!(event, Event::Checkpoint(_)));
-        if let Event::Status(_) | Event::Energies(_) = event {
+        self.done.messages += u64::from(!matches!(event, Message::Checkpoint(_)));
+        if let Message::Status(_) | Message::Energies(_) = event {
             self.account();
         }
-        let computed = self.tolerate_unknown_torque(event, computed, at);
+        let computed = self.tolerate_unknown_torque(event, computed, at).encode_to_vec();
         if computed != message.data.as_ref() {
             self.differs(message, &computed, at);
         }
-        if matches!(event, Event::Status(status) if status.state() == State::Diverged) {
+        if matches!(event, Message::Status(status) if status.state() == State::Diverged) {
             self.diverges(at);
         }
     }
@@ -193,19 +193,17 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     }
 
     /// Keeps the recorded mean torque after missing loads: whether they ended its period is unknown.
-    fn tolerate_unknown_torque(&mut self, event: &Event, computed: Vec<u8>, at: EpochStep) -> Vec<u8> {
-        let Event::Loads(recorded) = event else { return computed };
+    fn tolerate_unknown_torque(&mut self, event: &Message, mut computed: Message, at: EpochStep) -> Message {
+        let (Message::Loads(recorded), Message::Loads(loads)) = (event, &mut computed) else { return computed };
         let since = self.last_loads.replace(at);
-        let missing = self.gaps.iter().filter(|gap| gap.topic == "loads").any(|gap| {
+        let missing = self.gaps.iter().filter(|gap| gap.topic == Topic::Loads.chunk()).any(|gap| {
             let last = gap.stamp.unwrap_or_default();
             since.is_none_or(|since| (last.epoch, last.step) > since) && (last.epoch, gap.first_step) < at
         });
-        if !missing {
-            return computed;
+        if missing {
+            loads.driving_torque_nm = recorded.driving_torque_nm;
         }
-        let driving_torque_nm = recorded.driving_torque_nm;
-        let as_recorded = |loads: wire::Loads| prost::Message::encode_to_vec(&wire::Loads { driving_torque_nm, ..loads });
-        prost::Message::decode(computed.as_slice()).map_or(computed, as_recorded)
+        computed
     }
 
     fn differs(&mut self, message: &RecordedMessage, computed: &[u8], instant: EpochStep) {
@@ -255,7 +253,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             computed: sim_time_s.to_string(),
         };
         self.first.get_or_insert(Difference {
-            topic: "commands".to_owned(),
+            topic: Topic::Commands.chunk().to_owned(),
             instant: at,
             sim_time_s: self.resimulator.simulation().time_s(),
             field: Some(field),

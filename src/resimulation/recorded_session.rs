@@ -5,8 +5,8 @@ use std::time::SystemTime;
 
 use super::ResimulationError;
 use crate::recording::{self, RecordingMetadata};
-use crate::runtime::PublishRates;
 use crate::scene::SceneSource;
+use crate::simulation::PublishRates;
 use crate::wire::Stamp;
 
 /// The facts of a recorded session.

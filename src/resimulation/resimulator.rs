@@ -2,12 +2,10 @@
 
 use std::time::SystemTime;
 
-use prost::Message as _;
-
-use super::event::{Event, resets};
+use super::event::resets;
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
-use crate::wire::{self, AppliedCommand, BadCommand, TelemetryEncoder, applied_command};
+use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
 
 /// A simulation that follows a recording.
 pub(super) struct Resimulator {
@@ -46,9 +44,7 @@ impl Resimulator {
     /// Starts at the beginning of a scene.
     pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
         let simulation = Simulation::new(scene)?;
-        let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-        let sample =
-            Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() };
+        let sample = simulation.blank_sample();
         let telemetry = TelemetryEncoder::new(&scene.system, simulation.start());
         Ok(Resimulator { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
@@ -66,13 +62,7 @@ impl Resimulator {
     }
 
     pub(super) fn stamp(&self) -> Stamp {
-        Stamp {
-            step: self.simulation.step_count(),
-            epoch: self.simulation.epoch(),
-            sim_time_s: self.simulation.time_s(),
-            epoch_start_s: self.epoch_start_s,
-            wall: SystemTime::UNIX_EPOCH,
-        }
+        self.simulation.stamp(self.epoch_start_s, SystemTime::UNIX_EPOCH)
     }
 
     /// Restores a recorded state; returns `false`, and changes nothing, if the state does not fit the scene.
@@ -137,9 +127,8 @@ impl Resimulator {
     /// Observes the present instant.
     pub(super) fn observe(&mut self) -> Result<&Sample, Diverged> {
         if self.observed != Some(self.instant()) {
-            self.sample.observation.clone_from(self.simulation.observe()?);
-            self.sample.ledger = self.simulation.ledger();
-            self.sample.stamp = self.stamp();
+            let stamp = self.stamp();
+            self.simulation.sample(&mut self.sample, stamp)?;
             self.observed = Some(self.instant());
         }
         Ok(&self.sample)
@@ -147,44 +136,33 @@ impl Resimulator {
 
     /// Re-simulates a recorded message of the present instant, except for fields that only the wall clock and the service
     /// determine. `None` if the message is not computed.
-    pub(super) fn recompute(&mut self, recorded: &Event) -> Result<Option<Vec<u8>>, Diverged> {
-        if recorded.is_of_sample() {
+    pub(super) fn recompute(&mut self, recorded: &Message) -> Result<Option<Message>, Diverged> {
+        if recorded.topic().is_telemetry() {
             self.observe()?;
         }
-        let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
-        let stamp = Some(wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) });
-        Ok(match recorded {
-            Event::Displacements(_) => {
-                if !self.telemetry.turns() {
-                    // Without loads, the mean torque follows the displacements.
-                    self.simulation.take_driving_torque_nm();
-                }
-                Some(wire::Displacements { stamp, ..self.telemetry.displacements(&self.sample) }.encode_to_vec())
+        let computed = match recorded {
+            Message::Checkpoint(_) => {
+                Some(Message::Checkpoint(Box::new(wire::checkpoint(&self.simulation.checkpoint(), &self.stamp()))))
             }
-            Event::Angles(_) => Some(wire::Angles { stamp, ..self.telemetry.angles(&self.sample) }.encode_to_vec()),
-            Event::Loads(_) => {
+            Message::Status(status) => {
+                Some(Message::Status(Box::new((**status).clone().with_account(self.simulation.account()))))
+            }
+            Message::Displacements(_) if !self.telemetry.has(Topic::Loads) => {
+                // Without loads, the mean torque follows the displacements.
+                self.simulation.take_driving_torque_nm();
+                self.telemetry.message(recorded.topic(), &self.sample)
+            }
+            Message::Loads(_) => {
                 self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
-                Some(wire::Loads { stamp, ..self.telemetry.loads(&self.sample) }.encode_to_vec())
+                self.telemetry.message(recorded.topic(), &self.sample)
             }
-            Event::Energies(_) => Some(wire::Energies { stamp, ..self.telemetry.energies(&self.sample) }.encode_to_vec()),
-            Event::Checkpoint(_) => {
-                let computed = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
-                Some(wire::Checkpoint { stamp, ..computed }.encode_to_vec())
-            }
-            Event::Status(status) => Some(self.status(status).encode_to_vec()),
-            Event::Command(_) | Event::Gap(_) | Event::Other => None,
-        })
-    }
-
-    /// Re-simulates energies, works, verdict and estimated error of a status.
-    fn status(&self, recorded: &wire::Status) -> wire::Status {
-        let status = wire::Status {
-            stamp: Some(wire::Stamp {
-                wall_time: recorded.stamp.and_then(|stamp| stamp.wall_time),
-                ..wire::stamp(&self.stamp())
-            }),
-            ..recorded.clone()
+            recorded => self.telemetry.message(recorded.topic(), &self.sample),
         };
-        status.with_account(&self.simulation)
+        let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
+        let stamp = wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) };
+        Ok(computed.map(|mut computed| {
+            computed.set_stamp(stamp);
+            computed
+        }))
     }
 }

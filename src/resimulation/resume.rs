@@ -1,12 +1,12 @@
 //! Resuming a session where its recording ended.
 
 use super::ResimulationError;
-use super::event::Event;
+use super::event::decode;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, Resimulator};
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::Simulation;
-use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply};
+use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic};
 
 /// A session at an instant of its recording.
 pub struct Resumed {
@@ -88,19 +88,19 @@ struct Trail {
 
 impl Trail {
     fn take(&mut self, source: &RecordedSession, message: &RecordedMessage) {
-        let Ok(event) = Event::of(message) else { return };
+        let Ok(Some(event)) = decode(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| source.is_timely(stamp, message.log_time)) else { return };
         match event {
-            Event::Gap(gap) => {
-                self.broken |= gap.topic == "commands";
+            Message::Gaps(gap) => {
+                self.broken |= gap.topic == Topic::Commands.chunk();
                 return;
             }
-            Event::Checkpoint(checkpoint) => {
+            Message::Checkpoint(checkpoint) => {
                 self.commands.clear();
                 self.broken = false;
                 self.checkpoint = Some(*checkpoint);
             }
-            Event::Command(command) => {
+            Message::Commands(command) => {
                 self.answers.extend(command.reply.clone());
                 if !self.broken {
                     self.commands.push(*command);

@@ -1,12 +1,12 @@
 //! The first reading of a recording: order, completeness, and checks that need no re-simulation.
 
-use super::event::{Event, topic};
+use super::event::{decode, topic};
 use super::finding::Finding;
 use super::missing_steps::MissingSteps;
 use super::physics::PhysicsCheck;
 use super::recorded_session::RecordedSession;
 use crate::recording::{RecordedMessage, RecordingError, Structure, WalkFlow, WalkItem, walk};
-use crate::wire::{Gap, Stamp};
+use crate::wire::{Gap, Message, Stamp, Topic};
 
 /// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
@@ -81,7 +81,7 @@ impl Reading<'_> {
     fn message(&mut self, message: &RecordedMessage) {
         let number = self.messages;
         self.messages += 1;
-        let event = match Event::of(message) {
+        let event = match decode(message) {
             Ok(event) => event,
             Err(error) => {
                 let cause = error.to_string();
@@ -89,19 +89,21 @@ impl Reading<'_> {
             }
         };
         // The command that started the recording may come before the first checkpoint.
-        let needs_state = !matches!(event, Event::Command(_) | Event::Checkpoint(_) | Event::Gap(_) | Event::Other);
+        let stateless = |event: &Message| matches!(event, Message::Commands(_) | Message::Checkpoint(_) | Message::Gaps(_));
+        let needs_state = event.as_ref().is_some_and(|event| !stateless(event));
         if needs_state && self.epoch_start.is_none() && !self.findings.contains(&Finding::NoCheckpoint) {
             self.findings.push(Finding::NoCheckpoint);
         }
-        if let Event::Checkpoint(checkpoint) = &event {
+        if let Some(Message::Checkpoint(checkpoint)) = &event {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
         }
         // A gap is reported later than it occurred, so its time is not checked.
-        self.time(message, event.stamp().filter(|_| !matches!(event, Event::Gap(_))));
+        self.time(message, event.as_ref().filter(|event| event.topic() != Topic::Gaps).and_then(Message::stamp));
+        let Some(event) = event else { return };
         self.holes.take(&event, message.sequence, number);
         self.findings.extend(self.physics.judge(&event));
-        if let Event::Gap(gap) = event {
-            self.gaps.push(gap);
+        if let Message::Gaps(gap) = event {
+            self.gaps.push(*gap);
         }
     }
 

@@ -8,13 +8,13 @@ use prost::Message as _;
 use super::ResimulationError;
 use super::deviation::Deviation;
 use super::difference::{Difference, Field};
-use super::event::{Event, resets, schema, topic};
+use super::event::{decode, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
 use crate::recording::{self, RecordedMessage, Recorder, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written, walk};
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, PulseRequest};
-use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, applied_command};
+use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
 /// Settings of the new recording.
 const SETTINGS: Settings =
@@ -125,7 +125,7 @@ fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPuls
     let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
     walk(&source.path, |found, _| {
         let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
-        if schema(message) == "flexcrank.v1.Checkpoint" && message.log_time <= until_ns {
+        if schema(message) == Topic::Checkpoint.schema() && message.log_time <= until_ns {
             begin = Some(number);
         }
         number += 1;
@@ -166,14 +166,14 @@ struct Attempt<'a> {
 
 impl Attempt<'_> {
     fn message(&mut self, message: &RecordedMessage) -> Result<(), Stopped> {
-        let Ok(event) = Event::of(message) else { return Ok(()) };
+        let Ok(Some(event)) = decode(message) else { return Ok(()) };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return Ok(()) };
         if self.from_s.is_none() {
-            let Event::Checkpoint(checkpoint) = &event else { return Ok(()) };
+            let Message::Checkpoint(checkpoint) = &event else { return Ok(()) };
             return self.begin(checkpoint, &event, message);
         }
-        let ours = event.is_of_sample() || matches!(event, Event::Checkpoint(_));
-        if !ours && !matches!(event, Event::Command(_)) {
+        let ours = event.topic().is_telemetry() || matches!(event, Message::Checkpoint(_));
+        if !ours && !matches!(event, Message::Commands(_)) {
             return Ok(());
         }
         if stamp.epoch == self.resimulator.instant().0 {
@@ -187,12 +187,12 @@ impl Attempt<'_> {
         }
         self.resimulator.go_to((stamp.epoch, step as u64), |_| {})?;
         match &event {
-            Event::Command(command) => self.command(command, message),
+            Message::Commands(command) => self.command(command, message),
             _ => self.compare(&event, message),
         }
     }
 
-    fn begin(&mut self, checkpoint: &Checkpoint, event: &Event, message: &RecordedMessage) -> Result<(), Stopped> {
+    fn begin(&mut self, checkpoint: &Checkpoint, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
         let unlike = |what: &str| {
             let (path, what) = (self.source.path.clone(), what.to_owned());
             Stopped::Other(ResimulationError::Unlike { path, what })
@@ -240,7 +240,7 @@ impl Attempt<'_> {
 
     fn command(&mut self, command: &AppliedCommand, message: &RecordedMessage) -> Result<(), Stopped> {
         if resets(command) {
-            self.record(topic(message), "flexcrank.v1.AppliedCommand", message.data.to_vec(), message);
+            self.record(Topic::Commands, message.data.to_vec(), message);
             return Ok(self.resimulator.command(command)?);
         }
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
@@ -259,13 +259,14 @@ impl Attempt<'_> {
         };
         let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
         let applied = AppliedCommand { stamp: Some(wire::stamp(&self.resimulator.stamp())), reply: Some(reply), command };
-        self.record("commands", "flexcrank.v1.AppliedCommand", applied.encode_to_vec(), message);
+        self.record(Topic::Commands, applied.encode_to_vec(), message);
         Ok(())
     }
 
-    fn compare(&mut self, event: &Event, message: &RecordedMessage) -> Result<(), Stopped> {
+    fn compare(&mut self, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
         let Some(computed) = self.write_in_place_of(event, message)? else { return Ok(()) };
-        if matches!(event, Event::Checkpoint(_)) || computed == message.data.as_ref() {
+        let payload = computed.encode_to_vec();
+        if matches!(event, Message::Checkpoint(_)) || payload == message.data.as_ref() {
             return Ok(());
         }
         let session_s = self.resimulator.stamp().session_s();
@@ -274,7 +275,7 @@ impl Attempt<'_> {
                 topic: topic(message).to_owned(),
                 instant: self.resimulator.instant(),
                 sim_time_s: self.resimulator.simulation().time_s(),
-                field: Field::first(schema(message), &message.data, &computed),
+                field: Field::first(schema(message), &message.data, &payload),
                 after: None,
             });
         }
@@ -282,20 +283,20 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    fn write_in_place_of(&mut self, event: &Event, message: &RecordedMessage) -> Result<Option<Vec<u8>>, Stopped> {
+    fn write_in_place_of(&mut self, event: &Message, message: &RecordedMessage) -> Result<Option<Message>, Stopped> {
         let computed = self.resimulator.recompute(event)?;
-        if let (Some(payload), Some(schema)) = (&computed, event.schema()) {
-            self.record(topic(message), schema, payload.clone(), message);
+        if let Some(computed) = &computed {
+            self.record(event.topic(), computed.encode_to_vec(), message);
         }
         Ok(computed)
     }
 
-    fn record(&self, topic: &str, schema: &'static str, payload: Vec<u8>, message: &RecordedMessage) {
+    fn record(&self, topic: Topic, payload: Vec<u8>, message: &RecordedMessage) {
         let prefix = message.channel.topic.rsplit_once('/').map_or("", |(prefix, _)| prefix);
         // A failure is reported when the recording is finished.
         let _ = self.recorder.record(recording::Message {
-            topic: format!("{prefix}/{topic}"),
-            schema,
+            topic: format!("{prefix}/{}", topic.chunk()),
+            schema: topic.schema(),
             payload,
             log_time_ns: self.source.log_time_ns(self.resimulator.stamp().session_s()),
             publish_time_ns: message.publish_time,

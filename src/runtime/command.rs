@@ -21,6 +21,13 @@ pub enum Request {
     Control(control::Action),
 }
 
+impl Request {
+    /// Whether it starts or stops a recording.
+    pub fn is_of_recording(&self) -> bool {
+        matches!(self, Request::Control(control::Action::StartRecording(_) | control::Action::StopRecording(_)))
+    }
+}
+
 /// Sends the reply of a command. Called off the stepping thread.
 pub type ReplyTo = Box<dyn FnOnce(CommandReply) + Send>;
 
@@ -73,8 +80,7 @@ impl SharedState {
 
     /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again.
     pub fn reply_to_retry(&self, id: &str) -> Option<CommandReply> {
-        let reply = self.replies().get(id)?;
-        Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply })
+        self.replies().get(id)
     }
 
     /// Remembers the reply to a command that was accepted before this run, so that a retry is not applied again.

@@ -3,31 +3,41 @@
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-use super::command::ReplyTo;
-use super::rates::{DueTopics, TELEMETRY};
-use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{AppliedCommand, CommandReply, Overruns, Shadow, Status, control};
+use super::command::{ReplyTo, Request};
+use super::status::RunStatus;
+use crate::simulation::{Checkpoint, PerTelemetry, Sample, Stamp};
+use crate::wire::{CommandReply, Overruns, Shadow};
 
 /// One message for the bus, the recording, or both.
 pub enum Output {
     /// The state at one instant, and the topics to publish it on. The sample returns to the pool afterwards.
-    Sample(Arc<Sample>, DueTopics),
+    Sample(Arc<Sample>, PerTelemetry<bool>),
     /// The difference between the shadow model and the main model.
     Shadow(Box<Shadow>, Stamp),
-    /// The state of the service.
-    Status(Box<Status>, Stamp),
-    /// The reply to a command, and the message that records it if it took effect.
-    Answer(CommandReply, ReplyTo, Option<Box<AppliedCommand>>, Stamp),
-    /// A request to start or stop a recording. The output thread decides and replies.
-    Recording(RecordingRequest),
+    /// The state of the run.
+    Status(Box<RunStatus>),
+    /// The reply to a command.
+    Answer(Box<Answer>),
     /// The full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
     /// Samples dropped because the pool was empty.
-    MissedSamples(MissedSamplesByTopic, Stamp),
+    MissedSamples(Box<PerTelemetry<Option<MissedSamples>>>, Stamp),
     /// Missed deadlines.
     Overruns(Box<Overruns>, Stamp),
     /// The simulator has ended: nothing follows.
     Over,
+}
+
+/// The reply to a command.
+pub struct Answer {
+    /// The reply. If the request starts or stops a recording, it is the reply if that succeeds: the output thread decides.
+    pub reply: CommandReply,
+    /// Sends the reply.
+    pub reply_to: ReplyTo,
+    /// The request, to be recorded if the reply accepts it; `None` for a retry.
+    pub request: Option<Request>,
+    /// When the stepping thread took the command.
+    pub stamp: Stamp,
 }
 
 /// The sending end of the output queue of one simulator. Several simulators share a queue.
@@ -60,25 +70,10 @@ pub struct MissedSamples {
     pub count: u64,
 }
 
-/// Dropped samples by topic, in the order of [`DueTopics::by_topic`].
-pub type MissedSamplesByTopic = [Option<MissedSamples>; TELEMETRY];
-
 impl MissedSamples {
     /// Adds a dropped sample to those before it.
     pub fn and(missed: Option<MissedSamples>, last: Stamp) -> MissedSamples {
         let (first_step, count) = missed.map_or((last.step, 0), |missed| (missed.first_step, missed.count));
         MissedSamples { first_step, last, count: count + 1 }
     }
-}
-
-/// A request to start or stop a recording.
-pub struct RecordingRequest {
-    /// `StartRecording` or `StopRecording`.
-    pub action: control::Action,
-    /// The reply, if the request succeeds.
-    pub answer: CommandReply,
-    /// Sends the reply.
-    pub reply: ReplyTo,
-    /// When the stepping thread took the command.
-    pub stamp: Stamp,
 }

@@ -15,9 +15,10 @@ pub(crate) struct ReplyCache {
 }
 
 impl ReplyCache {
-    /// The reply that was given under this id, if any.
+    /// The reply to a retry: to a command under the id of one that was accepted before.
     pub(crate) fn get(&self, id: &str) -> Option<CommandReply> {
-        self.answers.get(id).cloned()
+        let reply = self.answers.get(id)?.clone();
+        Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply })
     }
 
     /// Stores a reply, unless its id is empty.

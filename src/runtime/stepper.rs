@@ -13,13 +13,11 @@ use super::command::{Command, SharedState};
 use super::missed_deadlines::WakeUp;
 use super::output::{Outbox, Output};
 use super::pacer::{Overrun, Pace};
-use super::rate::PublishRate;
-use super::rates::{DueTopics, PublishRates};
 use super::shadow::ShadowSimulation;
-use crate::simulation::{Diverged, EnergyVerdict, Sample, Simulation, Stamp};
+use crate::simulation::{Diverged, EnergyVerdict, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 use parts::{Deadlines, Drops, RunState, Schedule, Statistics};
-use reporting::STATUS_PERIOD;
+pub use reporting::STATUS_PERIOD;
 pub(crate) use reporting::unbalanced;
 
 /// Simulated time between two checkpoints, s.
@@ -185,10 +183,10 @@ impl Stepper {
         self.checkpoint();
         // The state at which a session resumes was published before.
         if !self.resumed {
-            let published = self.publish(DueTopics::ALL);
+            let published = self.publish(true.into());
             self.note_result(published);
         }
-        self.status(State::Running, String::new());
+        self.status(State::Running, None);
         // Spreads the status messages of all simulators on the thread over the status period.
         self.schedule.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
     }
@@ -241,18 +239,18 @@ impl Stepper {
     /// Ends the run. Publishes the last good state at any publishing rate.
     pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.run.ending.take().unwrap_or(Ending::Stopped);
-        let (state, message) = match &ending {
-            Ending::Finished | Ending::Stopped => (State::Finished, String::new()),
-            Ending::Diverged(diverged) => (State::Diverged, diverged.to_string()),
-            Ending::Late { step, late } => (State::Finished, format!("step {step} would have begun {late:.1?} late")),
+        let (phase, message) = match &ending {
+            Ending::Finished | Ending::Stopped => (State::Finished, None),
+            Ending::Diverged(diverged) => (State::Diverged, Some(diverged.to_string())),
+            Ending::Late { step, late } => (State::Finished, Some(format!("step {step} would have begun {late:.1?} late"))),
         };
-        let rest = DueTopics::ALL.without(self.due_topics());
-        if rest.any() {
+        let rest = self.due_topics().map(|due| !due);
+        if rest != false.into() {
             // If this state cannot be observed, the last good one was published already.
             let _ = self.publish(rest);
         }
         self.report_overruns();
-        self.status(state, message);
+        self.status(phase, message);
         self.send(Output::Over);
         RunSummary { ending, dropped: self.drops.count, verdict: self.simulation.energy_verdict() }
     }
@@ -294,7 +292,7 @@ impl Stepper {
         }
         self.checkpoint_if_due();
         let due = self.due_topics();
-        if due.any() {
+        if due != false.into() {
             self.publish(due)?;
         }
         self.status_by_simulated_time();
@@ -302,8 +300,9 @@ impl Stepper {
     }
 
     /// The topics that the present step is published on.
-    fn due_topics(&self) -> DueTopics {
-        self.stepping.publish.due_topics(self.simulation.step_count(), self.simulation.step_s())
+    fn due_topics(&self) -> PerTelemetry<bool> {
+        let (step, step_s) = (self.simulation.step_count(), self.simulation.step_s());
+        self.stepping.publish.map(|rate| rate.is_due(step, step_s))
     }
 
     /// Simulated time since the session began, resets included, s.
@@ -312,13 +311,7 @@ impl Stepper {
     }
 
     fn stamp(&self) -> Stamp {
-        Stamp {
-            step: self.simulation.step_count(),
-            epoch: self.simulation.epoch(),
-            sim_time_s: self.simulation.time_s(),
-            epoch_start_s: self.epoch_start_s,
-            wall: SystemTime::now(),
-        }
+        self.simulation.stamp(self.epoch_start_s, SystemTime::now())
     }
 
     /// Sends to the output thread; a lost receiver ends the run.
@@ -327,14 +320,14 @@ impl Stepper {
     }
 
     /// Publishes the present state. With an empty pool, a paced run drops the sample and counts it; an unpaced run waits.
-    fn publish(&mut self, due: DueTopics) -> Result<(), Diverged> {
+    fn publish(&mut self, due: PerTelemetry<bool>) -> Result<(), Diverged> {
         let begun = self.clock.elapsed();
         let published = self.send_sample(due);
         self.deadlines.timings.sending += self.clock.elapsed().saturating_sub(begun);
         published
     }
 
-    fn send_sample(&mut self, due: DueTopics) -> Result<(), Diverged> {
+    fn send_sample(&mut self, due: PerTelemetry<bool>) -> Result<(), Diverged> {
         let hurried = self.stepping.pace != Pace::Max && !self.run.paused;
         let free = if hurried { self.ports.pool.try_recv().ok() } else { self.ports.pool.recv().ok() };
         let stamp = self.stamp();
@@ -344,11 +337,9 @@ impl Stepper {
         };
         // The pool holds the only reference, so nothing is cloned.
         let sample = Arc::make_mut(&mut free);
-        sample.observation.clone_from(self.simulation.observe()?);
+        self.simulation.sample(sample, stamp)?;
         self.statistics.worst_out_of_range =
             self.statistics.worst_out_of_range.max(sample.observation.out_of_range.unwrap_or(0.0));
-        sample.stamp = stamp;
-        sample.ledger = self.simulation.ledger();
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }

@@ -13,15 +13,15 @@ use super::ServiceError;
 use super::drop_ledger::DropLedger;
 use super::output_worker::{Closed, OnStatus, OutputWorker, RecordingTarget, serve};
 use super::scene_update_timer::SceneUpdateTimer;
-use crate::bus::{BusError, Name, ServiceEndpoint, Session, client};
+use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
     Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
     SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::SceneSource;
-use crate::simulation::{EnergyVerdict, Sample, Simulation, Stamp};
-use crate::wire::{self, Angles, TelemetryEncoder, control};
+use crate::simulation::{EnergyVerdict, PublishRates, Sample, Simulation};
+use crate::wire::{self, Angles, CommandReply, TelemetryEncoder, control};
 
 /// Samples in flight from one simulation, if few run.
 const MOST_SAMPLES: usize = 2048;
@@ -70,7 +70,7 @@ pub struct Resumption {
     /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
     /// Replies to the commands accepted before, so that a retry is not applied again.
-    pub answers: Vec<wire::CommandReply>,
+    pub answers: Vec<CommandReply>,
     /// The recording, and where the session resumes.
     pub of: String,
 }
@@ -216,12 +216,14 @@ impl Group {
         let (inbox, commands) = inbox();
         let (to_pool, pool) = sync_channel(samples);
         for _ in 0..samples {
-            if to_pool.try_send(Arc::new(blank(&simulation))).is_err() {
+            if to_pool.try_send(Arc::new(simulation.blank_sample())).is_err() {
                 break;
             }
         }
         if live.scene.scene.chain().is_none() {
-            live.stepping.publish = live.stepping.publish.without_angles_and_loads();
+            // The mean torque follows the displacements.
+            let PublishRates { displacements, energies, .. } = live.stepping.publish;
+            live.stepping.publish = PublishRates { energies, ..displacements.into() };
         }
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
         let output_worker = output_worker(session, live, &simulation, &inbox, to_pool)?;
@@ -247,7 +249,7 @@ fn output_worker(
     inbox: &Inbox,
     pool: SyncSender<Arc<Sample>>,
 ) -> Result<OutputWorker, ServiceError> {
-    let mut facts = vec![("publish_hz", live.stepping.publish.by_topic())];
+    let mut facts = vec![("publish_hz", live.stepping.publish.to_string())];
     facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
     let target = RecordingTarget {
         folder: live.recordings,
@@ -267,7 +269,8 @@ fn output_worker(
         },
     };
     let recorder = live.record.map(|path| target.start(&path)).transpose()?;
-    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, Some(inbox))?;
+    let commands = bus::service_commands(session, &live.name, inbox)?;
+    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, commands)?;
     Ok(OutputWorker {
         name: live.name,
         endpoint,
@@ -287,14 +290,11 @@ fn output_worker(
     })
 }
 
-/// An empty sample.
-fn blank(simulation: &Simulation) -> Sample {
-    let stamp = Stamp { step: 0, epoch: 0, sim_time_s: 0.0, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
-    Sample { stamp, driving_torque_nm: 0.0, observation: simulation.observation().clone(), ledger: simulation.ledger() }
-}
-
 /// Stops the run.
 fn stop(inbox: &Inbox) {
-    let request = Request::Control(control::Action::Stop(wire::Stop {}));
-    inbox.submit(Command { id: String::new(), request, reply: Box::new(|_| {}) });
+    inbox.submit(Command {
+        id: String::new(),
+        request: Request::Control(control::Action::Stop(wire::Stop {})),
+        reply: Box::new(|_| {}),
+    });
 }

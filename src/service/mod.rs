@@ -6,6 +6,7 @@ mod live;
 mod output_worker;
 mod replay;
 mod scene_update_timer;
+mod status;
 
 pub use error::ServiceError;
 pub use live::{LiveOptions, LiveReport, LiveSimulation, Resumption, run, run_all};

@@ -9,17 +9,13 @@ use tokio::sync::oneshot;
 
 use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
-use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry, Topic};
+use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
-use crate::runtime::{DueTopics, MissedSamplesByTopic, Output, RecordingRequest, SharedState, TELEMETRY};
-use crate::simulation::{Checkpoint, Sample, Stamp};
-use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Status, TelemetryEncoder, applied_command, control::Action};
-
-/// Last chunk of the key that checkpoints are recorded under. They are not published.
-const CHECKPOINT: &str = "checkpoint";
-
-/// The telemetry topics, in the order of [`DueTopics::by_topic`].
-const TELEMETRY_TOPICS: [Topic; TELEMETRY] = [Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies];
+use crate::runtime::{Answer, MissedSamples, Output, Request, RunStatus, SharedState};
+use crate::simulation::{PerTelemetry, Sample, Stamp};
+use crate::wire::{
+    self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, TelemetryEncoder, Topic, applied_command, control::Action,
+};
 
 /// Called with every status message, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -107,17 +103,12 @@ impl OutputWorker {
                 self.return_to_pool(sample);
             }
             Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || shadow.encode_to_vec()),
-            Output::Status(status, stamp) => self.status(*status, &stamp),
-            Output::Answer(reply, reply_to, applied, stamp) => {
-                self.shared.answered();
-                reply_to(reply);
-                if let Some(applied) = applied {
-                    self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
-                }
+            Output::Status(run) => self.status(*run),
+            Output::Answer(answer) => self.answer(*answer),
+            Output::Checkpoint(checkpoint, stamp) => {
+                self.record(Topic::Checkpoint, wire::checkpoint(&checkpoint, &stamp).encode_to_vec(), &stamp);
             }
-            Output::Recording(request) => self.recording(request),
-            Output::Checkpoint(checkpoint, stamp) => self.checkpoint(&checkpoint, &stamp),
-            Output::MissedSamples(missed, stamp) => self.missed(&missed, &stamp),
+            Output::MissedSamples(missed, stamp) => self.missed(*missed, &stamp),
             Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
             Output::Over => {}
         }
@@ -132,25 +123,20 @@ impl OutputWorker {
         self.recording_full = recording_full;
     }
 
-    fn sample(&mut self, sample: &Arc<Sample>, due: DueTopics) {
+    fn sample(&mut self, sample: &Arc<Sample>, due: PerTelemetry<bool>) {
         let (telemetry, stamp) = (Arc::clone(&self.telemetry), &sample.stamp);
-        if due.displacements {
-            self.publish_telemetry(Topic::Displacements, sample, || telemetry.displacements(sample).encode_to_vec());
+        for (topic, _) in due.by_topic().into_iter().filter(|(topic, due)| *due && telemetry.has(*topic)) {
+            let make = || telemetry.message(topic, sample).as_ref().map(Message::encode_to_vec).unwrap_or_default();
+            let kept = SnapshotEntry::Sample(Arc::clone(&telemetry), Arc::clone(sample));
+            if let SnapshotEntry::Sample(_, before) = self.publish_and_record(topic, stamp, kept, make) {
+                self.return_to_pool(before);
+            }
         }
         if self.scene_update_timer.as_mut().is_some_and(|scene_update_timer| scene_update_timer.is_due(stamp.session_s())) {
             let time_ns = self.target.session.log_time_ns(stamp.session_s());
             let has_slider = sample.observation.resistance_n.is_some();
             let draw = || wire::scene_update(&telemetry.displacements(sample), has_slider, time_ns).encode_to_vec();
             self.send(Topic::SceneUpdates, stamp, draw);
-        }
-        if due.angles && telemetry.turns() {
-            self.publish_telemetry(Topic::Angles, sample, || telemetry.angles(sample).encode_to_vec());
-        }
-        if due.loads && telemetry.turns() {
-            self.publish_telemetry(Topic::Loads, sample, || telemetry.loads(sample).encode_to_vec());
-        }
-        if due.energies {
-            self.publish_telemetry(Topic::Energies, sample, || telemetry.energies(sample).encode_to_vec());
         }
     }
 
@@ -162,27 +148,14 @@ impl OutputWorker {
         }
     }
 
-    fn status(&mut self, mut status: Status, stamp: &Stamp) {
+    fn status(&mut self, run: RunStatus) {
+        let stamp = run.stamp;
         self.check_recording_ended();
-        self.publish_gaps(stamp);
-        if let Some(recording_failure) = &self.recording_failure {
-            let more = if status.message.is_empty() { "" } else { "; " };
-            status.message = format!("{recording_failure}{more}{}", status.message);
-        }
-        status.recording = self.recorder.as_ref().map(|recorder| recorder.path().display().to_string());
-        status.drops = self.drops.totals();
-        (status.commands_accepted, status.commands_rejected) = (self.shared.accepted(), self.shared.rejected());
+        self.publish_gaps(&stamp);
+        let status = self.joined_status(run);
         (self.on_status)(&status);
         let payload = status.encode_to_vec();
-        self.publish_and_record(Topic::Status, stamp, payload.clone().into(), || payload);
-    }
-
-    /// Publishes and records a telemetry message; the snapshot keeps the sample.
-    fn publish_telemetry(&mut self, topic: Topic, sample: &Arc<Sample>, make: impl FnOnce() -> Vec<u8>) {
-        let kept = SnapshotEntry::Sample(Arc::clone(&self.telemetry), Arc::clone(sample));
-        if let SnapshotEntry::Sample(_, before) = self.publish_and_record(topic, &sample.stamp, kept, make) {
-            self.return_to_pool(before);
-        }
+        self.publish_and_record(Topic::Status, &stamp, payload.clone().into(), || payload);
     }
 
     /// Publishes and records a message that the snapshot does not hold.
@@ -208,22 +181,22 @@ impl OutputWorker {
             match (wanted, recorded) {
                 (true, true) => {
                     self.endpoint.put(topic, number, payload.clone());
-                    self.record(topic.chunk(), topic.schema(), payload, stamp);
+                    self.record(topic, payload, stamp);
                 }
                 (true, false) => self.endpoint.put(topic, number, payload),
-                (false, _) => self.record(topic.chunk(), topic.schema(), payload, stamp),
+                (false, _) => self.record(topic, payload, stamp),
             }
         }
         before
     }
 
-    /// Records a message under the key that ends in `chunk`, or counts it as dropped.
-    fn record(&mut self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) {
+    /// Records a message, or counts it as dropped.
+    fn record(&mut self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) {
         self.last_stamp = Some(*stamp);
         let Some(recorder) = &self.recorder else { return };
-        if !recorder.record(self.message(chunk, schema, payload, stamp)) && !self.check_recording_ended() {
+        if !recorder.record(self.message(topic, payload, stamp)) && !self.check_recording_ended() {
             self.shared.count_dropped();
-            self.drops.count_unrecorded(chunk, stamp);
+            self.drops.count_unrecorded(topic.chunk(), stamp);
         }
     }
 
@@ -242,35 +215,23 @@ impl OutputWorker {
         true
     }
 
-    fn message(&self, chunk: &str, schema: &'static str, payload: Vec<u8>, stamp: &Stamp) -> recording::Message {
+    fn message(&self, topic: Topic, payload: Vec<u8>, stamp: &Stamp) -> recording::Message {
         recording::Message {
-            topic: self.name.key(chunk),
-            schema,
+            topic: self.name.topic(topic),
+            schema: topic.schema(),
             payload,
             log_time_ns: self.target.session.log_time_ns(stamp.session_s()),
             publish_time_ns: recording::nanoseconds(stamp.wall),
-            begins_part: chunk == CHECKPOINT,
+            begins_part: topic == Topic::Checkpoint,
         }
     }
 
-    fn checkpoint(&mut self, checkpoint: &Checkpoint, stamp: &Stamp) {
-        let message = wire::checkpoint(checkpoint, stamp);
-        self.record(CHECKPOINT, "flexcrank.v1.Checkpoint", message.encode_to_vec(), stamp);
-    }
-
     /// Adds samples dropped by the stepping thread to the drop ledger.
-    fn missed(&mut self, missed: &MissedSamplesByTopic, stamp: &Stamp) {
-        let turns = self.telemetry.turns();
-        let exists = |topic: &Topic| turns || !matches!(topic, Topic::Angles | Topic::Loads);
-        for (topic, missed) in TELEMETRY_TOPICS.iter().zip(missed).filter(|(topic, _)| exists(topic)) {
-            let Some(missed) = missed else { continue };
-            self.drops.add(Gap {
-                stamp: Some(wire::stamp(&missed.last)),
-                topic: topic.chunk().to_owned(),
-                count: missed.count,
-                first_step: missed.first_step,
-                published: false,
-            });
+    fn missed(&mut self, missed: PerTelemetry<Option<MissedSamples>>, stamp: &Stamp) {
+        for (topic, missed) in missed.by_topic().into_iter().filter(|(topic, _)| self.telemetry.has(*topic)) {
+            let Some(MissedSamples { first_step, last, count }) = missed else { continue };
+            let (stamp, topic) = (Some(wire::stamp(&last)), topic.chunk().to_owned());
+            self.drops.add(Gap { stamp, topic, count, first_step, published: false });
         }
         self.publish_gaps(stamp);
     }
@@ -279,7 +240,7 @@ impl OutputWorker {
     fn publish_gaps(&mut self, stamp: &Stamp) {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
-            let message = self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), stamp);
+            let message = self.message(Topic::Gaps, payload.clone(), stamp);
             if self.recorder.as_ref().is_none_or(|recorder| recorder.record(message)) {
                 self.endpoint.publish(Topic::Gaps, payload);
             } else {
@@ -288,32 +249,40 @@ impl OutputWorker {
         }
     }
 
-    /// Starts or stops a recording, then replies.
-    fn recording(&mut self, request: RecordingRequest) {
-        let RecordingRequest { action, answer, reply, stamp } = request;
-        if let Some(reply_again) = self.shared.reply_to_retry(&answer.id) {
-            self.shared.answered();
-            return reply(reply_again);
+    /// Replies to a command, and publishes it if it took effect.
+    fn answer(&mut self, answer: Answer) {
+        let Answer { mut reply, reply_to, mut request, stamp } = answer;
+        if let Some(Request::Control(action)) = request.as_ref().filter(|request| request.is_of_recording()) {
+            // A retry may have come while the first was queued.
+            match self.shared.reply_to_retry(&reply.id) {
+                Some(reply_again) => (reply, request) = (reply_again, None),
+                None => reply = self.control_recording(action, reply),
+            }
         }
-        let done = match &action {
+        self.shared.answered();
+        reply_to(reply.clone());
+        if let Some(request) = request.filter(|_| reply.accepted) {
+            self.send(Topic::Commands, &stamp, || applied(request, reply, &stamp).encode_to_vec());
+        }
+    }
+
+    /// Starts or stops a recording; returns the reply.
+    fn control_recording(&mut self, action: &Action, reply: CommandReply) -> CommandReply {
+        let done = match action {
             Action::StartRecording(start) => self.start_recording(&start.name),
             _ => self.stop_recording(),
         };
-        let answer = match done {
-            Ok(path) => CommandReply { reason: path.display().to_string(), ..answer },
-            Err(reason) => CommandReply { id: answer.id, accepted: false, reason, ..CommandReply::default() },
-        };
-        if answer.accepted {
-            self.shared.count_accepted(&answer);
-            let control = wire::Control { id: answer.id.clone(), action: Some(action) };
-            let command = Some(applied_command::Command::Control(control));
-            let applied = AppliedCommand { stamp: Some(wire::stamp(&stamp)), reply: Some(answer.clone()), command };
-            self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
-        } else {
-            self.shared.count_rejected();
+        match done {
+            Ok(path) => {
+                let reply = CommandReply { reason: path.display().to_string(), ..reply };
+                self.shared.count_accepted(&reply);
+                reply
+            }
+            Err(reason) => {
+                self.shared.count_rejected();
+                CommandReply { id: reply.id, reason, ..CommandReply::default() }
+            }
         }
-        self.shared.answered();
-        reply(answer);
     }
 
     fn start_recording(&mut self, name: &str) -> Result<PathBuf, String> {
@@ -340,10 +309,20 @@ impl OutputWorker {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
             if let Some(now) = self.last_stamp {
-                recorder.record_blocking(self.message(Topic::Gaps.chunk(), Topic::Gaps.schema(), payload.clone(), &now));
+                recorder.record_blocking(self.message(Topic::Gaps, payload.clone(), &now));
             }
             self.endpoint.publish(Topic::Gaps, payload);
         }
         self.finished_recordings.extend(recorder.finish());
     }
+}
+
+/// The record of a command that took effect.
+fn applied(request: Request, reply: CommandReply, stamp: &Stamp) -> AppliedCommand {
+    let id = reply.id.clone();
+    let command = match request {
+        Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&id, &pulse)),
+        Request::Control(action) => applied_command::Command::Control(wire::Control { id, action: Some(action) }),
+    };
+    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(reply), command: Some(command) }
 }

@@ -14,6 +14,7 @@
 //! ```
 
 mod build;
+mod checkpoint;
 mod drive;
 mod engine;
 mod error;
@@ -23,20 +24,27 @@ mod integrated;
 mod ledger;
 mod load;
 mod pulses;
+mod rate;
 mod sample;
 mod step_limit;
+mod telemetry;
 
+pub use checkpoint::Checkpoint;
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use error_estimate::ErrorEstimate;
 pub use ledger::{EnergyLedger, EnergyVerdict, LedgerEntries};
 pub use load::{DeliveredImpulse, PulseRequest};
 pub use pulses::Pulses;
-pub use sample::{Sample, Stamp};
+pub use rate::{BadRate, PublishRate};
+pub use sample::{Account, Sample, Stamp};
+pub use telemetry::{PerTelemetry, PublishRates};
+
+use std::time::SystemTime;
 
 pub use crate::integrate::Work;
 use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
-use crate::scene::{Pulse, Scene};
+use crate::scene::Scene;
 use drive::{DriveLaw, Torque};
 use engine::Engine;
 use ledger::Ledger;
@@ -56,27 +64,6 @@ pub struct Effective {
     pub step: u64,
     /// Simulated time at which it begins, s.
     pub sim_time_s: f64,
-}
-
-/// The full state of a simulation: one that is restored from it goes on equal to the bit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Checkpoint {
-    /// Steps since the epoch began.
-    pub step: u64,
-    /// The epoch.
-    pub epoch: u64,
-    /// Coordinates, velocities and further state of the integrator, in the model's own order.
-    pub state: Vec<f64>,
-    /// Pulses that wait or act.
-    pub pulses: Vec<Pulse>,
-    /// The account of energy and work.
-    pub ledger: LedgerEntries,
-    /// The estimated error; `None` where the method cannot tell.
-    pub error: Option<ErrorEstimate>,
-    /// Torque at the pivot at this instant, N·m.
-    pub torque_nm: f64,
-    /// Impulse delivered since the mean torque was last taken.
-    pub delivered: DeliveredImpulse,
 }
 
 /// Observations of a simulation.
@@ -341,6 +328,32 @@ impl Simulation {
     /// Energies and works of the present state.
     pub fn ledger(&self) -> EnergyLedger {
         self.ledger.energies()
+    }
+
+    /// Energies, works and estimated error of the present state.
+    pub fn account(&self) -> Account {
+        Account { ledger: self.ledger(), verdict: self.energy_verdict(), error: self.error }
+    }
+
+    /// The stamp of the present instant, in an epoch that began at `epoch_start_s`.
+    pub fn stamp(&self, epoch_start_s: f64, wall: SystemTime) -> Stamp {
+        Stamp { step: self.step, epoch: self.epoch, sim_time_s: self.time_s(), epoch_start_s, wall }
+    }
+
+    /// A sample with room for an observation, to be filled by [`Simulation::sample`].
+    pub fn blank_sample(&self) -> Sample {
+        let stamp = self.stamp(0.0, SystemTime::UNIX_EPOCH);
+        Sample { stamp, driving_torque_nm: 0.0, observation: self.observation().clone(), ledger: self.ledger() }
+    }
+
+    /// Fills a sample with the present state, except for the driving torque.
+    ///
+    /// # Errors
+    /// As of [`Simulation::observe`].
+    pub fn sample(&mut self, sample: &mut Sample, stamp: Stamp) -> Result<(), Diverged> {
+        sample.observation.clone_from(self.observe()?);
+        (sample.stamp, sample.ledger) = (stamp, self.ledger());
+        Ok(())
     }
 
     /// Everything needed to go on from here.

@@ -2,7 +2,8 @@
 
 use std::time::SystemTime;
 
-use super::EnergyLedger;
+use super::error_estimate::ErrorEstimate;
+use super::ledger::{EnergyLedger, EnergyVerdict};
 use crate::mechanics::Observation;
 
 /// When a sample was true.
@@ -38,4 +39,15 @@ pub struct Sample {
     pub observation: Observation,
     /// Energies and works.
     pub ledger: EnergyLedger,
+}
+
+/// Energies, works and estimated error of a simulation's present state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Account {
+    /// Energies and works.
+    pub ledger: EnergyLedger,
+    /// Verdict of the energy balance on the epoch so far.
+    pub verdict: EnergyVerdict,
+    /// Estimated error; `None` if the method has no estimate.
+    pub error: Option<ErrorEstimate>,
 }

@@ -8,10 +8,10 @@ use crate::simulation::PulseRequest;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BadCommand {
     /// The payload is not protobuf of the expected type.
-    #[error("not a flexcrank.v1.{expected} message: {cause}")]
+    #[error("not a {expected} message: {cause}")]
     Undecodable {
         /// The expected type.
-        expected: &'static str,
+        expected: String,
         /// The decoder's error.
         cause: String,
     },
@@ -52,8 +52,8 @@ pub enum BadCommand {
         limit: usize,
     },
     /// There is no payload.
-    #[error("the command has no payload: a flexcrank.v1.{0} message is expected")]
-    Empty(&'static str),
+    #[error("the command has no payload: a {0} message is expected")]
+    Empty(String),
 }
 
 /// Decodes a pulse.

@@ -3,16 +3,20 @@
 mod account;
 mod checkpoint;
 mod commands;
+mod rates;
 mod scene_update;
 mod shape;
 mod telemetry;
+mod topic;
 
 pub use checkpoint::{checkpoint, recorded_checkpoint};
 use commands::pulse_shape;
 pub use commands::{BadCommand, pulse_message, pulse_request, replay_action, shape};
+pub use rates::BadRates;
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};
 pub use telemetry::{TelemetryEncoder, stamp, timestamp};
+pub use topic::{Message, Topic};
 
 pub use messages::*;
 
@@ -41,6 +45,3 @@ pub const EVERY_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), 
 pub fn descriptor_set(schema: &str) -> &'static [u8] {
     if schema.starts_with("foxglove.") { FOXGLOVE_DESCRIPTOR_SET } else { DESCRIPTOR_SET }
 }
-
-/// Protobuf package of all flexcrank messages.
-pub const PACKAGE: &str = "flexcrank.v1";

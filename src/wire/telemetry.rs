@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::SystemTime;
 
+use super::topic::{Message, Topic};
 use super::{Angles, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
 use crate::mechanics::{LinkObservation, Observation};
 use crate::scene::System;
@@ -36,14 +37,25 @@ impl TelemetryEncoder {
         TelemetryEncoder { names, turns: matches!(system, System::Chain(_)), start: start.clone() }
     }
 
-    /// Whether the mechanism rotates: an oscillator has neither angles nor loads.
-    pub fn turns(&self) -> bool {
-        self.turns
+    /// Whether the mechanism has a telemetry topic: an oscillator has neither angles nor loads.
+    pub fn has(&self, topic: Topic) -> bool {
+        self.turns || !matches!(topic, Topic::Angles | Topic::Loads)
     }
 
     fn links<'a>(&'a self, sample: &'a Sample) -> impl Iterator<Item = (&'static str, &'a LinkObservation, &'a LinkObservation)> {
         let pairs = sample.observation.links.iter().zip(&self.start.links);
         self.names.iter().zip(pairs).map(|(name, (now, start))| (*name, now, start))
+    }
+
+    /// Encodes a sample for a telemetry topic; `None` for any other topic.
+    pub fn message(&self, topic: Topic, sample: &Sample) -> Option<Message> {
+        Some(match topic {
+            Topic::Displacements => Message::Displacements(Box::new(self.displacements(sample))),
+            Topic::Angles => Message::Angles(Box::new(self.angles(sample))),
+            Topic::Loads => Message::Loads(Box::new(self.loads(sample))),
+            Topic::Energies => Message::Energies(Box::new(self.energies(sample))),
+            _ => return None,
+        })
     }
 
     /// State of every node of every link.

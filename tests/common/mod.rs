@@ -13,10 +13,10 @@ use std::time::{Duration, Instant, SystemTime};
 
 use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
-use flexcrank::runtime::{Pace, PublishRate, ShadowSimulation, SteppingOptions};
+use flexcrank::runtime::{Pace, ShadowSimulation, SteppingOptions};
 use flexcrank::scene::SceneSource;
 use flexcrank::service::{self, LiveOptions, LiveReport, Resumption, ServiceError};
-use flexcrank::simulation::Simulation;
+use flexcrank::simulation::{PublishRate, Simulation};
 use flexcrank::wire;
 use tempfile::TempDir;
 

@@ -5,10 +5,9 @@ use std::sync::mpsc::{channel, sync_channel};
 use std::time::Duration;
 
 use flexcrank::runtime::{
-    Outbox, Output, Pace, Ports, PublishRate, PublishRates, Spin, Stepper, SteppingOptions, ThreadOptions, inbox,
-    run_stepping_thread,
+    Outbox, Output, Pace, Ports, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
-use flexcrank::simulation::Simulation;
+use flexcrank::simulation::{PublishRate, PublishRates, Simulation};
 use flexcrank::wire::{Angles, Energies, Gap, Loads, Stamp};
 
 use crate::common::{self, Outcome, Service, scene};
@@ -64,11 +63,13 @@ fn prop_samples_dropped_by_an_empty_pool_are_reported_by_topic() -> Outcome {
         .try_iter()
         .filter_map(|(_, output)| if let Output::MissedSamples(missed, _) = output { Some(missed) } else { None })
         .collect();
-    let of = |topic: usize| missed.iter().filter_map(move |missed| missed[topic]);
-    assert_eq!((dropped, of(0).map(|missed| missed.count).sum::<u64>()), (501, 501));
-    assert_eq!(of(0).next().map(|missed| missed.first_step), Some(0));
-    assert_eq!(of(0).next_back().map(|missed| missed.last.step), Some(500));
-    assert_eq!(of(2).map(|missed| missed.count).sum::<u64>(), 51, "loads are due every tenth step");
-    assert_eq!(of(3).map(|missed| missed.count).sum::<u64>(), 6, "energies every hundredth");
+    let displacements = || missed.iter().filter_map(|missed| missed.displacements);
+    assert_eq!((dropped, displacements().map(|missed| missed.count).sum::<u64>()), (501, 501));
+    assert_eq!(displacements().next().map(|missed| missed.first_step), Some(0));
+    assert_eq!(displacements().next_back().map(|missed| missed.last.step), Some(500));
+    let loads = missed.iter().filter_map(|missed| missed.loads).map(|missed| missed.count);
+    assert_eq!(loads.sum::<u64>(), 51, "loads are due every tenth step");
+    let energies = missed.iter().filter_map(|missed| missed.energies).map(|missed| missed.count);
+    assert_eq!(energies.sum::<u64>(), 6, "energies every hundredth");
     Ok(())
 }

@@ -11,8 +11,9 @@ use std::time::Duration;
 use flexcrank::bus::{self, BusOptions, Session};
 use flexcrank::recording::{self, Export, Messages, export, is_cut_off, read_columns, recover};
 use flexcrank::resimulation::{RecordedSession, resume, verify};
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
 use flexcrank::service::{ReplayOptions, ServiceError, replay};
+use flexcrank::simulation::PublishRate;
 
 use crate::common::{Outcome, Service, scene};
 

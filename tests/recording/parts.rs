@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use flexcrank::recording::{Messages, Split};
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
+use flexcrank::simulation::PublishRate;
 use flexcrank::wire::Loads;
 
 use crate::common::{self, Outcome, Service, scene};

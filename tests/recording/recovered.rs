@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use flexcrank::recording::{Messages, RecordedMessage, RecordingError, Recovered, recover};
-use flexcrank::runtime::{Pace, PublishRate};
+use flexcrank::runtime::Pace;
+use flexcrank::simulation::PublishRate;
 
 use crate::common::{Outcome, Service, scene};
 

@@ -35,7 +35,7 @@ impl Stepper {
         if late > period {
             let cause = self.deadlines.timings.cause(due, now, wake_up);
             timings.before = Some(cause);
-            self.deadlines.overruns += count;
+            self.deadlines.overruns.missed += count;
             let stamp = self.stamp();
             self.deadlines.misses.note(&stamp, count, late, cause);
             if self.stepping.overrun == Overrun::Stop {

@@ -5,11 +5,11 @@ use std::time::Duration;
 use super::Ending;
 use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::missed_deadlines::{MissedDeadlines, StepTimings};
-use crate::runtime::output::{MissedSamples, MissedSamplesByTopic};
+use crate::runtime::output::MissedSamples;
 use crate::runtime::pacer::{Pace, Pacer};
-use crate::runtime::rates::DueTopics;
+use crate::runtime::status::OverrunCounts;
 use crate::runtime::step_error_histogram::StepErrorHistogram;
-use crate::simulation::Stamp;
+use crate::simulation::{PerTelemetry, Stamp};
 
 /// Whether the run is paused, and how it ends.
 #[derive(Default)]
@@ -25,12 +25,7 @@ pub(super) struct Deadlines {
     pub pacer: Pacer,
     pub timings: StepTimings,
     pub misses: MissedDeadlines,
-    /// Missed deadlines.
-    pub overruns: u64,
-    /// Number of times the deadlines were moved.
-    pub pacing_epoch: u64,
-    /// Sum of all shifts of the deadlines.
-    pub given_up: Duration,
+    pub overruns: OverrunCounts,
 }
 
 impl Deadlines {
@@ -39,9 +34,7 @@ impl Deadlines {
             pacer: Pacer::new(pace, Duration::ZERO, 0.0),
             timings: StepTimings::default(),
             misses: MissedDeadlines::default(),
-            overruns: 0,
-            pacing_epoch: 0,
-            given_up: Duration::ZERO,
+            overruns: OverrunCounts::default(),
         }
     }
 
@@ -49,8 +42,8 @@ impl Deadlines {
     pub(super) fn give_up(&mut self, late: Duration) {
         self.pacer.give_up(late);
         self.misses.given_up(late);
-        self.given_up += late;
-        self.pacing_epoch += 1;
+        self.overruns.given_up += late;
+        self.overruns.pacing_epoch += 1;
     }
 }
 
@@ -79,16 +72,15 @@ impl Statistics {
 pub(super) struct Drops {
     pub count: u64,
     /// Dropped samples that are not reported yet, by topic.
-    pub unreported: MissedSamplesByTopic,
+    pub unreported: PerTelemetry<Option<MissedSamples>>,
 }
 
 impl Drops {
     /// Counts a sample that was due on these topics.
-    pub(super) fn add(&mut self, due: DueTopics, stamp: Stamp) {
+    pub(super) fn add(&mut self, due: PerTelemetry<bool>, stamp: Stamp) {
         self.count += 1;
-        for (missed, _) in self.unreported.iter_mut().zip(due.by_topic()).filter(|(_, due)| *due) {
-            *missed = Some(MissedSamples::and(*missed, stamp));
-        }
+        let add = |(missed, due)| if due { Some(MissedSamples::and(missed, stamp)) } else { missed };
+        self.unreported = self.unreported.zip(due).map(add);
     }
 }
 

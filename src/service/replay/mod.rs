@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
-use crate::bus::{BusError, Name, ReplayEndpoint, ServiceEndpoint, Session, client};
+use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::RecordingFile;
 use crate::runtime::{DurationQuantiles, ReplyTo};
 use crate::wire::replay_control;
@@ -115,27 +115,23 @@ pub fn replay(
         return Err(ServiceError::PastTheEnd { offset_s: replay.start_offset_s, duration_s: source.duration_s() });
     }
     let plan = route::plan(replay, &source)?;
-    if !replay.force {
-        for name in &plan.names {
-            if client::is_taken(session, name)? {
-                return Err(BusError::Taken(name.clone()).into());
-            }
-        }
+    let wary: Vec<_> = plan.names.iter().filter(|_| !replay.force).collect();
+    if let Some(taken) = client::first_taken(session, &wary)? {
+        return Err(BusError::Taken(taken).into());
     }
     let (name, left_out) = (plan.name.clone(), plan.left_out.clone());
     let routes = Routes::declare(session, plan)?;
-    let endpoint =
-        ServiceEndpoint::declare(session, &name, &format!("# replayed from {}\n", player::file_name(&replay.file)), None)?;
     let (sender, commands) = commands;
     let handle = move |id: String, action: replay_control::Action, reply: ReplyTo| match ReplayAction::try_from(action) {
         Ok(action) => command::submit(&sender, ReplayCommand { id, action, reply }),
         Err(reason) => command::refuse(id, reason, reply),
     };
-    let commands_endpoint = ReplayEndpoint::declare(session, &name, &(Arc::new(handle) as _))?;
+    let command_keys = bus::replay_commands(session, &name, handle)?;
+    let scene = format!("# replayed from {}\n", player::file_name(&replay.file));
+    let endpoint = ServiceEndpoint::declare(session, &name, &scene, command_keys)?;
     let mut player = Player::new(session, replay, source, (endpoint, routes), commands, on_status)?;
     let played = player.play();
     let mut report = player.close(name)?;
-    commands_endpoint.close()?;
     played?;
     report.left_out = left_out;
     Ok(report)

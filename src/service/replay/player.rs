@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant, SystemTime};
 
-use prost::Message as _;
+use prost::{Message as _, Name as _};
 
 use super::command::{RATES, ReplayAction, ReplayCommand, refuse};
 use super::read_ahead::ReadAhead;
@@ -14,11 +14,11 @@ use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport};
 use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
 use crate::recording::{RecordedMessage, RecordingFile};
-use crate::runtime::{Approach, DurationHistogram, ReplyCache, approach, exact_timers};
+use crate::runtime::{Approach, DurationHistogram, ReplyCache, STATUS_PERIOD, approach, exact_timers};
+use crate::service::status::with_lateness;
 use crate::service::{OnStatus, ServiceError};
-use crate::wire::{self, AppliedCommand, CommandReply, Status, applied_command::Command, status::State};
+use crate::wire::{self, AppliedCommand, CommandReply, Control, Status, TorquePulse, applied_command::Command, status::State};
 
-const STATUS_PERIOD: Duration = Duration::from_millis(500);
 /// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
 const SPIN: Duration = Duration::from_micros(100);
 /// Time between two looks at the subscriptions.
@@ -231,8 +231,7 @@ impl<'a> Player<'a> {
 
     fn handle_command(&mut self, command: ReplayCommand) -> Result<(), ServiceError> {
         let ReplayCommand { id, action, reply } = command;
-        if let Some(mut answer) = self.replies.get(&id) {
-            "a repetition: applied once".clone_into(&mut answer.reason);
+        if let Some(answer) = self.replies.get(&id) {
             reply(answer);
             return Ok(());
         }
@@ -332,10 +331,10 @@ impl<'a> Player<'a> {
         let keys = &self.routes.commands;
         match applied.command {
             Some(Command::Torque(pulse)) => {
-                client::put(self.session, &keys.torque, &pulse.encode_to_vec(), "flexcrank.v1.TorquePulse")?;
+                client::put(self.session, &keys.torque, &pulse.encode_to_vec(), &TorquePulse::full_name())?;
             }
             Some(Command::Control(control)) => {
-                client::put(self.session, &keys.control, &control.encode_to_vec(), "flexcrank.v1.Control")?;
+                client::put(self.session, &keys.control, &control.encode_to_vec(), &Control::full_name())?;
             }
             None => {}
         }
@@ -344,7 +343,6 @@ impl<'a> Player<'a> {
 
     fn status(&mut self, state: State) {
         self.next_status = self.clock.elapsed() + STATUS_PERIOD;
-        let lateness = self.lateness.quantiles();
         let file = file_name(&self.replay.file);
         let status = Status {
             stamp: Some(wire::Stamp {
@@ -354,10 +352,6 @@ impl<'a> Player<'a> {
             }),
             state: state.into(),
             real_time_factor: self.timeline.achieved_rate(),
-            lateness_p50_s: lateness.map(|all| all.p50_s),
-            lateness_p99_s: lateness.map(|all| all.p99_s),
-            lateness_p999_s: lateness.map(|all| all.p999_s),
-            lateness_max_s: lateness.map(|all| all.max_s),
             message: format!("replaying {file}"),
             replay: Some(wire::Replay {
                 file,
@@ -365,7 +359,7 @@ impl<'a> Player<'a> {
                 rate: self.timeline.rate(),
                 paused: !self.timeline.is_running(),
             }),
-            ..Status::default()
+            ..with_lateness(self.lateness.quantiles())
         };
         (self.on_status)(&status);
         self.endpoint.publish(Topic::Status, status.encode_to_vec());

@@ -148,7 +148,7 @@ impl Routes {
             let schema = channel.schema.as_ref().map(|schema| schema.name.as_str());
             let publisher = RawPublisher::declare(session, &key, &channel.message_encoding, schema)?;
             let chunk = Name::split(&key).filter(|(name, _)| *name == plan.name).map(|(_, chunk)| chunk);
-            let topic = chunk.and_then(|chunk| Topic::ALL.into_iter().find(|topic| topic.chunk() == chunk));
+            let topic = chunk.and_then(Topic::of_chunk);
             routes.insert(channel.id, Route { publisher, topic });
             keys.push(key);
         }

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-/// A replay that is further behind than this does not catch up: it continues from its present position.
-const GIVE_UP: Duration = Duration::from_secs(1);
+use crate::runtime::GIVE_UP;
 
 /// Position in recorded time: `position = anchor_s + rate (now − anchor)` while running.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,161 @@
+//! Commands on the bus: a query is answered, a put is not.
+
+use std::sync::Arc;
+
+use prost::{DecodeError, Message as _};
+use zenoh::bytes::ZBytes;
+use zenoh::key_expr::KeyExpr;
+use zenoh::pubsub::Subscriber;
+use zenoh::query::{Query, Queryable};
+use zenoh::sample::Sample;
+use zenoh::{Session, Wait};
+
+use super::BusError;
+use super::encoding::{answer, protobuf_of};
+use super::keys::Name;
+use super::refusal_log::RefusalLog;
+use crate::runtime::{Command, Inbox, ReplyTo, Request};
+use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, TorquePulse, replay_control};
+
+/// Size limit of a command, bytes.
+const PAYLOAD_LIMIT: usize = 4096;
+/// Length limit of a command's id, bytes: the reply cache keeps tens of thousands.
+const ID_LIMIT: usize = 128;
+
+/// A command's payload, or why it is not admitted.
+type Payload = Result<Vec<u8>, BadCommand>;
+/// The id and the request of a command, or its id as far as it was readable and why it is refused.
+type Decoded<T> = Result<(String, T), (String, BadCommand)>;
+type Decode<T> = fn(Payload) -> Decoded<T>;
+type Handle<T> = Arc<dyn Fn(Decoded<T>, ReplyTo) + Send + Sync>;
+
+/// A key that accepts commands.
+pub struct CommandKey {
+    queryable: Queryable<()>,
+    subscriber: Option<Subscriber<()>>,
+}
+
+/// Declares the command keys of a service, `…/torque` and `…/control`.
+///
+/// # Errors
+/// [`BusError`] if zenoh refuses.
+pub fn service_commands(session: &Session, name: &Name, inbox: &Inbox) -> Result<Vec<CommandKey>, BusError> {
+    let inbox = inbox.clone();
+    let handle: Handle<Request> = Arc::new(move |decoded, reply| match decoded {
+        Ok((id, request)) => inbox.submit(Command { id, request, reply }),
+        Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
+    });
+    let keys = [(name.torque(), torque as Decode<Request>), (name.control(), control)];
+    keys.into_iter().map(|(key, decode)| CommandKey::declare(session, key, decode, &handle, true)).collect()
+}
+
+/// Declares the command keys of a replay: `…/replay` for queries and puts, and `…/control` for queries only, because the replay
+/// itself puts recorded control commands there, for others.
+///
+/// # Errors
+/// [`BusError`] if zenoh refuses.
+pub fn replay_commands(
+    session: &Session,
+    name: &Name,
+    handle: impl Fn(String, replay_control::Action, ReplyTo) + Send + Sync + 'static,
+) -> Result<Vec<CommandKey>, BusError> {
+    let handle: Handle<replay_control::Action> = Arc::new(move |decoded, reply| match decoded {
+        Ok((id, action)) => handle(id, action, reply),
+        Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }),
+    });
+    Ok(vec![
+        CommandKey::declare(session, name.replay(), replay, &handle, true)?,
+        CommandKey::declare(session, name.control(), control_of_replay, &handle, false)?,
+    ])
+}
+
+impl CommandKey {
+    /// Declares a key for queries, and for puts if `puts`.
+    fn declare<T: 'static>(
+        session: &Session,
+        key: String,
+        decode: Decode<T>,
+        handle: &Handle<T>,
+        puts: bool,
+    ) -> Result<Self, BusError> {
+        let refusal_log = RefusalLog::default();
+        let (handle_put, put_key, put_log) = (Arc::clone(handle), key.clone(), refusal_log.clone());
+        let put = move |sample: Sample| {
+            let refusal_log = put_log.clone();
+            let payload = admitted(&put_key, sample.key_expr(), Some(sample.payload()));
+            handle_put(decode(payload), Box::new(move |reply| refusal_log.record(&reply)));
+        };
+        let (handle, own_key) = (Arc::clone(handle), key.clone());
+        let query = move |query: Query| {
+            let payload = admitted(&own_key, query.key_expr(), query.payload());
+            if let Err(bad) = &payload {
+                refusal_log.record(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
+            }
+            let key = own_key.clone();
+            let reply = move |reply: CommandReply| answer(&query, &key, reply.encode_to_vec(), protobuf_of::<CommandReply>());
+            handle(decode(payload), Box::new(reply));
+        };
+        let queryable = session.declare_queryable(key.clone()).callback(query).wait().map_err(BusError::failed)?;
+        let subscriber = puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
+        Ok(CommandKey { queryable, subscriber: subscriber.transpose()? })
+    }
+
+    /// Undeclares the key.
+    pub(super) fn close(self) -> Result<(), BusError> {
+        if let Some(subscriber) = self.subscriber {
+            subscriber.undeclare().wait().map_err(BusError::failed)?;
+        }
+        self.queryable.undeclare().wait().map_err(BusError::failed)
+    }
+}
+
+/// Checks that a message came under the exact key and within the size limit, and returns its payload.
+///
+/// A key with wildcards may pass access rules that would block the key itself.
+fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Payload {
+    let bytes = payload.map_or(0, ZBytes::len);
+    if key.as_str() != own_key {
+        return Err(BadCommand::Key { key: key.to_string(), own: own_key.to_owned() });
+    }
+    if bytes > PAYLOAD_LIMIT {
+        return Err(BadCommand::TooLarge { bytes, limit: PAYLOAD_LIMIT });
+    }
+    Ok(payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default())
+}
+
+/// Decodes an admitted payload, splits the message into id and request, and checks the length of the id.
+fn decode<M: prost::Name + Default, T>(payload: Payload, split: fn(M) -> (String, Result<T, BadCommand>)) -> Decoded<T> {
+    let bad = |bad| (String::new(), bad);
+    let payload = payload.map_err(bad)?;
+    if payload.is_empty() {
+        return Err(bad(BadCommand::Empty(M::full_name())));
+    }
+    let undecodable = |error: DecodeError| BadCommand::Undecodable { expected: M::full_name(), cause: error.to_string() };
+    let (id, request) = split(M::decode(payload.as_slice()).map_err(|error| bad(undecodable(error)))?);
+    if id.len() > ID_LIMIT {
+        return Err(bad(BadCommand::Id { bytes: id.len(), limit: ID_LIMIT }));
+    }
+    match request {
+        Ok(request) => Ok((id, request)),
+        Err(bad) => Err((id, bad)),
+    }
+}
+
+fn torque(payload: Payload) -> Decoded<Request> {
+    decode(payload, |pulse: TorquePulse| {
+        let request = wire::pulse_request(&pulse).map(Request::Torque);
+        (pulse.id, request)
+    })
+}
+
+fn control(payload: Payload) -> Decoded<Request> {
+    decode(payload, |Control { id, action }| (id, action.ok_or(BadCommand::NoAction).map(Request::Control)))
+}
+
+fn replay(payload: Payload) -> Decoded<replay_control::Action> {
+    decode(payload, |ReplayControl { id, action }| (id, action.ok_or(BadCommand::NoReplayAction)))
+}
+
+fn control_of_replay(payload: Payload) -> Decoded<replay_control::Action> {
+    decode(payload, |Control { id, action }| (id, action.ok_or(BadCommand::NoAction).and_then(wire::replay_action)))
+}

@@ -1,0 +1,52 @@
+//! The state of a run, as its stepping thread reports it.
+
+use std::time::Duration;
+
+use super::duration_histogram::DurationQuantiles;
+use super::step_error_histogram::StepErrorQuantiles;
+use crate::simulation::{Account, Stamp};
+use crate::wire::{Histogram, status::State};
+
+/// The state of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunStatus {
+    /// When this was the state.
+    pub stamp: Stamp,
+    /// Whether it is running.
+    pub state: State,
+    /// Why the run stopped, or a warning of the model.
+    pub message: Option<String>,
+    /// Simulated over wall time since the last start, resume or reset; `None` while paused.
+    pub real_time_factor: Option<f64>,
+    /// Lateness of steps; `None` if there are no deadlines.
+    pub lateness: Option<(DurationQuantiles, Histogram)>,
+    /// Cost of steps.
+    pub step_cost: Option<(DurationQuantiles, Histogram)>,
+    /// Estimated errors of single steps.
+    pub step_errors: Option<StepErrorQuantiles>,
+    /// Missed deadlines.
+    pub overruns: OverrunCounts,
+    /// Samples and messages dropped so far.
+    pub dropped: u64,
+    /// Busy-waiting time before a deadline; `None` if there are no deadlines.
+    pub spin: Option<Duration>,
+    /// Energies, works and estimated error.
+    pub account: Account,
+    /// Newton iterations of the last step.
+    pub newton_iterations: Option<u32>,
+    /// Torque pulses that are pending or active.
+    pub pulses_pending: usize,
+    /// Steps that failed and were repeated in parts.
+    pub retried_steps: u64,
+}
+
+/// Missed deadlines of a run, and what became of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OverrunCounts {
+    /// Missed deadlines.
+    pub missed: u64,
+    /// Number of times the deadlines were moved.
+    pub pacing_epoch: u64,
+    /// Sum of all shifts of the deadlines.
+    pub given_up: Duration,
+}
