@@ -1,7 +1,5 @@
 //! Commands on the bus: a query is answered, a put is not.
 
-use std::sync::Arc;
-
 use prost::{DecodeError, Message as _};
 use zenoh::bytes::ZBytes;
 use zenoh::key_expr::KeyExpr;
@@ -26,8 +24,6 @@ const ID_LIMIT: usize = 128;
 type Payload = Result<Vec<u8>, BadCommand>;
 /// The id and the request of a command, or its id as far as it was readable and why it is refused.
 type Decoded<T> = Result<(String, T), (String, BadCommand)>;
-type Decode<T> = fn(Payload) -> Decoded<T>;
-type Handle<T> = Arc<dyn Fn(Decoded<T>, ReplyTo) + Send + Sync>;
 
 /// A key that accepts commands.
 pub struct CommandKey {
@@ -40,13 +36,14 @@ pub struct CommandKey {
 /// # Errors
 /// [`BusError`] if zenoh refuses.
 pub fn service_commands(session: &Session, name: &Name, inbox: &Inbox) -> Result<Vec<CommandKey>, BusError> {
-    let inbox = inbox.clone();
-    let handle: Handle<Request> = Arc::new(move |decoded, reply| match decoded {
-        Ok((id, request)) => inbox.submit(Command { id, request, reply }),
-        Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
-    });
-    let keys = [(name.torque(), torque as Decode<Request>), (name.control(), control)];
-    keys.into_iter().map(|(key, decode)| CommandKey::declare(session, key, decode, &handle, true)).collect()
+    let declare = |key, decode: fn(Payload) -> Decoded<Request>| {
+        let inbox = inbox.clone();
+        CommandKey::declare(session, key, true, move |payload, reply| match decode(payload) {
+            Ok((id, request)) => inbox.submit(Command { id, request, reply }),
+            Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
+        })
+    };
+    Ok(vec![declare(name.torque(), torque)?, declare(name.control(), control)?])
 }
 
 /// Declares the command keys of a replay: `…/replay` for queries and puts, and `…/control` for queries only, because the replay
@@ -57,35 +54,34 @@ pub fn service_commands(session: &Session, name: &Name, inbox: &Inbox) -> Result
 pub fn replay_commands(
     session: &Session,
     name: &Name,
-    handle: impl Fn(String, replay_control::Action, ReplyTo) + Send + Sync + 'static,
+    handle: impl Fn(String, replay_control::Action, ReplyTo) + Clone + Send + Sync + 'static,
 ) -> Result<Vec<CommandKey>, BusError> {
-    let handle: Handle<replay_control::Action> = Arc::new(move |decoded, reply| match decoded {
-        Ok((id, action)) => handle(id, action, reply),
-        Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }),
-    });
-    Ok(vec![
-        CommandKey::declare(session, name.replay(), replay, &handle, true)?,
-        CommandKey::declare(session, name.control(), control_of_replay, &handle, false)?,
-    ])
+    let declare = |key, puts, decode: fn(Payload) -> Decoded<replay_control::Action>| {
+        let handle = handle.clone();
+        CommandKey::declare(session, key, puts, move |payload, reply| match decode(payload) {
+            Ok((id, action)) => handle(id, action, reply),
+            Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }),
+        })
+    };
+    Ok(vec![declare(name.replay(), true, replay)?, declare(name.control(), false, control_of_replay)?])
 }
 
 impl CommandKey {
     /// Declares a key for queries, and for puts if `puts`.
-    fn declare<T: 'static>(
+    fn declare(
         session: &Session,
         key: String,
-        decode: Decode<T>,
-        handle: &Handle<T>,
         puts: bool,
+        receive: impl Fn(Payload, ReplyTo) + Clone + Send + Sync + 'static,
     ) -> Result<Self, BusError> {
         let refusal_log = RefusalLog::default();
-        let (handle_put, put_key, put_log) = (Arc::clone(handle), key.clone(), refusal_log.clone());
+        let (receive_put, put_key, put_log) = (receive.clone(), key.clone(), refusal_log.clone());
         let put = move |sample: Sample| {
             let refusal_log = put_log.clone();
             let payload = admitted(&put_key, sample.key_expr(), Some(sample.payload()));
-            handle_put(decode(payload), Box::new(move |reply| refusal_log.record(&reply)));
+            receive_put(payload, Box::new(move |reply| refusal_log.record(&reply)));
         };
-        let (handle, own_key) = (Arc::clone(handle), key.clone());
+        let own_key = key.clone();
         let query = move |query: Query| {
             let payload = admitted(&own_key, query.key_expr(), query.payload());
             if let Err(bad) = &payload {
@@ -93,7 +89,7 @@ impl CommandKey {
             }
             let key = own_key.clone();
             let reply = move |reply: CommandReply| answer(&query, &key, reply.encode_to_vec(), protobuf_of::<CommandReply>());
-            handle(decode(payload), Box::new(reply));
+            receive(payload, Box::new(reply));
         };
         let queryable = session.declare_queryable(key.clone()).callback(query).wait().map_err(BusError::failed)?;
         let subscriber = puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));

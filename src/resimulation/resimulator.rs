@@ -140,6 +140,12 @@ impl Resimulator {
         if recorded.topic().is_telemetry() {
             self.observe()?;
         }
+        match recorded {
+            Message::Loads(_) => self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm(),
+            // Without loads, the mean torque follows the displacements.
+            Message::Displacements(_) if !self.telemetry.has(Topic::Loads) => _ = self.simulation.take_driving_torque_nm(),
+            _ => {}
+        }
         let computed = match recorded {
             Message::Checkpoint(_) => {
                 Some(Message::Checkpoint(Box::new(wire::checkpoint(&self.simulation.checkpoint(), &self.stamp()))))
@@ -147,22 +153,10 @@ impl Resimulator {
             Message::Status(status) => {
                 Some(Message::Status(Box::new((**status).clone().with_account(self.simulation.account()))))
             }
-            Message::Displacements(_) if !self.telemetry.has(Topic::Loads) => {
-                // Without loads, the mean torque follows the displacements.
-                self.simulation.take_driving_torque_nm();
-                self.telemetry.message(recorded.topic(), &self.sample)
-            }
-            Message::Loads(_) => {
-                self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
-                self.telemetry.message(recorded.topic(), &self.sample)
-            }
-            recorded => self.telemetry.message(recorded.topic(), &self.sample),
+            _ => self.telemetry.message(recorded.topic(), &self.sample),
         };
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
         let stamp = wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) };
-        Ok(computed.map(|mut computed| {
-            computed.set_stamp(stamp);
-            computed
-        }))
+        Ok(computed.map(|computed| computed.with_stamp(stamp)))
     }
 }

@@ -12,6 +12,7 @@ use crate::wire::{Gap, Message, Stamp, Topic};
 const RECOVERED: &str = "flexcrank-recovered";
 
 /// Result of the first reading.
+#[derive(Default)]
 pub(super) struct Survey {
     pub structure: Structure,
     pub physics: PhysicsCheck,
@@ -25,24 +26,21 @@ pub(super) struct Survey {
 
 /// Reads a recording once; `progress` is called with the position in bytes.
 pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
+    let physics = PhysicsCheck::new(&source.scene.scene);
     let mut reading = Reading {
         source,
-        physics: PhysicsCheck::new(&source.scene.scene),
-        findings: Vec::new(),
-        breaks: Vec::new(),
-        gaps: Vec::new(),
+        survey: Survey { physics, ..Survey::default() },
         holes: MissingSteps::new(source),
-        span_ns: None,
         epoch_start: None,
         messages: 0,
     };
     let mut recovered = false;
-    let structure = walk(&source.path, |found, position| {
+    reading.survey.structure = walk(&source.path, |found, position| {
         match found {
             WalkItem::Message(message) => reading.message(message),
             WalkItem::Damage(damage) if damage.lost_ns.is_some() => {
                 reading.holes.damaged();
-                reading.breaks.push(reading.messages);
+                reading.survey.breaks.push(reading.messages);
             }
             WalkItem::Metadata(RECOVERED, _) => recovered = true,
             _ => {}
@@ -50,8 +48,9 @@ pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result
         progress(position);
         WalkFlow::Continue(())
     })?;
-    let Reading { physics, mut findings, mut breaks, gaps, holes, span_ns, .. } = reading;
-    let (missing, lost) = holes.into_findings(&gaps, recovered);
+    let Reading { mut survey, holes, .. } = reading;
+    let Survey { structure, findings, breaks, gaps, .. } = &mut survey;
+    let (missing, lost) = holes.into_findings(gaps, recovered);
     breaks.extend(lost);
     breaks.sort_unstable();
     findings.extend(missing);
@@ -61,17 +60,13 @@ pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result
     if !source.metadata.scene_is_original() {
         findings.push(Finding::SceneChanged);
     }
-    Ok(Survey { structure, physics, findings, breaks, gaps, span_ns })
+    Ok(survey)
 }
 
 struct Reading<'a> {
     source: &'a RecordedSession,
-    physics: PhysicsCheck,
-    findings: Vec<Finding>,
-    breaks: Vec<u64>,
-    gaps: Vec<Gap>,
+    survey: Survey,
     holes: MissingSteps,
-    span_ns: Option<[u64; 2]>,
     /// Epoch of the last checkpoint, and its start, s of the session.
     epoch_start: Option<(u64, f64)>,
     messages: u64,
@@ -85,14 +80,14 @@ impl Reading<'_> {
             Ok(event) => event,
             Err(error) => {
                 let cause = error.to_string();
-                return self.findings.push(Finding::Undecodable { topic: topic(message).to_owned(), cause });
+                return self.survey.findings.push(Finding::Undecodable { topic: topic(message).to_owned(), cause });
             }
         };
         // The command that started the recording may come before the first checkpoint.
         let stateless = |event: &Message| matches!(event, Message::Commands(_) | Message::Checkpoint(_) | Message::Gaps(_));
         let needs_state = event.as_ref().is_some_and(|event| !stateless(event));
-        if needs_state && self.epoch_start.is_none() && !self.findings.contains(&Finding::NoCheckpoint) {
-            self.findings.push(Finding::NoCheckpoint);
+        if needs_state && self.epoch_start.is_none() && !self.survey.findings.contains(&Finding::NoCheckpoint) {
+            self.survey.findings.push(Finding::NoCheckpoint);
         }
         if let Some(Message::Checkpoint(checkpoint)) = &event {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
@@ -101,17 +96,17 @@ impl Reading<'_> {
         self.time(message, event.as_ref().filter(|event| event.topic() != Topic::Gaps).and_then(Message::stamp));
         let Some(event) = event else { return };
         self.holes.take(&event, message.sequence, number);
-        self.findings.extend(self.physics.judge(&event));
+        self.survey.findings.extend(self.survey.physics.judge(&event));
         if let Message::Gaps(gap) = event {
-            self.gaps.push(*gap);
+            self.survey.gaps.push(*gap);
         }
     }
 
     /// Checks that log times never fall, and equal the session's start plus the simulated time since then.
     fn time(&mut self, message: &RecordedMessage, stamp: Option<Stamp>) {
         let log_time = message.log_time;
-        let [first, last] = self.span_ns.unwrap_or([log_time; 2]);
-        self.span_ns = Some([first, last.max(log_time)]);
+        let [first, last] = self.survey.span_ns.unwrap_or([log_time; 2]);
+        self.survey.span_ns = Some([first, last.max(log_time)]);
         let Some(stamp) = stamp else { return };
         let Stamp { step, epoch, sim_time_s, .. } = stamp;
         let fits = match self.epoch_start {
@@ -124,6 +119,6 @@ impl Reading<'_> {
             (false, false) => "the log time differs from the stamp",
             (false, true) => return,
         };
-        self.findings.push(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
+        self.survey.findings.push(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
     }
 }

@@ -66,9 +66,10 @@ macro_rules! catalogue {
                 match self { $(Message::$topic(message) => message.stamp,)* }
             }
 
-            /// Replaces the message's stamp.
-            pub fn set_stamp(&mut self, stamp: Stamp) {
-                match self { $(Message::$topic(message) => message.stamp = Some(stamp),)* }
+            /// The message with another stamp.
+            pub fn with_stamp(mut self, stamp: Stamp) -> Self {
+                match &mut self { $(Message::$topic(message) => message.stamp = Some(stamp),)* }
+                self
             }
 
             /// Encodes the message.

@@ -1,7 +1,6 @@
 //! Commands to a replay, from the bus and from the keyboard.
 
 use std::ops::RangeInclusive;
-use std::sync::mpsc::{SendError, Sender};
 
 use crate::runtime::ReplyTo;
 use crate::wire::{CommandReply, Next, Rate, Seek, replay_control};
@@ -65,13 +64,6 @@ impl ReplayCommand {
     /// A command whose reply is discarded.
     pub fn quiet(action: ReplayAction) -> Self {
         ReplayCommand { id: String::new(), action, reply: Box::new(|_| {}) }
-    }
-}
-
-/// Queues a command, or refuses it if the replay has ended.
-pub(super) fn submit(commands: &Sender<ReplayCommand>, command: ReplayCommand) {
-    if let Err(SendError(command)) = commands.send(command) {
-        refuse(command.id, "the replay is over".to_owned(), command.reply);
     }
 }
 

@@ -8,7 +8,7 @@ mod timeline;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender};
+use std::sync::mpsc::{Receiver, SendError, Sender};
 use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
@@ -16,6 +16,7 @@ use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::RecordingFile;
 use crate::runtime::{DurationQuantiles, ReplyTo};
 use crate::wire::replay_control;
+use command::refuse;
 use player::Player;
 use route::Routes;
 
@@ -123,8 +124,12 @@ pub fn replay(
     let routes = Routes::declare(session, plan)?;
     let (sender, commands) = commands;
     let handle = move |id: String, action: replay_control::Action, reply: ReplyTo| match ReplayAction::try_from(action) {
-        Ok(action) => command::submit(&sender, ReplayCommand { id, action, reply }),
-        Err(reason) => command::refuse(id, reason, reply),
+        Ok(action) => {
+            if let Err(SendError(command)) = sender.send(ReplayCommand { id, action, reply }) {
+                refuse(command.id, "the replay is over".to_owned(), command.reply);
+            }
+        }
+        Err(reason) => refuse(id, reason, reply),
     };
     let command_keys = bus::replay_commands(session, &name, handle)?;
     let scene = format!("# replayed from {}\n", player::file_name(&replay.file));
