@@ -80,9 +80,7 @@ fn run(
     let unread = || RecordingError::file(broken);
     // A damaged summary counts as absent: it only helps.
     let mut file = File::open(broken).map_err(unread())?;
-    if let Ok(Some(summary)) = summary(&mut file, scanner.length()) {
-        salvage.learn(summary);
-    }
+    salvage.learn(summary(&mut file).unwrap_or_default());
     let mut loss = Loss::default();
     let mut closed = false;
     while let Some(piece) = scanner.next().map_err(unread())? {
