@@ -73,5 +73,10 @@ mod tests {
         assert!(parse(op::ATTACHMENT, &[0; 34]).is_err());
         assert!(parse(op::CHUNK_INDEX, &[0xFF; 100]).is_err());
         assert!(parse(op::HEADER, &u32::MAX.to_le_bytes()).is_err());
+        // The library allocates what is stated; once it does not, these checks can go.
+        let memory = |parse: fn(u8, &[u8]) -> McapResult<Record<'_>>| {
+            allocation_counter::measure(|| assert!(parse(op::HEADER, &(1_u32 << 28).to_le_bytes()).is_err())).bytes_max
+        };
+        assert!(memory(parse) < 1000 && memory(mcap::parse_record) >= 1 << 28);
     }
 }

@@ -87,12 +87,14 @@ fn run(
         let sound = match piece {
             Piece::Damage => false,
             Piece::CutChunk(body) => {
-                salvage.take_cut_chunk(body).map_err(RecordingError::mcap(output))?;
+                salvage.take_cut_chunk(&body).map_err(RecordingError::mcap(output))?;
                 true
             }
+            // The index holds no messages.
+            Piece::Record { opcode: op::MESSAGE, .. } if closed => false,
             Piece::Record { opcode, body } => {
                 closed |= opcode == op::DATA_END;
-                salvage.take(opcode, body).map_err(RecordingError::mcap(output))?
+                salvage.take(opcode, &body).map_err(RecordingError::mcap(output))?
             }
         };
         if !sound {

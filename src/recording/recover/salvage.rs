@@ -163,13 +163,12 @@ impl Salvage {
         };
         self.mcap.write_to_known_channel(&records::MessageHeader { channel_id, ..header }, data)?;
         if let Some(channel) = self.channels.get(&header.channel_id) {
-            if !self.tallies.contains_key(&channel.topic) {
-                self.tallies.insert(channel.topic.clone(), Tally::default());
-            }
-            if let Some(tally) = self.tallies.get_mut(&channel.topic) {
-                tally.saved += 1;
-                tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
-            }
+            let tally = match self.tallies.get_mut(&channel.topic) {
+                Some(tally) => tally,
+                None => self.tallies.entry(channel.topic.clone()).or_default(),
+            };
+            tally.saved += 1;
+            tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
         }
         let (first, last) = self.span_ns.unwrap_or((header.log_time, header.log_time));
         if std::mem::take(&mut self.in_hole) {

@@ -16,11 +16,11 @@ const BLOCK: usize = 64 * 1024;
 const CHUNK_MARK: usize = RECORD_HEAD + 8 + 8 + 8 + 4 + 4 + 4 + 8;
 
 /// The next piece of a file.
-pub(super) enum Piece<'a> {
+pub(super) enum Piece {
     /// A record that looks complete; the content of a chunk may still be damaged.
-    Record { opcode: u8, body: &'a [u8] },
+    Record { opcode: u8, body: Vec<u8> },
     /// The beginning of a chunk in which the file ends.
-    CutChunk(&'a [u8]),
+    CutChunk(Vec<u8>),
     /// Bytes that are not a record.
     Damage,
 }
@@ -40,14 +40,13 @@ pub(super) struct Scanner {
     length: u64,
     /// Whether the file ends like one that was closed.
     closed: bool,
-    body: Vec<u8>,
 }
 
 impl Scanner {
     pub(super) fn open(path: &Path) -> std::io::Result<Self> {
         let mut file = BufReader::with_capacity(BLOCK, File::open(path)?);
         let (length, closed) = (file.get_ref().metadata()?.len(), is_closed(&mut file)?);
-        let mut scanner = Scanner { file, at: 0, length, closed, body: Vec::new() };
+        let mut scanner = Scanner { file, at: 0, length, closed };
         if scanner.peek(0, MAGIC.len())? == MAGIC {
             scanner.at = MAGIC.len() as u64;
         }
@@ -65,7 +64,7 @@ impl Scanner {
     }
 
     /// Reads the next piece; `None` at the end of the file.
-    pub(super) fn next(&mut self) -> std::io::Result<Option<Piece<'_>>> {
+    pub(super) fn next(&mut self) -> std::io::Result<Option<Piece>> {
         let rest = self.length - self.at;
         if rest == 0 || (rest == MAGIC.len() as u64 && self.peek(self.at, MAGIC.len())? == MAGIC) {
             self.at = self.length;
@@ -86,12 +85,9 @@ impl Scanner {
     }
 
     /// Reads a range of bytes, and moves behind it.
-    fn read(&mut self, bytes: Range<u64>) -> std::io::Result<&[u8]> {
-        self.body.resize((bytes.end - bytes.start) as usize, 0);
-        self.go_to(bytes.start)?;
-        self.file.read_exact(&mut self.body)?;
+    fn read(&mut self, bytes: Range<u64>) -> std::io::Result<Vec<u8>> {
         self.at = bytes.end;
-        Ok(&self.body)
+        self.peek(bytes.start, (bytes.end - bytes.start) as usize)
     }
 
     /// Opcode and content of a possible record.
@@ -143,14 +139,11 @@ impl Scanner {
         Ok(None)
     }
 
-    /// Seeks, and keeps the buffer if the target lies in it.
-    fn go_to(&mut self, at: u64) -> std::io::Result<()> {
-        let here = self.file.stream_position()?;
-        self.file.seek_relative(at as i64 - here as i64)
-    }
-
+    /// Reads bytes, as far as the file has them.
     fn peek(&mut self, at: u64, size: usize) -> std::io::Result<Vec<u8>> {
-        self.go_to(at)?;
+        // The buffer is kept if the target lies in it.
+        let here = self.file.stream_position()?;
+        self.file.seek_relative(at as i64 - here as i64)?;
         let mut bytes = vec![0; size.min(self.length.saturating_sub(at) as usize)];
         self.file.read_exact(&mut bytes)?;
         Ok(bytes)
