@@ -1,7 +1,6 @@
 //! Recordings: sessions as MCAP files, written, read, recovered and exported. Only this layer uses the mcap library.
 
 pub mod build_info;
-mod chunk;
 mod error;
 mod export;
 mod format;
@@ -12,6 +11,7 @@ pub mod paths;
 mod reader;
 mod recorder;
 mod recording_file;
+mod records;
 mod recover;
 mod rows;
 mod session_info;

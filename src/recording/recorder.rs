@@ -50,9 +50,17 @@ impl Recorder {
     /// # Errors
     /// [`RecordingError`] if the file exists already or cannot be created.
     pub fn start(path: &Path, session: &SessionInfo, settings: Settings) -> Result<Self, RecordingError> {
-        let shared = Arc::<Shared>::default();
-        shared.part.store(settings.split.map_or(0, |_| 1), Ordering::Relaxed);
-        let recording = Recording::begin(path, session, settings, Arc::clone(&shared))?;
+        let part = settings.split.map(|_| 1);
+        let shared = Arc::new(Shared { part: part.unwrap_or(0).into(), ..Shared::default() });
+        let recording = Recording {
+            base: path.to_owned(),
+            session: session.clone(),
+            settings,
+            shared: Arc::clone(&shared),
+            writer: SessionWriter::create(&part_path(path, part.unwrap_or(0)), session, part, settings)?,
+            finished: Vec::new(),
+            finished_bytes: 0,
+        };
         let (queue, messages) = channel();
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
@@ -133,20 +141,6 @@ struct Recording {
 }
 
 impl Recording {
-    fn begin(base: &Path, session: &SessionInfo, settings: Settings, shared: Arc<Shared>) -> Result<Self, RecordingError> {
-        let part = shared.part.load(Ordering::Relaxed);
-        let writer = SessionWriter::create(&part_path(base, part), session, (part > 0).then_some(part), settings)?;
-        Ok(Recording {
-            base: base.to_owned(),
-            session: session.clone(),
-            settings,
-            shared,
-            writer,
-            finished: Vec::new(),
-            finished_bytes: 0,
-        })
-    }
-
     /// Writes until the sender is gone, an error occurs, or the size limit is reached.
     fn take_all(mut self, messages: &Receiver<Message>) -> Vec<Result<Written, RecordingError>> {
         let taken = self.take(messages);

@@ -1,20 +1,18 @@
 //! A recording opened for replay: its topics, and its messages from any time on, in order of log time.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap::read::ChannelAccumulator;
 use mcap::records::{ChunkIndex, Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{MAGIC, McapError, McapResult};
+use mcap::{McapError, McapResult};
 
-use super::chunk::Records;
-use super::format::{RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
-use super::parse::parse;
+use super::format::{RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
 use super::reader::{Messages, is_cut_off};
+use super::records::{Channels, Chunk};
+use super::summary::summary;
 use super::{Channel, RecordingError};
 
 /// A recording with its index.
@@ -36,16 +34,26 @@ impl RecordingFile {
     /// [`RecordingError`] if the file cannot be read, is not MCAP or holds no messages.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut file = File::open(path).map_err(RecordingError::file(path))?;
-        match Index::read(&mut file).ok().flatten().and_then(|index| Self::indexed(path, index)) {
-            Some(source) => Ok(source),
-            None => Self::scanned(path),
-        }
+        summary(&mut file).and_then(|summary| Self::indexed(path, summary)).map_or_else(|| Self::scanned(path), Ok)
     }
 
-    fn indexed(path: &Path, index: Index) -> Option<Self> {
-        let Index { channels, mut chunks } = index;
-        // A chunk without messages has no times.
-        chunks.retain(|chunk| !chunk.message_index_offsets.is_empty() || chunk.message_end_time > 0);
+    fn indexed(path: &Path, summary: Vec<Record<'_>>) -> Option<Self> {
+        let (mut known, mut ids, mut chunks) = (Channels::default(), Vec::new(), Vec::new());
+        for record in summary {
+            match record {
+                Record::Schema { header, data } => known.add_schema_from_slice(header, &data).ok()?,
+                Record::Channel(channel) => {
+                    ids.push(channel.id);
+                    known.add_channel(channel).ok()?;
+                }
+                // A chunk without messages has no times.
+                Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() || chunk.message_end_time > 0 => {
+                    chunks.push(chunk);
+                }
+                _ => {}
+            }
+        }
+        let channels: BTreeMap<_, _> = ids.into_iter().filter_map(|id| Some((id, known.get(id)?))).collect();
         chunks.sort_by_key(|chunk| (chunk.message_start_time, chunk.chunk_start_offset));
         let begin_ns = chunks.first()?.message_start_time;
         let end_ns = chunks.iter().map(|chunk| chunk.message_end_time).max()?;
@@ -122,62 +130,8 @@ impl RecordingFile {
         }
         let file = File::open(&self.path).map_err(RecordingError::file(&self.path))?;
         let chunks = self.chunks.iter().filter(|chunk| chunk.message_end_time >= from_ns).cloned().collect();
-        let channels = self.channels.iter().map(|(id, channel)| (*id, Arc::clone(channel))).collect();
-        Ok(Box::new(InOrder { path: self.path.clone(), file, channels, chunks, waiting: BTreeMap::new(), from_ns }))
-    }
-}
-
-/// Channels and chunks listed in the summary at the end of a file.
-struct Index {
-    channels: BTreeMap<u16, Arc<Channel>>,
-    chunks: Vec<ChunkIndex>,
-}
-
-/// Size of the footer record and the magic after it, bytes; position of the summary's start within.
-const FOOTER: i64 = RECORD_HEAD as i64 + 20 + 8;
-const SUMMARY_START: usize = RECORD_HEAD as usize;
-
-impl Index {
-    /// Reads the index; `None` if the file has no summary.
-    fn read(file: &mut File) -> McapResult<Option<Self>> {
-        let mut footer = [0; FOOTER as usize];
-        file.seek(SeekFrom::End(-FOOTER))?;
-        file.read_exact(&mut footer)?;
-        let start = footer[SUMMARY_START..].first_chunk().map_or(0, |start| u64::from_le_bytes(*start));
-        if footer[0] != op::FOOTER || !footer.ends_with(MAGIC) || start == 0 {
-            return Ok(None);
-        }
-        file.seek(SeekFrom::Start(start))?;
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_emit_chunks(true)
-            .with_record_length_limit(RECORD_LIMIT);
-        let mut reader = LinearReader::new_with_options(options);
-        let (mut known, mut ids, mut chunks) = (ChannelAccumulator::default(), Vec::new(), Vec::new());
-        while let Some(event) = reader.next_event() {
-            match event? {
-                LinearReadEvent::ReadRequest(count) => {
-                    let read = file.read(reader.insert(count))?;
-                    reader.notify_read(read);
-                }
-                LinearReadEvent::Record { opcode: op::FOOTER, .. } => break,
-                LinearReadEvent::Record { opcode: opcode @ (op::SCHEMA | op::CHANNEL | op::CHUNK_INDEX), data } => {
-                    match parse(opcode, data)? {
-                        Record::Schema { header, data } => known.add_schema_from_slice(header, &data)?,
-                        Record::Channel(channel) => {
-                            ids.push(channel.id);
-                            known.add_channel(channel)?;
-                        }
-                        Record::ChunkIndex(index) => chunks.push(index),
-                        _ => {}
-                    }
-                }
-                LinearReadEvent::Record { .. } => {}
-            }
-        }
-        let channels = ids.into_iter().filter_map(|id| Some((id, known.get(id)?))).collect();
-        Ok(Some(Index { channels, chunks }))
+        let (path, channels) = (self.path.clone(), self.channels.clone());
+        Ok(Box::new(InOrder { path, file, channels, chunks, waiting: BTreeMap::new(), from_ns }))
     }
 }
 
@@ -186,9 +140,9 @@ impl Index {
 struct InOrder {
     path: PathBuf,
     file: File,
-    channels: HashMap<u16, Arc<Channel>>,
+    channels: BTreeMap<u16, Arc<Channel>>,
     chunks: VecDeque<ChunkIndex>,
-    waiting: BTreeMap<(u64, u64, usize), RecordedMessage>,
+    waiting: BTreeMap<(u64, u64, u64), RecordedMessage>,
     from_ns: u64,
 }
 
@@ -215,41 +169,30 @@ impl Iterator for InOrder {
 
 impl InOrder {
     fn load(&mut self, chunk: &ChunkIndex) -> McapResult<()> {
-        let record = chunk_record(&mut self.file, chunk.chunk_start_offset)?;
-        let mut place = 0;
-        Records::of(record)?.find(|opcode, data| {
-            let Record::Message { header, data } = parse(opcode, data)? else { return Ok(None::<()>) };
-            place += 1;
-            if header.log_time >= self.from_ns {
-                let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
-                let message = mcap::Message {
-                    channel: Arc::clone(self.channels.get(&header.channel_id).ok_or(unknown)?),
-                    sequence: header.sequence,
-                    log_time: header.log_time,
-                    publish_time: header.publish_time,
-                    data: data.into_owned().into(),
-                };
-                self.waiting.insert((header.log_time, chunk.chunk_start_offset, place), message);
-            }
-            Ok(None)
-        })?;
-        Ok(())
+        let at = chunk.chunk_start_offset;
+        Chunk::open(chunk_body(&mut self.file, at)?, false)?
+            .find(|record| {
+                if let Record::Message { header, data } = record.parse()?
+                    && header.log_time >= self.from_ns
+                {
+                    let message = message(header, data, self.channels.get(&header.channel_id).cloned())?;
+                    self.waiting.insert((header.log_time, at, record.at), message);
+                }
+                Ok(None)
+            })
+            .map(|_: Option<()>| ())
     }
 }
 
-/// Reads the chunk record that begins at a byte of a file.
-fn chunk_record(file: &mut File, at: u64) -> McapResult<Vec<u8>> {
-    let mut head = [0; RECORD_HEAD as usize];
+/// Reads the body of the chunk record that begins at a byte of a file.
+fn chunk_body(file: &mut File, at: u64) -> McapResult<Vec<u8>> {
+    let (mut head, mut body) = ([0; RECORD_HEAD], Vec::new());
     file.seek(SeekFrom::Start(at))?;
     file.read_exact(&mut head)?;
-    let [opcode, length @ ..] = head;
-    let length = u64::from_le_bytes(length);
-    match opcode {
-        op::CHUNK if length <= RECORD_LIMIT as u64 => {}
-        op::CHUNK => return Err(McapError::ChunkTooLarge(length)),
+    match record_head(&head) {
+        Some((op::CHUNK, length)) if length <= RECORD_LIMIT => file.take(length).read_to_end(&mut body)?,
+        Some((op::CHUNK, length)) => return Err(McapError::ChunkTooLarge(length)),
         _ => return Err(McapError::BadIndex),
-    }
-    let mut record = Vec::new();
-    file.take(length).read_to_end(&mut record)?;
-    Ok(record)
+    };
+    Ok(body)
 }

@@ -91,14 +91,9 @@ pub(super) struct Decoder {
 }
 
 impl Decoder {
-    /// Decodes the recording at `path`.
-    pub fn new(path: &Path) -> Self {
-        Decoder { path: path.to_owned(), part: TimeRange::WHOLE, types: HashMap::new(), skipped: Vec::new() }
-    }
-
-    /// Restricts the rows to a time range.
-    pub fn within(self, part: TimeRange) -> Self {
-        Decoder { part, ..self }
+    /// Decodes a part of the recording at `path`.
+    pub fn new(path: &Path, part: TimeRange) -> Self {
+        Decoder { path: path.to_owned(), part, types: HashMap::new(), skipped: Vec::new() }
     }
 
     /// Calls `visit` for every decodable message, in order of log time; returns whether the file ends early.

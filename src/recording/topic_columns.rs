@@ -1,10 +1,12 @@
 //! Recordings in memory: all numbers of every topic, column by column.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use indexmap::IndexMap;
+
 use super::RecordingError;
-use super::rows::{Decoder, Row};
+use super::rows::{Decoder, Row, TimeRange};
 
 /// The numbers of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +33,7 @@ pub struct TopicColumns {
 /// # Errors
 /// [`RecordingError`] if the file cannot be read, is empty, or a message does not fit its schema.
 pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
-    let mut decoder = Decoder::new(recording);
+    let mut decoder = Decoder::new(recording, TimeRange::WHOLE);
     let mut topics: BTreeMap<String, ColumnBuilder> = BTreeMap::new();
     let cut_off = decoder.each_row(|topic, row| {
         topics.entry(topic.to_owned()).or_default().take(row);
@@ -47,20 +49,17 @@ pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
 /// The columns of a topic while rows are added.
 #[derive(Default)]
 struct ColumnBuilder {
-    columns: Vec<(String, Vec<f64>)>,
-    index: HashMap<String, usize>,
+    columns: IndexMap<String, Vec<f64>>,
     rows: usize,
 }
 
 impl ColumnBuilder {
     fn take(&mut self, row: &Row) {
         for (name, cell) in row {
-            let place = self.index.get(name).copied().unwrap_or_else(|| {
-                self.index.insert(name.clone(), self.columns.len());
-                self.columns.push((name.clone(), Vec::new()));
-                self.columns.len() - 1
-            });
-            let column = &mut self.columns[place].1;
+            let column = match self.columns.get_mut(name) {
+                Some(column) => column,
+                None => self.columns.entry(name.clone()).or_default(),
+            };
             column.resize(self.rows, f64::NAN);
             column.push(cell.number());
         }
@@ -68,9 +67,7 @@ impl ColumnBuilder {
     }
 
     fn finish(mut self, name: String) -> TopicColumns {
-        for (_, column) in &mut self.columns {
-            column.resize(self.rows, f64::NAN);
-        }
-        TopicColumns { name, columns: self.columns }
+        self.columns.values_mut().for_each(|column| column.resize(self.rows, f64::NAN));
+        TopicColumns { name, columns: self.columns.into_iter().collect() }
     }
 }

@@ -3,17 +3,16 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
+use std::io::BufReader;
 use std::path::Path;
 
 use mcap::records::{ChunkHeader, ChunkIndex, MessageIndex, MessageIndexEntry, Record, Statistics, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::sans_io::LinearReaderOptions;
 use mcap::{MAGIC, McapError};
 
 use super::RecordingError;
-use super::chunk::Chunk;
-use super::format::{Channels, PIECE, RECORD_HEAD, RECORD_LIMIT, RecordedMessage};
-use super::parse::parse;
+use super::format::{RECORD_HEAD, RecordedMessage, is_closed};
+use super::records::{Channels, Chunk, RawRecord, Records};
 
 /// A record that cannot be read or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,7 +61,7 @@ pub type WalkFlow = std::ops::ControlFlow<()>;
 /// [`RecordingError::File`] if the file cannot be opened or read. Damage is not an error: the [`Structure`] lists it.
 pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Result<Structure, RecordingError> {
     let mut file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
-    let closed = ends_with_magic(&mut file).map_err(RecordingError::file(path))?;
+    let closed = is_closed(&mut file).map_err(RecordingError::file(path))?;
     let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
     let walker = Walker {
         visit,
@@ -74,16 +73,7 @@ pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Re
         awaited: BTreeMap::new(),
         indexed: [0; 2],
     };
-    walker.through(&mut file, closed).map_err(RecordingError::file(path))
-}
-
-fn ends_with_magic(file: &mut BufReader<File>) -> std::io::Result<bool> {
-    let mut end = Vec::new();
-    let length = file.seek(SeekFrom::End(0))?;
-    file.seek(SeekFrom::Start(length.saturating_sub(MAGIC.len() as u64)))?;
-    file.read_to_end(&mut end)?;
-    file.rewind()?;
-    Ok(length > MAGIC.len() as u64 && end == MAGIC)
+    walker.through(file, closed).map_err(RecordingError::file(path))
 }
 
 struct Walker<V> {
@@ -102,38 +92,22 @@ struct Walker<V> {
 }
 
 impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
-    fn through(mut self, file: &mut BufReader<File>, closed: bool) -> std::io::Result<Structure> {
+    fn through(mut self, file: BufReader<File>, closed: bool) -> std::io::Result<Structure> {
         let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
-            .with_check_finishes_after_end_magic(true)
-            .with_record_length_limit(RECORD_LIMIT);
-        let mut reader = LinearReader::new_with_options(options);
-        while let Some(event) = reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                    let read = file.read(reader.insert(wanted.min(PIECE)))?;
-                    reader.notify_read(read);
-                }
-                Ok(LinearReadEvent::Record { opcode, data }) => {
-                    if self.record(opcode, data).is_break() {
-                        break;
-                    }
-                    self.position += RECORD_HEAD + data.len() as u64;
-                }
-                Err(McapError::UnexpectedEof) if !closed => {
-                    self.structure.cut_off = Some(self.position);
-                    break;
-                }
-                Err(error) => {
-                    // A wrong checksum over the whole file adds nothing if the damaged place is known.
-                    let known = matches!(error, McapError::BadDataCrc { .. }) && !self.structure.damage.is_empty();
-                    if !known {
-                        let _ = self.damaged(error.to_string(), None);
-                    }
-                    break;
-                }
+            .with_check_finishes_after_end_magic(true);
+        let mut records = Records::of(file, options);
+        let walked = records.find(|record| Ok(self.record(&record).break_value()));
+        self.position = records.position();
+        match walked {
+            Ok(_) => {}
+            Err(McapError::Io(error)) => return Err(error),
+            Err(McapError::UnexpectedEof) if !closed => self.structure.cut_off = Some(self.position),
+            // A wrong checksum over the whole file adds nothing if the damaged place is known.
+            Err(McapError::BadDataCrc { .. }) if !self.structure.damage.is_empty() => {}
+            Err(error) => {
+                let _ = self.damaged(error.to_string(), None);
             }
         }
         Ok(self.structure)
@@ -146,13 +120,14 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
         going
     }
 
-    fn record(&mut self, opcode: u8, data: &[u8]) -> WalkFlow {
-        if opcode != op::MESSAGE_INDEX && !self.awaited.is_empty() {
+    fn record(&mut self, record: &RawRecord<'_>) -> WalkFlow {
+        self.position = record.at;
+        if record.opcode != op::MESSAGE_INDEX && !self.awaited.is_empty() {
             self.awaited.clear();
             self.damaged("the message indexes of the previous chunk are incomplete".to_owned(), None)?;
         }
-        match parse(opcode, data) {
-            Ok(Record::Chunk { header, .. }) => self.chunk(header, data),
+        match record.parse() {
+            Ok(Record::Chunk { header, .. }) => self.chunk(header, record.data),
             Ok(Record::MessageIndex(index)) => self.message_index(index),
             Ok(Record::ChunkIndex(index)) => {
                 let there = self.is_there(&index);
@@ -170,21 +145,30 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
         }
     }
 
-    fn chunk(&mut self, header: ChunkHeader, record: &[u8]) -> WalkFlow {
+    fn chunk(&mut self, header: ChunkHeader, body: &[u8]) -> WalkFlow {
         let times = [header.message_start_time, header.message_end_time];
-        let read = Chunk::read(record, &mut self.channels);
-        self.chunks.insert(self.position, (RECORD_HEAD + record.len() as u64, header));
-        let chunk = match read {
-            Ok(chunk) => chunk,
-            Err(error) => return self.damaged(format!("a chunk cannot be read: {error}"), Some(times)),
-        };
+        self.chunks.insert(self.position, ((RECORD_HEAD + body.len()) as u64, header));
+        let (mut messages, mut index) = (Vec::new(), BTreeMap::<u16, Vec<MessageIndexEntry>>::new());
+        let read = Chunk::open(body, false).and_then(|mut chunk| {
+            chunk.find(|record| {
+                if let Some(message) = record.message(&mut self.channels)? {
+                    let entry = MessageIndexEntry { log_time: message.log_time, offset: record.at };
+                    index.entry(message.channel.id).or_default().push(entry);
+                    messages.push(message);
+                }
+                Ok(None::<()>)
+            })
+        });
+        if let Err(error) = read {
+            return self.damaged(format!("a chunk cannot be read: {error}"), Some(times));
+        }
         self.structure.chunks += 1;
-        self.structure.messages += chunk.messages.len() as u64;
-        for (id, message) in &chunk.messages {
-            *self.counts.entry(*id).or_default() += 1;
+        self.structure.messages += messages.len() as u64;
+        for message in &messages {
+            *self.counts.entry(message.channel.id).or_default() += 1;
             (self.visit)(WalkItem::Message(message), self.position)?;
         }
-        self.awaited = chunk.index;
+        self.awaited = index;
         WalkFlow::Continue(())
     }
 

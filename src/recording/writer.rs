@@ -45,10 +45,8 @@ pub(super) fn options() -> WriteOptions {
 
 /// Creates a new file, and its folder; overwrites nothing.
 pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if let Some(folder) = folder {
-        std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
-    }
+    let folder = folder(path);
+    std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
     File::create_new(path).map_err(|cause| match cause.kind() {
         std::io::ErrorKind::AlreadyExists => RecordingError::Exists(path.to_owned()),
         _ => RecordingError::file(path)(cause),
@@ -103,7 +101,8 @@ impl SessionWriter {
         };
         writer.flush()?;
         if settings.fsync {
-            sync_folder(path).map_err(RecordingError::file(path))?;
+            // The name of the file is on the disk, too.
+            File::open(folder(path)).and_then(|folder| folder.sync_all()).map_err(RecordingError::file(path))?;
         }
         Ok(writer)
     }
@@ -194,10 +193,7 @@ impl SessionWriter {
     }
 }
 
-/// Waits until the file's name is on the disk.
-fn sync_folder(path: &Path) -> std::io::Result<()> {
-    match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        Some(folder) => File::open(folder)?.sync_all(),
-        None => File::open(".")?.sync_all(),
-    }
+/// The folder of a file.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

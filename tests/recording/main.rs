@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod every_byte;
 mod gaps;
 mod hung_up;
 mod killed;

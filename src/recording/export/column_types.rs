@@ -1,11 +1,13 @@
 //! Columns of exported tables: their names, types and selection.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::Path;
+
+use indexmap::IndexMap;
 
 use crate::nearest::nearest;
 use crate::recording::RecordingError;
-use crate::recording::rows::{FieldValue, TIMES};
+use crate::recording::rows::{FieldValue, Row, TIMES};
 
 /// The type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,67 +40,39 @@ impl ColumnType {
     }
 }
 
-/// A column of a table.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Column {
-    pub name: String,
-    pub kind: ColumnType,
-}
+/// Columns with their types, in the order of their first appearance.
+pub(super) type Columns = IndexMap<String, ColumnType>;
 
-/// Columns in the order of their first appearance.
-#[derive(Debug, Default)]
-pub(super) struct Columns {
-    columns: Vec<Column>,
-    index: HashMap<String, usize>,
-}
-
-impl Columns {
-    pub fn learn(&mut self, row: &[(String, FieldValue)]) {
-        for (name, cell) in row {
-            let kind = ColumnType::of(cell);
-            match self.index.get(name) {
-                Some(place) => self.columns[*place].kind = self.columns[*place].kind.with(kind),
-                None => {
-                    self.index.insert(name.clone(), self.columns.len());
-                    self.columns.push(Column { name: name.clone(), kind });
-                }
-            }
+/// Adds the columns of a row.
+pub(super) fn learn(columns: &mut Columns, row: &Row) {
+    for (name, cell) in row {
+        let kind = ColumnType::of(cell);
+        match columns.get_mut(name) {
+            Some(known) => *known = known.with(kind),
+            None => _ = columns.insert(name.clone(), kind),
         }
     }
-
-    pub fn finish(self) -> Vec<Column> {
-        self.columns
-    }
 }
 
-/// A requested column that no topic has, and the most similar name.
-#[derive(Debug, PartialEq)]
-pub(super) struct Unknown {
-    wanted: String,
-    nearest: Option<String>,
-}
-
-impl Unknown {
-    pub fn of(self, recording: &Path) -> RecordingError {
-        RecordingError::Column { path: recording.to_owned(), wanted: self.wanted, nearest: self.nearest }
-    }
-}
-
-/// Keeps the requested columns with the times, and drops topics that have none of them.
-pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String]) -> Result<(), Unknown> {
+/// Keeps the requested columns of a recording with the times, and drops topics that have none of them.
+///
+/// # Errors
+/// [`RecordingError::Column`] if no topic has a requested column.
+pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String], recording: &Path) -> Result<(), RecordingError> {
     if wanted.is_empty() {
         return Ok(());
     }
     for wanted in wanted {
-        let names = || topics.values().flat_map(|topic| &topic.columns).map(|column| column.name.as_str());
+        let names = || topics.values().flat_map(Columns::keys).map(String::as_str);
         if !names().any(|name| is_part(name, wanted)) {
-            return Err(Unknown { wanted: wanted.clone(), nearest: nearest(wanted, names()).map(str::to_owned) });
+            let nearest = nearest(wanted, names()).map(str::to_owned);
+            return Err(RecordingError::Column { path: recording.to_owned(), wanted: wanted.clone(), nearest });
         }
     }
-    for topic in topics.values_mut() {
-        topic.columns.retain(|column| is_time(&column.name) || wanted.iter().any(|wanted| is_part(&column.name, wanted)));
+    for columns in topics.values_mut() {
+        columns.retain(|name, _| is_time(name) || wanted.iter().any(|wanted| is_part(name, wanted)));
     }
-    topics.retain(|_, topic| topic.columns.iter().any(|column| !is_time(&column.name)));
+    topics.retain(|_, columns| columns.keys().any(|name| !is_time(name)));
     Ok(())
 }
 
@@ -116,38 +90,34 @@ mod tests {
     use super::*;
 
     fn topic(names: &[&str]) -> Columns {
-        let mut columns = Columns::default();
-        let row: Vec<(String, FieldValue)> =
-            TIMES.iter().chain(names).map(|name| ((*name).to_owned(), FieldValue::Number(0.0))).collect();
-        columns.learn(&row);
-        columns
+        TIMES.iter().chain(names).map(|name| ((*name).to_owned(), ColumnType::Number)).collect()
     }
 
     #[test]
     fn prop_a_column_is_selected_by_its_name_or_a_prefix() {
-        let all = || {
-            BTreeMap::from([
+        let select = |wanted: &str| {
+            let mut topics = BTreeMap::from([
                 ("angles".to_owned(), topic(&["links.crank.chord_rad", "links.rod.chord_rad"])),
                 ("loads".to_owned(), topic(&["torque_nm"])),
-            ])
+            ]);
+            select(&mut topics, &[wanted.to_owned()], Path::new("r"))?;
+            Ok(topics.into_values().flat_map(IndexMap::into_keys).collect::<Vec<String>>())
         };
-        let names = |topics: &BTreeMap<String, Columns>| -> Vec<String> {
-            topics.values().flat_map(|topic| topic.columns.iter().map(|column| column.name.clone())).collect()
-        };
-        let mut topics = all();
-        assert_eq!(select(&mut topics, &["links.rod".to_owned()]), Ok(()));
-        assert_eq!(names(&topics), ["log_time", "publish_time", "links.rod.chord_rad"]);
-        let unknown = select(&mut all(), &["links.rod.chord_rd".to_owned()]).err();
-        assert_eq!(unknown.and_then(|unknown| unknown.nearest).as_deref(), Some("links.rod.chord_rad"));
-        assert!(select(&mut all(), &["link".to_owned()]).is_err(), "half a word is no name");
+        assert_eq!(
+            select("links.rod").ok().as_deref(),
+            Some(&["log_time", "publish_time", "links.rod.chord_rad"].map(String::from)[..])
+        );
+        let Err(RecordingError::Column { nearest, .. }) = select("links.rod.chord_rd") else { panic!("a misspelt column") };
+        assert_eq!(nearest.as_deref(), Some("links.rod.chord_rad"));
+        assert!(select("link").is_err(), "half a word is no name");
     }
 
     #[test]
     fn prop_a_column_has_one_type() {
-        let mut columns = Columns::default();
+        let mut columns = Columns::new();
         for cell in [FieldValue::Integer(1), FieldValue::Number(0.5), FieldValue::Integer(2)] {
-            columns.learn(&[("x".to_owned(), cell)]);
+            learn(&mut columns, &vec![("x".to_owned(), cell)]);
         }
-        assert_eq!(columns.finish(), [Column { name: "x".to_owned(), kind: ColumnType::Number }]);
+        assert_eq!(columns.into_iter().collect::<Vec<_>>(), [("x".to_owned(), ColumnType::Number)]);
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::Sheet;
-use super::column_types::Column;
+use super::column_types::Columns;
 use crate::recording::RecordingError;
 use crate::recording::rows::FieldValue;
 
@@ -14,10 +14,10 @@ pub(super) struct CsvSheet {
 }
 
 impl CsvSheet {
-    pub fn create(path: PathBuf, columns: &[Column]) -> Result<Self, RecordingError> {
+    pub fn create(path: PathBuf, columns: &Columns) -> Result<Self, RecordingError> {
         let writer = csv::Writer::from_path(&path).map_err(|error| RecordingError::file(&path)(error.into()))?;
         let mut sheet = CsvSheet { path, writer };
-        sheet.line(columns.iter().map(|column| column.name.as_str()))?;
+        sheet.line(columns.keys())?;
         Ok(sheet)
     }
 

@@ -4,12 +4,12 @@ mod column_types;
 mod csv;
 mod parquet;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::rows::{Decoder, FieldValue, TimeRange};
+use super::rows::{Decoder, FieldValue, Row, TimeRange};
 use super::{RecordingError, RecordingFile, writer::Written};
-use column_types::{Column, Columns};
+use column_types::{Columns, learn, select};
 
 /// Options of an export.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -49,17 +49,16 @@ pub struct Exported {
 /// [`RecordingError`] if the recording cannot be read, a message does not fit its schema, a requested time or column does not
 /// exist, or a table cannot be written.
 pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
-    let part = TimeRange::new(export.from_s, export.to_s, export.every_s);
-    let mut decoder = Decoder::new(recording).within(part);
+    let mut decoder = Decoder::new(recording, TimeRange::new(export.from_s, export.to_s, export.every_s));
     let mut topics: BTreeMap<String, Columns> = BTreeMap::new();
     let cut_off = decoder.each_row(|topic, row| {
-        topics.entry(topic.to_owned()).or_default().learn(row);
+        learn(topics.entry(topic.to_owned()).or_default(), row);
         Ok(())
     })?;
     if topics.is_empty() {
         return Err(empty(recording, export)?);
     }
-    column_types::select(&mut topics, &export.columns).map_err(|unknown| unknown.of(recording))?;
+    select(&mut topics, &export.columns, recording)?;
     let mut tables = BTreeMap::new();
     for (topic, columns) in topics {
         tables.insert(topic.clone(), Table::create(export, &topic, columns)?);
@@ -90,14 +89,13 @@ trait Sheet {
 
 /// The table of a topic, in every requested format.
 struct Table {
-    index: HashMap<String, usize>,
+    columns: Columns,
     sheets: Vec<Box<dyn Sheet>>,
     rows: u64,
 }
 
 impl Table {
     fn create(export: &Export, topic: &str, columns: Columns) -> Result<Self, RecordingError> {
-        let columns: Vec<Column> = columns.finish();
         let place = |folder: &Path, ending: &str| {
             std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
             Ok(folder.join(format!("{}.{ending}", topic.trim_start_matches('/').replace('/', "."))))
@@ -109,15 +107,14 @@ impl Table {
         if let Some(folder) = &export.parquet {
             sheets.push(Box::new(parquet::ParquetSheet::create(place(folder, "parquet")?, &columns)?));
         }
-        let index = columns.into_iter().enumerate().map(|(place, column)| (column.name, place)).collect();
-        Ok(Table { index, sheets, rows: 0 })
+        Ok(Table { columns, sheets, rows: 0 })
     }
 
-    fn write(&mut self, row: &[(String, FieldValue)]) -> Result<(), RecordingError> {
-        let mut cells = vec![None; self.index.len()];
+    fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
+        let mut cells = vec![None; self.columns.len()];
         for (name, cell) in row {
-            if let Some(column) = self.index.get(name) {
-                cells[*column] = Some(cell);
+            if let Some(column) = self.columns.get_index_of(name) {
+                cells[column] = Some(cell);
             }
         }
         self.rows += 1;

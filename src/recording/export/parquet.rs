@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
 use super::Sheet;
-use super::column_types::{Column, ColumnType};
+use super::column_types::{ColumnType, Columns};
 use crate::recording::RecordingError;
 use crate::recording::rows::FieldValue;
 
@@ -29,10 +29,10 @@ pub(super) struct ParquetSheet {
 }
 
 impl ParquetSheet {
-    pub fn create(path: PathBuf, columns: &[Column]) -> Result<Self, RecordingError> {
+    pub fn create(path: PathBuf, columns: &Columns) -> Result<Self, RecordingError> {
         let file = File::create(&path).map_err(RecordingError::file(&path))?;
         let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
-        let cells = columns.iter().map(|column| Cells::new(column.kind)).collect();
+        let cells = columns.values().copied().map(Cells::new).collect();
         let opened = schema(columns).and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
         let file = opened.map_err(|error| refused(&path, error))?;
         Ok(ParquetSheet { path, file, columns: cells, waiting: 0 })
@@ -75,16 +75,16 @@ fn refused(path: &Path, error: ParquetError) -> RecordingError {
 }
 
 /// A flat schema in which every column is optional.
-fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
-    let field = |column: &Column| {
-        let (physical, logical) = match column.kind {
+fn schema(columns: &Columns) -> Result<TypePtr, ParquetError> {
+    let field = |(name, kind): (&String, &ColumnType)| {
+        let (physical, logical) = match kind {
             ColumnType::Integer => (Physical::INT64, None),
             ColumnType::Time => (Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::NANOS))),
             ColumnType::Number => (Physical::DOUBLE, None),
             ColumnType::Flag => (Physical::BOOLEAN, None),
             ColumnType::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
-        let field = Type::primitive_type_builder(&column.name, physical).with_repetition(Repetition::OPTIONAL);
+        let field = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
         Ok(Arc::new(field.with_logical_type(logical).build()?))
     };
     let fields = columns.iter().map(field).collect::<Result<Vec<_>, ParquetError>>()?;
@@ -135,28 +135,25 @@ impl Cells {
 
     /// Writes and clears the buffered cells.
     fn write(&mut self, column: &mut SerializedColumnWriter) -> Result<(), ParquetError> {
-        let levels = Some(self.levels.as_slice());
+        let levels = &mut self.levels;
         match &mut self.values {
-            Values::Integers(values) => {
-                column.typed::<Int64Type>().write_batch(values, levels, None)?;
-                values.clear();
-            }
-            Values::Numbers(values) => {
-                column.typed::<DoubleType>().write_batch(values, levels, None)?;
-                values.clear();
-            }
-            Values::Flags(values) => {
-                column.typed::<BoolType>().write_batch(values, levels, None)?;
-                values.clear();
-            }
-            Values::Texts(values) => {
-                column.typed::<ByteArrayType>().write_batch(values, levels, None)?;
-                values.clear();
-            }
+            Values::Integers(values) => write_batch::<Int64Type>(column, values, levels),
+            Values::Numbers(values) => write_batch::<DoubleType>(column, values, levels),
+            Values::Flags(values) => write_batch::<BoolType>(column, values, levels),
+            Values::Texts(values) => write_batch::<ByteArrayType>(column, values, levels),
         }
-        self.levels.clear();
-        Ok(())
     }
+}
+
+fn write_batch<T: DataType>(
+    column: &mut SerializedColumnWriter,
+    values: &mut Vec<T::T>,
+    levels: &mut Vec<i16>,
+) -> Result<(), ParquetError> {
+    column.typed::<T>().write_batch(values, Some(levels), None)?;
+    values.clear();
+    levels.clear();
+    Ok(())
 }
 
 fn keep<T>(values: &mut Vec<T>, value: T) -> usize {

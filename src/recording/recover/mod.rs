@@ -80,21 +80,21 @@ fn run(
     let unread = || RecordingError::file(broken);
     // A damaged summary counts as absent: it only helps.
     let mut file = File::open(broken).map_err(unread())?;
-    if let Ok(Some(summary)) = summary(&mut file, scanner.length()) {
-        salvage.learn(summary);
-    }
+    salvage.learn(summary(&mut file).unwrap_or_default());
     let mut loss = Loss::default();
     let mut closed = false;
     while let Some(piece) = scanner.next().map_err(unread())? {
         let sound = match piece {
             Piece::Damage => false,
             Piece::CutChunk(body) => {
-                salvage.take_cut_chunk(body).map_err(RecordingError::mcap(output))?;
+                salvage.take_cut_chunk(&body).map_err(RecordingError::mcap(output))?;
                 true
             }
+            // The index holds no messages.
+            Piece::Record { opcode: op::MESSAGE, .. } if closed => false,
             Piece::Record { opcode, body } => {
                 closed |= opcode == op::DATA_END;
-                salvage.take(opcode, body).map_err(RecordingError::mcap(output))?
+                salvage.take(opcode, &body).map_err(RecordingError::mcap(output))?
             }
         };
         if !sound {

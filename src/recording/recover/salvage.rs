@@ -7,10 +7,10 @@ use std::path::Path;
 
 use mcap::records::{self, Record, op};
 use mcap::write::NoSeek;
-use mcap::{Attachment, McapResult, Summary, Writer};
+use mcap::{Attachment, McapResult, Writer};
 
-use crate::recording::chunk::Records;
 use crate::recording::parse::parse;
+use crate::recording::records::Chunk;
 use crate::recording::writer::{create_new, options};
 use crate::recording::{RecordingError, build_info};
 
@@ -71,17 +71,12 @@ impl Salvage {
     }
 
     /// Reads channels and counts from the summary.
-    pub(super) fn learn(&mut self, summary: Summary) {
-        for (id, schema) in summary.schemas {
-            let header = records::SchemaHeader { id, name: schema.name.clone(), encoding: schema.encoding.clone() };
-            self.schemas.insert(id, (header, schema.data.to_vec()));
+    pub(super) fn learn(&mut self, summary: Vec<Record<'_>>) {
+        summary.into_iter().for_each(|record| self.define(record));
+        // A summary need not repeat the schemas.
+        for channel in self.channels.values_mut().filter(|channel| !self.schemas.contains_key(&channel.schema_id)) {
+            channel.schema_id = 0;
         }
-        for (id, channel) in summary.channels {
-            let mcap::Channel { topic, message_encoding, metadata, schema, .. } = channel.as_ref().clone();
-            let schema_id = schema.map_or(0, |schema| schema.id);
-            self.channels.insert(id, records::Channel { id, schema_id, topic, message_encoding, metadata });
-        }
-        self.statistics = summary.stats;
     }
 
     fn define(&mut self, record: Record<'_>) {
@@ -104,7 +99,7 @@ impl Salvage {
     /// Fails if the new file cannot be written.
     pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> McapResult<bool> {
         match opcode {
-            op::CHUNK => self.take_chunk(body),
+            op::CHUNK => self.take_chunk(body, false),
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT | op::STATISTICS => {
                 self.take_plain(opcode, body)
             }
@@ -113,18 +108,13 @@ impl Salvage {
         }
     }
 
-    /// Adds the content of a chunk if its checksum is valid.
-    fn take_chunk(&mut self, body: &[u8]) -> McapResult<bool> {
-        Records::of(body).map_or(Ok(false), |records| self.take_records(records))
-    }
-
     /// Adds the readable messages of the chunk in which the file ends.
     ///
     /// # Errors
     /// Fails if the new file cannot be written.
     pub(super) fn take_cut_chunk(&mut self, body: &[u8]) -> McapResult<()> {
         let before = self.saved();
-        Records::of_cut(body).map_or(Ok(false), |records| self.take_records(records))?;
+        self.take_chunk(body, true)?;
         self.unchecked = self.saved() - before;
         Ok(())
     }
@@ -134,19 +124,18 @@ impl Salvage {
         self.tallies.values().map(|tally| tally.saved).sum()
     }
 
-    /// Adds the records of a chunk; returns `false` if it is damaged.
-    fn take_records(&mut self, mut records: Records) -> McapResult<bool> {
-        let stopped = records.find(|opcode, data| {
-            Ok(match self.take_plain(opcode, data) {
-                Ok(true) => None,
-                damaged_or_unwritten => Some(damaged_or_unwritten),
+    /// Adds the records of a chunk, up to damage; returns `false` if it is damaged. A complete chunk with a wrong checksum has no
+    /// records.
+    fn take_chunk(&mut self, body: &[u8], is_cut: bool) -> McapResult<bool> {
+        let read = Chunk::open(body, is_cut).and_then(|mut chunk| {
+            chunk.find(|record| {
+                Ok(match self.take_plain(record.opcode, record.data) {
+                    Ok(true) => None,
+                    damaged_or_unwritten => Some(damaged_or_unwritten),
+                })
             })
         });
-        match stopped {
-            Ok(None) => Ok(true),
-            Ok(Some(damaged_or_unwritten)) => damaged_or_unwritten,
-            Err(_) => Ok(false),
-        }
+        read.map_or(Ok(false), |stopped| stopped.unwrap_or(Ok(true)))
     }
 
     fn take_plain(&mut self, opcode: u8, body: &[u8]) -> McapResult<bool> {
@@ -174,13 +163,12 @@ impl Salvage {
         };
         self.mcap.write_to_known_channel(&records::MessageHeader { channel_id, ..header }, data)?;
         if let Some(channel) = self.channels.get(&header.channel_id) {
-            if !self.tallies.contains_key(&channel.topic) {
-                self.tallies.insert(channel.topic.clone(), Tally::default());
-            }
-            if let Some(tally) = self.tallies.get_mut(&channel.topic) {
-                tally.saved += 1;
-                tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
-            }
+            let tally = match self.tallies.get_mut(&channel.topic) {
+                Some(tally) => tally,
+                None => self.tallies.entry(channel.topic.clone()).or_default(),
+            };
+            tally.saved += 1;
+            tally.counted = tally.counted.max(u64::from(header.sequence) + 1);
         }
         let (first, last) = self.span_ns.unwrap_or((header.log_time, header.log_time));
         if std::mem::take(&mut self.in_hole) {

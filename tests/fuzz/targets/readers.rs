@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use flexcrank::recording::{self, Export, Messages, export, recover};
-use flexcrank::resimulation::{self, resume, verify};
+use flexcrank::recording::{Export, Messages, RecordingFile, export, recover};
+use flexcrank::resimulation::{RecordedSession, resume, verify};
 use libfuzzer_sys::fuzz_target;
 
 /// Three times the largest chunk that is read, as the README says.
@@ -27,10 +27,10 @@ fuzz_target!(|bytes: &[u8]| {
 
 /// Errors are fine.
 fn read(file: &Path, folder: &Path) {
-    if let Ok(messages) = recording::Source::open(file).and_then(|source| source.messages_from(0)) {
+    if let Ok(messages) = RecordingFile::open(file).and_then(|source| source.messages_from(0)) {
         messages.for_each(drop);
     }
-    if let Ok(source) = resimulation::Source::open(file) {
+    if let Ok(source) = RecordedSession::open(file) {
         let _ = verify(&source, &|_, _| {});
         let _ = resume(&source, None, &|_| {});
     }

@@ -1,0 +1,121 @@
+//! Small recordings cut off after every byte, and with a bit of every byte changed: all readers agree on what is left.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use flexcrank::recording::{Messages, RecordedMessage, RecordingError, RecordingFile, Structure, WalkFlow, WalkItem};
+use flexcrank::recording::{is_cut_off, recover, walk};
+
+use crate::common::Outcome;
+
+/// A recording of twelve messages in three chunks, with all checksums.
+fn small(compression: Option<mcap::Compression>) -> Outcome<Vec<u8>> {
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(None).library("flexcrank test");
+    let mut writer = options.create(std::io::Cursor::new(Vec::new()))?;
+    let metadata = BTreeMap::from([("name".to_owned(), "crank".to_owned())]);
+    writer.write_metadata(&mcap::records::Metadata { name: "flexcrank".to_owned(), metadata })?;
+    let schema = writer.add_schema("Angles", "protobuf", b"a schema")?;
+    let channel_id = writer.add_channel(schema, "angles", "protobuf", &BTreeMap::new())?;
+    for n in 0..12_u32 {
+        let (log_time, publish_time) = (u64::from(n) * 1000, 7);
+        let header = mcap::records::MessageHeader { channel_id, sequence: n, log_time, publish_time };
+        writer.write_to_known_channel(&header, format!("message {n}{}", "-".repeat(n as usize)).as_bytes())?;
+        if n % 4 == 3 {
+            writer.flush()?;
+        }
+    }
+    writer.finish()?;
+    Ok(writer.into_inner().into_inner())
+}
+
+fn plain_and_compressed() -> Outcome<Vec<Vec<u8>>> {
+    [None, Some(mcap::Compression::Lz4)].into_iter().map(small).collect()
+}
+
+/// The messages that every reader reads, by log time and content: topics come from the index, whose checksum replay does not check.
+struct Readings {
+    messages: Vec<(u64, Vec<u8>)>,
+    /// Whether these end with an error other than that of a file that is cut off.
+    is_damaged: bool,
+    replayed: Vec<(u64, Vec<u8>)>,
+    walked: Vec<(u64, Vec<u8>)>,
+    structure: Structure,
+    recovered: Vec<(u64, Vec<u8>)>,
+}
+
+fn content(message: &RecordedMessage) -> (u64, Vec<u8>) {
+    (message.log_time, message.data.to_vec())
+}
+
+fn intact(messages: impl IntoIterator<Item = Result<RecordedMessage, RecordingError>>) -> Vec<(u64, Vec<u8>)> {
+    messages.into_iter().map_while(Result::ok).map(|message| content(&message)).collect()
+}
+
+fn read(bytes: &[u8], folder: &Path) -> Outcome<Readings> {
+    let [file, whole]: [PathBuf; 2] = ["broken.mcap", "whole.mcap"].map(|name| folder.join(name));
+    std::fs::write(&file, bytes)?;
+    let mut walked = Vec::new();
+    let structure = walk(&file, |item, _| {
+        if let WalkItem::Message(message) = item {
+            walked.push(content(message));
+        }
+        WalkFlow::Continue(())
+    })?;
+    let replayed = RecordingFile::open(&file).and_then(|recording| recording.messages_from(0)).map_or(Vec::new(), intact);
+    let recovered = match recover(&file, &whole, |_, _| {}) {
+        Err(RecordingError::Empty { .. }) => Vec::new(),
+        recovered => {
+            recovered?;
+            let messages = Messages::open(&whole)?.collect::<Result<Vec<_>, _>>()?;
+            std::fs::remove_file(&whole)?;
+            messages.iter().map(content).collect()
+        }
+    };
+    let is_damaged = Messages::open(&file)?.any(|message| message.is_err_and(|error| !is_cut_off(&error)));
+    Ok(Readings { messages: intact(Messages::open(&file)?), is_damaged, replayed, walked, structure, recovered })
+}
+
+#[test]
+fn prop_after_a_cut_at_any_byte_all_readers_read_the_messages_before_it() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for whole in plain_and_compressed()? {
+        let all = read(&whole, folder.path())?.messages;
+        assert_eq!(all.len(), 12);
+        let mut before = 0;
+        for cut in 0..whole.len() {
+            let read = read(&whole[..cut], folder.path())?;
+            assert!(read.messages[..] == all[..read.messages.len()] && !read.is_damaged, "cut at {cut}");
+            assert!(read.messages.len() >= before, "cut at {cut}: {} messages, {before} before", read.messages.len());
+            assert!(read.replayed == read.messages && read.recovered == read.messages, "cut at {cut}");
+            // A chunk is walked through only if its checksum is there.
+            assert!(all.starts_with(&read.walked) && read.messages.len() - read.walked.len() <= 4, "cut at {cut}");
+            assert!(read.structure.cut_off.is_some() && read.structure.damage.is_empty(), "{cut}: {:?}", read.structure);
+            before = read.messages.len();
+        }
+        assert_eq!(before, 12);
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_changed_bit_in_any_byte_is_found_and_no_wrong_message_is_read() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for mut bytes in plain_and_compressed()? {
+        let all = read(&bytes, folder.path())?.messages;
+        for at in 0..bytes.len() {
+            let mask = 1 << (at % 8);
+            bytes[at] ^= mask;
+            let read = read(&bytes, folder.path())?;
+            bytes[at] ^= mask;
+            let case = format!("byte {at} ^ {mask:#x}: {:?}", read.structure);
+            assert!(read.structure.cut_off.is_some() || !read.structure.damage.is_empty(), "{case}");
+            for messages in [&read.messages, &read.walked, &read.recovered] {
+                assert!(messages.iter().all(|message| all.contains(message)) && messages.is_sorted(), "{case}");
+            }
+            // The order of replay comes from the index.
+            assert!(read.replayed.iter().all(|message| all.contains(message)), "{case}");
+            assert!(read.recovered.len() >= 8, "more than one chunk is lost: {case}");
+        }
+    }
+    Ok(())
+}
