@@ -23,23 +23,23 @@ pub use messages::*;
 /// The generated types.
 #[allow(missing_docs, clippy::all)]
 mod messages {
-    include!(concat!(env!("OUT_DIR"), "/flexcrank.v1.rs"));
+    include!("../../proto/generated/flexcrank.v1.rs");
 }
 
 /// Messages for viewers, generated from `proto/foxglove`.
 #[allow(missing_docs, clippy::all)]
 pub mod foxglove {
-    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+    include!("../../proto/generated/foxglove.rs");
 }
 
 /// The `google.protobuf.FileDescriptorSet` of all flexcrank messages, with imports.
-pub const DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/flexcrank.bin"));
+pub const DESCRIPTOR_SET: &[u8] = include_bytes!("../../proto/generated/flexcrank.bin");
 
 /// The descriptor set of the viewers' messages.
-const FOXGLOVE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin"));
+const FOXGLOVE_DESCRIPTOR_SET: &[u8] = include_bytes!("../../proto/generated/foxglove.bin");
 
 /// The descriptor set of everything published.
-pub const EVERY_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/every.bin"));
+pub const EVERY_DESCRIPTOR_SET: &[u8] = include_bytes!("../../proto/generated/every.bin");
 
 /// Returns the smallest descriptor set that has a message of this fully qualified name.
 pub fn descriptor_set(schema: &str) -> &'static [u8] {

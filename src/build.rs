@@ -1,27 +1,10 @@
-//! Compiles the messages with a pure-Rust protobuf compiler, writes the descriptor sets beside the generated code, and passes
-//! build information to the program.
+//! Passes the facts of the build to the program.
+
+use std::env;
 use std::process::Command;
-use std::{env, error::Error, fs, path::PathBuf};
-
-use prost::Message;
-
-fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo:rerun-if-changed=proto");
-    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?);
-    let (own, viewers) = ("proto/flexcrank.proto", "proto/foxglove/SceneUpdate.proto");
-    for (name, files) in [("flexcrank", vec![own]), ("foxglove", vec![viewers]), ("every", vec![own, viewers])] {
-        let descriptors = protox::compile(&files, ["proto"])?;
-        fs::write(out.join(name).with_extension("bin"), descriptors.encode_to_vec())?;
-        if name == "every" {
-            prost_build::Config::new().out_dir(&out).enable_type_names().compile_fds(descriptors)?;
-        }
-    }
-    export_build_info();
-    Ok(())
-}
 
 /// Commit, profile, compiler and target; outside of git, the commit is `unknown`.
-fn export_build_info() {
+fn main() {
     for file in ["src", "Cargo.lock"] {
         println!("cargo:rerun-if-changed={file}");
     }
