@@ -7,7 +7,7 @@ const UNIT_RAD: f64 = 1e-15;
 /// Larger errors are counted as this one, in units of [`UNIT_RAD`]: a thousand radians.
 const LARGEST: u64 = 1_000_000_000_000_000_000;
 
-/// Quantiles of a [`StepErrorHistogram`].
+/// Quantiles of the estimated errors of single steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepErrorQuantiles {
     /// Median, rad.
