@@ -37,14 +37,15 @@ impl RecordingFile {
         summary(&mut file).and_then(|summary| Self::indexed(path, summary)).map_or_else(|| Self::scanned(path), Ok)
     }
 
-    fn indexed(path: &Path, summary: Vec<Record<'_>>) -> Option<Self> {
-        let (mut known, mut ids, mut chunks) = (Channels::default(), Vec::new(), Vec::new());
+    fn indexed(path: &Path, summary: Vec<Record<'static>>) -> Option<Self> {
+        let (mut known, mut channels, mut chunks) = (Channels::default(), BTreeMap::new(), Vec::new());
         for record in summary {
             match record {
-                Record::Schema { header, data } => known.add_schema_from_slice(header, &data).ok()?,
+                Record::Schema { header, data } => known.add_schema(header, data).ok()?,
                 Record::Channel(channel) => {
-                    ids.push(channel.id);
+                    let id = channel.id;
                     known.add_channel(channel).ok()?;
+                    channels.insert(id, known.get(id)?);
                 }
                 // A chunk without messages has no times.
                 Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() || chunk.message_end_time > 0 => {
@@ -53,7 +54,6 @@ impl RecordingFile {
                 _ => {}
             }
         }
-        let channels: BTreeMap<_, _> = ids.into_iter().filter_map(|id| Some((id, known.get(id)?))).collect();
         chunks.sort_by_key(|chunk| (chunk.message_start_time, chunk.chunk_start_offset));
         let begin_ns = chunks.first()?.message_start_time;
         let end_ns = chunks.iter().map(|chunk| chunk.message_end_time).max()?;
