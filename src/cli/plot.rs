@@ -9,16 +9,17 @@ use clap::ValueEnum;
 
 use super::exit_status::ExitStatus;
 use super::folders::make_folder;
-use super::values::number;
-use crate::plot::{self, Figure, Format, Named, Picture, Titled, thesis};
-use crate::recording::read_columns;
-use crate::scene::SceneSource;
-use crate::study::{self, Table, cycle};
+use super::plot_source::Source;
+use super::thesis_figures::write_thesis;
+use super::values::{not_negative, number};
+use crate::plot::{self, Entry, Figure, Format, Picture, Strobe, TimeRange};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  flexcrank plot recordings/crank.mcap -o plots
+  flexcrank plot recordings/crank.mcap -o plots            every figure, and plots/index.html with all of them
+  flexcrank plot recordings/crank.mcap --from 1 --to 1.5 -o plots
+  flexcrank plot before.mcap after.mcap --overlay -o plots
   flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg
   flexcrank plot recordings/crank.mcap --animation=0.25 -o crank.svg
   flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png
@@ -29,7 +30,7 @@ pub(super) struct Args {
     /// Recordings (.mcap) or tables (CSV).
     #[arg(required_unless_present = "thesis", value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Folder for the figures, or the file (.svg, .png) for a single one.
+    /// Folder for the figures, with an index.html for recordings; or the file (.svg, .png) for a single figure.
     #[arg(long, short, value_name = "DIR|FILE", default_value = "plots")]
     pub output: PathBuf,
     /// Formats of the figures in a folder.
@@ -44,12 +45,21 @@ pub(super) struct Args {
     /// Title of the figures.
     #[arg(long)]
     pub title: Option<String>,
+    /// Draw from this simulated time on, s.
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub from: Option<f64>,
+    /// Draw up to this simulated time, s.
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub to: Option<f64>,
+    /// Lay the files over one another: a panel for each signal, a curve for each file.
+    #[arg(long, conflicts_with = "animation")]
+    pub overlay: bool,
     /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long; SPEED in recorded seconds per second.
     #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
     #[arg(conflicts_with_all = ["x", "y", "title"])]
     pub animation: Option<f64>,
     /// Compute and draw every figure of the thesis into this folder, with an index.html.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "animation"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "from", "to", "overlay", "animation"])]
     pub thesis: Option<PathBuf>,
 }
 
@@ -74,6 +84,11 @@ impl Args {
         }
         formats
     }
+
+    /// Whether the output is a file rather than a folder.
+    fn into_file(&self) -> bool {
+        self.output.extension().is_some() && !self.output.is_dir()
+    }
 }
 
 fn playing_speed(text: &str) -> Result<f64, String> {
@@ -91,172 +106,200 @@ pub(super) enum BadPlot {
     NotSvg(PathBuf),
     #[error("two figures would be written to {0}: plot these files one by one, into different folders")]
     Twice(PathBuf),
+    #[error("--from {from} must be less than --to {to}")]
+    Range { from: f64, to: f64 },
+    #[error("--overlay needs two files or more")]
+    Overlay,
 }
 
-/// Default column of the horizontal axis of a recording.
-const RECORDED_TIME: &str = "stamp.sim_time_s";
+/// A picture, the name of its file, and its place on the page.
+struct Drawn {
+    section: String,
+    file: String,
+    picture: Picture,
+    sentence: String,
+}
 
 pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
     if let Some(folder) = &args.thesis {
         return write_thesis(folder, &args.formats());
     }
-    if let Some(speed) = args.animation {
-        return write_animations(args, speed);
+    if let (Some(from), Some(to)) = (args.from, args.to)
+        && from >= to
+    {
+        return Err(BadPlot::Range { from, to }.into());
     }
-    let mut pictures = Vec::new();
-    let mut done = ExitStatus::Success;
-    for file in &args.files {
-        let (figures, all) = figures(file, args)?;
-        done = if all { done } else { ExitStatus::Lossy };
-        pictures.extend(figures);
+    if args.overlay && args.files.len() < 2 {
+        return Err(BadPlot::Overlay.into());
     }
-    for (path, format, figure) in places(pictures, args)? {
-        Picture::from(figure).write(&path, format)?;
-        writeln!(std::io::stdout(), "{}", path.display())?;
+    let range = TimeRange { from_s: args.from, to_s: args.to };
+    let mut sources = args.files.iter().map(|file| Source::open(file, &range)).collect::<anyhow::Result<Vec<_>>>()?;
+    let stems: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
+    if args.overlay && stems.len() < sources.len() {
+        sources.iter_mut().for_each(Source::name_by_path);
     }
-    Ok(done)
+    match args.animation {
+        Some(speed) => write_animations(args, &sources, speed)?,
+        None => write_figures(args, &sources)?,
+    }
+    Ok(if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy })
+}
+
+fn write_figures(args: &Args, sources: &[Source]) -> anyhow::Result<()> {
+    let figures = if args.overlay { overlaid(args, sources)? } else { one_by_one(args, sources)? };
+    if args.into_file() {
+        let format = Format::of(&args.output).ok_or_else(|| BadPlot::Ending(args.output.clone()))?;
+        let count = figures.len();
+        let Ok([Drawn { picture, .. }]) = <[_; 1]>::try_from(figures) else {
+            return Err(BadPlot::Several { file: args.output.clone(), figures: count }.into());
+        };
+        make_parent(&args.output)?;
+        picture.write(&args.output, format)?;
+        return print(&args.output);
+    }
+    let mut taken = BTreeSet::new();
+    if let Some(twice) = figures.iter().find(|drawn| !taken.insert(&drawn.file)) {
+        return Err(BadPlot::Twice(args.output.join(&twice.file)).into());
+    }
+    make_folder(&args.output)?;
+    let mut entries = Vec::new();
+    let recorded = sources.iter().filter(|source| source.recorded && args.y.is_empty());
+    for source in recorded.clone() {
+        if let Ok(strobe) = Strobe::new(&source.stem, source.displacements()) {
+            let sentence = format!("{}.", strobe.caption);
+            let file = format!("{}-strobe", source.stem);
+            entries.push(write(args, Drawn { section: source.stem.clone(), file, picture: strobe.into(), sentence })?);
+            entries.push(write_slow_animation(args, source)?);
+        }
+    }
+    for drawn in figures {
+        entries.push(write(args, drawn)?);
+    }
+    let facts: Vec<String> = recorded.map(Source::facts).collect();
+    if facts.is_empty() {
+        return Ok(());
+    }
+    // A section holds all pictures of its file.
+    entries.sort_by_key(|entry| sources.iter().position(|source| source.stem == entry.section));
+    let stems: Vec<&str> = sources.iter().map(|source| source.stem.as_str()).collect();
+    let title = args.title.clone().unwrap_or_else(|| stems.join(", "));
+    let page = args.output.join("index.html");
+    let text = plot::page(&title, &format!("<ul>\n{}</ul>", facts.concat()), &entries);
+    std::fs::write(&page, text).with_context(|| page.display().to_string())?;
+    print(&page)
+}
+
+/// Writes a picture in all formats and prints the paths.
+fn write(args: &Args, drawn: Drawn) -> anyhow::Result<Entry> {
+    for format in args.formats() {
+        let path = args.output.join(format!("{}.{}", drawn.file, format.extension()));
+        drawn.picture.write(&path, format)?;
+        print(&path)?;
+    }
+    Ok(Entry {
+        section: drawn.section,
+        number: String::new(),
+        file: drawn.file,
+        title: drawn.picture.title().to_owned(),
+        sentence: drawn.sentence,
+        endings: args.formats().into_iter().map(Format::extension).collect(),
+    })
+}
+
+/// Writes the animation for the page, at a speed that can be followed.
+fn write_slow_animation(args: &Args, source: &Source) -> anyhow::Result<Entry> {
+    let speed = plot::speed_to_follow(source.displacements());
+    let animation = plot::animation(&source.stem, source.displacements(), speed)?;
+    let file = format!("{}-animation", source.stem);
+    let path = args.output.join(format!("{file}.svg"));
+    std::fs::write(&path, animation.svg).with_context(|| path.display().to_string())?;
+    print(&path)?;
+    let plot::Animation { magnified, recorded_s, .. } = animation;
+    Ok(Entry {
+        section: source.stem.clone(),
+        number: String::new(),
+        file,
+        title: format!("{}: the mechanism, moving", source.stem),
+        sentence: format!("{recorded_s:.2} s at {speed} of their speed, bending drawn {magnified} times as large."),
+        endings: vec!["svg"],
+    })
+}
+
+fn print(path: &Path) -> anyhow::Result<()> {
+    Ok(writeln!(std::io::stdout(), "{}", path.display())?)
+}
+
+fn make_parent(path: &Path) -> anyhow::Result<()> {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
 }
 
 /// Animates each recording: into the one file named, or into a folder.
-fn write_animations(args: &Args, speed: f64) -> anyhow::Result<ExitStatus> {
+fn write_animations(args: &Args, sources: &[Source], speed: f64) -> anyhow::Result<()> {
     let output = &args.output;
-    let into_file = Format::of(output) == Some(Format::Svg) && !output.is_dir();
-    if into_file && args.files.len() > 1 {
-        return Err(BadPlot::Several { file: output.clone(), figures: args.files.len() }.into());
-    }
-    if !into_file && output.extension().is_some() && !output.is_dir() {
+    if args.into_file() && Format::of(output) != Some(Format::Svg) {
         return Err(BadPlot::NotSvg(output.clone()).into());
     }
-    let mut done = ExitStatus::Success;
-    for file in &args.files {
-        let (tables, whole) = recording(file)?;
-        done = if whole { done } else { ExitStatus::Lossy };
-        let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let none = Table::default();
-        let displacements = tables.iter().find(|topic| topic.name.rsplit('/').next() == Some("displacements"));
-        let animation = plot::animation(&stem, displacements.map_or(&none, |topic| &topic.table), speed)?;
-        let path = if into_file { output.clone() } else { output.join(format!("{stem}-animation.svg")) };
-        path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)?;
+    if args.into_file() && sources.len() > 1 {
+        return Err(BadPlot::Several { file: output.clone(), figures: sources.len() }.into());
+    }
+    for source in sources {
+        let animation = plot::animation(&source.stem, source.displacements(), speed)?;
+        let path = if args.into_file() { output.clone() } else { output.join(format!("{}-animation.svg", source.stem)) };
+        make_parent(&path)?;
         std::fs::write(&path, animation.svg).with_context(|| path.display().to_string())?;
         let plot::Animation { magnified, recorded_s, .. } = animation;
         writeln!(std::io::stdout(), "{} ({recorded_s:.2} s, bending drawn {magnified} times as large)", path.display())?;
     }
-    Ok(done)
+    Ok(())
 }
 
-/// Figures of a file with their file names, and whether the file was complete.
-fn figures(file: &Path, args: &Args) -> anyhow::Result<(Vec<(String, Figure)>, bool)> {
-    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let recorded = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
-    let (tables, whole) = if recorded { recording(file)? } else { (vec![table(&stem, file)?], true) };
-    let mut figures = if !args.y.is_empty() {
-        let x = args.x.as_deref().or(recorded.then_some(RECORDED_TIME));
-        vec![(stem.clone(), plot::figure(&stem, &tables, x, &args.y)?)]
-    } else if recorded {
-        let own = |Titled { file, figure }: Titled| (format!("{stem}-{file}"), figure);
-        plot::recorded(&tables).into_iter().map(own).collect()
-    } else if let Some(figure) = plot::work_precision(&stem, &tables[0].table) {
-        vec![(format!("{stem}-work-precision"), figure)]
-    } else {
-        // A figure of the whole file has the file's name.
-        let own =
-            |(part, figure): (String, Figure)| (if part.is_empty() { stem.clone() } else { format!("{stem}-{part}") }, figure);
-        plot::overview(&stem, &tables[0].table)?.into_iter().map(own).collect()
-    };
-    if let Some(title) = &args.title {
+/// The figures of every file.
+fn one_by_one(args: &Args, sources: &[Source]) -> anyhow::Result<Vec<Drawn>> {
+    let mut drawn = Vec::new();
+    for source in sources {
+        let figures = source.figures(args.x.as_deref(), &args.y)?;
         let one = figures.len() == 1;
-        for (_, figure) in &mut figures {
-            figure.title = if one || figure.title == stem { title.clone() } else { format!("{title}: {}", figure.title) };
+        for (part, figure) in figures {
+            let file = named(&source.stem, &part);
+            drawn.push(entitled(args, figure, &source.stem, one, (source.stem.clone(), file)));
         }
     }
-    Ok((figures, whole))
+    Ok(drawn)
 }
 
-fn table(stem: &str, file: &Path) -> anyhow::Result<Named> {
-    Ok(Named { name: stem.to_owned(), table: Table::read_csv(file)? })
-}
-
-fn recording(file: &Path) -> anyhow::Result<(Vec<Named>, bool)> {
-    let contents = read_columns(file)?;
-    for topic in contents.skipped {
-        say!("warning: {topic} is not protobuf and was left out");
-    }
-    if contents.cut_off {
-        say!("warning: {} ends early; everything before is drawn", file.display());
-    }
-    let named = |topic: crate::recording::TopicColumns| {
-        let mut table = Table::default();
-        topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
-        Named { name: topic.name, table }
-    };
-    Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
-}
-
-/// File and format of every figure.
-fn places(figures: Vec<(String, Figure)>, args: &Args) -> anyhow::Result<Vec<(PathBuf, Format, Figure)>> {
-    let output = &args.output;
-    let is_file = output.extension().is_some() && !output.is_dir();
-    if is_file {
-        let format = Format::of(output).ok_or_else(|| BadPlot::Ending(output.clone()))?;
-        let count = figures.len();
-        let Ok([(_, figure)]) = <[_; 1]>::try_from(figures) else {
-            return Err(BadPlot::Several { file: output.clone(), figures: count }.into());
-        };
-        let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.map_or(Ok(()), make_folder)?;
-        return Ok(vec![(output.clone(), format, figure)]);
-    }
-    make_folder(output)?;
-    let mut taken = BTreeSet::new();
-    let mut places = Vec::new();
-    for (name, figure) in figures {
-        for format in args.formats() {
-            let path = output.join(format!("{name}.{}", format.extension()));
-            if !taken.insert(path.clone()) {
-                return Err(BadPlot::Twice(path).into());
+/// The figures of all files, laid over one another part by part.
+fn overlaid(args: &Args, sources: &[Source]) -> anyhow::Result<Vec<Drawn>> {
+    let mut parts: Vec<(String, Vec<(String, Figure)>)> = Vec::new();
+    for source in sources {
+        for (part, figure) in source.figures(args.x.as_deref(), &args.y)? {
+            match parts.iter_mut().find(|(other, _)| *other == part) {
+                Some((_, figures)) => figures.push((source.stem.clone(), figure)),
+                None => parts.push((part, vec![(source.stem.clone(), figure)])),
             }
-            places.push((path, format, figure.clone()));
         }
     }
-    Ok(places)
-}
-
-/// Crank-to-rod ratios of the thesis's chapter 4.
-const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
-/// Scenes of chapter 5 and their durations: ten seconds of the oscillators, three periods of either beam, one turn of the
-/// crank-slider; s.
-const OSCILLATORS: [(&str, f64); 3] =
-    [("thesis-oscillator", 10.0), ("thesis-two-masses", 10.0), ("thesis-two-masses-stiff", 10.0)];
-const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
-const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
-const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
-
-fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus> {
-    let figures = thesis::figures(&thesis_tables()?);
-    make_folder(folder)?;
-    for figure in &figures {
-        for format in formats {
-            figure.picture.write(&folder.join(format!("{}.{}", figure.file, format.extension())), *format)?;
+    let one = parts.len() == 1;
+    let stems: Vec<&str> = sources.iter().map(|source| source.stem.as_str()).collect();
+    let all = stems.join(", ");
+    let draw = |(part, figures): (String, Vec<(String, Figure)>)| {
+        let mut figure = plot::overlaid(&figures);
+        if stems.contains(&figure.title.as_str()) {
+            figure.title.clone_from(&all);
         }
-    }
-    let page = folder.join("index.html");
-    std::fs::write(&page, thesis::page(&figures, formats)).with_context(|| page.display().to_string())?;
-    writeln!(std::io::stdout(), "{} figures, all on {}", figures.len(), page.display())?;
-    Ok(ExitStatus::Success)
-}
-
-fn thesis_tables() -> anyhow::Result<thesis::Tables> {
-    let compressor = SceneSource::open("thesis-compressor", &[])?;
-    let options = cycle::Options { ratios: RATIOS.to_vec(), dimensionless: true, ..cycle::Options::default() };
-    let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
-        Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
+        entitled(args, figure, &all, one, ("Overlaid".to_owned(), named("overlay", &part)))
     };
-    let [one, two, stiff] = OSCILLATORS;
-    Ok(thesis::Tables {
-        oscillators: [run(one)?, run(two)?, run(stiff)?],
-        compressor: cycle::cycle(&compressor, &options)?,
-        beam: run(BEAM)?,
-        beam_with_tip_mass: run(BEAM_WITH_TIP_MASS)?,
-        crank_slider: run(CRANK_SLIDER)?,
-    })
+    Ok(parts.into_iter().map(draw).collect())
+}
+
+/// Name of a figure's file; a figure of the whole file has the file's name.
+fn named(stem: &str, part: &str) -> String {
+    if part.is_empty() { stem.to_owned() } else { format!("{stem}-{part}") }
+}
+
+/// A figure under the title that was asked for, if one was.
+fn entitled(args: &Args, mut figure: Figure, place: &str, one: bool, (section, file): (String, String)) -> Drawn {
+    if let Some(title) = &args.title {
+        figure.title = if one || figure.title == place { title.clone() } else { format!("{title}: {}", figure.title) };
+    }
+    Drawn { section, file, picture: figure.into(), sentence: String::new() }
 }

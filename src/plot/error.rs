@@ -5,9 +5,9 @@ use std::path::PathBuf;
 /// A figure could not be drawn or written.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
-    /// The drawing or rasterising library refused.
-    #[error("`{title}` cannot be drawn: {cause}")]
-    Draw {
+    /// The rasterising library refused.
+    #[error("`{title}` cannot be drawn as PNG: {cause}")]
+    Png {
         /// The figure.
         title: String,
         /// The library's error.
@@ -44,20 +44,24 @@ pub enum PlotError {
     /// Nothing that could be drawn.
     #[error("{0}: nothing to draw: no column of numbers beside the first")]
     Nothing(String),
+    /// A recording without a link that could be drawn moving.
+    #[error("{0}: no link to animate")]
+    NoLink(String),
+    /// No row within the range of time.
+    #[error("{place}: nothing was recorded {range}; {recorded}")]
+    Outside {
+        /// The recording.
+        place: String,
+        /// The range, in words.
+        range: String,
+        /// The recorded time, in words.
+        recorded: String,
+    },
 }
 
 impl PlotError {
     /// Whether what was asked for cannot be, rather than that something went wrong.
     pub fn is_usage(&self) -> bool {
-        matches!(self, PlotError::Column { .. } | PlotError::Apart { .. } | PlotError::Nothing(_))
-    }
-
-    pub(super) fn draw(title: &str, cause: impl ToString) -> Self {
-        PlotError::Draw { title: title.to_owned(), cause: cause.to_string() }
-    }
-
-    pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        |cause| PlotError::File { path, cause }
+        !matches!(self, PlotError::Png { .. } | PlotError::File { .. })
     }
 }

@@ -4,7 +4,11 @@ use std::path::Path;
 
 use resvg::{tiny_skia, usvg};
 
-use super::{Figure, HeatMap, PlotError, lettering};
+use super::canvas::Lettering;
+use super::error::PlotError;
+use super::figure::Figure;
+use super::heat_map::HeatMap;
+use super::strobe::Strobe;
 
 /// Pixels of a PNG for every px of its SVG.
 pub const PNG_SCALE: f32 = 2.0;
@@ -41,6 +45,8 @@ pub enum Picture {
     Figure(Figure),
     /// A map.
     HeatMap(HeatMap),
+    /// A mechanism at several instants.
+    Strobe(Strobe),
 }
 
 impl Picture {
@@ -49,29 +55,32 @@ impl Picture {
         match self {
             Picture::Figure(figure) => &figure.title,
             Picture::HeatMap(map) => &map.title,
+            Picture::Strobe(strobe) => &strobe.title,
         }
     }
 
     /// The picture as SVG.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] when the drawing library refuses.
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub fn to_svg(&self) -> String {
+        self.drawn(Lettering::Text)
+    }
+
+    fn drawn(&self, lettering: Lettering) -> String {
         match self {
-            Picture::Figure(figure) => figure.to_svg(),
-            Picture::HeatMap(map) => map.to_svg(),
+            Picture::Figure(figure) => figure.drawn(lettering),
+            Picture::HeatMap(map) => map.drawn(lettering),
+            Picture::Strobe(strobe) => strobe.drawn(lettering),
         }
     }
 
     /// The picture as the bytes of a file.
     ///
     /// # Errors
-    /// [`PlotError::Draw`] when a library refuses.
+    /// [`PlotError::Png`] when the rasterising library refuses.
     pub fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
-        let svg = self.to_svg()?;
         match format {
-            Format::Svg => Ok(svg.into_bytes()),
-            Format::Png => png(self.title(), &svg),
+            Format::Svg => Ok(self.to_svg().into_bytes()),
+            Format::Png => png(&self.drawn(Lettering::Outlines))
+                .map_err(|cause| PlotError::Png { title: self.title().to_owned(), cause: cause.to_string() }),
         }
     }
 
@@ -80,7 +89,7 @@ impl Picture {
     /// # Errors
     /// [`PlotError`] when it cannot be drawn or written.
     pub fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
-        std::fs::write(path, self.render(format)?).map_err(PlotError::file(path))
+        std::fs::write(path, self.render(format)?).map_err(|cause| PlotError::File { path: path.to_owned(), cause })
     }
 }
 
@@ -96,11 +105,16 @@ impl From<HeatMap> for Picture {
     }
 }
 
-fn png(title: &str, svg: &str) -> Result<Vec<u8>, PlotError> {
-    let svg = lettering::outlined(title, svg)?;
-    let tree = usvg::Tree::from_str(&svg, &usvg::Options::default()).map_err(|cause| PlotError::draw(title, cause))?;
+impl From<Strobe> for Picture {
+    fn from(strobe: Strobe) -> Self {
+        Picture::Strobe(strobe)
+    }
+}
+
+fn png(svg: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|px| (px * PNG_SCALE).round() as u32);
-    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or_else(|| PlotError::draw(title, "it has no size"))?;
+    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or("it has no size")?;
     resvg::render(&tree, tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|cause| PlotError::draw(title, cause))
+    Ok(pixels.encode_png()?)
 }

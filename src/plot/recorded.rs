@@ -1,6 +1,7 @@
 //! The standard figures of a recording, from the columns of its topics.
 
-use super::{Axis, Figure, Mark, selection::Named};
+use super::figure::{Axis, Figure, Mark};
+use super::selection::Named;
 use crate::study::Table;
 
 /// A figure and the name its file gets.
@@ -28,41 +29,40 @@ pub fn recorded(topics: &[Named]) -> Vec<Titled> {
     }
     if let Some(table) = topic("displacements") {
         figures.extend(ends(table));
-        figures.push(over_time(
-            "deflections",
-            "Deflections from the chord",
-            table,
-            Axis::new("deflection", "m"),
-            deflections(table),
-        ));
+        let axis = Axis::new("deflection", "m");
+        figures.push(over_time("deflections", "Largest deflections from the chord", table, axis, deflections(table)));
     }
     if let Some(table) = topic("loads") {
-        let torque = table.column("driving_torque_nm").map(|values| ("driving torque".to_owned(), values)).into_iter().collect();
+        let torque = table.column("driving_torque_nm").map(|values| (String::new(), values)).into_iter().collect();
         figures.push(over_time("torque", "Driving torque", table, Axis::new("driving torque", "N·m"), torque));
-        for (file, field, title) in [("forces-x", "fx_n", "Joint forces along x"), ("forces-y", "fy_n", "Joint forces along y")] {
-            let axis = Axis::new("force on what comes after the joint", "N");
-            figures.push(over_time(file, title, table, axis, in_list(table, "joints", field)));
+        for (file, field, along) in [("forces-x", "fx_n", "x"), ("forces-y", "fy_n", "y")] {
+            let title = format!("Joint forces along {along}, on the part after the joint");
+            figures.push(over_time(file, &title, table, Axis::new("force", "N"), in_list(table, "joints", field)));
         }
     }
     // Recordings of earlier versions have energies in `status` only.
     if let Some(table) = topic("energies").or_else(|| topic("status")) {
-        let kinds = ["kinetic", "strain", "potential", "work_in", "dissipated"];
-        let energy = |kind: &str| Some((kind.replace('_', " "), table.column(&format!("{kind}_j"))?));
-        figures.push(over_time(
-            "energies",
-            "Energies",
-            table,
-            Axis::new("energy", "J"),
-            kinds.into_iter().filter_map(energy).collect(),
-        ));
+        let kinds = [
+            ("kinetic", "kinetic_j"),
+            ("strain", "strain_j"),
+            ("potential", "potential_j"),
+            ("supplied", "work_in_j"),
+            ("dissipated", "dissipated_j"),
+        ];
+        let energy = |(kind, column): (&str, &str)| Some((kind.to_owned(), table.column(column)?));
+        let energies = kinds.into_iter().filter_map(energy).collect();
+        figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    figures.retain(|titled| !titled.figure.series.is_empty());
+    figures.retain(|titled| titled.figure.all_series().next().is_some());
     figures
 }
 
+/// Column of the simulated time.
+pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
+
 /// Simulated time, or after a reset, which starts it again, time since the recording began.
 fn time(table: &Table) -> Vec<f64> {
-    let simulated = table.column("stamp.sim_time_s").unwrap_or_default();
+    let simulated = table.column(SIMULATED_TIME).unwrap_or_default();
     let one_epoch = table.column("stamp.epoch").is_none_or(|epochs| epochs.windows(2).all(|pair| pair[0] == pair[1]));
     match table.column("log_time") {
         Some(times @ [first, ..]) if !one_epoch => times.iter().map(|now| now - first).collect(),
@@ -72,10 +72,16 @@ fn time(table: &Table) -> Vec<f64> {
 
 fn over_time(file: &'static str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> Titled {
     let times = time(table);
-    let mark = if times.len() < FEW { Mark::Points } else { Mark::Line };
+    // An exact solution lies on what was computed.
+    let mark = |label: &str| match times.len() {
+        0..FEW => Mark::Points,
+        _ if label.ends_with("exact") => Mark::Dashes,
+        _ => Mark::Line,
+    };
     let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut figure = Figure::new(title, Axis::new("time", "s"), y);
+    let mut figure = Figure::new(title, Axis::new("time", "s"), y).of_signals();
     for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
+        let mark = mark(&label);
         figure = figure.series(label, &times, values, mark);
     }
     Titled { file, figure }
@@ -100,9 +106,9 @@ fn ends(table: &Table) -> Vec<Titled> {
     let mut figures = Vec::new();
     let column = |node: &str, field: &str| table.column(&format!("{node}.{field}")).unwrap_or_default();
     if let Some(slider) = last_node(table, "rod") {
-        let x = vec![("slider".to_owned(), column(&slider, "x_m"))];
+        let x = vec![(String::new(), column(&slider, "x_m"))];
         figures.push(over_time("slider-position", "Slider position", table, Axis::new("x of the slider", "m"), x));
-        let v = vec![("slider".to_owned(), column(&slider, "vx_m_per_s"))];
+        let v = vec![(String::new(), column(&slider, "vx_m_per_s"))];
         figures.push(over_time("slider-velocity", "Slider velocity", table, Axis::new("velocity of the slider", "m/s"), v));
     }
     let masses = |field: &str, suffix: &str| -> Vec<(String, &[f64])> {
@@ -117,7 +123,7 @@ fn ends(table: &Table) -> Vec<Titled> {
     let velocities = masses("vx_m_per_s", "");
     figures.push(over_time("mass-velocities", "Velocities of the masses", table, Axis::new("velocity", "m/s"), velocities));
     if let Some(end) = last_node(table, "beam") {
-        let xy = vec![("along x".to_owned(), column(&end, "dx_m")), ("along y".to_owned(), column(&end, "dy_m"))];
+        let xy = vec![("x".to_owned(), column(&end, "dx_m")), ("y".to_owned(), column(&end, "dy_m"))];
         figures.push(over_time("end", "Displacement of the beam's end", table, Axis::new("displacement", "m"), xy));
     }
     for (link, title) in [("crank", "Path of the crank pin"), ("beam", "Path of the beam's end")] {
@@ -144,7 +150,7 @@ fn deflections(table: &Table) -> Vec<(String, &[f64])> {
             None => most.push((link.to_owned(), node.to_owned(), values)),
         }
     }
-    most.into_iter().map(|(link, node, values)| (format!("{link}, node {node}"), values)).collect()
+    most.into_iter().map(|(link, node, values)| (format!("{link} node {node}"), values)).collect()
 }
 
 #[cfg(test)]
@@ -163,7 +169,11 @@ mod tests {
     fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
         let points = |topics: &[Named]| -> Vec<(Mark, usize)> {
             let drawn = recorded(topics).into_iter().filter(|titled| titled.file == "energies");
-            drawn.flat_map(|titled| titled.figure.series).map(|series| (series.mark, series.points().count())).collect()
+            drawn
+                .flat_map(|titled| titled.figure.panels)
+                .flat_map(|panel| panel.series)
+                .map(|series| (series.mark, series.points().count()))
+                .collect()
         };
         assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
         assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");

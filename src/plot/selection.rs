@@ -1,6 +1,8 @@
 //! Figures of columns that are asked for by name, or of all of them.
 
-use super::{Axis, Figure, PlotError, quantity};
+use super::error::PlotError;
+use super::figure::{Axis, Figure, Mark, Panel, Series};
+use super::quantity;
 use crate::nearest::nearest;
 use crate::study::Table;
 
@@ -13,17 +15,15 @@ pub struct Named {
     pub table: Table,
 }
 
-/// A figure of the columns `ys` over the column `x`, which must be in the same table.
+/// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit.
 ///
-/// Without `x`, the table's first column. Curves of several units stand over one axis with their units in the legend.
-/// A table with a `ratio` column, as `cycle` makes it, gives a curve for each ratio.
+/// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
+/// curve for each ratio.
 ///
 /// # Errors
 /// [`PlotError::Column`] for a name that is not there, [`PlotError::Apart`] for columns of different tables.
 pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
-    let mut figure = Figure::new(place, Axis::default(), Axis::default());
-    let units: Vec<String> = ys.iter().map(|y| quantity::unit(y)).collect();
-    let common = units.first().filter(|first| units.iter().all(|unit| unit == *first)).cloned();
+    let mut figure = Figure { title: place.to_owned(), ..Figure::default() };
     for y in ys {
         let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(place, tables, y))?.table;
         let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
@@ -35,14 +35,19 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
         };
         figure.x = over(x);
         let axis = quantity::axis(y);
-        let label =
-            if common.is_some() || axis.unit.is_empty() { axis.label.clone() } else { format!("{} [{}]", axis.label, axis.unit) };
-        figure.y = if ys.len() == 1 { axis } else { Axis::new("", common.clone().unwrap_or_default()) };
         let values = table.column(y).unwrap_or_default();
-        figure = match families(table).filter(|_| x != "ratio" && y != "ratio") {
-            Some(ratios) => by_ratio(figure, &label, ys.len() > 1, ratios, [xs, values]),
-            None => figure.line(label, xs, values),
-        };
+        if let Some(ratios) = families(table).filter(|_| x != "ratio" && y != "ratio") {
+            figure = runs(ratios).into_iter().fold(figure.panel(axis), |figure, (ratio, rows)| {
+                figure.line(format!("λ = {ratio}"), &xs[rows.clone()], &values[rows])
+            });
+            continue;
+        }
+        figure.signals = true;
+        let series = Series { label: axis.label, xs: xs.to_vec(), ys: values.to_vec(), mark: Mark::Line };
+        match figure.panels.iter_mut().find(|panel| panel.y.unit == axis.unit) {
+            Some(panel) => panel.series.push(series),
+            None => figure.panels.push(Panel { y: Axis::new("", axis.unit), series: vec![series] }),
+        }
     }
     Ok(figure)
 }
@@ -101,14 +106,6 @@ fn together(place: &str, table: &Table, x: &str, names: &[String]) -> Figure {
 fn over(column: &str) -> Axis {
     let axis = quantity::axis(column);
     if axis.unit == "rad" { Axis::angle(axis.label) } else { axis }
-}
-
-fn by_ratio(mut figure: Figure, label: &str, several: bool, ratios: &[f64], [xs, ys]: [&[f64]; 2]) -> Figure {
-    for (ratio, rows) in runs(ratios) {
-        let name = if several { format!("{label}, λ = {ratio}") } else { format!("λ = {ratio}") };
-        figure = figure.line(name, &xs[rows.clone()], &ys[rows]);
-    }
-    figure
 }
 
 /// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.

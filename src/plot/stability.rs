@@ -68,7 +68,7 @@ pub fn scheme(name: &str, radii: &Table, orders: &Table) -> Vec<(String, Picture
     let Some(parameters) = radii.column("parameter") else {
         let title = format!("{name}: spectral radius");
         let figure = Figure::new(title, Axis::log("ωh", ""), Axis::log("spectral radius", ""));
-        let figure = figure.line(words[0], omegas, theory).line(words[1], omegas, run);
+        let figure = figure.line(words[0], omegas, theory).series(words[1], omegas, run, Mark::Dashes);
         return vec![(format!("spectral-radius-{name}"), figure.into())];
     };
     let parameter = parameter(name);

@@ -113,9 +113,10 @@ pub(super) fn crank_slider(table: &Table) -> Vec<ThesisFigure> {
         let figure = Figure::new(title, time(), Axis::new(label, unit)).line("", times(table), column(name));
         figures.push(own(number, title, sentence, figure));
     }
-    let angles = Figure::new("Chord angles", time(), Axis::new("Ψ", "rad"))
-        .line("Ψ₁, crank", times(table), column("crank_angle_rad"))
-        .line("Ψ₂, rod", times(table), column("rod_angle_rad"));
+    let angles = Figure::new("Chord angles", time(), Axis::new("crank's Ψ₁", "rad"))
+        .line("Ψ₁", times(table), column("crank_angle_rad"))
+        .panel(Axis::new("rod's Ψ₂", "rad"))
+        .line("Ψ₂", times(table), column("rod_angle_rad"));
     figures.push(own("5.8.9", "Chord angles", "The crank turns on; the rod swings to either side.", angles));
     let (at, torque) = staircase(times(table), column("driving_torque_nm"));
     let torque = Figure::new("Applied torque", time(), Axis::new("torque", "N·m")).line("", &at, &torque);

@@ -5,12 +5,12 @@
 mod chapter4;
 mod chapter5;
 mod oscillators;
-mod page;
 
-pub use page::page;
-
-use super::Picture;
+use super::output::{Format, Picture};
+use super::page::{self, Entry};
 use crate::study::Table;
+
+const INTRODUCTION: &str = "<p>N. K. Danias, <i>Elastodynamic analysis of mechanisms with the finite element method</i>, National Technical University of Athens, 2011. Every figure is drawn from numbers that flexcrank has just computed. In chapter 4 the numbers are those of the equations that are drawn; in chapter 5 those of the thesis's own list, carried on where the print has none.</p>";
 
 /// The tables that the figures are drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +50,19 @@ pub fn figures(tables: &Tables) -> Vec<ThesisFigure> {
     figures.extend(chapter5::beam(&chapter5::BEAM_WITH_TIP_MASS, &tables.beam_with_tip_mass));
     figures.extend(chapter5::crank_slider(&tables.crank_slider));
     figures
+}
+
+/// The page for figures that lie beside it in these formats.
+pub fn page(figures: &[ThesisFigure], formats: &[Format]) -> String {
+    let entry = |figure: &ThesisFigure| Entry {
+        section: figure.section.to_owned(),
+        number: figure.number.to_owned(),
+        file: figure.file.clone(),
+        title: figure.picture.title().to_owned(),
+        sentence: figure.sentence.to_owned(),
+        endings: formats.iter().map(|format| format.extension()).collect(),
+    };
+    page::page("The figures of the thesis", INTRODUCTION, &figures.iter().map(entry).collect::<Vec<_>>())
 }
 
 /// `4.30, 4.31` and `Path of B` as `4-30-31-path-of-b`, numbers of two digits so that files sort as the figures do.

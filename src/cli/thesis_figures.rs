@@ -1,0 +1,52 @@
+//! `plot --thesis`: every figure of the thesis, from numbers computed on the spot.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use anyhow::Context as _;
+
+use super::exit_status::ExitStatus;
+use super::folders::make_folder;
+use crate::plot::{Format, thesis};
+use crate::scene::SceneSource;
+use crate::study::{self, Table, cycle};
+
+/// Crank-to-rod ratios of the thesis's chapter 4.
+const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
+/// Scenes of chapter 5 and their durations: ten seconds of the oscillators, three periods of either beam, one turn of the
+/// crank-slider; s.
+const OSCILLATORS: [(&str, f64); 3] =
+    [("thesis-oscillator", 10.0), ("thesis-two-masses", 10.0), ("thesis-two-masses-stiff", 10.0)];
+const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
+const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
+const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
+
+pub(super) fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus> {
+    let figures = thesis::figures(&thesis_tables()?);
+    make_folder(folder)?;
+    for figure in &figures {
+        for format in formats {
+            figure.picture.write(&folder.join(format!("{}.{}", figure.file, format.extension())), *format)?;
+        }
+    }
+    let page = folder.join("index.html");
+    std::fs::write(&page, thesis::page(&figures, formats)).with_context(|| page.display().to_string())?;
+    writeln!(std::io::stdout(), "{} figures, all on {}", figures.len(), page.display())?;
+    Ok(ExitStatus::Success)
+}
+
+fn thesis_tables() -> anyhow::Result<thesis::Tables> {
+    let compressor = SceneSource::open("thesis-compressor", &[])?;
+    let options = cycle::Options { ratios: RATIOS.to_vec(), dimensionless: true, ..cycle::Options::default() };
+    let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
+        Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
+    };
+    let [one, two, stiff] = OSCILLATORS;
+    Ok(thesis::Tables {
+        oscillators: [run(one)?, run(two)?, run(stiff)?],
+        compressor: cycle::cycle(&compressor, &options)?,
+        beam: run(BEAM)?,
+        beam_with_tip_mass: run(BEAM_WITH_TIP_MASS)?,
+        crank_slider: run(CRANK_SLIDER)?,
+    })
+}
