@@ -5,14 +5,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use clap::ValueEnum;
 
 use super::exit_status::ExitStatus;
 use super::folders::make_folder;
 use super::plot_source::Source;
 use super::thesis_figures::write_thesis;
 use super::values::{not_negative, number};
-use crate::plot::{self, Entry, Figure, Format, Picture, Strobe, TimeRange};
+use crate::plot::{self, Entry, Figure, Format, MechanismPicture, PlotError};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -35,7 +34,7 @@ pub(super) struct Args {
     pub output: PathBuf,
     /// Formats of the figures in a folder.
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "svg,png")]
-    pub format: Vec<PictureFormat>,
+    pub format: Vec<Format>,
     /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column.
     #[arg(long, value_name = "COLUMN", requires = "y")]
     pub x: Option<String>,
@@ -52,7 +51,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub to: Option<f64>,
     /// Lay the files over one another: a panel for each signal, a curve for each file.
-    #[arg(long, conflicts_with = "animation")]
+    #[arg(long, conflicts_with_all = ["animation", "thesis"])]
     pub overlay: bool,
     /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long; SPEED in recorded seconds per second.
     #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
@@ -63,243 +62,149 @@ pub(super) struct Args {
     pub thesis: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum PictureFormat {
-    Svg,
-    Png,
-}
-
-impl Args {
-    /// The requested formats, without repetition.
-    fn formats(&self) -> Vec<Format> {
-        let mut formats = Vec::new();
-        for format in &self.format {
-            let format = match format {
-                PictureFormat::Svg => Format::Svg,
-                PictureFormat::Png => Format::Png,
-            };
-            if !formats.contains(&format) {
-                formats.push(format);
-            }
-        }
-        formats
-    }
-
-    /// Whether the output is a file rather than a folder.
-    fn into_file(&self) -> bool {
-        self.output.extension().is_some() && !self.output.is_dir()
-    }
-}
-
 fn playing_speed(text: &str) -> Result<f64, String> {
     number(text, 1e-3, 1e3)
 }
 
-/// The request does not fit the files: a usage error.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum BadPlot {
-    #[error("{0}: a picture ends in .svg or .png; for several, name a folder")]
-    Ending(PathBuf),
-    #[error("{file} would hold {figures} figures: name a folder with -o, or choose one figure with --y")]
-    Several { file: PathBuf, figures: usize },
-    #[error("{0}: an animation ends in .svg")]
-    NotSvg(PathBuf),
-    #[error("two figures would be written to {0}: plot these files one by one, into different folders")]
-    Twice(PathBuf),
-    #[error("--from {from} must be less than --to {to}")]
-    Range { from: f64, to: f64 },
-    #[error("--overlay needs two files or more")]
-    Overlay,
-}
-
-/// A picture, the name of its file, and its place on the page.
-struct Drawn {
-    section: String,
-    file: String,
-    picture: Picture,
-    sentence: String,
-}
-
 pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
     if let Some(folder) = &args.thesis {
-        return write_thesis(folder, &args.formats());
+        return write_thesis(folder, &args.format);
     }
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from >= to
     {
-        return Err(BadPlot::Range { from, to }.into());
+        return Err(refused(format!("--from {from} must be less than --to {to}")));
     }
     if args.overlay && args.files.len() < 2 {
-        return Err(BadPlot::Overlay.into());
+        return Err(refused("--overlay needs two files or more".to_owned()));
     }
-    let range = TimeRange { from_s: args.from, to_s: args.to };
-    let mut sources = args.files.iter().map(|file| Source::open(file, &range)).collect::<anyhow::Result<Vec<_>>>()?;
+    let open = |file: &PathBuf| Source::open(file, args.from, args.to);
+    let mut sources = args.files.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;
     let stems: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
     if args.overlay && stems.len() < sources.len() {
-        sources.iter_mut().for_each(Source::name_by_path);
+        sources.iter_mut().zip(1..).for_each(|(source, number)| source.stem = format!("{}-{number}", source.stem));
     }
+    let mut entries = Vec::new();
     match args.animation {
-        Some(speed) => write_animations(args, &sources, speed)?,
-        None => write_figures(args, &sources)?,
+        None => {
+            for together in sources.chunks(if args.overlay { sources.len() } else { 1 }) {
+                entries.extend(figures(args, together)?);
+            }
+        }
+        speed @ Some(_) => {
+            for source in &sources {
+                let animation = MechanismPicture::animation(&source.stem, source.displacements(), speed)?;
+                entries.push(mechanism(source, "animation", animation));
+            }
+        }
+    }
+    if args.output.extension().is_some() && !args.output.is_dir() {
+        write_file(args, &entries)?;
+    } else {
+        write_folder(args, &sources, entries)?;
     }
     Ok(if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy })
 }
 
-fn write_figures(args: &Args, sources: &[Source]) -> anyhow::Result<()> {
-    let figures = if args.overlay { overlaid(args, sources)? } else { one_by_one(args, sources)? };
-    if args.into_file() {
-        let format = Format::of(&args.output).ok_or_else(|| BadPlot::Ending(args.output.clone()))?;
-        let count = figures.len();
-        let Ok([Drawn { picture, .. }]) = <[_; 1]>::try_from(figures) else {
-            return Err(BadPlot::Several { file: args.output.clone(), figures: count }.into());
-        };
-        make_parent(&args.output)?;
-        picture.write(&args.output, format)?;
-        return print(&args.output);
+/// The request does not fit the files: a usage error.
+fn refused(why: String) -> anyhow::Error {
+    PlotError::Request(why).into()
+}
+
+fn write_file(args: &Args, entries: &[Entry]) -> anyhow::Result<()> {
+    let (path, name) = (&args.output, args.output.display());
+    let Some(format) = Format::of(path) else {
+        return Err(refused(format!("{name}: a picture ends in .svg or .png; for several, name a folder")));
+    };
+    let [entry] = entries else {
+        let count = entries.len();
+        return Err(refused(format!("{name} would hold {count} figures: name a folder with -o, or choose one figure with --y")));
+    };
+    if entry.picture.formats(&[format]) != [format] {
+        return Err(refused(format!("{name}: an animation ends in .svg")));
     }
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)?;
+    entry.picture.write(path, format)?;
+    print(args, path, entry)
+}
+
+/// Writes all pictures, and for the default figures of recordings a page of them with the mechanisms.
+fn write_folder(args: &Args, sources: &[Source], mut entries: Vec<Entry>) -> anyhow::Result<()> {
+    let paged = |source: &&Source| source.recorded && args.y.is_empty() && args.animation.is_none();
+    for source in sources.iter().filter(paged) {
+        // A scene without links has neither.
+        let Ok(strobe) = MechanismPicture::strobe(&source.stem, source.displacements()) else { continue };
+        let animation = MechanismPicture::animation(&source.stem, source.displacements(), None)?;
+        entries.extend([mechanism(source, "strobe", strobe), mechanism(source, "animation", animation)]);
+    }
+    // The mechanism of a file comes before its figures; a section holds all pictures of its file.
+    entries.sort_by_key(|entry| {
+        let place = sources.iter().position(|source| source.stem == entry.section).unwrap_or(sources.len());
+        (place, !entry.file.ends_with("-strobe") && !entry.file.ends_with("-animation"))
+    });
     let mut taken = BTreeSet::new();
-    if let Some(twice) = figures.iter().find(|drawn| !taken.insert(&drawn.file)) {
-        return Err(BadPlot::Twice(args.output.join(&twice.file)).into());
+    if let Some(twice) = entries.iter().find(|entry| !taken.insert(&entry.file)) {
+        let path = args.output.join(&twice.file);
+        let why =
+            format!("two figures would be written to {}: plot these files one by one, into different folders", path.display());
+        return Err(refused(why));
     }
     make_folder(&args.output)?;
-    let mut entries = Vec::new();
-    let recorded = sources.iter().filter(|source| source.recorded && args.y.is_empty());
-    for source in recorded.clone() {
-        if let Ok(strobe) = Strobe::new(&source.stem, source.displacements()) {
-            let sentence = format!("{}.", strobe.caption);
-            let file = format!("{}-strobe", source.stem);
-            entries.push(write(args, Drawn { section: source.stem.clone(), file, picture: strobe.into(), sentence })?);
-            entries.push(write_slow_animation(args, source)?);
-        }
+    for entry in &entries {
+        entry.write(&args.output, &args.format)?.iter().try_for_each(|path| print(args, path, entry))?;
     }
-    for drawn in figures {
-        entries.push(write(args, drawn)?);
-    }
-    let facts: Vec<String> = recorded.map(Source::facts).collect();
+    let facts: Vec<String> = sources.iter().filter(paged).map(Source::facts).collect();
     if facts.is_empty() {
         return Ok(());
     }
-    // A section holds all pictures of its file.
-    entries.sort_by_key(|entry| sources.iter().position(|source| source.stem == entry.section));
-    let stems: Vec<&str> = sources.iter().map(|source| source.stem.as_str()).collect();
-    let title = args.title.clone().unwrap_or_else(|| stems.join(", "));
     let page = args.output.join("index.html");
-    let text = plot::page(&title, &format!("<ul>\n{}</ul>", facts.concat()), &entries);
+    let title = args.title.clone().unwrap_or_else(|| stems(sources));
+    let text = plot::page(&title, &format!("<ul>\n{}</ul>", facts.concat()), &entries, &args.format);
     std::fs::write(&page, text).with_context(|| page.display().to_string())?;
-    print(&page)
+    Ok(writeln!(std::io::stdout(), "{}", page.display())?)
 }
 
-/// Writes a picture in all formats and prints the paths.
-fn write(args: &Args, drawn: Drawn) -> anyhow::Result<Entry> {
-    for format in args.formats() {
-        let path = args.output.join(format!("{}.{}", drawn.file, format.extension()));
-        drawn.picture.write(&path, format)?;
-        print(&path)?;
-    }
-    Ok(Entry {
-        section: drawn.section,
-        number: String::new(),
-        file: drawn.file,
-        title: drawn.picture.title().to_owned(),
-        sentence: drawn.sentence,
-        endings: args.formats().into_iter().map(Format::extension).collect(),
-    })
+fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {
+    let (section, file, sentence) = (source.stem.clone(), format!("{}-{part}", source.stem), picture.caption.clone());
+    Entry { section, number: "", file, sentence, picture: Box::new(picture) }
 }
 
-/// Writes the animation for the page, at a speed that can be followed.
-fn write_slow_animation(args: &Args, source: &Source) -> anyhow::Result<Entry> {
-    let speed = plot::speed_to_follow(source.displacements());
-    let animation = plot::animation(&source.stem, source.displacements(), speed)?;
-    let file = format!("{}-animation", source.stem);
-    let path = args.output.join(format!("{file}.svg"));
-    std::fs::write(&path, animation.svg).with_context(|| path.display().to_string())?;
-    print(&path)?;
-    let plot::Animation { magnified, recorded_s, .. } = animation;
-    Ok(Entry {
-        section: source.stem.clone(),
-        number: String::new(),
-        file,
-        title: format!("{}: the mechanism, moving", source.stem),
-        sentence: format!("{recorded_s:.2} s at {speed} of their speed, bending drawn {magnified} times as large."),
-        endings: vec!["svg"],
-    })
+/// Prints a path, and after that of an animation, what it plays.
+fn print(args: &Args, path: &Path, entry: &Entry) -> anyhow::Result<()> {
+    let caption = if args.animation.is_some() { format!(" ({})", entry.sentence) } else { String::new() };
+    Ok(writeln!(std::io::stdout(), "{}{caption}", path.display())?)
 }
 
-fn print(path: &Path) -> anyhow::Result<()> {
-    Ok(writeln!(std::io::stdout(), "{}", path.display())?)
+fn stems(sources: &[Source]) -> String {
+    sources.iter().map(|source| source.stem.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-fn make_parent(path: &Path) -> anyhow::Result<()> {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
-}
-
-/// Animates each recording: into the one file named, or into a folder.
-fn write_animations(args: &Args, sources: &[Source], speed: f64) -> anyhow::Result<()> {
-    let output = &args.output;
-    if args.into_file() && Format::of(output) != Some(Format::Svg) {
-        return Err(BadPlot::NotSvg(output.clone()).into());
-    }
-    if args.into_file() && sources.len() > 1 {
-        return Err(BadPlot::Several { file: output.clone(), figures: sources.len() }.into());
-    }
-    for source in sources {
-        let animation = plot::animation(&source.stem, source.displacements(), speed)?;
-        let path = if args.into_file() { output.clone() } else { output.join(format!("{}-animation.svg", source.stem)) };
-        make_parent(&path)?;
-        std::fs::write(&path, animation.svg).with_context(|| path.display().to_string())?;
-        let plot::Animation { magnified, recorded_s, .. } = animation;
-        writeln!(std::io::stdout(), "{} ({recorded_s:.2} s, bending drawn {magnified} times as large)", path.display())?;
-    }
-    Ok(())
-}
-
-/// The figures of every file.
-fn one_by_one(args: &Args, sources: &[Source]) -> anyhow::Result<Vec<Drawn>> {
-    let mut drawn = Vec::new();
-    for source in sources {
-        let figures = source.figures(args.x.as_deref(), &args.y)?;
-        let one = figures.len() == 1;
-        for (part, figure) in figures {
-            let file = named(&source.stem, &part);
-            drawn.push(entitled(args, figure, &source.stem, one, (source.stem.clone(), file)));
-        }
-    }
-    Ok(drawn)
-}
-
-/// The figures of all files, laid over one another part by part.
-fn overlaid(args: &Args, sources: &[Source]) -> anyhow::Result<Vec<Drawn>> {
+/// The figures of files, laid over one another part by part if there are several files.
+fn figures(args: &Args, sources: &[Source]) -> anyhow::Result<Vec<Entry>> {
+    let (all, overlay) = (stems(sources), sources.len() > 1);
     let mut parts: Vec<(String, Vec<(String, Figure)>)> = Vec::new();
     for source in sources {
-        for (part, figure) in source.figures(args.x.as_deref(), &args.y)? {
+        for (part, mut figure) in source.figures(args.x.as_deref(), &args.y)? {
+            if figure.title == source.stem {
+                figure.title.clone_from(&all);
+            }
+            let figure = (source.stem.clone(), figure);
             match parts.iter_mut().find(|(other, _)| *other == part) {
-                Some((_, figures)) => figures.push((source.stem.clone(), figure)),
-                None => parts.push((part, vec![(source.stem.clone(), figure)])),
+                Some((_, figures)) => figures.push(figure),
+                None => parts.push((part, vec![figure])),
             }
         }
     }
     let one = parts.len() == 1;
-    let stems: Vec<&str> = sources.iter().map(|source| source.stem.as_str()).collect();
-    let all = stems.join(", ");
-    let draw = |(part, figures): (String, Vec<(String, Figure)>)| {
-        let mut figure = plot::overlaid(&figures);
-        if stems.contains(&figure.title.as_str()) {
-            figure.title.clone_from(&all);
+    let entry = |(part, mut figures): (String, Vec<(String, Figure)>)| {
+        let mut figure = if overlay { plot::overlaid(&figures) } else { figures.remove(0).1 };
+        if let Some(title) = &args.title {
+            figure.title = if one || figure.title == all { title.clone() } else { format!("{title}: {}", figure.title) };
         }
-        entitled(args, figure, &all, one, ("Overlaid".to_owned(), named("overlay", &part)))
+        let stem = if overlay { "overlay" } else { &all };
+        // A figure of the whole file has the file's name.
+        let file = if part.is_empty() { stem.to_owned() } else { format!("{stem}-{part}") };
+        Entry { section: all.clone(), number: "", file, sentence: String::new(), picture: Box::new(figure) }
     };
-    Ok(parts.into_iter().map(draw).collect())
-}
-
-/// Name of a figure's file; a figure of the whole file has the file's name.
-fn named(stem: &str, part: &str) -> String {
-    if part.is_empty() { stem.to_owned() } else { format!("{stem}-{part}") }
-}
-
-/// A figure under the title that was asked for, if one was.
-fn entitled(args: &Args, mut figure: Figure, place: &str, one: bool, (section, file): (String, String)) -> Drawn {
-    if let Some(title) = &args.title {
-        figure.title = if one || figure.title == place { title.clone() } else { format!("{title}: {}", figure.title) };
-    }
-    Drawn { section, file, picture: figure.into(), sentence: String::new() }
+    Ok(parts.into_iter().map(entry).collect())
 }

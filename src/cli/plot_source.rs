@@ -1,8 +1,8 @@
 //! The files that `plot` draws: recordings and tables.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME, TimeRange, Titled};
+use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, read_columns};
 use crate::shown::shown_s;
 use crate::study::Table;
@@ -23,25 +23,15 @@ pub(super) struct Source {
 
 impl Source {
     /// Reads a file, and of it what lies in the range of time.
-    pub fn open(path: &Path, range: &TimeRange) -> anyhow::Result<Self> {
+    pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>) -> anyhow::Result<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
         let (mut tables, whole) =
             if recorded { recording(path)? } else { (vec![Named { name: stem.clone(), table: Table::read_csv(path)? }], true) };
-        if *range != TimeRange::default() {
-            range.cut(&path.display().to_string(), &mut tables)?;
+        if from_s.or(to_s).is_some() {
+            plot::cut(&path.display().to_string(), &mut tables, from_s, to_s)?;
         }
         Ok(Source { path: path.to_owned(), stem, tables, recorded, whole, none: Table::default() })
-    }
-
-    /// Takes the name from the whole path, to differ from files of the same name in other folders.
-    pub fn name_by_path(&mut self) {
-        let path = self.path.with_extension("");
-        let parts = path.components().filter_map(|part| match part {
-            Component::Normal(part) => Some(part.to_string_lossy()),
-            _ => None,
-        });
-        self.stem = parts.collect::<Vec<_>>().join("-");
     }
 
     /// Its topic `displacements`; empty if there is none.
@@ -57,8 +47,7 @@ impl Source {
             return Ok(vec![(String::new(), plot::figure(&self.stem, &self.tables, x, ys)?)]);
         }
         if self.recorded {
-            let own = |Titled { file, figure }: Titled| (file.to_owned(), figure);
-            return Ok(plot::recorded(&self.tables).into_iter().map(own).collect());
+            return Ok(plot::recorded(&self.tables));
         }
         let table = self.tables.first().map_or(&self.none, |named| &named.table);
         match plot::work_precision(&self.stem, table) {

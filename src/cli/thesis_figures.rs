@@ -7,7 +7,7 @@ use anyhow::Context as _;
 
 use super::exit_status::ExitStatus;
 use super::folders::make_folder;
-use crate::plot::{Format, thesis};
+use crate::plot::{self, Format, thesis};
 use crate::scene::SceneSource;
 use crate::study::{self, Table, cycle};
 
@@ -22,16 +22,15 @@ const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
 const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
 
 pub(super) fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus> {
-    let figures = thesis::figures(&thesis_tables()?);
+    let entries = thesis::figures(&thesis_tables()?);
     make_folder(folder)?;
-    for figure in &figures {
-        for format in formats {
-            figure.picture.write(&folder.join(format!("{}.{}", figure.file, format.extension())), *format)?;
-        }
+    for entry in &entries {
+        entry.write(folder, formats)?;
     }
     let page = folder.join("index.html");
-    std::fs::write(&page, thesis::page(&figures, formats)).with_context(|| page.display().to_string())?;
-    writeln!(std::io::stdout(), "{} figures, all on {}", figures.len(), page.display())?;
+    std::fs::write(&page, plot::page(thesis::TITLE, thesis::INTRODUCTION, &entries, formats))
+        .with_context(|| page.display().to_string())?;
+    writeln!(std::io::stdout(), "{} figures, all on {}", entries.len(), page.display())?;
     Ok(ExitStatus::Success)
 }
 

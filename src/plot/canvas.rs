@@ -20,7 +20,7 @@ pub(super) enum Align {
 
 /// How texts are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Lettering {
+pub enum Lettering {
     /// As texts, in a font that the viewer has.
     Text,
     /// As outlines of the embedded font.

@@ -119,13 +119,6 @@ impl Figure {
         self.panels.iter().flat_map(|panel| &panel.series)
     }
 
-    /// Splits curves of very different spans into panels of their own when the figure is drawn.
-    #[must_use]
-    pub fn of_signals(mut self) -> Self {
-        self.signals = true;
-        self
-    }
-
     /// Draws both axes to the same measure.
     #[must_use]
     pub fn with_equal_aspect(mut self) -> Self {

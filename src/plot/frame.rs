@@ -4,7 +4,7 @@
 use super::canvas::{Align, Canvas};
 use super::figure::{Axis, Scale};
 use super::lettering::text_width;
-use super::style::{FINE_GRID, GRID, INK, text};
+use super::style::{GRID, INK, text};
 use super::ticks::{self, Ticks, superscript};
 
 /// Room between ticks' texts and what is beside them, px.
@@ -106,12 +106,6 @@ impl Frame {
         let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, Along::X), y.ticks(&self.y, self.height, Along::Y));
         let across = |value: f64| self.x.part(value).map(|part| self.left + part * self.width);
         let up = |value: f64| self.y.part(value).map(|part| bottom - part * self.height);
-        for at in x_ticks.minor.iter().filter_map(|value| across(*value)) {
-            canvas.line(&[[at, self.top], [at, bottom]], FINE_GRID, 1.0, "");
-        }
-        for at in y_ticks.minor.iter().filter_map(|value| up(*value)) {
-            canvas.line(&[[self.left, at], [right, at]], FINE_GRID, 1.0, "");
-        }
         for (value, label) in &x_ticks.major {
             let Some(at) = across(*value) else { continue };
             canvas.line(&[[at, self.top], [at, bottom]], GRID, 1.0, "");

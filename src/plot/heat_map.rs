@@ -4,6 +4,7 @@ use super::canvas::{Align, Canvas, Lettering};
 use super::figure::{Axis, Scale};
 use super::frame::{Frame, Span, left_room};
 use super::legend::{Legend, SAMPLE};
+use super::output::Picture;
 use super::style::sheet::{BELOW, EDGE, RIGHT, TOP, WIDTH};
 use super::style::{Colour, INK, text};
 
@@ -43,13 +44,12 @@ pub enum Key {
     Categories(Vec<String>),
 }
 
-impl HeatMap {
-    /// The map as SVG.
-    pub fn to_svg(&self) -> String {
-        self.drawn(Lettering::Text)
+impl Picture for HeatMap {
+    fn title(&self) -> &str {
+        &self.title
     }
 
-    pub(super) fn drawn(&self, lettering: Lettering) -> String {
+    fn draw(&self, lettering: Lettering) -> String {
         let (x_edges, y_edges) = (edges(&self.xs, self.x.scale), edges(&self.ys, self.y.scale));
         let (x, y) = (Span::of(x_edges.iter().copied(), self.x.scale, 0.0), Span::of(y_edges.iter().copied(), self.y.scale, 0.0));
         let room = left_room(&self.y, &y, HEIGHT);
@@ -84,7 +84,9 @@ impl HeatMap {
         });
         canvas.finish()
     }
+}
 
+impl HeatMap {
     fn range(&self) -> Option<Span> {
         match &self.key {
             Key::Quantity(axis) => Some(Span::of(self.values.iter().flatten().copied(), axis.scale, 0.0)),

@@ -18,8 +18,10 @@ const FACTORS: [f64; 10] = [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 500.0, 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Motion {
     pub links: Vec<Link>,
+    /// Number of instants.
+    pub instants: usize,
     /// The factor by which bending is magnified.
-    pub magnified: f64,
+    magnified: f64,
 }
 
 /// One link: the positions of its nodes at every instant, m.
@@ -56,18 +58,23 @@ impl Motion {
     /// The mechanism in these rows of the topic `displacements`.
     ///
     /// # Errors
-    /// [`PlotError::NoLink`] when no link is recorded.
+    /// [`PlotError::Request`] when no link is recorded.
     pub fn new(place: &str, displacements: &Table, rows: &[usize]) -> Result<Self, PlotError> {
         let mut links: Vec<Link> = LINKS.iter().filter_map(|link| link_at(displacements, link, rows)).collect();
         if rows.is_empty() || links.is_empty() {
-            return Err(PlotError::NoLink(place.to_owned()));
+            return Err(PlotError::Request(format!("{place}: no link to animate")));
         }
         let bent = links.iter().flat_map(|link| &link.instants).flat_map(|nodes| offsets(nodes));
         let worst = bent.fold(0.0, |most: f64, offset| most.max(offset.abs()));
         let factor = FACTORS.into_iter().rev().find(|factor| worst > 0.0 && factor * worst <= BENDING);
         let magnified = factor.unwrap_or(1.0);
         links.iter_mut().flat_map(|link| &mut link.instants).for_each(|nodes| magnify(nodes, magnified));
-        Ok(Motion { links, magnified })
+        Ok(Motion { links, instants: rows.len(), magnified })
+    }
+
+    /// The magnification in words, after other words.
+    pub fn magnification(&self) -> String {
+        if self.magnified > 1.0 { format!(", bending drawn {} times as large", self.magnified) } else { String::new() }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::canvas::{Align, Canvas};
 use super::figure::Numbered;
 use super::frame::Frame;
-use super::style::{Colour, GREY, POINT_RADIUS, WHITE, sheet, text};
+use super::style::{Colour, GREY, INK, POINT_RADIUS, WHITE, sheet, text};
 
 /// Room for the list, px.
 pub(super) const WIDTH: f64 = 240.0;
@@ -43,7 +43,8 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, list: &[Numbered]) {
 
 fn draw_badge(canvas: &mut Canvas, at: [f64; 2], number: usize, colour: Colour) {
     canvas.circle(at, RADIUS, colour);
-    canvas.text(&number.to_string(), at, Align::Centre, text::NOTE - 1.0, WHITE);
+    canvas.circle(at, RADIUS - 1.5, WHITE);
+    canvas.text(&number.to_string(), at, Align::Centre, text::NOTE - 1.0, INK);
 }
 
 /// The nearest free position for the badge of the point `at`.

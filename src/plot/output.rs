@@ -6,15 +6,12 @@ use resvg::{tiny_skia, usvg};
 
 use super::canvas::Lettering;
 use super::error::PlotError;
-use super::figure::Figure;
-use super::heat_map::HeatMap;
-use super::strobe::Strobe;
 
 /// Pixels of a PNG for every px of its SVG.
 pub const PNG_SCALE: f32 = 2.0;
 
 /// A file format for pictures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
     /// Scalable, small, for pages.
     Svg,
@@ -25,61 +22,41 @@ pub enum Format {
 impl Format {
     /// The ending of its files' names.
     pub fn extension(self) -> &'static str {
-        match self {
-            Format::Svg => "svg",
-            Format::Png => "png",
-        }
+        if self == Format::Svg { "svg" } else { "png" }
     }
 
     /// The format that a file name's ending asks for.
     pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?;
-        [Format::Svg, Format::Png].into_iter().find(|format| ending.eq_ignore_ascii_case(format.extension()))
+        clap::ValueEnum::from_str(path.extension()?.to_str()?, true).ok()
     }
 }
 
-/// Something to be drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Picture {
-    /// Curves.
-    Figure(Figure),
-    /// A map.
-    HeatMap(HeatMap),
-    /// A mechanism at several instants.
-    Strobe(Strobe),
-}
-
-impl Picture {
+/// Something that can be drawn.
+pub trait Picture {
     /// Title of the picture.
-    pub fn title(&self) -> &str {
-        match self {
-            Picture::Figure(figure) => &figure.title,
-            Picture::HeatMap(map) => &map.title,
-            Picture::Strobe(strobe) => &strobe.title,
-        }
+    fn title(&self) -> &str;
+
+    /// The picture as SVG, its texts in this lettering.
+    fn draw(&self, lettering: Lettering) -> String;
+
+    /// The formats that the picture can have, of these.
+    fn formats(&self, asked: &[Format]) -> Vec<Format> {
+        asked.to_vec()
     }
 
     /// The picture as SVG.
-    pub fn to_svg(&self) -> String {
-        self.drawn(Lettering::Text)
-    }
-
-    fn drawn(&self, lettering: Lettering) -> String {
-        match self {
-            Picture::Figure(figure) => figure.drawn(lettering),
-            Picture::HeatMap(map) => map.drawn(lettering),
-            Picture::Strobe(strobe) => strobe.drawn(lettering),
-        }
+    fn to_svg(&self) -> String {
+        self.draw(Lettering::Text)
     }
 
     /// The picture as the bytes of a file.
     ///
     /// # Errors
     /// [`PlotError::Png`] when the rasterising library refuses.
-    pub fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
+    fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
         match format {
             Format::Svg => Ok(self.to_svg().into_bytes()),
-            Format::Png => png(&self.drawn(Lettering::Outlines))
+            Format::Png => png(&self.draw(Lettering::Outlines))
                 .map_err(|cause| PlotError::Png { title: self.title().to_owned(), cause: cause.to_string() }),
         }
     }
@@ -88,26 +65,8 @@ impl Picture {
     ///
     /// # Errors
     /// [`PlotError`] when it cannot be drawn or written.
-    pub fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
+    fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
         std::fs::write(path, self.render(format)?).map_err(|cause| PlotError::File { path: path.to_owned(), cause })
-    }
-}
-
-impl From<Figure> for Picture {
-    fn from(figure: Figure) -> Self {
-        Picture::Figure(figure)
-    }
-}
-
-impl From<HeatMap> for Picture {
-    fn from(map: HeatMap) -> Self {
-        Picture::HeatMap(map)
-    }
-}
-
-impl From<Strobe> for Picture {
-    fn from(strobe: Strobe) -> Self {
-        Picture::Strobe(strobe)
     }
 }
 

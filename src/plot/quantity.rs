@@ -83,28 +83,3 @@ fn written(suffix: &str) -> Option<String> {
         _ => None,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_names_are_read_as_quantities() {
-        for (column, label, unit) in [
-            ("piston_acceleration_m_per_s2", "piston acceleration", "m/s²"),
-            ("driving_torque_nm", "driving torque", "N·m"),
-            ("crank_inertia_about_o_kg_m2", "crank inertia about o", "kg·m²"),
-            ("links.crank.rate_rad_per_s", "links crank rate", "rad/s"),
-            ("friction_n_s_per_m", "friction", "N·s/m"),
-            ("force_o_x", "force o x", ""),
-            ("ratio", "ratio", ""),
-            ("m", "m", ""),
-            ("x_m", "x", "m"),
-            ("piston_acceleration_over_l2_omega2", "piston acceleration / (l₂ ω²)", ""),
-            ("rod_rate_over_omega", "rod rate / ω", ""),
-            ("driving_torque_over_m3_l2_squared_omega2", "driving torque / (m₃ l₂² ω²)", ""),
-        ] {
-            assert_eq!(axis(column), Axis::new(label, unit), "{column}");
-        }
-    }
-}

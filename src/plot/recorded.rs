@@ -4,20 +4,13 @@ use super::figure::{Axis, Figure, Mark};
 use super::selection::Named;
 use crate::study::Table;
 
-/// A figure and the name its file gets.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Titled {
-    /// Name of its file, without ending.
-    pub file: &'static str,
-    /// The figure.
-    pub figure: Figure,
-}
-
+/// Column of the simulated time.
+pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
 
-/// The default figures of a recording; quantities that the model does not compute are omitted.
-pub fn recorded(topics: &[Named]) -> Vec<Titled> {
+/// The default figures of a recording, each with the name of its part of the recording; quantities that the model does not compute are omitted.
+pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
     let topic = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name)).map(|topic| &topic.table);
     let mut figures = Vec::new();
     if let Some(table) = topic("angles") {
@@ -53,12 +46,9 @@ pub fn recorded(topics: &[Named]) -> Vec<Titled> {
         let energies = kinds.into_iter().filter_map(energy).collect();
         figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    figures.retain(|titled| titled.figure.all_series().next().is_some());
+    figures.retain(|(_, figure)| figure.all_series().next().is_some());
     figures
 }
-
-/// Column of the simulated time.
-pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 
 /// Simulated time, or after a reset, which starts it again, time since the recording began.
 fn time(table: &Table) -> Vec<f64> {
@@ -70,7 +60,7 @@ fn time(table: &Table) -> Vec<f64> {
     }
 }
 
-fn over_time(file: &'static str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> Titled {
+fn over_time(file: &str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> (String, Figure) {
     let times = time(table);
     // An exact solution lies on what was computed.
     let mark = |label: &str| match times.len() {
@@ -79,12 +69,12 @@ fn over_time(file: &'static str, title: &str, table: &Table, y: Axis, curves: Ve
         _ => Mark::Line,
     };
     let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut figure = Figure::new(title, Axis::new("time", "s"), y).of_signals();
+    let mut figure = Figure { signals: true, ..Figure::new(title, Axis::new("time", "s"), y) };
     for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
         let mark = mark(&label);
         figure = figure.series(label, &times, values, mark);
     }
-    Titled { file, figure }
+    (file.to_owned(), figure)
 }
 
 /// The columns `LIST.<entry>.FIELD`, each under its entry's name.
@@ -102,7 +92,7 @@ fn last_node(table: &Table, link: &str) -> Option<String> {
 }
 
 /// The slider's position and velocity and the crank pin's path; of one beam, its end's.
-fn ends(table: &Table) -> Vec<Titled> {
+fn ends(table: &Table) -> Vec<(String, Figure)> {
     let mut figures = Vec::new();
     let column = |node: &str, field: &str| table.column(&format!("{node}.{field}")).unwrap_or_default();
     if let Some(slider) = last_node(table, "rod") {
@@ -131,7 +121,7 @@ fn ends(table: &Table) -> Vec<Titled> {
             let figure = Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m"))
                 .line("", column(&end, "x_m"), column(&end, "y_m"))
                 .with_equal_aspect();
-            figures.push(Titled { file: "path", figure });
+            figures.push(("path".to_owned(), figure));
         }
     }
     figures
@@ -151,31 +141,4 @@ fn deflections(table: &Table) -> Vec<(String, &[f64])> {
         }
     }
     most.into_iter().map(|(link, node, values)| (format!("{link} node {node}"), values)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn topic(name: &str, rows: usize) -> Named {
-        let mut table = Table::default();
-        for column in ["stamp.sim_time_s", "kinetic_j"] {
-            table.push(column.to_owned(), (0..rows).map(|row| row as f64).collect());
-        }
-        Named { name: format!("flexcrank/crank/{name}"), table }
-    }
-
-    #[test]
-    fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
-        let points = |topics: &[Named]| -> Vec<(Mark, usize)> {
-            let drawn = recorded(topics).into_iter().filter(|titled| titled.file == "energies");
-            drawn
-                .flat_map(|titled| titled.figure.panels)
-                .flat_map(|panel| panel.series)
-                .map(|series| (series.mark, series.points().count()))
-                .collect()
-        };
-        assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
-        assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");
-    }
 }

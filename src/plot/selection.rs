@@ -21,7 +21,7 @@ pub struct Named {
 /// curve for each ratio.
 ///
 /// # Errors
-/// [`PlotError::Column`] for a name that is not there, [`PlotError::Apart`] for columns of different tables.
+/// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
 pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
     let mut figure = Figure { title: place.to_owned(), ..Figure::default() };
     for y in ys {
@@ -30,8 +30,8 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
         let x = x.unwrap_or_else(first);
         let Some(xs) = table.column(x) else {
             let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
-            let apart = || PlotError::Apart { place: place.to_owned(), x: x.to_owned(), y: y.clone() };
-            return Err(if elsewhere { apart() } else { unknown(place, tables, x) });
+            let apart = format!("{place}: `{x}` and `{y}` are in different topics; choose an x column of the same topic");
+            return Err(if elsewhere { PlotError::Request(apart) } else { unknown(place, tables, x) });
         };
         figure.x = over(x);
         let axis = quantity::axis(y);
@@ -57,11 +57,12 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
 /// Where every column is a curve for each of several ratios, a figure for each column.
 ///
 /// # Errors
-/// [`PlotError::Nothing`] when there is no such column.
+/// [`PlotError::Request`] when there is no such column.
 pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
     let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
-    let x = columns.next().ok_or_else(|| PlotError::Nothing(place.to_owned()))?;
+    let nothing = || PlotError::Request(format!("{place}: nothing to draw: no column of numbers beside the first"));
+    let x = columns.next().ok_or_else(nothing)?;
     let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in columns {
@@ -77,35 +78,25 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
         }
     }
     if groups.is_empty() {
-        return Err(PlotError::Nothing(place.to_owned()));
-    }
-    if x == "ratio" {
-        let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
-        return Ok(vec![(String::new(), together(place, table, x, &names))]);
+        return Err(nothing());
     }
     let tables = [Named { name: place.to_owned(), table: table.clone() }];
+    if x == "ratio" {
+        let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
+        return Ok(vec![(String::new(), figure(place, &tables, Some(x), &names)?)]);
+    }
     let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), figure(place, &tables, Some(x), &names)?));
     groups.into_iter().map(drawn).collect()
 }
 
-/// Columns of many units on one axis, each over its largest magnitude, which the legend states: the trade-off of a sweep over the
-/// ratio.
-fn together(place: &str, table: &Table, x: &str, names: &[String]) -> Figure {
-    let mut figure = Figure::new(place, Axis::new("crank-to-rod ratio λ", ""), Axis::new("over its largest", ""));
-    for name in names {
-        let values = table.column(name).unwrap_or_default();
-        let largest = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let Axis { label, unit, .. } = quantity::axis(name);
-        let scaled: Vec<f64> = values.iter().map(|value| if largest > 0.0 { value / largest } else { 0.0 }).collect();
-        figure = figure.line(format!("{label}, at most {largest:.4} {unit}"), table.column(x).unwrap_or_default(), &scaled);
-    }
-    figure
-}
-
-/// Crank angles have ticks at multiples of π.
+/// Ratios have a name, and crank angles have ticks at multiples of π.
 fn over(column: &str) -> Axis {
     let axis = quantity::axis(column);
-    if axis.unit == "rad" { Axis::angle(axis.label) } else { axis }
+    match axis.unit.as_str() {
+        "rad" => Axis::angle(axis.label),
+        _ if column == "ratio" => Axis::new("crank-to-rod ratio λ", ""),
+        _ => axis,
+    }
 }
 
 /// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.
@@ -135,5 +126,5 @@ fn unknown(place: &str, tables: &[Named], name: &str) -> PlotError {
         Some(near) => format!("; did you mean `{near}`?"),
         None => format!(" (there are {})", known().collect::<Vec<_>>().join(", ")),
     };
-    PlotError::Column { place: place.to_owned(), name: name.to_owned(), hint }
+    PlotError::Request(format!("{place}: no column `{name}`{hint}"))
 }

@@ -6,6 +6,7 @@ use super::figure::{Axis, Figure, Panel, Scale};
 use super::frame::{Frame, Span, left_room};
 use super::legend::{Legend, SAMPLE};
 use super::numbered;
+use super::output::Picture;
 use super::style::sheet::{BELOW, EDGE, RIGHT, TOP, WIDTH};
 use super::style::{Colour, text};
 
@@ -22,13 +23,12 @@ const EQUAL_LEAST: [f64; 2] = [240.0, 150.0];
 const MARGIN: f64 = 0.04;
 const NUMBERS_MARGIN: f64 = 0.08;
 
-impl Figure {
-    /// The figure as SVG.
-    pub fn to_svg(&self) -> String {
-        self.drawn(Lettering::Text)
+impl Picture for Figure {
+    fn title(&self) -> &str {
+        &self.title
     }
 
-    pub(super) fn drawn(&self, lettering: Lettering) -> String {
+    fn draw(&self, lettering: Lettering) -> String {
         let panels = self.drawn_panels();
         let mut labels: Vec<&str> = Vec::new();
         for series in panels.iter().flat_map(|panel| &panel.series) {
@@ -66,7 +66,9 @@ impl Figure {
         }
         canvas.finish()
     }
+}
 
+impl Figure {
     /// The frames of panels, one under the other.
     fn frames(&self, panels: &[Panel]) -> Vec<Frame> {
         let shown = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());

@@ -2,65 +2,35 @@
 
 use std::fmt;
 
-/// A colour: red, green, blue.
+/// A colour, as red, green and blue: 0xrrggbb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Colour(pub u8, pub u8, pub u8);
+pub(super) struct Colour(u32);
 
 impl fmt::Display for Colour {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
+        write!(f, "#{:06x}", self.0)
     }
 }
 
 /// Blue, vermillion, green, purple, orange, sky blue, black: the palette of Okabe & Ito (2008), darkest contrasts first.
-const CURVES: [Colour; 7] = [
-    Colour(0, 114, 178),
-    Colour(213, 94, 0),
-    Colour(0, 158, 115),
-    Colour(204, 121, 167),
-    Colour(230, 159, 0),
-    Colour(86, 180, 233),
-    Colour(0, 0, 0),
-];
-
+const CURVES: [u32; 7] = [0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9, 0x000000];
 /// Colours of a map's categories, the best first: blue, orange, red, grey, purple, black, green. They also differ in lightness,
 /// for readers who see no red or no green.
-const CATEGORIES: [Colour; 7] = [
-    Colour(0, 114, 178),
-    Colour(240, 168, 48),
-    Colour(192, 24, 32),
-    Colour(190, 190, 190),
-    Colour(204, 121, 167),
-    Colour(0, 0, 0),
-    Colour(0, 158, 115),
-];
-
+const CATEGORIES: [u32; 7] = [0x0072b2, 0xf0a830, 0xc01820, 0xbebebe, 0xcc79a7, 0x000000, 0x009e73];
 /// The colour map viridis at even distances.
-const VIRIDIS: [Colour; 9] = [
-    Colour(68, 1, 84),
-    Colour(71, 44, 122),
-    Colour(59, 81, 139),
-    Colour(44, 113, 142),
-    Colour(33, 144, 141),
-    Colour(39, 173, 129),
-    Colour(92, 200, 99),
-    Colour(170, 220, 50),
-    Colour(253, 231, 37),
-];
+const VIRIDIS: [u32; 9] = [0x440154, 0x472c7a, 0x3b518b, 0x2c718e, 0x21908d, 0x27ad81, 0x5cc863, 0xaadc32, 0xfde725];
 
 /// Ink of frame, ticks and text.
-pub(super) const INK: Colour = Colour(30, 30, 30);
+pub(super) const INK: Colour = Colour(0x1e1e1e);
 /// Ink of text and lines that matter less.
-pub(super) const GREY: Colour = Colour(110, 110, 110);
+pub(super) const GREY: Colour = Colour(0x6e6e6e);
 /// Grid lines.
-pub(super) const GRID: Colour = Colour(222, 222, 222);
-/// Minor grid lines of logarithmic axes.
-pub(super) const FINE_GRID: Colour = Colour(240, 240, 240);
-pub(super) const WHITE: Colour = Colour(255, 255, 255);
+pub(super) const GRID: Colour = Colour(0xdedede);
+pub(super) const WHITE: Colour = Colour(0xffffff);
 /// Width of curves, px.
 pub(super) const CURVE_WIDTH: f64 = 1.9;
 /// Radius of a point, px.
-pub(super) const POINT_RADIUS: f64 = 3.2;
+pub(super) const POINT_RADIUS: f64 = 2.7;
 
 /// The sheet that figures are laid out on, px.
 pub(super) mod sheet {
@@ -86,20 +56,20 @@ pub(super) mod text {
 impl Colour {
     /// The colour of the curve at `place` in the legend.
     pub fn curve(place: usize) -> Self {
-        CURVES[place % CURVES.len()]
+        Colour(CURVES[place % CURVES.len()])
     }
 
     /// The colour of category `place` of a map.
     pub fn category(place: usize) -> Self {
-        CATEGORIES[place % CATEGORIES.len()]
+        Colour(CATEGORIES[place % CATEGORIES.len()])
     }
 
     /// The colour of a value on a map, from 0 at the low end of the scale to 1 at the high end.
     pub fn of_value(part: f64) -> Self {
         let place = part.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
-        let low = VIRIDIS[place as usize];
-        let high = VIRIDIS[(place as usize + 1).min(VIRIDIS.len() - 1)];
-        let mixed = |low: u8, high: u8| (f64::from(low) + place.fract() * (f64::from(high) - f64::from(low))).round() as u8;
-        Colour(mixed(low.0, high.0), mixed(low.1, high.1), mixed(low.2, high.2))
+        let low = VIRIDIS[place as usize].to_be_bytes();
+        let high = VIRIDIS[(place as usize + 1).min(VIRIDIS.len() - 1)].to_be_bytes();
+        let mixed = |byte: usize| f64::from(low[byte]) + place.fract() * (f64::from(high[byte]) - f64::from(low[byte]));
+        Colour(u32::from_be_bytes([0, 1, 2, 3].map(|byte| mixed(byte).round() as u8)))
     }
 }

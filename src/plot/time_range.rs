@@ -1,7 +1,5 @@
 //! A part of the recorded time.
 
-use std::fmt;
-
 use super::error::PlotError;
 use super::recorded::SIMULATED_TIME;
 use super::selection::Named;
@@ -10,55 +8,33 @@ use crate::study::Table;
 /// Slack at either end for times that are sums of steps, s.
 const SLACK_S: f64 = 1e-9;
 
-/// A range of simulated time, ends included; an end that is `None` is open.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TimeRange {
-    /// Begin of the range, s.
-    pub from_s: Option<f64>,
-    /// End of the range, s.
-    pub to_s: Option<f64>,
-}
-
-impl fmt::Display for TimeRange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.from_s, self.to_s) {
-            (Some(from), Some(to)) => write!(f, "from {from} s to {to} s"),
-            (Some(from), None) => write!(f, "from {from} s on"),
-            (None, Some(to)) => write!(f, "up to {to} s"),
-            (None, None) => write!(f, "at any time"),
+/// Removes the rows outside a range of simulated time from tables that have a column [`SIMULATED_TIME`].
+///
+/// # Errors
+/// [`PlotError::Request`] if no row remains.
+pub fn cut(place: &str, tables: &mut [Named], from_s: Option<f64>, to_s: Option<f64>) -> Result<(), PlotError> {
+    let all = recorded_time(tables);
+    let inside = |time: &f64| from_s.is_none_or(|from| *time >= from - SLACK_S) && to_s.is_none_or(|to| *time <= to + SLACK_S);
+    for table in tables.iter_mut().map(|named| &mut named.table) {
+        let Some(times) = table.column(SIMULATED_TIME) else { continue };
+        let inside: Vec<bool> = times.iter().map(inside).collect();
+        let mut cut = Table::default();
+        for (name, values) in table.columns() {
+            let kept = values.iter().zip(&inside).filter(|(_, inside)| **inside).map(|(value, _)| *value);
+            cut.push(name, kept.collect());
         }
+        *table = cut;
     }
-}
-
-impl TimeRange {
-    /// Removes the rows outside the range from tables that have a column [`SIMULATED_TIME`].
-    ///
-    /// # Errors
-    /// [`PlotError::Outside`] if no row remains.
-    pub fn cut(&self, place: &str, tables: &mut [Named]) -> Result<(), PlotError> {
-        let all = recorded_time(tables);
-        let inside = |time: &f64| {
-            self.from_s.is_none_or(|from| *time >= from - SLACK_S) && self.to_s.is_none_or(|to| *time <= to + SLACK_S)
-        };
-        for table in tables.iter_mut().map(|named| &mut named.table) {
-            let Some(times) = table.column(SIMULATED_TIME) else { continue };
-            let inside: Vec<bool> = times.iter().map(inside).collect();
-            let mut cut = Table::default();
-            for (name, values) in table.columns() {
-                let kept = values.iter().zip(&inside).filter(|(_, inside)| **inside).map(|(value, _)| *value);
-                cut.push(name, kept.collect());
-            }
-            *table = cut;
-        }
-        if recorded_time(tables).is_some() {
-            return Ok(());
-        }
-        let recorded = match all {
-            Some([first, last]) => format!("the recording covers {first} s to {last} s"),
-            None => format!("there is no column `{SIMULATED_TIME}`"),
-        };
-        Err(PlotError::Outside { place: place.to_owned(), range: self.to_string(), recorded })
+    if recorded_time(tables).is_some() {
+        return Ok(());
     }
+    let [from, to] = [(from_s, "the start"), (to_s, "the end")]
+        .map(|(end, word)| end.map_or_else(|| word.to_owned(), |seconds| format!("{seconds} s")));
+    let covers = all.map_or_else(
+        || format!("there is no column `{SIMULATED_TIME}`"),
+        |[first, last]| format!("the recording covers {first} s to {last} s"),
+    );
+    Err(PlotError::Request(format!("{place}: nothing was recorded from {from} to {to}; {covers}")))
 }
 
 /// First and last simulated time of tables, s.

@@ -1,8 +1,8 @@
 //! Chapter 4: one turn of the rigid crank-slider, dimensionless, for several crank-to-rod ratios.
 
-use super::{ThesisFigure, file};
+use super::entry;
 use crate::plot::selection::runs;
-use crate::plot::{Axis, Figure};
+use crate::plot::{Axis, Entry, Figure};
 use crate::study::Table;
 
 const SECTION: &str = "Chapter 4: the rigid crank-slider, over one turn at constant speed";
@@ -124,7 +124,7 @@ const CENTRE_ACCELERATION_AND_FORCES: [OverAngle; 5] = [
     ),
 ];
 
-pub(super) fn figures(table: &Table) -> Vec<ThesisFigure> {
+pub(super) fn figures(table: &Table) -> Vec<Entry> {
     let over = |list: &[OverAngle]| list.iter().map(|entry| over_angle(table, entry)).collect::<Vec<_>>();
     let mut figures = over(&ROD_AND_PISTON);
     figures.extend(over(&CENTRE_PLACE));
@@ -149,9 +149,9 @@ pub(super) fn figures(table: &Table) -> Vec<ThesisFigure> {
     figures
 }
 
-fn over_angle(table: &Table, (number, title, (label, unit), column, sentence): &OverAngle) -> ThesisFigure {
+fn over_angle(table: &Table, (number, title, (label, unit), column, sentence): &OverAngle) -> Entry {
     let figure = by_ratio(table, Figure::new(*title, Axis::angle("crank angle θ"), Axis::new(*label, *unit)), [X, column]);
-    ThesisFigure { number, file: file(number, title), sentence, section: SECTION, picture: figure.into() }
+    entry(SECTION, number, sentence, figure)
 }
 
 fn path(
@@ -159,10 +159,10 @@ fn path(
     (number, title, sentence): (&'static str, &'static str, &'static str),
     columns: [&str; 2],
     labels: [&str; 2],
-) -> ThesisFigure {
+) -> Entry {
     let [x, y] = labels.map(|label| Axis::new(label, ""));
     let figure = by_ratio(table, Figure::new(title, x, y), columns).with_equal_aspect();
-    ThesisFigure { number, file: file(number, title), sentence, section: SECTION, picture: figure.into() }
+    entry(SECTION, number, sentence, figure)
 }
 
 fn by_ratio(table: &Table, figure: Figure, columns: [&str; 2]) -> Figure {

@@ -1,7 +1,7 @@
 //! Chapter 5: runs over time.
 
-use super::{ThesisFigure, file};
-use crate::plot::{Axis, Figure};
+use super::entry;
+use crate::plot::{Axis, Entry, Figure};
 use crate::study::Table;
 
 /// One of the two hinged beams.
@@ -35,7 +35,7 @@ pub(super) const BEAM_WITH_TIP_MASS: Beam = Beam {
     ],
 };
 
-pub(super) fn beam(beam: &Beam, table: &Table) -> Vec<ThesisFigure> {
+pub(super) fn beam(beam: &Beam, table: &Table) -> Vec<Entry> {
     let displacement = |axis| format!("Displacement of node 2 along {axis}");
     let what = [
         ("Rotation of node 1".to_owned(), Axis::new("rotation of node 1", "rad"), "beam_start_rotation_rad"),
@@ -48,8 +48,7 @@ pub(super) fn beam(beam: &Beam, table: &Table) -> Vec<ThesisFigure> {
         let values = table.column(column).unwrap_or_default();
         let start = values.first().copied().unwrap_or_default();
         let moved: Vec<f64> = values.iter().map(|value| value - start).collect();
-        let figure = Figure::new(title.clone(), time(), y).line("", times(table), &moved);
-        ThesisFigure { number, file: file(number, &title), sentence, section: beam.section, picture: figure.into() }
+        entry(beam.section, number, sentence, Figure::new(title, time(), y).line("", times(table), &moved))
     };
     what.into_iter().zip(beam.numbers.iter().zip(&beam.sentences)).map(figure).collect()
 }
@@ -91,36 +90,29 @@ const OF_CRANK_SLIDER: [OverTime; 7] = [
     ["5.8.8", "Rotation of node Γ", "w₃", "rad", "rod_end_rotation_rad", "The rod's rotation at the slider."],
 ];
 
-pub(super) fn crank_slider(table: &Table) -> Vec<ThesisFigure> {
-    let own = |number, title: &str, sentence, figure: Figure| ThesisFigure {
-        number,
-        file: file(number, title),
-        sentence,
-        section: CRANK_SLIDER,
-        picture: figure.into(),
-    };
+pub(super) fn crank_slider(table: &Table) -> Vec<Entry> {
     let column = |name: &str| table.column(name).unwrap_or_default();
     let path = Figure::new("Path of node B", Axis::new("x", "m"), Axis::new("y", "m"))
         .line("", column("crank_end_x_m"), column("crank_end_y_m"))
         .with_equal_aspect();
-    let mut figures = vec![own(
+    let mut figures = vec![entry(
+        CRANK_SLIDER,
         "5.8.1",
-        "Path of node B",
         "B ought to go round at the crank's length of 0.5 m; the method keeps no axial strain from step to step, so B spirals outwards.",
         path,
     )];
     for [number, title, label, unit, name, sentence] in OF_CRANK_SLIDER {
         let figure = Figure::new(title, time(), Axis::new(label, unit)).line("", times(table), column(name));
-        figures.push(own(number, title, sentence, figure));
+        figures.push(entry(CRANK_SLIDER, number, sentence, figure));
     }
     let angles = Figure::new("Chord angles", time(), Axis::new("crank's Ψ₁", "rad"))
         .line("Ψ₁", times(table), column("crank_angle_rad"))
         .panel(Axis::new("rod's Ψ₂", "rad"))
         .line("Ψ₂", times(table), column("rod_angle_rad"));
-    figures.push(own("5.8.9", "Chord angles", "The crank turns on; the rod swings to either side.", angles));
+    figures.push(entry(CRANK_SLIDER, "5.8.9", "The crank turns on; the rod swings to either side.", angles));
     let (at, torque) = staircase(times(table), column("driving_torque_nm"));
     let torque = Figure::new("Applied torque", time(), Axis::new("torque", "N·m")).line("", &at, &torque);
-    figures.push(own("5.8.10", "Applied torque", "The pulse lasts one step.", torque));
+    figures.push(entry(CRANK_SLIDER, "5.8.10", "The pulse lasts one step.", torque));
     figures
 }
 

@@ -1,4 +1,4 @@
-//! The figures of the thesis, from tables that the program has computed itself, and the page that shows them.
+//! The figures of the thesis, from tables that the program has computed itself.
 //!
 //! A figure more is an entry in [`figures`] or in the lists that it calls.
 
@@ -6,11 +6,14 @@ mod chapter4;
 mod chapter5;
 mod oscillators;
 
-use super::output::{Format, Picture};
-use super::page::{self, Entry};
+use super::figure::Figure;
+use super::page::Entry;
 use crate::study::Table;
 
-const INTRODUCTION: &str = "<p>N. K. Danias, <i>Elastodynamic analysis of mechanisms with the finite element method</i>, National Technical University of Athens, 2011. Every figure is drawn from numbers that flexcrank has just computed. In chapter 4 the numbers are those of the equations that are drawn; in chapter 5 those of the thesis's own list, carried on where the print has none.</p>";
+/// Title of the page.
+pub const TITLE: &str = "The figures of the thesis";
+/// The introduction, in HTML.
+pub const INTRODUCTION: &str = "<p>N. K. Danias, <i>Elastodynamic analysis of mechanisms with the finite element method</i>, National Technical University of Athens, 2011. Every figure is drawn from numbers that flexcrank has just computed. In chapter 4 the numbers are those of the equations that are drawn; in chapter 5 those of the thesis's own list, carried on where the print has none.</p>";
 
 /// The tables that the figures are drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,23 +30,8 @@ pub struct Tables {
     pub crank_slider: Table,
 }
 
-/// One figure of the thesis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ThesisFigure {
-    /// Its number: in chapter 4 that of the equation it draws.
-    pub number: &'static str,
-    /// Name of its file, without ending.
-    pub file: String,
-    /// Caption: what the figure shows.
-    pub sentence: &'static str,
-    /// The section it belongs to.
-    pub section: &'static str,
-    /// The figure.
-    pub picture: Picture,
-}
-
 /// All figures, in the order of the thesis.
-pub fn figures(tables: &Tables) -> Vec<ThesisFigure> {
+pub fn figures(tables: &Tables) -> Vec<Entry> {
     let mut figures = chapter4::figures(&tables.compressor);
     figures.extend(oscillators::figures(&tables.oscillators));
     figures.extend(chapter5::beam(&chapter5::BEAM, &tables.beam));
@@ -52,17 +40,10 @@ pub fn figures(tables: &Tables) -> Vec<ThesisFigure> {
     figures
 }
 
-/// The page for figures that lie beside it in these formats.
-pub fn page(figures: &[ThesisFigure], formats: &[Format]) -> String {
-    let entry = |figure: &ThesisFigure| Entry {
-        section: figure.section.to_owned(),
-        number: figure.number.to_owned(),
-        file: figure.file.clone(),
-        title: figure.picture.title().to_owned(),
-        sentence: figure.sentence.to_owned(),
-        endings: formats.iter().map(|format| format.extension()).collect(),
-    };
-    page::page("The figures of the thesis", INTRODUCTION, &figures.iter().map(entry).collect::<Vec<_>>())
+/// An entry of the page: its number, in chapter 4 that of the equation it draws, and its caption.
+fn entry(section: &str, number: &'static str, sentence: &str, figure: Figure) -> Entry {
+    let (section, sentence, file) = (section.to_owned(), sentence.to_owned(), file(number, &figure.title));
+    Entry { section, number, file, sentence, picture: Box::new(figure) }
 }
 
 /// `4.30, 4.31` and `Path of B` as `4-30-31-path-of-b`, numbers of two digits so that files sort as the figures do.

@@ -1,7 +1,7 @@
 //! Section 5.2: the two-point method against exact solutions.
 
-use super::{ThesisFigure, file};
-use crate::plot::{Axis, Figure, Mark};
+use super::entry;
+use crate::plot::{Axis, Entry, Figure, Mark};
 use crate::study::Table;
 
 /// Points at which the exact solution is marked.
@@ -46,8 +46,8 @@ const OSCILLATORS: [Oscillator; 3] = [
     },
 ];
 
-pub(super) fn figures(tables: &[Table; 3]) -> Vec<ThesisFigure> {
-    let of = |(oscillator, table): (&Oscillator, &Table)| -> Vec<ThesisFigure> {
+pub(super) fn figures(tables: &[Table; 3]) -> Vec<Entry> {
+    let of = |(oscillator, table): (&Oscillator, &Table)| -> Vec<Entry> {
         oscillator.figures.iter().map(|entry| figure(oscillator.section, table, *entry)).collect()
     };
     OSCILLATORS.iter().zip(tables).flat_map(of).collect()
@@ -57,22 +57,21 @@ fn figure(
     section: &'static str,
     table: &Table,
     (number, mass, velocity, sentence): (&'static str, usize, bool, &'static str),
-) -> ThesisFigure {
+) -> Entry {
     let column = |name: &str| table.column(name).unwrap_or_default();
     let times = column("time_s");
     let time = Axis::new("time", "s");
-    let (title, figure) = if velocity {
+    let figure = if velocity {
         let title = format!("Velocity of mass {mass}");
-        let figure = Figure::new(&title, time, Axis::new(format!("velocity of mass {mass}"), "m/s"));
-        (title, figure.line("", times, column(&format!("mass{mass}_vx_m_per_s"))))
+        let figure = Figure::new(title, time, Axis::new(format!("velocity of mass {mass}"), "m/s"));
+        figure.line("", times, column(&format!("mass{mass}_vx_m_per_s")))
     } else {
         let title = format!("Displacement of mass {mass} and exact solution");
         let every = times.len().div_ceil(MARKED).max(1);
         let thinned = |values: &[f64]| values.iter().copied().step_by(every).collect::<Vec<_>>();
-        let figure = Figure::new(&title, time, Axis::new(format!("displacement of mass {mass}"), "m"))
+        Figure::new(title, time, Axis::new(format!("displacement of mass {mass}"), "m"))
             .line("two-point method", times, column(&format!("mass{mass}_x_m")))
-            .series("exact", &thinned(times), &thinned(column(&format!("mass{mass}_exact_x_m"))), Mark::Points);
-        (title, figure)
+            .series("exact", &thinned(times), &thinned(column(&format!("mass{mass}_exact_x_m"))), Mark::Points)
     };
-    ThesisFigure { number, file: file(number, &title), sentence, section, picture: figure.into() }
+    entry(section, number, sentence, figure)
 }
