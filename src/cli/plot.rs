@@ -80,14 +80,24 @@ pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
     }
     let open = |file: &PathBuf| Source::open(file, args.from, args.to);
     let mut sources = args.files.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;
-    let stems: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
-    if args.overlay && stems.len() < sources.len() {
+    let names: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
+    if args.overlay && names.len() < sources.len() {
         sources.iter_mut().zip(1..).for_each(|(source, number)| source.stem = format!("{}-{number}", source.stem));
     }
+    let into_file = args.output.extension().is_some() && !args.output.is_dir();
+    // The default figures of recordings are shown on a page, with the mechanism.
+    let paged = !into_file && args.y.is_empty() && args.animation.is_none();
     let mut entries = Vec::new();
     match args.animation {
         None => {
             for together in sources.chunks(if args.overlay { sources.len() } else { 1 }) {
+                for source in together.iter().filter(|source| source.recorded && paged) {
+                    let table = source.displacements();
+                    // A scene without links has neither strobe figure nor animation.
+                    let Ok(strobe) = MechanismPicture::strobe(&source.stem, table) else { continue };
+                    let animation = MechanismPicture::animation(&source.stem, table, None)?;
+                    entries.extend([mechanism(source, "strobe", strobe), mechanism(source, "animation", animation)]);
+                }
                 entries.extend(figures(args, together)?);
             }
         }
@@ -98,10 +108,18 @@ pub(super) fn plot(args: &Args) -> anyhow::Result<ExitStatus> {
             }
         }
     }
-    if args.output.extension().is_some() && !args.output.is_dir() {
+    if into_file {
         write_file(args, &entries)?;
     } else {
-        write_folder(args, &sources, entries)?;
+        write_folder(args, &entries)?;
+    }
+    let facts: Vec<String> = sources.iter().filter(|source| source.recorded && paged).map(Source::facts).collect();
+    if !facts.is_empty() {
+        let page = args.output.join("index.html");
+        let title = args.title.clone().unwrap_or_else(|| stems(&sources));
+        let text = plot::page(&title, &format!("<ul>\n{}</ul>", facts.concat()), &entries, &args.format);
+        std::fs::write(&page, text).with_context(|| page.display().to_string())?;
+        writeln!(std::io::stdout(), "{}", page.display())?;
     }
     Ok(if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy })
 }
@@ -128,20 +146,7 @@ fn write_file(args: &Args, entries: &[Entry]) -> anyhow::Result<()> {
     print(args, path, entry)
 }
 
-/// Writes all pictures, and for the default figures of recordings a page of them with the mechanisms.
-fn write_folder(args: &Args, sources: &[Source], mut entries: Vec<Entry>) -> anyhow::Result<()> {
-    let paged = |source: &&Source| source.recorded && args.y.is_empty() && args.animation.is_none();
-    for source in sources.iter().filter(paged) {
-        // A scene without links has neither.
-        let Ok(strobe) = MechanismPicture::strobe(&source.stem, source.displacements()) else { continue };
-        let animation = MechanismPicture::animation(&source.stem, source.displacements(), None)?;
-        entries.extend([mechanism(source, "strobe", strobe), mechanism(source, "animation", animation)]);
-    }
-    // The mechanism of a file comes before its figures; a section holds all pictures of its file.
-    entries.sort_by_key(|entry| {
-        let place = sources.iter().position(|source| source.stem == entry.section).unwrap_or(sources.len());
-        (place, !entry.file.ends_with("-strobe") && !entry.file.ends_with("-animation"))
-    });
+fn write_folder(args: &Args, entries: &[Entry]) -> anyhow::Result<()> {
     let mut taken = BTreeSet::new();
     if let Some(twice) = entries.iter().find(|entry| !taken.insert(&entry.file)) {
         let path = args.output.join(&twice.file);
@@ -150,18 +155,10 @@ fn write_folder(args: &Args, sources: &[Source], mut entries: Vec<Entry>) -> any
         return Err(refused(why));
     }
     make_folder(&args.output)?;
-    for entry in &entries {
+    for entry in entries {
         entry.write(&args.output, &args.format)?.iter().try_for_each(|path| print(args, path, entry))?;
     }
-    let facts: Vec<String> = sources.iter().filter(paged).map(Source::facts).collect();
-    if facts.is_empty() {
-        return Ok(());
-    }
-    let page = args.output.join("index.html");
-    let title = args.title.clone().unwrap_or_else(|| stems(sources));
-    let text = plot::page(&title, &format!("<ul>\n{}</ul>", facts.concat()), &entries, &args.format);
-    std::fs::write(&page, text).with_context(|| page.display().to_string())?;
-    Ok(writeln!(std::io::stdout(), "{}", page.display())?)
+    Ok(())
 }
 
 fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {

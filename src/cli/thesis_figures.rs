@@ -17,12 +17,19 @@ const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
 /// crank-slider; s.
 const OSCILLATORS: [(&str, f64); 3] =
     [("thesis-oscillator", 10.0), ("thesis-two-masses", 10.0), ("thesis-two-masses-stiff", 10.0)];
-const BEAM: (&str, f64) = ("thesis-beam", 3.0 * 3.5589);
-const BEAM_WITH_TIP_MASS: (&str, f64) = ("thesis-beam-tip", 3.0 * 10.5528);
+const BEAMS: [(&str, f64); 2] = [("thesis-beam", 3.0 * 3.5589), ("thesis-beam-tip", 3.0 * 10.5528)];
 const CRANK_SLIDER: (&str, f64) = ("thesis-crank-slider", 22.8);
 
 pub(super) fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<ExitStatus> {
-    let entries = thesis::figures(&thesis_tables()?);
+    let compressor = SceneSource::open("thesis-compressor", &[])?;
+    let options = cycle::Options { ratios: RATIOS.to_vec(), dimensionless: true, ..cycle::Options::default() };
+    let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
+        Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
+    };
+    let ([one, two, stiff], [free, loaded]) = (OSCILLATORS, BEAMS);
+    let oscillators = [run(one)?, run(two)?, run(stiff)?];
+    let beams = [run(free)?, run(loaded)?];
+    let entries = thesis::figures(&cycle::cycle(&compressor, &options)?, &oscillators, &beams, &run(CRANK_SLIDER)?);
     make_folder(folder)?;
     for entry in &entries {
         entry.write(folder, formats)?;
@@ -32,20 +39,4 @@ pub(super) fn write_thesis(folder: &Path, formats: &[Format]) -> anyhow::Result<
         .with_context(|| page.display().to_string())?;
     writeln!(std::io::stdout(), "{} figures, all on {}", entries.len(), page.display())?;
     Ok(ExitStatus::Success)
-}
-
-fn thesis_tables() -> anyhow::Result<thesis::Tables> {
-    let compressor = SceneSource::open("thesis-compressor", &[])?;
-    let options = cycle::Options { ratios: RATIOS.to_vec(), dimensionless: true, ..cycle::Options::default() };
-    let run = |(scene, until_s): (&str, f64)| -> anyhow::Result<Table> {
-        Ok(study::history(&SceneSource::open(scene, &[])?.scene, until_s)?)
-    };
-    let [one, two, stiff] = OSCILLATORS;
-    Ok(thesis::Tables {
-        oscillators: [run(one)?, run(two)?, run(stiff)?],
-        compressor: cycle::cycle(&compressor, &options)?,
-        beam: run(BEAM)?,
-        beam_with_tip_mass: run(BEAM_WITH_TIP_MASS)?,
-        crank_slider: run(CRANK_SLIDER)?,
-    })
 }

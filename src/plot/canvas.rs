@@ -39,18 +39,14 @@ pub fn escape(text: &str) -> String {
 }
 
 /// A length with no more digits than can be seen, px.
-pub(super) struct Px(pub f64);
-
-impl fmt::Display for Px {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", (self.0 * 100.0).round() / 100.0)
-    }
+fn px(length: f64) -> f64 {
+    (length * 100.0).round() / 100.0
 }
 
 impl Canvas {
     /// A white sheet of `[width, height]` px.
     pub fn new(title: &str, [width, height]: [f64; 2], lettering: Lettering) -> Self {
-        let (width, height, title) = (Px(width), Px(height), escape(title));
+        let (width, height, title) = (px(width), px(height), escape(title));
         let svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
              stroke-linejoin=\"round\" font-family=\"'DejaVu Sans', Verdana, sans-serif\">\n<title>{title}</title>\n\
@@ -73,19 +69,19 @@ impl Canvas {
 
     /// A line through points; `dashes` are lengths of strokes and gaps, none for an unbroken line.
     pub fn line(&mut self, points: &[[f64; 2]], colour: Colour, width_px: f64, dashes: &str) {
-        let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", Px(*x), Px(*y))).collect();
+        let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", px(*x), px(*y))).collect();
         let points = points.join(" ");
         let dashes = if dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dashes}\"") };
         self.element(format_args!(
             "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\"{dashes}/>",
-            Px(width_px)
+            px(width_px)
         ));
     }
 
     /// A filled rectangle between two corners.
     pub fn fill(&mut self, from: [f64; 2], to: [f64; 2], colour: Colour) {
-        let [width, height] = [0, 1].map(|axis| Px(to[axis] - from[axis]));
-        let [x, y] = from.map(Px);
+        let [width, height] = [0, 1].map(|axis| px(to[axis] - from[axis]));
+        let [x, y] = from.map(px);
         self.element(format_args!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{colour}\"/>"));
     }
 
@@ -96,7 +92,7 @@ impl Canvas {
 
     /// A filled circle.
     pub fn circle(&mut self, at: [f64; 2], radius_px: f64, colour: Colour) {
-        let [x, y] = at.map(Px);
+        let [x, y] = at.map(px);
         self.element(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius_px}\" fill=\"{colour}\"/>"));
     }
 
@@ -115,7 +111,7 @@ impl Canvas {
             Align::Centre | Align::Up => ("middle", 0.5),
         };
         let turned = match align {
-            Align::Up => format!(" transform=\"rotate(-90 {} {})\"", Px(x), Px(middle)),
+            Align::Up => format!(" transform=\"rotate(-90 {} {})\"", px(x), px(middle)),
             _ => String::new(),
         };
         if self.lettering == Lettering::Outlines {
@@ -124,9 +120,9 @@ impl Canvas {
         }
         self.element(format_args!(
             "<text x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\" font-size=\"{}\" fill=\"{colour}\"{turned}>{}</text>",
-            Px(x),
-            Px(y),
-            Px(em_px),
+            px(x),
+            px(y),
+            px(em_px),
             escape(text)
         ));
     }

@@ -8,20 +8,10 @@ pub enum PlotError {
     /// The files do not have what was asked for, or it does not fit together.
     #[error("{0}")]
     Request(String),
-    /// The rasterising library refused.
-    #[error("`{title}` cannot be drawn as PNG: {cause}")]
-    Png {
-        /// The figure.
-        title: String,
-        /// The library's error.
-        cause: String,
-    },
+    /// The rasterising library refused the figure of this title.
+    #[error("`{0}` cannot be drawn as PNG: {1}")]
+    Png(String, String),
     /// The file or folder could not be written.
-    #[error("{}: {cause}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        cause: std::io::Error,
-    },
+    #[error("{path}: {1}", path = .0.display())]
+    File(PathBuf, std::io::Error),
 }

@@ -118,13 +118,6 @@ impl Figure {
     pub fn all_series(&self) -> impl Iterator<Item = &Series> {
         self.panels.iter().flat_map(|panel| &panel.series)
     }
-
-    /// Draws both axes to the same measure.
-    #[must_use]
-    pub fn with_equal_aspect(mut self) -> Self {
-        self.equal_aspect = true;
-        self
-    }
 }
 
 impl Axis {

@@ -10,7 +10,9 @@ use super::ticks::{self, Ticks, superscript};
 /// Room between ticks' texts and what is beside them, px.
 const GAP: f64 = 8.0;
 /// Room a tick takes, px, along x and along y.
-const TICK_ROOM: [f64; 2] = [62.0, 46.0];
+const TICK_ROOM: [f64; 2] = [62.0, 36.0];
+const X: usize = 0;
+const Y: usize = 1;
 /// Room a name takes along y, px; along x it takes its width.
 const NAME_ROOM: f64 = 17.0;
 
@@ -103,7 +105,7 @@ impl Frame {
     /// Draws grid, ticks, texts and labels; those of the horizontal axis only where `labelled`.
     pub fn draw(&self, canvas: &mut Canvas, (x, labelled): (&Axis, bool), y: &Axis) {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
-        let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, Along::X), y.ticks(&self.y, self.height, Along::Y));
+        let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, X), y.ticks(&self.y, self.height, Y));
         let across = |value: f64| self.x.part(value).map(|part| self.left + part * self.width);
         let up = |value: f64| self.y.part(value).map(|part| bottom - part * self.height);
         for (value, label) in &x_ticks.major {
@@ -127,32 +129,25 @@ impl Frame {
             canvas.fitted(&x.labelled(&x_ticks), under, Align::Centre, text::LABEL, room);
         }
         let beside = [self.left - self.room + 18.0, self.top + self.height / 2.0];
-        canvas.fitted(&y.labelled(&y_ticks), beside, Align::Up, text::LABEL, self.height + 16.0);
+        canvas.fitted(&y.labelled(&y_ticks), beside, Align::Up, text::LABEL, self.height + 4.0);
     }
 }
 
 /// Room to the left of a frame of this height for the texts of its vertical axis, px.
 pub(super) fn left_room(axis: &Axis, span: &Span, height: f64) -> f64 {
-    let ticks = axis.ticks(span, height, Along::Y);
+    let ticks = axis.ticks(span, height, Y);
     let widest = ticks.major.iter().map(|(_, label)| text_width(label, text::TICK)).fold(0.0, f64::max);
     GAP + widest + 34.0
 }
 
-/// Direction of an axis.
-#[derive(Debug, Clone, Copy)]
-enum Along {
-    X,
-    Y,
-}
-
 impl Axis {
     /// Ticks on `length` px: of a list, its names, as many as there is room for.
-    fn ticks(&self, span: &Span, length: f64, along: Along) -> Ticks {
+    fn ticks(&self, span: &Span, length: f64, along: usize) -> Ticks {
         if self.names.is_empty() {
-            return span.ticks(((length / TICK_ROOM[along as usize]) as usize).max(2));
+            return span.ticks(((length / TICK_ROOM[along]) as usize).max(4));
         }
         let widest = self.names.iter().map(|name| text_width(name, text::TICK)).fold(0.0, f64::max);
-        let room = if matches!(along, Along::X) { widest + GAP } else { NAME_ROOM };
+        let room = if along == X { widest + GAP } else { NAME_ROOM };
         let every = (self.names.len() as f64 * room / length).ceil().max(1.0) as usize;
         let names = self.names.iter().enumerate().step_by(every);
         Ticks { major: names.map(|(place, name)| (place as f64, name.clone())).collect(), ..Ticks::default() }

@@ -53,22 +53,24 @@ impl Picture for HeatMap {
         let (x_edges, y_edges) = (edges(&self.xs, self.x.scale), edges(&self.ys, self.y.scale));
         let (x, y) = (Span::of(x_edges.iter().copied(), self.x.scale, 0.0), Span::of(y_edges.iter().copied(), self.y.scale, 0.0));
         let room = left_room(&self.y, &y, HEIGHT);
-        let right = if matches!(self.key, Key::Quantity(_)) { BAR_ROOM } else { RIGHT };
-        let labels: Vec<&str> = match &self.key {
-            Key::Categories(names) => names.iter().map(String::as_str).collect(),
-            Key::Quantity(_) => Vec::new(),
+        let (labels, range, right) = match &self.key {
+            Key::Quantity(axis) => (Vec::new(), Some(Span::of(self.values.iter().flatten().copied(), axis.scale, 0.0)), BAR_ROOM),
+            Key::Categories(names) => (names.iter().map(String::as_str).collect(), None, RIGHT),
         };
-        let legend = Legend::new(&labels, WIDTH - room - EDGE);
+        let legend = Legend::new(&labels, room, WIDTH - EDGE);
         let top = TOP + legend.height();
         let frame = Frame { left: room, top, width: WIDTH - room - right, height: HEIGHT, x, y, room };
         let mut canvas = Canvas::new(&self.title, [WIDTH, top + HEIGHT + BELOW + EDGE], lettering);
         canvas.fitted(&self.title, [WIDTH / 2.0, 22.0], Align::Centre, text::TITLE, WIDTH - 2.0 * EDGE);
         frame.draw(&mut canvas, (&self.x, true), &self.y);
-        let range = self.range();
+        let colour = |value: f64| match range {
+            Some(range) => range.part(value).map(Colour::of_value),
+            None => (value >= 0.0).then(|| Colour::category(value as usize)),
+        };
         for (row, low_high) in self.values.iter().zip(y_edges.windows(2)) {
             for (value, left_right) in row.iter().zip(x_edges.windows(2)) {
                 let corners = [frame.at([left_right[0], low_high[1]]), frame.at([left_right[1], low_high[0]])];
-                if let ([Some(from), Some(to)], Some(colour)) = (corners, self.colour(*value, range)) {
+                if let ([Some(from), Some(to)], Some(colour)) = (corners, colour(*value)) {
                     // A little under the neighbours drawn next, or hairlines of the ground show between them.
                     let right = (to[0] + OVERLAP).min(frame.left + frame.width);
                     canvas.fill([from[0], (from[1] - OVERLAP).max(frame.top)], [right, to[1]], colour);
@@ -79,26 +81,10 @@ impl Picture for HeatMap {
         if let (Key::Quantity(axis), Some(range)) = (&self.key, range) {
             bar(&mut canvas, axis, range, frame.left + frame.width + 16.0);
         }
-        legend.draw(&mut canvas, [room, TOP - 6.0], |canvas, entry, [x, y]| {
+        legend.draw(&mut canvas, TOP - 6.0, |canvas, entry, [x, y]| {
             canvas.fill([x + SAMPLE - 22.0, y - 6.5], [x + SAMPLE, y + 6.5], Colour::category(entry));
         });
         canvas.finish()
-    }
-}
-
-impl HeatMap {
-    fn range(&self) -> Option<Span> {
-        match &self.key {
-            Key::Quantity(axis) => Some(Span::of(self.values.iter().flatten().copied(), axis.scale, 0.0)),
-            Key::Categories(_) => None,
-        }
-    }
-
-    fn colour(&self, value: f64, range: Option<Span>) -> Option<Colour> {
-        match range {
-            Some(range) => range.part(value).map(Colour::of_value),
-            None => (value >= 0.0).then(|| Colour::category(value as usize)),
-        }
     }
 }
 

@@ -11,45 +11,38 @@ const ROW: f64 = 22.0;
 const BEFORE_LABEL: f64 = 7.0;
 const BETWEEN: f64 = 26.0;
 
-/// Labels broken into rows that fit the room, with the width of every entry.
+/// Labels placed in rows: position, row and width of each.
 pub(super) struct Legend<'a> {
-    rows: Vec<Vec<(usize, &'a str, f64)>>,
+    entries: Vec<(&'a str, f64, usize, f64)>,
+    rows: usize,
 }
 
 impl<'a> Legend<'a> {
-    pub fn new(labels: &[&'a str], room_px: f64) -> Self {
-        let mut rows: Vec<Vec<(usize, &str, f64)>> = Vec::new();
-        let mut used = f64::INFINITY;
-        for (entry, label) in labels.iter().enumerate() {
-            let width = (SAMPLE + BEFORE_LABEL + text_width(label, text::LEGEND)).min(room_px);
-            match rows.last_mut() {
-                Some(row) if used + BETWEEN + width <= room_px => {
-                    row.push((entry, label, width));
-                    used += BETWEEN + width;
-                }
-                _ => {
-                    rows.push(vec![(entry, label, width)]);
-                    used = width;
-                }
+    /// Places labels in rows from `left` to `right`, px.
+    pub fn new(labels: &[&'a str], left: f64, right: f64) -> Self {
+        let (mut entries, mut x, mut rows) = (Vec::new(), f64::INFINITY, 0);
+        for label in labels {
+            let width = (SAMPLE + BEFORE_LABEL + text_width(label, text::LEGEND)).min(right - left);
+            if x + width > right {
+                (x, rows) = (left, rows + 1);
             }
+            entries.push((*label, x, rows - 1, width));
+            x += width + BETWEEN;
         }
-        Legend { rows }
+        Legend { entries, rows }
     }
 
     pub fn height(&self) -> f64 {
-        self.rows.len() as f64 * ROW
+        self.rows as f64 * ROW
     }
 
-    /// Draws the rows from `[left, top]`; `sample` draws the sample of an entry from a point rightwards.
-    pub fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2], sample: impl Fn(&mut Canvas, usize, [f64; 2])) {
-        for (number, row) in self.rows.iter().enumerate() {
-            let (mut x, y) = (left, top + ROW * (number as f64 + 0.5));
-            for (entry, label, width) in row {
-                sample(canvas, *entry, [x, y]);
-                let at = [x + SAMPLE + BEFORE_LABEL, y];
-                canvas.fitted(label, at, Align::Left, text::LEGEND, width - SAMPLE - BEFORE_LABEL);
-                x += width + BETWEEN;
-            }
+    /// Draws the rows from `top`; `sample` draws the sample of an entry from a point rightwards.
+    pub fn draw(&self, canvas: &mut Canvas, top: f64, sample: impl Fn(&mut Canvas, usize, [f64; 2])) {
+        for (entry, (label, x, row, width)) in self.entries.iter().enumerate() {
+            let y = top + ROW * (*row as f64 + 0.5);
+            sample(canvas, entry, [*x, y]);
+            let at = [x + SAMPLE + BEFORE_LABEL, y];
+            canvas.fitted(label, at, Align::Left, text::LEGEND, width - SAMPLE - BEFORE_LABEL);
         }
     }
 }

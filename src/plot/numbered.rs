@@ -7,15 +7,11 @@ use super::style::{Colour, GREY, INK, POINT_RADIUS, WHITE, sheet, text};
 
 /// Room for the list, px.
 pub(super) const WIDTH: f64 = 240.0;
-const ROW: f64 = 31.0;
+/// Height of an entry of the list, px.
+pub(super) const ROW: f64 = 31.0;
 const RADIUS: f64 = 8.5;
 /// Directions in which a badge may stand from its point, the best first, °; a front's best points have nothing down and left.
 const DIRECTIONS: [f64; 5] = [135.0, 160.0, 110.0, 180.0, 90.0];
-
-/// Height of the list, px.
-pub(super) fn height(list: &[Numbered]) -> f64 {
-    list.len() as f64 * ROW
-}
 
 /// Draws the points joined by a line, their badges, and the list right of the frame.
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, list: &[Numbered]) {

@@ -56,8 +56,9 @@ pub trait Picture {
     fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
         match format {
             Format::Svg => Ok(self.to_svg().into_bytes()),
-            Format::Png => png(&self.draw(Lettering::Outlines))
-                .map_err(|cause| PlotError::Png { title: self.title().to_owned(), cause: cause.to_string() }),
+            Format::Png => {
+                png(&self.draw(Lettering::Outlines)).map_err(|cause| PlotError::Png(self.title().to_owned(), cause.to_string()))
+            }
         }
     }
 
@@ -66,7 +67,7 @@ pub trait Picture {
     /// # Errors
     /// [`PlotError`] when it cannot be drawn or written.
     fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
-        std::fs::write(path, self.render(format)?).map_err(|cause| PlotError::File { path: path.to_owned(), cause })
+        std::fs::write(path, self.render(format)?).map_err(|cause| PlotError::File(path.to_owned(), cause))
     }
 }
 

@@ -24,6 +24,9 @@ impl Figure {
         }
         let several = panels.len() > 1;
         for panel in &mut panels {
+            if panel.y.label.is_empty() && panel.series.len() > 1 {
+                panel.y.label = last_words(&panel.series);
+            }
             if let ([series], true) = (panel.series.as_slice(), several || panel.y.label.is_empty()) {
                 panel.y = panel.y.of(&series.label);
             }
@@ -62,6 +65,17 @@ impl Axis {
     fn of(&self, signal: &str) -> Axis {
         Axis { label: format!("{signal} {}", self.label).trim().to_owned(), ..self.clone() }
     }
+}
+
+/// The words that all labels end with: `force` of `peak guide force` and `peak shaking force`.
+fn last_words(series: &[Series]) -> String {
+    let backwards = |series: &Series| series.label.split(' ').rev().map(str::to_owned).collect::<Vec<_>>();
+    let mut words = series.first().map(backwards).unwrap_or_default();
+    for other in series.iter().map(backwards) {
+        words.truncate(words.iter().zip(&other).take_while(|(a, b)| a == b).count());
+    }
+    words.reverse();
+    words.join(" ")
 }
 
 /// Whether no curve looks flat once `series` is among `others`.

@@ -1,11 +1,9 @@
 //! The standard figures of a recording, from the columns of its topics.
 
 use super::figure::{Axis, Figure, Mark};
-use super::selection::Named;
+use super::selection::{Named, SIMULATED_TIME};
 use crate::study::Table;
 
-/// Column of the simulated time.
-pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
 
@@ -118,10 +116,8 @@ fn ends(table: &Table) -> Vec<(String, Figure)> {
     }
     for (link, title) in [("crank", "Path of the crank pin"), ("beam", "Path of the beam's end")] {
         if let Some(end) = last_node(table, link) {
-            let figure = Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m"))
-                .line("", column(&end, "x_m"), column(&end, "y_m"))
-                .with_equal_aspect();
-            figures.push(("path".to_owned(), figure));
+            let path = Figure { equal_aspect: true, ..Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m")) };
+            figures.push(("path".to_owned(), path.line("", column(&end, "x_m"), column(&end, "y_m"))));
         }
     }
     figures

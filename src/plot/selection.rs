@@ -6,6 +6,9 @@ use super::quantity;
 use crate::nearest::nearest;
 use crate::study::Table;
 
+/// Column of the simulated time.
+pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
+
 /// A table and its name in errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
@@ -36,7 +39,8 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
         figure.x = over(x);
         let axis = quantity::axis(y);
         let values = table.column(y).unwrap_or_default();
-        if let Some(ratios) = families(table).filter(|_| x != "ratio" && y != "ratio") {
+        let several = |ratios: &&[f64]| runs(ratios).len() > 1 && x != "ratio" && y != "ratio";
+        if let Some(ratios) = families(table).filter(several) {
             figure = runs(ratios).into_iter().fold(figure.panel(axis), |figure, (ratio, rows)| {
                 figure.line(format!("λ = {ratio}"), &xs[rows.clone()], &values[rows])
             });
@@ -66,12 +70,12 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in columns {
-        if several {
-            groups.push((String::new(), vec![name.to_owned()]));
-            continue;
-        }
         // A dimensionless value has no unit to share: columns are grouped by divisor.
-        let kind = name.split_once("_over_").map_or_else(|| quantity::unit(name), |(_, divisor)| divisor.to_owned());
+        let kind = match name.split_once("_over_") {
+            _ if several => name.to_owned(),
+            Some((_, divisor)) => divisor.to_owned(),
+            None => quantity::axis(name).unit,
+        };
         match groups.iter_mut().find(|(other, _)| *other == kind) {
             Some((_, names)) => names.push(name.to_owned()),
             None => groups.push((kind, vec![name.to_owned()])),
@@ -89,11 +93,12 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     groups.into_iter().map(drawn).collect()
 }
 
-/// Ratios have a name, and crank angles have ticks at multiples of π.
+/// Times and ratios have names, and crank angles have ticks at multiples of π.
 fn over(column: &str) -> Axis {
     let axis = quantity::axis(column);
     match axis.unit.as_str() {
         "rad" => Axis::angle(axis.label),
+        _ if column == SIMULATED_TIME => Axis::new("time", "s"),
         _ if column == "ratio" => Axis::new("crank-to-rod ratio λ", ""),
         _ => axis,
     }

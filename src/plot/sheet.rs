@@ -42,7 +42,7 @@ impl Picture for Figure {
         for (panel, frame) in panels.iter().zip(&mut frames) {
             let own: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
             let shown = if own.len() > 1 && own != before { own.as_slice() } else { &[] };
-            let legend = Legend::new(shown, WIDTH - frame.left - EDGE);
+            let legend = Legend::new(shown, frame.left, WIDTH - EDGE);
             frame.top = top + legend.height();
             top = frame.top + frame.height + BETWEEN;
             legends.push(legend);
@@ -56,7 +56,7 @@ impl Picture for Figure {
             for series in &panel.series {
                 curve::draw(&mut canvas, frame, series, colour(&series.label));
             }
-            legend.draw(&mut canvas, [frame.left, frame.top - legend.height() - 4.0], |canvas, entry, at| {
+            legend.draw(&mut canvas, frame.top - legend.height() - 4.0, |canvas, entry, at| {
                 let series = &panel.series[entry];
                 curve::draw_sample(canvas, at, SAMPLE, series.mark, colour(&series.label));
             });
@@ -88,7 +88,7 @@ impl Figure {
             return vec![equal(&panel.y, x, *y)];
         }
         let height = match panels.len() {
-            0 | 1 => HEIGHT.max(numbered::height(&self.numbered)),
+            0 | 1 => HEIGHT.max(numbered::ROW * self.numbered.len() as f64),
             count => LEAST_HEIGHT.max(SHARED_HEIGHT / count as f64),
         };
         let room = spans.iter().zip(panels).map(|(y, panel)| left_room(&panel.y, y, height)).fold(0.0, f64::max);

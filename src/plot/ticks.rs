@@ -86,24 +86,16 @@ fn fraction_of_pi(mut num: i64, mut den: i64) -> String {
 /// Powers of ten, and 2 and 5 times them where there are few.
 pub(super) fn log(low: f64, high: f64, most: usize) -> Ticks {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    let inside = |value: &f64| *value >= low * (1.0 - 1e-9) && *value <= high * (1.0 + 1e-9);
     let every = ((last - first).max(1) as usize).div_ceil(most.max(1)) as i32;
-    let few = last - first <= 2;
-    let mut ticks = Ticks::default();
-    for exponent in first..=last {
-        for factor in [1, 2, 5] {
-            let value = f64::from(factor) * 10_f64.powi(exponent);
-            if !inside(&value) {
-                continue;
-            }
-            if factor == 1 && exponent.rem_euclid(every) == 0 {
-                ticks.major.push((value, format!("10{}", superscript(exponent))));
-            } else if few && factor > 1 {
-                ticks.major.push((value, format!("{factor}·10{}", superscript(exponent))));
-            }
-        }
-    }
-    ticks
+    let factors: &[i32] = if last - first <= 2 { &[1, 2, 5] } else { &[1] };
+    let powers = (first..=last).filter(|exponent| exponent.rem_euclid(every) == 0);
+    let all = powers.flat_map(|exponent| factors.iter().map(move |factor| (*factor, exponent)));
+    let tick = |(factor, exponent): (i32, i32)| {
+        let factor_text = if factor == 1 { String::new() } else { format!("{factor}·") };
+        (f64::from(factor) * 10_f64.powi(exponent), format!("{factor_text}10{}", superscript(exponent)))
+    };
+    let inside = |(value, _): &(f64, String)| *value >= low * (1.0 - 1e-9) && *value <= high * (1.0 + 1e-9);
+    Ticks { major: all.map(tick).filter(inside).collect(), ..Ticks::default() }
 }
 
 /// A whole number as superscript.

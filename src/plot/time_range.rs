@@ -1,8 +1,8 @@
 //! A part of the recorded time.
 
 use super::error::PlotError;
-use super::recorded::SIMULATED_TIME;
-use super::selection::Named;
+use super::selection::{Named, SIMULATED_TIME};
+use crate::shown::shown_s;
 use crate::study::Table;
 
 /// Slack at either end for times that are sums of steps, s.
@@ -28,13 +28,11 @@ pub fn cut(place: &str, tables: &mut [Named], from_s: Option<f64>, to_s: Option<
     if recorded_time(tables).is_some() {
         return Ok(());
     }
-    let [from, to] = [(from_s, "the start"), (to_s, "the end")]
-        .map(|(end, word)| end.map_or_else(|| word.to_owned(), |seconds| format!("{seconds} s")));
     let covers = all.map_or_else(
         || format!("there is no column `{SIMULATED_TIME}`"),
-        |[first, last]| format!("the recording covers {first} s to {last} s"),
+        |[first, last]| format!("the recording covers {} s to {} s", shown_s(first), shown_s(last)),
     );
-    Err(PlotError::Request(format!("{place}: nothing was recorded from {from} to {to}; {covers}")))
+    Err(PlotError::Request(format!("{place}: nothing was recorded between --from and --to; {covers}")))
 }
 
 /// First and last simulated time of tables, s.

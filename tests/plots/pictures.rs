@@ -65,7 +65,7 @@ fn prop_nothing_is_drawn_off_the_sheet() {
         Figure::new(long.clone(), Axis::new(long.clone(), "s"), Axis::new(long.clone(), "m"))
             .line(&long, &wide, &small)
             .line(&long, &wide, &wide),
-        Figure::new("path", Axis::new("x", "m"), Axis::new("y", "m")).line("", &wide, &small).with_equal_aspect(),
+        Figure { equal_aspect: true, ..Figure::new("path", Axis::new("x", "m"), Axis::new("y", "m")).line("", &wide, &small) },
         Figure::new("log", Axis::log("x", "s"), Axis::log("y", "m")).series("", &wide, &wide, Mark::Points),
     ];
     for figure in figures {
@@ -92,7 +92,7 @@ fn prop_bad_numbers_are_gaps() {
     {
         for scale in [Axis::new("y", "m"), Axis::log("y", "m"), Axis::angle("y")] {
             let figure = Figure::new("bad", Axis::new("x", "s"), scale).line("", &xs, &ys);
-            for figure in [figure.clone(), figure.with_equal_aspect()] {
+            for figure in [figure.clone(), Figure { equal_aspect: true, ..figure }] {
                 assert!(!figure.render(Format::Png).unwrap().is_empty());
             }
         }

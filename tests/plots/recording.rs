@@ -94,7 +94,7 @@ fn prop_a_range_of_time_cuts_figures_and_mechanism() {
     let page = read_to_string(at.join("out/index.html")).unwrap();
     assert!(page.contains("from 0.250 s (pale) to 0.500 s (dark)") && page.contains("0.25 s to 0.5 s"), "{page}");
     for (range, says) in [
-        (["--from", "1.5", "--to", "2"], "nothing was recorded from 1.5 s to 2 s; the recording covers 0 s to 1 s"),
+        (["--from", "1.5", "--to", "2"], "nothing was recorded between --from and --to; the recording covers 0 s to 1 s"),
         (["--from", "0.5", "--to", "0.25"], "--from 0.5 must be less than --to 0.25"),
     ] {
         let output = plot(at, &[&["run.mcap"], range.as_slice()].concat());

@@ -125,7 +125,7 @@ fn val_names_are_read_as_quantities() {
         ("piston_acceleration_m_per_s2", "piston acceleration", "m/s²"),
         ("driving_torque_nm", "driving torque", "N·m"),
         ("crank_inertia_about_o_kg_m2", "crank inertia about o", "kg·m²"),
-        ("links.crank.rate_rad_per_s", "links crank rate", "rad/s"),
+        ("links.crank.rate_rad_per_s", "crank rate", "rad/s"),
         ("friction_n_s_per_m", "friction", "N·s/m"),
         ("force_o_x", "force o x", ""),
         ("m", "m", ""),
