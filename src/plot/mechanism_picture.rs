@@ -71,7 +71,7 @@ impl MechanismPicture {
         let rows: Vec<usize> = pictures.map(row).take_while(|row| *row < times.len()).collect();
         let motion = Motion::new(place, displacements, &rows)?;
         let recorded_s = rows.last().map_or(0.0, |last| times[*last] - start);
-        let caption = format!("{recorded_s:.2} s at {speed} times their speed{}", motion.magnification());
+        let caption = format!("{recorded_s:.2} s at {speed} times the real speed{}", motion.magnification());
         let title = format!("{place}: the mechanism, moving");
         Ok(MechanismPicture { title, caption, motion, playing_s: Some(recorded_s / speed) })
     }

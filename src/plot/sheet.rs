@@ -12,7 +12,7 @@ use super::style::{Colour, text};
 
 /// Height of the frame of one panel, least height of one of several, and the height that several share, px.
 const HEIGHT: f64 = 370.0;
-const LEAST_HEIGHT: f64 = 150.0;
+const LEAST_HEIGHT: f64 = 170.0;
 const SHARED_HEIGHT: f64 = 440.0;
 /// Room between panels, px.
 const BETWEEN: f64 = 18.0;
