@@ -59,8 +59,10 @@ impl MechanismPicture {
     /// [`PlotError::Request`] when no link is recorded.
     pub fn animation(place: &str, displacements: &Table, speed: Option<f64>) -> Result<Self, PlotError> {
         let times = times(displacements);
-        let turn_s = || turned(displacements).map_or(TURN_S, |row| times[row] - times[0]);
-        let slow = || [1.0, 0.5, 0.25, 0.1, 0.05, 0.025].into_iter().find(|speed| turn_s() / speed >= TURN_S).unwrap_or(0.01);
+        let slow = || {
+            let turn_s = turned(displacements).map_or(TURN_S, |row| times[row] - times[0]);
+            [1.0, 0.5, 0.25, 0.1, 0.05, 0.025].into_iter().find(|speed| turn_s / speed >= TURN_S).unwrap_or(0.01)
+        };
         let speed = speed.unwrap_or_else(slow);
         let start = times.first().copied().unwrap_or_default();
         let row = |picture: u32| {

@@ -1,6 +1,6 @@
 //! Column names read as people write quantities: `piston_acceleration_m_per_s2` is a piston acceleration in m/s².
 
-use super::Axis;
+use super::figure::Axis;
 
 /// Units as they end names, and as they are written.
 const UNITS: [&str; 14] = ["m", "m2", "s", "s2", "kg", "n", "nm", "j", "rad", "pa", "hz", "ns", "us", "w"];

@@ -1,8 +1,9 @@
 //! Maps of where the numbers break.
 
-use super::figure::{Axis, Figure, Scale};
+use super::figure::{Axis, Figure, Mark, Scale};
 use super::heat_map::{HeatMap, Key};
-use super::{Mark, Picture, quantity};
+use super::output::Picture;
+use super::quantity;
 use crate::study::Table;
 use crate::study::stability::{self, Category, Spacing, Swept, grid};
 
