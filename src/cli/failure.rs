@@ -87,7 +87,7 @@ usage! {
     HistoryError: |_| false,
     NoMap: |_| true,
     NotSuited: |_| true,
-    PlotError: PlotError::is_usage,
+    PlotError: |error| matches!(error, PlotError::Request(_)),
     RecordingError: |error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }),
     ResimulationError: ResimulationError::is_usage,
     SceneError: |_| true,

@@ -88,7 +88,7 @@ fn write(folder: Option<&Path>, name: &str, table: &Table) -> CommandResult<()> 
     Ok(folder.map_or(Ok(()), |folder| table.write_csv(&folder.join(format!("{name}.csv"))))?)
 }
 
-fn draw(folder: Option<&Path>, name: &str, picture: &Picture) -> CommandResult<()> {
+fn draw(folder: Option<&Path>, name: &str, picture: &dyn Picture) -> CommandResult<()> {
     let Some(folder) = folder else { return Ok(()) };
     for format in [Format::Svg, Format::Png] {
         picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
@@ -117,7 +117,7 @@ fn schemes(args: &Args) -> CommandResult<()> {
         write(folder, &format!("order-{name}"), &orders)?;
         let plane = plot::stability::left_half_plane(name, &plane);
         for (file, picture) in plot::stability::scheme(name, &radii, &orders).into_iter().chain([plane]) {
-            draw(args.plot.as_deref(), &file, &picture)?;
+            draw(args.plot.as_deref(), &file, &*picture)?;
         }
     }
     Ok(())
@@ -203,7 +203,7 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> CommandResult {
     for map in &swept {
         show_map(map)?;
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
-        draw(args.plot.as_deref(), &map.map.name, &plot::stability::swept(map).into())?;
+        draw(args.plot.as_deref(), &map.map.name, &plot::stability::swept(map))?;
     }
     if let Some(folder) = &args.csv {
         write_ends(&folder.join("cells.csv"), &swept)?;

@@ -12,7 +12,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::progress::bar;
 use super::values::{number, positive};
-use crate::plot::{Format, Picture, work_precision};
+use crate::plot::{Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
     Choice, Chosen, Configuration, Demands, Measured, OutputGroup, Progress, Question, Row, Selection, Study, choose, study,
@@ -133,7 +133,7 @@ fn write(args: &Args, study: &Study) -> CommandResult<()> {
     }
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
     if let (Some(path), Some(figure)) = (&args.plot, work_precision(&title, &table)) {
-        Picture::from(figure).write(path, Format::of(path).unwrap_or(Format::Svg))?;
+        figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
         say!("wrote {}", path.display());
     }
     Ok(())

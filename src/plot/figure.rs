@@ -1,18 +1,40 @@
 //! A figure as data: a title, two axes, curves. It holds what is drawn; the drawing decides how it looks.
 
-/// Curves over two axes.
+/// Curves over two axes, in one panel or in several stacked over one horizontal axis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
     /// Title of the figure.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
+    /// The panels, from above.
+    pub panels: Vec<Panel>,
+    /// Whether both axes have the same scale, as paths and hodographs need.
+    pub equal_aspect: bool,
+    /// Whether the curves are different signals: those that would look flat beside others get panels of their own.
+    pub signals: bool,
+    /// Points that are numbered in place and listed beside the panel, joined by a line.
+    pub numbered: Vec<Numbered>,
+}
+
+/// Curves over one vertical axis.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Panel {
     /// The vertical axis.
     pub y: Axis,
     /// The curves, in the order of the legend.
     pub series: Vec<Series>,
-    /// Whether both axes have the same scale, as paths and hodographs need.
-    pub equal_aspect: bool,
+}
+
+/// A numbered point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Numbered {
+    /// Position in the panel.
+    pub at: [f64; 2],
+    /// The curve whose colour it has.
+    pub series: usize,
+    /// Two lines of the list: name and details.
+    pub lines: [String; 2],
 }
 
 /// One axis.
@@ -53,42 +75,48 @@ pub struct Series {
     pub mark: Mark,
 }
 
-/// Style of a curve. Colour, dash and marker follow from its position among the curves.
+/// Style of a curve. Its colour follows from its label's position among the labels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Mark {
-    /// A line, with sparse markers to distinguish it.
+    /// A line.
     #[default]
     Line,
+    /// A dashed line, for a curve that may lie on another.
+    Dashes,
     /// A marker at every point.
     Points,
-    /// Both, as a work–precision diagram has it.
-    LineAndPoints,
 }
 
 impl Figure {
     /// A figure without curves yet.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        Figure { title: title.into(), x, y, ..Figure::default() }
+        Figure { title: title.into(), x, panels: vec![Panel { y, series: Vec::new() }], ..Figure::default() }
     }
 
-    /// Adds a line.
+    /// Begins another panel under the last one.
+    #[must_use]
+    pub fn panel(mut self, y: Axis) -> Self {
+        self.panels.push(Panel { y, series: Vec::new() });
+        self
+    }
+
+    /// Adds a line to the last panel.
     #[must_use]
     pub fn line(self, label: impl Into<String>, xs: &[f64], ys: &[f64]) -> Self {
         self.series(label, xs, ys, Mark::Line)
     }
 
-    /// Adds a curve.
+    /// Adds a curve to the last panel.
     #[must_use]
     pub fn series(mut self, label: impl Into<String>, xs: &[f64], ys: &[f64], mark: Mark) -> Self {
-        self.series.push(Series { label: label.into(), xs: xs.to_vec(), ys: ys.to_vec(), mark });
+        let series = Series { label: label.into(), xs: xs.to_vec(), ys: ys.to_vec(), mark };
+        self.panels.last_mut().into_iter().for_each(|panel| panel.series.push(series.clone()));
         self
     }
 
-    /// Draws both axes to the same measure.
-    #[must_use]
-    pub fn with_equal_aspect(mut self) -> Self {
-        self.equal_aspect = true;
-        self
+    /// The curves of all panels.
+    pub fn all_series(&self) -> impl Iterator<Item = &Series> {
+        self.panels.iter().flat_map(|panel| &panel.series)
     }
 }
 
@@ -96,11 +124,6 @@ impl Axis {
     /// A linear axis.
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
         Axis { label: label.into(), unit: unit.into(), ..Axis::default() }
-    }
-
-    /// A list of cases, at 0, 1, 2, ….
-    pub fn listed(label: impl Into<String>, unit: impl Into<String>, names: Vec<String>) -> Self {
-        Axis { names, ..Axis::new(label, unit) }
     }
 
     /// An angle in radians, labelled in multiples of π.

@@ -1,16 +1,18 @@
 //! The frame of a figure: what interval either axis shows, where a value lies on the sheet, and the drawing of grid, ticks and
 //! labels.
 
-use super::canvas::{Align, Canvas, text_width};
+use super::canvas::{Align, Canvas};
 use super::figure::{Axis, Scale};
-use super::style::{FINE_GRID, GRID, INK, text};
-use super::ticks::{self, Ticks};
-use super::{PlotError, ticks::superscript};
+use super::lettering::text_width;
+use super::style::{GRID, INK, text};
+use super::ticks::{self, Ticks, superscript};
 
 /// Room between ticks' texts and what is beside them, px.
 const GAP: f64 = 8.0;
 /// Room a tick takes, px, along x and along y.
-const TICK_ROOM: [f64; 2] = [62.0, 46.0];
+const TICK_ROOM: [f64; 2] = [62.0, 36.0];
+const X: usize = 0;
+const Y: usize = 1;
 /// Room a name takes along y, px; along x it takes its width.
 const NAME_ROOM: f64 = 17.0;
 
@@ -90,6 +92,8 @@ pub(super) struct Frame {
     pub height: f64,
     pub x: Span,
     pub y: Span,
+    /// Room to the left for the texts of the vertical axis.
+    pub room: f64,
 }
 
 impl Frame {
@@ -98,68 +102,58 @@ impl Frame {
         Some([self.left + self.width * self.x.part(x)?, self.top + self.height * (1.0 - self.y.part(y)?)])
     }
 
-    /// Draws grid, ticks, texts and labels.
-    pub fn draw(&self, canvas: &Canvas<'_>, x: &Axis, y: &Axis) -> Result<(), PlotError> {
+    /// Draws grid, ticks, texts and labels; those of the horizontal axis only where `labelled`.
+    pub fn draw(&self, canvas: &mut Canvas, (x, labelled): (&Axis, bool), y: &Axis) {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
-        let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, Along::X), y.ticks(&self.y, self.height, Along::Y));
+        let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, X), y.ticks(&self.y, self.height, Y));
         let across = |value: f64| self.x.part(value).map(|part| self.left + part * self.width);
         let up = |value: f64| self.y.part(value).map(|part| bottom - part * self.height);
-        for value in x_ticks.minor.iter().filter_map(|value| across(*value)) {
-            canvas.line(&[[value, self.top], [value, bottom]], FINE_GRID, 1.0)?;
-        }
-        for value in y_ticks.minor.iter().filter_map(|value| up(*value)) {
-            canvas.line(&[[self.left, value], [right, value]], FINE_GRID, 1.0)?;
-        }
         for (value, label) in &x_ticks.major {
             let Some(at) = across(*value) else { continue };
-            canvas.line(&[[at, self.top], [at, bottom]], GRID, 1.0)?;
-            canvas.line(&[[at, bottom], [at, bottom + 4.0]], INK, 1.0)?;
-            canvas.text(label, [at, bottom + 15.0], Align::Centre, text::TICK, INK)?;
+            canvas.line(&[[at, self.top], [at, bottom]], GRID, 1.0, "");
+            canvas.line(&[[at, bottom], [at, bottom + 4.0]], INK, 1.0, "");
+            if labelled {
+                canvas.text(label, [at, bottom + 15.0], Align::Centre, text::TICK, INK);
+            }
         }
-        let mut widest: f64 = 0.0;
         for (value, label) in &y_ticks.major {
             let Some(at) = up(*value) else { continue };
-            widest = widest.max(text_width(label, text::TICK));
-            canvas.line(&[[self.left, at], [right, at]], GRID, 1.0)?;
-            canvas.line(&[[self.left - 4.0, at], [self.left, at]], INK, 1.0)?;
-            canvas.text(label, [self.left - GAP, at], Align::Right, text::TICK, INK)?;
+            canvas.line(&[[self.left, at], [right, at]], GRID, 1.0, "");
+            canvas.line(&[[self.left - 4.0, at], [self.left, at]], INK, 1.0, "");
+            canvas.text(label, [self.left - GAP, at], Align::Right, text::TICK, INK);
         }
-        canvas.outline([self.left, self.top], [right, bottom], INK)?;
-        let under = [self.left + self.width / 2.0, bottom + 38.0];
-        canvas.fitted(&x.labelled(&x_ticks), under, Align::Centre, text::LABEL, 2.0 * under[0].min(right + 20.0 - under[0]))?;
-        let beside = [self.left - GAP - widest - 16.0, self.top + self.height / 2.0];
-        canvas.fitted(&y.labelled(&y_ticks), beside, Align::Up, text::LABEL, self.height + 40.0)
+        canvas.outline([self.left, self.top], [right, bottom], INK);
+        if labelled {
+            let under = [self.left + self.width / 2.0, bottom + 38.0];
+            let room = 2.0 * under[0].min(right + 20.0 - under[0]);
+            canvas.fitted(&x.labelled(&x_ticks), under, Align::Centre, text::LABEL, room);
+        }
+        let beside = [self.left - self.room + 18.0, self.top + self.height / 2.0];
+        canvas.fitted(&y.labelled(&y_ticks), beside, Align::Up, text::LABEL, self.height + 4.0);
     }
 }
 
 /// Room to the left of a frame of this height for the texts of its vertical axis, px.
 pub(super) fn left_room(axis: &Axis, span: &Span, height: f64) -> f64 {
-    let ticks = axis.ticks(span, height, Along::Y);
+    let ticks = axis.ticks(span, height, Y);
     let widest = ticks.major.iter().map(|(_, label)| text_width(label, text::TICK)).fold(0.0, f64::max);
     GAP + widest + 34.0
 }
 
-/// Direction of an axis.
-#[derive(Debug, Clone, Copy)]
-enum Along {
-    X,
-    Y,
-}
-
 impl Axis {
     /// Ticks on `length` px: of a list, its names, as many as there is room for.
-    fn ticks(&self, span: &Span, length: f64, along: Along) -> Ticks {
+    fn ticks(&self, span: &Span, length: f64, along: usize) -> Ticks {
         if self.names.is_empty() {
-            return span.ticks(((length / TICK_ROOM[along as usize]) as usize).max(2));
+            return span.ticks(((length / TICK_ROOM[along]) as usize).max(4));
         }
         let widest = self.names.iter().map(|name| text_width(name, text::TICK)).fold(0.0, f64::max);
-        let room = if matches!(along, Along::X) { widest + GAP } else { NAME_ROOM };
+        let room = if along == X { widest + GAP } else { NAME_ROOM };
         let every = (self.names.len() as f64 * room / length).ceil().max(1.0) as usize;
         let names = self.names.iter().enumerate().step_by(every);
         Ticks { major: names.map(|(place, name)| (place as f64, name.clone())).collect(), ..Ticks::default() }
     }
 
-    /// The axis's label with what its ticks leave out: `displacement − 0.5 m [10⁻⁶ m]`.
+    /// The axis's label with what its ticks leave out: `displacement − 0.5 m (10⁻⁶ m)`.
     pub(super) fn labelled(&self, ticks: &Ticks) -> String {
         let unit = &self.unit;
         let spaced = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
@@ -172,6 +166,6 @@ impl Axis {
             0 => unit.clone(),
             exponent => spaced(&format!("10{}", superscript(exponent))),
         };
-        if bracket.is_empty() { label } else { format!("{label} [{bracket}]").trim_start().to_owned() }
+        if bracket.is_empty() { label } else { format!("{label} ({bracket})").trim_start().to_owned() }
     }
 }

@@ -1,15 +1,12 @@
 //! Maps: a quantity, or a category, over two axes.
 
-use plotters::style::RGBColor;
-use plotters::style::colors::colormaps::ViridisRGB;
-
-use super::PlotError;
-use super::canvas::{self, Align, Canvas};
+use super::canvas::{Align, Canvas, Lettering};
 use super::figure::{Axis, Scale};
 use super::frame::{Frame, Span, left_room};
 use super::legend::{Legend, SAMPLE};
-use super::sheet::{BELOW, RIGHT, TOP, WIDTH};
-use super::style::{INK, Style, text};
+use super::output::Picture;
+use super::style::sheet::{BELOW, EDGE, RIGHT, TOP, WIDTH};
+use super::style::{Colour, INK, text};
 
 const HEIGHT: f64 = 400.0;
 const BAR: f64 = 18.0;
@@ -47,64 +44,48 @@ pub enum Key {
     Categories(Vec<String>),
 }
 
-impl HeatMap {
-    /// The map as SVG.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] when the drawing library refuses.
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+impl Picture for HeatMap {
+    fn title(&self) -> &str {
+        &self.title
+    }
+
+    fn draw(&self, lettering: Lettering) -> String {
         let (x_edges, y_edges) = (edges(&self.xs, self.x.scale), edges(&self.ys, self.y.scale));
         let (x, y) = (Span::of(x_edges.iter().copied(), self.x.scale, 0.0), Span::of(y_edges.iter().copied(), self.y.scale, 0.0));
-        let left = left_room(&self.y, &y, HEIGHT);
-        let right = if matches!(self.key, Key::Quantity(_)) { BAR_ROOM } else { RIGHT };
-        let frame = Frame { left, top: TOP, width: WIDTH - left - right, height: HEIGHT, x, y };
-        let labels: Vec<&str> = match &self.key {
-            Key::Categories(names) => names.iter().map(String::as_str).collect(),
-            Key::Quantity(_) => Vec::new(),
+        let room = left_room(&self.y, &y, HEIGHT);
+        let (labels, range, right) = match &self.key {
+            Key::Quantity(axis) => (Vec::new(), Some(Span::of(self.values.iter().flatten().copied(), axis.scale, 0.0)), BAR_ROOM),
+            Key::Categories(names) => (names.iter().map(String::as_str).collect(), None, RIGHT),
         };
-        let legend = Legend::new(&labels, WIDTH - 20.0);
-        let under = TOP + HEIGHT + BELOW;
-        canvas::svg(&self.title, [WIDTH, under + legend.height() + 10.0], |canvas| {
-            canvas.fitted(&self.title, [WIDTH / 2.0, 22.0], Align::Centre, text::TITLE, WIDTH - 20.0)?;
-            frame.draw(canvas, &self.x, &self.y)?;
-            let range = self.range();
-            for (row, low_high) in self.values.iter().zip(y_edges.windows(2)) {
-                for (value, left_right) in row.iter().zip(x_edges.windows(2)) {
-                    let corners = [frame.at([left_right[0], low_high[1]]), frame.at([left_right[1], low_high[0]])];
-                    if let ([Some(from), Some(to)], Some(colour)) = (corners, self.colour(*value, range)) {
-                        // A little under the neighbours drawn next, or hairlines of the ground show between them.
-                        let right = (to[0] + OVERLAP).min(frame.left + frame.width);
-                        canvas.fill([from[0], (from[1] - OVERLAP).max(frame.top)], [right, to[1]], colour)?;
-                    }
+        let legend = Legend::new(&labels, room, WIDTH - EDGE);
+        let top = TOP + legend.height();
+        let frame = Frame { left: room, top, width: WIDTH - room - right, height: HEIGHT, x, y, room };
+        let mut canvas = Canvas::new(&self.title, [WIDTH, top + HEIGHT + BELOW + EDGE], lettering);
+        canvas.fitted(&self.title, [WIDTH / 2.0, 22.0], Align::Centre, text::TITLE, WIDTH - 2.0 * EDGE);
+        frame.draw(&mut canvas, (&self.x, true), &self.y);
+        let colour = |value: f64| match range {
+            Some(range) => range.part(value).map(Colour::of_value),
+            None => (value >= 0.0).then(|| Colour::category(value as usize)),
+        };
+        for (row, low_high) in self.values.iter().zip(y_edges.windows(2)) {
+            for (value, left_right) in row.iter().zip(x_edges.windows(2)) {
+                let corners = [frame.at([left_right[0], low_high[1]]), frame.at([left_right[1], low_high[0]])];
+                if let ([Some(from), Some(to)], Some(colour)) = (corners, colour(*value)) {
+                    // A little under the neighbours drawn next, or hairlines of the ground show between them.
+                    let right = (to[0] + OVERLAP).min(frame.left + frame.width);
+                    canvas.fill([from[0], (from[1] - OVERLAP).max(frame.top)], [right, to[1]], colour);
                 }
             }
-            canvas.outline([frame.left, frame.top], [frame.left + frame.width, frame.top + frame.height], INK)?;
-            if let (Key::Quantity(axis), Some(range)) = (&self.key, range) {
-                bar(canvas, axis, range, frame.left + frame.width + 16.0)?;
-            }
-            legend.draw(canvas, [10.0, under], &labels, |entry, [x, y]| {
-                canvas.fill([x + SAMPLE - 24.0, y - 7.0], [x + SAMPLE, y + 7.0], Style::category(entry))
-            })
-        })
-    }
-
-    fn range(&self) -> Option<Span> {
-        match &self.key {
-            Key::Quantity(axis) => Some(Span::of(self.values.iter().flatten().copied(), axis.scale, 0.0)),
-            Key::Categories(_) => None,
         }
-    }
-
-    fn colour(&self, value: f64, range: Option<Span>) -> Option<RGBColor> {
-        match range {
-            Some(range) => range.part(value).map(shade),
-            None => (value >= 0.0).then(|| Style::category(value as usize)),
+        canvas.outline([frame.left, frame.top], [frame.left + frame.width, frame.top + frame.height], INK);
+        if let (Key::Quantity(axis), Some(range)) = (&self.key, range) {
+            bar(&mut canvas, axis, range, frame.left + frame.width + 16.0);
         }
+        legend.draw(&mut canvas, TOP - 6.0, |canvas, entry, [x, y]| {
+            canvas.fill([x + SAMPLE - 22.0, y - 6.5], [x + SAMPLE, y + 6.5], Colour::category(entry));
+        });
+        canvas.finish()
     }
-}
-
-fn shade(part: f64) -> RGBColor {
-    ViridisRGB::get_color_normalized(part, 0.0, 1.0)
 }
 
 /// Borders half way between centres.
@@ -122,23 +103,20 @@ fn edges(centres: &[f64], scale: Scale) -> Vec<f64> {
 }
 
 /// The colour bar at `left`, its axis on its right.
-fn bar(canvas: &Canvas<'_>, axis: &Axis, range: Span, left: f64) -> Result<(), PlotError> {
+fn bar(canvas: &mut Canvas, axis: &Axis, range: Span, left: f64) {
     let (right, bottom) = (left + BAR, TOP + HEIGHT);
     for number in 0..SHADES {
         let [low, high] = [number, number + 1].map(|number| number as f64 / SHADES as f64);
-        canvas.fill(
-            [left, (bottom - high * HEIGHT - OVERLAP).max(TOP)],
-            [right, bottom - low * HEIGHT],
-            shade((low + high) / 2.0),
-        )?;
+        let from = [left, (bottom - high * HEIGHT - OVERLAP).max(TOP)];
+        canvas.fill(from, [right, bottom - low * HEIGHT], Colour::of_value((low + high) / 2.0));
     }
-    canvas.outline([left, TOP], [right, bottom], INK)?;
+    canvas.outline([left, TOP], [right, bottom], INK);
     let ticks = range.ticks(8);
     for (value, label) in &ticks.major {
         let Some(part) = range.part(*value) else { continue };
         let y = bottom - part * HEIGHT;
-        canvas.line(&[[right, y], [right + 4.0, y]], INK, 1.0)?;
-        canvas.text(label, [right + 7.0, y], Align::Left, text::TICK, INK)?;
+        canvas.line(&[[right, y], [right + 4.0, y]], INK, 1.0, "");
+        canvas.text(label, [right + 7.0, y], Align::Left, text::TICK, INK);
     }
-    canvas.fitted(&axis.labelled(&ticks), [WIDTH - 14.0, TOP + HEIGHT / 2.0], Align::Up, text::LABEL, HEIGHT)
+    canvas.fitted(&axis.labelled(&ticks), [WIDTH - 14.0, TOP + HEIGHT / 2.0], Align::Up, text::LABEL, HEIGHT);
 }

@@ -5,7 +5,7 @@
 //! let times: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
 //! let sines: Vec<f64> = times.iter().map(|t| t.sin()).collect();
 //! let figure = Figure::new("A sine", Axis::new("time", "s"), Axis::new("displacement", "m")).line("sin t", &times, &sines);
-//! assert!(Picture::from(figure).render(Format::Png)?.starts_with(b"\x89PNG"));
+//! assert!(figure.render(Format::Png)?.starts_with(b"\x89PNG"));
 //! # Ok::<(), flexcrank::plot::PlotError>(())
 //! ```
 
@@ -18,22 +18,33 @@ mod frame;
 mod heat_map;
 mod legend;
 mod lettering;
+mod mechanism;
+mod mechanism_picture;
+mod numbered;
 mod output;
+mod page;
+mod panels;
 mod quantity;
 mod recorded;
 mod selection;
 mod sheet;
 pub mod stability;
+mod strobe;
 mod style;
 pub mod thesis;
 mod ticks;
+mod time_range;
 mod work_precision;
 
-pub use animation::{Animation, animation};
+pub use canvas::{Lettering, escape};
 pub use error::PlotError;
-pub use figure::{Axis, Figure, Mark, Scale, Series};
+pub use figure::{Axis, Figure, Mark, Numbered, Panel, Scale, Series};
 pub use heat_map::{HeatMap, Key};
+pub use mechanism_picture::MechanismPicture;
 pub use output::{Format, PNG_SCALE, Picture};
-pub use recorded::{Titled, recorded};
-pub use selection::{Named, figure, overview};
+pub use page::{Entry, page};
+pub use panels::overlaid;
+pub use recorded::recorded;
+pub use selection::{Named, SIMULATED_TIME, figure, overview};
+pub use time_range::{cut, recorded_time};
 pub use work_precision::work_precision;

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use resvg::{tiny_skia, usvg};
 
-use super::{Figure, HeatMap, PlotError, lettering};
+use super::canvas::Lettering;
+use super::error::PlotError;
 
 /// Pixels of a PNG for every px of its SVG.
 pub const PNG_SCALE: f32 = 2.0;
 
 /// A file format for pictures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
     /// Scalable, small, for pages.
     Svg,
@@ -21,57 +22,43 @@ pub enum Format {
 impl Format {
     /// The ending of its files' names.
     pub fn extension(self) -> &'static str {
-        match self {
-            Format::Svg => "svg",
-            Format::Png => "png",
-        }
+        if self == Format::Svg { "svg" } else { "png" }
     }
 
     /// The format that a file name's ending asks for.
     pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?;
-        [Format::Svg, Format::Png].into_iter().find(|format| ending.eq_ignore_ascii_case(format.extension()))
+        clap::ValueEnum::from_str(path.extension()?.to_str()?, true).ok()
     }
 }
 
-/// Something to be drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Picture {
-    /// Curves.
-    Figure(Figure),
-    /// A map.
-    HeatMap(HeatMap),
-}
-
-impl Picture {
+/// Something that can be drawn.
+pub trait Picture {
     /// Title of the picture.
-    pub fn title(&self) -> &str {
-        match self {
-            Picture::Figure(figure) => &figure.title,
-            Picture::HeatMap(map) => &map.title,
-        }
+    fn title(&self) -> &str;
+
+    /// The picture as SVG, its texts in this lettering.
+    fn draw(&self, lettering: Lettering) -> String;
+
+    /// The formats that the picture can have, of these.
+    fn formats(&self, asked: &[Format]) -> Vec<Format> {
+        asked.to_vec()
     }
 
     /// The picture as SVG.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] when the drawing library refuses.
-    pub fn to_svg(&self) -> Result<String, PlotError> {
-        match self {
-            Picture::Figure(figure) => figure.to_svg(),
-            Picture::HeatMap(map) => map.to_svg(),
-        }
+    fn to_svg(&self) -> String {
+        self.draw(Lettering::Text)
     }
 
     /// The picture as the bytes of a file.
     ///
     /// # Errors
-    /// [`PlotError::Draw`] when a library refuses.
-    pub fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
-        let svg = self.to_svg()?;
+    /// [`PlotError::Png`] when the rasterising library refuses.
+    fn render(&self, format: Format) -> Result<Vec<u8>, PlotError> {
         match format {
-            Format::Svg => Ok(svg.into_bytes()),
-            Format::Png => png(self.title(), &svg),
+            Format::Svg => Ok(self.to_svg().into_bytes()),
+            Format::Png => {
+                png(&self.draw(Lettering::Outlines)).map_err(|cause| PlotError::Png(self.title().to_owned(), cause.to_string()))
+            }
         }
     }
 
@@ -79,28 +66,15 @@ impl Picture {
     ///
     /// # Errors
     /// [`PlotError`] when it cannot be drawn or written.
-    pub fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
-        std::fs::write(path, self.render(format)?).map_err(PlotError::file(path))
+    fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
+        std::fs::write(path, self.render(format)?).map_err(|cause| PlotError::File(path.to_owned(), cause))
     }
 }
 
-impl From<Figure> for Picture {
-    fn from(figure: Figure) -> Self {
-        Picture::Figure(figure)
-    }
-}
-
-impl From<HeatMap> for Picture {
-    fn from(map: HeatMap) -> Self {
-        Picture::HeatMap(map)
-    }
-}
-
-fn png(title: &str, svg: &str) -> Result<Vec<u8>, PlotError> {
-    let svg = lettering::outlined(title, svg)?;
-    let tree = usvg::Tree::from_str(&svg, &usvg::Options::default()).map_err(|cause| PlotError::draw(title, cause))?;
+fn png(svg: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|px| (px * PNG_SCALE).round() as u32);
-    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or_else(|| PlotError::draw(title, "it has no size"))?;
+    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or("it has no size")?;
     resvg::render(&tree, tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|cause| PlotError::draw(title, cause))
+    Ok(pixels.encode_png()?)
 }

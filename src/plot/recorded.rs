@@ -1,22 +1,14 @@
 //! The standard figures of a recording, from the columns of its topics.
 
-use super::{Axis, Figure, Mark, selection::Named};
+use super::figure::{Axis, Figure, Mark};
+use super::selection::{Named, SIMULATED_TIME};
 use crate::study::Table;
-
-/// A figure and the name its file gets.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Titled {
-    /// Name of its file, without ending.
-    pub file: &'static str,
-    /// The figure.
-    pub figure: Figure,
-}
 
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
 
-/// The default figures of a recording; quantities that the model does not compute are omitted.
-pub fn recorded(topics: &[Named]) -> Vec<Titled> {
+/// The default figures of a recording, each with the name of its part of the recording; quantities that the model does not compute are omitted.
+pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
     let topic = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name)).map(|topic| &topic.table);
     let mut figures = Vec::new();
     if let Some(table) = topic("angles") {
@@ -28,41 +20,37 @@ pub fn recorded(topics: &[Named]) -> Vec<Titled> {
     }
     if let Some(table) = topic("displacements") {
         figures.extend(ends(table));
-        figures.push(over_time(
-            "deflections",
-            "Deflections from the chord",
-            table,
-            Axis::new("deflection", "m"),
-            deflections(table),
-        ));
+        let axis = Axis::new("deflection", "m");
+        figures.push(over_time("deflections", "Largest deflections from the chord", table, axis, deflections(table)));
     }
     if let Some(table) = topic("loads") {
-        let torque = table.column("driving_torque_nm").map(|values| ("driving torque".to_owned(), values)).into_iter().collect();
+        let torque = table.column("driving_torque_nm").map(|values| (String::new(), values)).into_iter().collect();
         figures.push(over_time("torque", "Driving torque", table, Axis::new("driving torque", "N·m"), torque));
-        for (file, field, title) in [("forces-x", "fx_n", "Joint forces along x"), ("forces-y", "fy_n", "Joint forces along y")] {
-            let axis = Axis::new("force on what comes after the joint", "N");
-            figures.push(over_time(file, title, table, axis, in_list(table, "joints", field)));
+        for (file, field, along) in [("forces-x", "fx_n", "x"), ("forces-y", "fy_n", "y")] {
+            let title = format!("Joint forces along {along}, on the part after the joint");
+            figures.push(over_time(file, &title, table, Axis::new("force", "N"), in_list(table, "joints", field)));
         }
     }
     // Recordings of earlier versions have energies in `status` only.
     if let Some(table) = topic("energies").or_else(|| topic("status")) {
-        let kinds = ["kinetic", "strain", "potential", "work_in", "dissipated"];
-        let energy = |kind: &str| Some((kind.replace('_', " "), table.column(&format!("{kind}_j"))?));
-        figures.push(over_time(
-            "energies",
-            "Energies",
-            table,
-            Axis::new("energy", "J"),
-            kinds.into_iter().filter_map(energy).collect(),
-        ));
+        let kinds = [
+            ("kinetic", "kinetic_j"),
+            ("strain", "strain_j"),
+            ("potential", "potential_j"),
+            ("supplied", "work_in_j"),
+            ("dissipated", "dissipated_j"),
+        ];
+        let energy = |(kind, column): (&str, &str)| Some((kind.to_owned(), table.column(column)?));
+        let energies = kinds.into_iter().filter_map(energy).collect();
+        figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    figures.retain(|titled| !titled.figure.series.is_empty());
+    figures.retain(|(_, figure)| figure.all_series().next().is_some());
     figures
 }
 
 /// Simulated time, or after a reset, which starts it again, time since the recording began.
 fn time(table: &Table) -> Vec<f64> {
-    let simulated = table.column("stamp.sim_time_s").unwrap_or_default();
+    let simulated = table.column(SIMULATED_TIME).unwrap_or_default();
     let one_epoch = table.column("stamp.epoch").is_none_or(|epochs| epochs.windows(2).all(|pair| pair[0] == pair[1]));
     match table.column("log_time") {
         Some(times @ [first, ..]) if !one_epoch => times.iter().map(|now| now - first).collect(),
@@ -70,15 +58,21 @@ fn time(table: &Table) -> Vec<f64> {
     }
 }
 
-fn over_time(file: &'static str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> Titled {
+fn over_time(file: &str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> (String, Figure) {
     let times = time(table);
-    let mark = if times.len() < FEW { Mark::Points } else { Mark::Line };
+    // An exact solution lies on what was computed.
+    let mark = |label: &str| match times.len() {
+        0..FEW => Mark::Points,
+        _ if label.ends_with("exact") => Mark::Dashes,
+        _ => Mark::Line,
+    };
     let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut figure = Figure::new(title, Axis::new("time", "s"), y);
+    let mut figure = Figure { signals: true, ..Figure::new(title, Axis::new("time", "s"), y) };
     for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
+        let mark = mark(&label);
         figure = figure.series(label, &times, values, mark);
     }
-    Titled { file, figure }
+    (file.to_owned(), figure)
 }
 
 /// The columns `LIST.<entry>.FIELD`, each under its entry's name.
@@ -96,13 +90,13 @@ fn last_node(table: &Table, link: &str) -> Option<String> {
 }
 
 /// The slider's position and velocity and the crank pin's path; of one beam, its end's.
-fn ends(table: &Table) -> Vec<Titled> {
+fn ends(table: &Table) -> Vec<(String, Figure)> {
     let mut figures = Vec::new();
     let column = |node: &str, field: &str| table.column(&format!("{node}.{field}")).unwrap_or_default();
     if let Some(slider) = last_node(table, "rod") {
-        let x = vec![("slider".to_owned(), column(&slider, "x_m"))];
+        let x = vec![(String::new(), column(&slider, "x_m"))];
         figures.push(over_time("slider-position", "Slider position", table, Axis::new("x of the slider", "m"), x));
-        let v = vec![("slider".to_owned(), column(&slider, "vx_m_per_s"))];
+        let v = vec![(String::new(), column(&slider, "vx_m_per_s"))];
         figures.push(over_time("slider-velocity", "Slider velocity", table, Axis::new("velocity of the slider", "m/s"), v));
     }
     let masses = |field: &str, suffix: &str| -> Vec<(String, &[f64])> {
@@ -117,15 +111,13 @@ fn ends(table: &Table) -> Vec<Titled> {
     let velocities = masses("vx_m_per_s", "");
     figures.push(over_time("mass-velocities", "Velocities of the masses", table, Axis::new("velocity", "m/s"), velocities));
     if let Some(end) = last_node(table, "beam") {
-        let xy = vec![("along x".to_owned(), column(&end, "dx_m")), ("along y".to_owned(), column(&end, "dy_m"))];
+        let xy = vec![("x".to_owned(), column(&end, "dx_m")), ("y".to_owned(), column(&end, "dy_m"))];
         figures.push(over_time("end", "Displacement of the beam's end", table, Axis::new("displacement", "m"), xy));
     }
     for (link, title) in [("crank", "Path of the crank pin"), ("beam", "Path of the beam's end")] {
         if let Some(end) = last_node(table, link) {
-            let figure = Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m"))
-                .line("", column(&end, "x_m"), column(&end, "y_m"))
-                .with_equal_aspect();
-            figures.push(Titled { file: "path", figure });
+            let path = Figure { equal_aspect: true, ..Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m")) };
+            figures.push(("path".to_owned(), path.line("", column(&end, "x_m"), column(&end, "y_m"))));
         }
     }
     figures
@@ -144,28 +136,5 @@ fn deflections(table: &Table) -> Vec<(String, &[f64])> {
             None => most.push((link.to_owned(), node.to_owned(), values)),
         }
     }
-    most.into_iter().map(|(link, node, values)| (format!("{link}, node {node}"), values)).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn topic(name: &str, rows: usize) -> Named {
-        let mut table = Table::default();
-        for column in ["stamp.sim_time_s", "kinetic_j"] {
-            table.push(column.to_owned(), (0..rows).map(|row| row as f64).collect());
-        }
-        Named { name: format!("flexcrank/crank/{name}"), table }
-    }
-
-    #[test]
-    fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
-        let points = |topics: &[Named]| -> Vec<(Mark, usize)> {
-            let drawn = recorded(topics).into_iter().filter(|titled| titled.file == "energies");
-            drawn.flat_map(|titled| titled.figure.series).map(|series| (series.mark, series.points().count())).collect()
-        };
-        assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
-        assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");
-    }
+    most.into_iter().map(|(link, node, values)| (format!("{link} node {node}"), values)).collect()
 }

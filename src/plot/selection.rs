@@ -1,8 +1,13 @@
 //! Figures of columns that are asked for by name, or of all of them.
 
-use super::{Axis, Figure, PlotError, quantity};
+use super::error::PlotError;
+use super::figure::{Axis, Figure, Mark, Panel, Series};
+use super::quantity;
 use crate::nearest::nearest;
 use crate::study::Table;
+
+/// Column of the simulated time.
+pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 
 /// A table and its name in errors.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,36 +18,40 @@ pub struct Named {
     pub table: Table,
 }
 
-/// A figure of the columns `ys` over the column `x`, which must be in the same table.
+/// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit.
 ///
-/// Without `x`, the table's first column. Curves of several units stand over one axis with their units in the legend.
-/// A table with a `ratio` column, as `cycle` makes it, gives a curve for each ratio.
+/// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
+/// curve for each ratio.
 ///
 /// # Errors
-/// [`PlotError::Column`] for a name that is not there, [`PlotError::Apart`] for columns of different tables.
+/// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
 pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
-    let mut figure = Figure::new(place, Axis::default(), Axis::default());
-    let units: Vec<String> = ys.iter().map(|y| quantity::unit(y)).collect();
-    let common = units.first().filter(|first| units.iter().all(|unit| unit == *first)).cloned();
+    let mut figure = Figure { title: place.to_owned(), ..Figure::default() };
     for y in ys {
         let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(place, tables, y))?.table;
         let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
         let x = x.unwrap_or_else(first);
         let Some(xs) = table.column(x) else {
             let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
-            let apart = || PlotError::Apart { place: place.to_owned(), x: x.to_owned(), y: y.clone() };
-            return Err(if elsewhere { apart() } else { unknown(place, tables, x) });
+            let apart = format!("{place}: `{x}` and `{y}` are in different topics; choose an x column of the same topic");
+            return Err(if elsewhere { PlotError::Request(apart) } else { unknown(place, tables, x) });
         };
         figure.x = over(x);
         let axis = quantity::axis(y);
-        let label =
-            if common.is_some() || axis.unit.is_empty() { axis.label.clone() } else { format!("{} [{}]", axis.label, axis.unit) };
-        figure.y = if ys.len() == 1 { axis } else { Axis::new("", common.clone().unwrap_or_default()) };
         let values = table.column(y).unwrap_or_default();
-        figure = match families(table).filter(|_| x != "ratio" && y != "ratio") {
-            Some(ratios) => by_ratio(figure, &label, ys.len() > 1, ratios, [xs, values]),
-            None => figure.line(label, xs, values),
-        };
+        let several = |ratios: &&[f64]| runs(ratios).len() > 1 && x != "ratio" && y != "ratio";
+        if let Some(ratios) = families(table).filter(several) {
+            figure = runs(ratios).into_iter().fold(figure.panel(axis), |figure, (ratio, rows)| {
+                figure.line(format!("λ = {ratio}"), &xs[rows.clone()], &values[rows])
+            });
+            continue;
+        }
+        figure.signals = true;
+        let series = Series { label: axis.label, xs: xs.to_vec(), ys: values.to_vec(), mark: Mark::Line };
+        match figure.panels.iter_mut().find(|panel| panel.y.unit == axis.unit) {
+            Some(panel) => panel.series.push(series),
+            None => figure.panels.push(Panel { y: Axis::new("", axis.unit), series: vec![series] }),
+        }
     }
     Ok(figure)
 }
@@ -52,63 +61,47 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
 /// Where every column is a curve for each of several ratios, a figure for each column.
 ///
 /// # Errors
-/// [`PlotError::Nothing`] when there is no such column.
+/// [`PlotError::Request`] when there is no such column.
 pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
     let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
-    let x = columns.next().ok_or_else(|| PlotError::Nothing(place.to_owned()))?;
+    let nothing = || PlotError::Request(format!("{place}: nothing to draw: no column of numbers beside the first"));
+    let x = columns.next().ok_or_else(nothing)?;
     let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in columns {
-        if several {
-            groups.push((String::new(), vec![name.to_owned()]));
-            continue;
-        }
         // A dimensionless value has no unit to share: columns are grouped by divisor.
-        let kind = name.split_once("_over_").map_or_else(|| quantity::unit(name), |(_, divisor)| divisor.to_owned());
+        let kind = match name.split_once("_over_") {
+            _ if several => name.to_owned(),
+            Some((_, divisor)) => divisor.to_owned(),
+            None => quantity::axis(name).unit,
+        };
         match groups.iter_mut().find(|(other, _)| *other == kind) {
             Some((_, names)) => names.push(name.to_owned()),
             None => groups.push((kind, vec![name.to_owned()])),
         }
     }
     if groups.is_empty() {
-        return Err(PlotError::Nothing(place.to_owned()));
-    }
-    if x == "ratio" {
-        let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
-        return Ok(vec![(String::new(), together(place, table, x, &names))]);
+        return Err(nothing());
     }
     let tables = [Named { name: place.to_owned(), table: table.clone() }];
+    if x == "ratio" {
+        let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
+        return Ok(vec![(String::new(), figure(place, &tables, Some(x), &names)?)]);
+    }
     let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), figure(place, &tables, Some(x), &names)?));
     groups.into_iter().map(drawn).collect()
 }
 
-/// Columns of many units on one axis, each over its largest magnitude, which the legend states: the trade-off of a sweep over the
-/// ratio.
-fn together(place: &str, table: &Table, x: &str, names: &[String]) -> Figure {
-    let mut figure = Figure::new(place, Axis::new("crank-to-rod ratio λ", ""), Axis::new("over its largest", ""));
-    for name in names {
-        let values = table.column(name).unwrap_or_default();
-        let largest = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let Axis { label, unit, .. } = quantity::axis(name);
-        let scaled: Vec<f64> = values.iter().map(|value| if largest > 0.0 { value / largest } else { 0.0 }).collect();
-        figure = figure.line(format!("{label}, at most {largest:.4} {unit}"), table.column(x).unwrap_or_default(), &scaled);
-    }
-    figure
-}
-
-/// Crank angles have ticks at multiples of π.
+/// Times and ratios have names, and crank angles have ticks at multiples of π.
 fn over(column: &str) -> Axis {
     let axis = quantity::axis(column);
-    if axis.unit == "rad" { Axis::angle(axis.label) } else { axis }
-}
-
-fn by_ratio(mut figure: Figure, label: &str, several: bool, ratios: &[f64], [xs, ys]: [&[f64]; 2]) -> Figure {
-    for (ratio, rows) in runs(ratios) {
-        let name = if several { format!("{label}, λ = {ratio}") } else { format!("λ = {ratio}") };
-        figure = figure.line(name, &xs[rows.clone()], &ys[rows]);
+    match axis.unit.as_str() {
+        "rad" => Axis::angle(axis.label),
+        _ if column == SIMULATED_TIME => Axis::new("time", "s"),
+        _ if column == "ratio" => Axis::new("crank-to-rod ratio λ", ""),
+        _ => axis,
     }
-    figure
 }
 
 /// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.
@@ -138,5 +131,5 @@ fn unknown(place: &str, tables: &[Named], name: &str) -> PlotError {
         Some(near) => format!("; did you mean `{near}`?"),
         None => format!(" (there are {})", known().collect::<Vec<_>>().join(", ")),
     };
-    PlotError::Column { place: place.to_owned(), name: name.to_owned(), hint }
+    PlotError::Request(format!("{place}: no column `{name}`{hint}"))
 }

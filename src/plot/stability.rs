@@ -1,8 +1,9 @@
 //! Maps of where the numbers break.
 
-use super::figure::{Axis, Figure, Scale};
+use super::figure::{Axis, Figure, Mark, Scale};
 use super::heat_map::{HeatMap, Key};
-use super::{Mark, Picture, quantity};
+use super::output::Picture;
+use super::quantity;
 use crate::study::Table;
 use crate::study::stability::{self, Category, Spacing, Swept, grid};
 
@@ -35,7 +36,7 @@ fn shorter(one: String, other: String) -> String {
 
 /// The spectral radii as run on the left half-plane over |z|, and upwards the direction of z; where the scheme has a parameter,
 /// the parameter, and the largest radius of all directions. With the name of its file.
-pub fn left_half_plane(name: &str, radii: &Table) -> (String, Picture) {
+pub fn left_half_plane(name: &str, radii: &Table) -> (String, Box<dyn Picture>) {
     let column = |name| radii.column(name).unwrap_or_default();
     let (magnitudes, run) = (column("magnitude"), column("radius_as_run"));
     let (y, places) = match radii.column("parameter") {
@@ -52,7 +53,7 @@ pub fn left_half_plane(name: &str, radii: &Table) -> (String, Picture) {
     let title = format!("{name}: spectral radius on the left half-plane");
     let key = Key::Quantity(Axis::log("spectral radius", ""));
     let map = HeatMap { title, x: Axis::log("|z|", ""), y, xs, ys, values, key };
-    (format!("left-half-plane-{name}"), map.into())
+    (format!("left-half-plane-{name}"), Box::new(map))
 }
 
 fn parameter(name: &str) -> &'static str {
@@ -61,15 +62,15 @@ fn parameter(name: &str) -> &'static str {
 
 /// The spectral radii of a scheme's table over ωh: maps over its parameter, one of theory and one as run; curves of both where it
 /// has none. The order over the parameter, too. Each with the name of its file.
-pub fn scheme(name: &str, radii: &Table, orders: &Table) -> Vec<(String, Picture)> {
+pub fn scheme(name: &str, radii: &Table, orders: &Table) -> Vec<(String, Box<dyn Picture>)> {
     let column = |name| radii.column(name).unwrap_or_default();
     let (omegas, theory, run) = (column("omega_h"), column("radius_in_theory"), column("radius_as_run"));
     let words = ["in theory", "as run"];
     let Some(parameters) = radii.column("parameter") else {
         let title = format!("{name}: spectral radius");
         let figure = Figure::new(title, Axis::log("ωh", ""), Axis::log("spectral radius", ""));
-        let figure = figure.line(words[0], omegas, theory).line(words[1], omegas, run);
-        return vec![(format!("spectral-radius-{name}"), figure.into())];
+        let figure = figure.line(words[0], omegas, theory).series(words[1], omegas, run, Mark::Dashes);
+        return vec![(format!("spectral-radius-{name}"), Box::new(figure))];
     };
     let parameter = parameter(name);
     let ys = distinct(parameters);
@@ -83,12 +84,12 @@ pub fn scheme(name: &str, radii: &Table, orders: &Table) -> Vec<(String, Picture
         let values = rows.into_iter().map(|(_, row)| row).collect();
         let key = Key::Quantity(Axis::log("spectral radius", ""));
         let map = HeatMap { title, x, y, xs: xs.clone(), ys: ys.clone(), values, key };
-        (format!("spectral-radius-{name}-{}", word.replace(' ', "-")), Picture::from(map))
+        (format!("spectral-radius-{name}-{}", word.replace(' ', "-")), Box::new(map) as Box<dyn Picture>)
     };
     vec![map(words[0], theory), map(words[1], run), order(name, parameter, orders)]
 }
 
-fn order(name: &str, parameter: &str, orders: &Table) -> (String, Picture) {
+fn order(name: &str, parameter: &str, orders: &Table) -> (String, Box<dyn Picture>) {
     let column = |name| orders.column(name).unwrap_or_default();
     let mut rows: Vec<[f64; 3]> = (0..orders.rows())
         .map(|row| {
@@ -99,7 +100,7 @@ fn order(name: &str, parameter: &str, orders: &Table) -> (String, Picture) {
     let [at, theory, run] = [0, 1, 2].map(|k| rows.iter().map(|row| row[k]).collect::<Vec<f64>>());
     let figure = Figure::new(format!("{name}: order"), Axis::new(parameter, ""), Axis::new("order", ""));
     let figure = figure.line("in theory", &at, &theory).series("as run", &at, &run, Mark::Points);
-    (format!("order-{name}"), figure.into())
+    (format!("order-{name}"), Box::new(figure))
 }
 
 /// Ascending, each once.

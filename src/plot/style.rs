@@ -1,47 +1,48 @@
-//! The look of figures: colours that colour-blind people can distinguish, and dashes and markers that distinguish the curves in
-//! black and white.
+//! The look of figures: colours that colour-blind people can distinguish, and sizes.
 
-use plotters::style::RGBColor;
+use std::fmt;
+
+/// A colour, as red, green and blue: 0xrrggbb.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Colour(u32);
+
+impl fmt::Display for Colour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{:06x}", self.0)
+    }
+}
 
 /// Blue, vermillion, green, purple, orange, sky blue, black: the palette of Okabe & Ito (2008), darkest contrasts first.
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
-
+const CURVES: [u32; 7] = [0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9, 0x000000];
 /// Colours of a map's categories, the best first: blue, orange, red, grey, purple, black, green. They also differ in lightness,
 /// for readers who see no red or no green.
-const CATEGORIES: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(240, 168, 48),
-    RGBColor(192, 24, 32),
-    RGBColor(190, 190, 190),
-    RGBColor(204, 121, 167),
-    RGBColor(0, 0, 0),
-    RGBColor(0, 158, 115),
-];
-
-/// Lengths of strokes and gaps in turn, px; none for an unbroken line.
-const DASHES: [&[f64]; 6] =
-    [&[], &[9.0, 4.0], &[11.0, 3.5, 2.0, 3.5], &[2.5, 3.0], &[18.0, 4.0], &[11.0, 3.0, 2.0, 3.0, 2.0, 3.0]];
-
-const MARKERS: [Marker; 6] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Down, Marker::Cross];
+const CATEGORIES: [u32; 7] = [0x0072b2, 0xf0a830, 0xc01820, 0xbebebe, 0xcc79a7, 0x000000, 0x009e73];
+/// The colour map viridis at even distances.
+const VIRIDIS: [u32; 9] = [0x440154, 0x472c7a, 0x3b518b, 0x2c718e, 0x21908d, 0x27ad81, 0x5cc863, 0xaadc32, 0xfde725];
 
 /// Ink of frame, ticks and text.
-pub(super) const INK: RGBColor = RGBColor(30, 30, 30);
+pub(super) const INK: Colour = Colour(0x1e1e1e);
+/// Ink of text and lines that matter less.
+pub(super) const GREY: Colour = Colour(0x6e6e6e);
 /// Grid lines.
-pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
-/// Minor grid lines of logarithmic axes.
-pub(super) const FINE_GRID: RGBColor = RGBColor(240, 240, 240);
+pub(super) const GRID: Colour = Colour(0xdedede);
+pub(super) const WHITE: Colour = Colour(0xffffff);
 /// Width of curves, px.
 pub(super) const CURVE_WIDTH: f64 = 1.9;
-/// Half the size of a marker, px.
-pub(super) const MARKER_RADIUS: f64 = 4.0;
+/// Radius of a point, px.
+pub(super) const POINT_RADIUS: f64 = 2.7;
+
+/// The sheet that figures are laid out on, px.
+pub(super) mod sheet {
+    /// Width of every figure.
+    pub(in crate::plot) const WIDTH: f64 = 760.0;
+    /// Room above the frame, right of it, and below it for ticks and label.
+    pub(in crate::plot) const TOP: f64 = 44.0;
+    pub(in crate::plot) const RIGHT: f64 = 30.0;
+    pub(in crate::plot) const BELOW: f64 = 54.0;
+    /// Margin at the sheet's edges.
+    pub(in crate::plot) const EDGE: f64 = 10.0;
+}
 
 /// Sizes of text: the em, px.
 pub(super) mod text {
@@ -49,39 +50,26 @@ pub(super) mod text {
     pub(in crate::plot) const LABEL: f64 = 14.0;
     pub(in crate::plot) const TICK: f64 = 12.5;
     pub(in crate::plot) const LEGEND: f64 = 13.5;
+    pub(in crate::plot) const NOTE: f64 = 11.5;
 }
 
-/// Shape of a marker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Marker {
-    Circle,
-    Square,
-    Triangle,
-    Diamond,
-    Down,
-    Cross,
-}
-
-/// Colour, dash and marker of a curve.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Style {
-    pub colour: RGBColor,
-    pub dash: &'static [f64],
-    pub marker: Marker,
-}
-
-impl Style {
-    /// The style of the curve at `place` in the legend. Colours and dashes have no common period, so 42 curves differ.
-    pub fn of(place: usize) -> Self {
-        Style {
-            colour: COLOURS[place % COLOURS.len()],
-            dash: DASHES[place % DASHES.len()],
-            marker: MARKERS[place % MARKERS.len()],
-        }
+impl Colour {
+    /// The colour of the curve at `place` in the legend.
+    pub fn curve(place: usize) -> Self {
+        Colour(CURVES[place % CURVES.len()])
     }
 
     /// The colour of category `place` of a map.
-    pub fn category(place: usize) -> RGBColor {
-        CATEGORIES[place % CATEGORIES.len()]
+    pub fn category(place: usize) -> Self {
+        Colour(CATEGORIES[place % CATEGORIES.len()])
+    }
+
+    /// The colour of a value on a map, from 0 at the low end of the scale to 1 at the high end.
+    pub fn of_value(part: f64) -> Self {
+        let place = part.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+        let low = VIRIDIS[place as usize].to_be_bytes();
+        let high = VIRIDIS[(place as usize + 1).min(VIRIDIS.len() - 1)].to_be_bytes();
+        let mixed = |byte: usize| f64::from(low[byte]) + place.fract() * (f64::from(high[byte]) - f64::from(low[byte]));
+        Colour(u32::from_be_bytes([0, 1, 2, 3].map(|byte| mixed(byte).round() as u8)))
     }
 }

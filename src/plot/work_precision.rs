@@ -1,6 +1,6 @@
 //! Work–precision diagrams: error over cost, both logarithmic.
 
-use super::{Axis, Figure, Mark};
+use super::figure::{Axis, Figure, Mark, Numbered};
 use crate::study::Table;
 use crate::study::trade::front;
 
@@ -9,34 +9,35 @@ const ERROR: &str = "error";
 
 /// A configuration in the diagram.
 struct Point {
-    family: String,
-    name: String,
-    cost: f64,
-    error: f64,
+    model: String,
+    lines: [String; 2],
+    at: [f64; 2],
 }
 
 /// The diagram of a table as `trade` writes it; `None` of any other table.
 ///
-/// A curve for every model and integrator, through its best meshes and steps; then the Pareto front of all, and the names of the
-/// configurations on it.
+/// Every configuration is a point in the colour of its model. Those of the Pareto front are numbered, cheapest first.
 pub fn work_precision(title: &str, table: &Table) -> Option<Figure> {
     let points = points(table)?;
-    let mut figure = Figure::new(title, Axis::log("computing a simulated second", "s/s"), Axis::log("error", ""));
-    let mut families: Vec<&str> = Vec::new();
+    let mut figure = Figure::new(title, Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
+    let mut models: Vec<&str> = Vec::new();
     for point in &points {
-        if !families.contains(&point.family.as_str()) {
-            families.push(&point.family);
+        if !models.contains(&point.model.as_str()) {
+            models.push(&point.model);
         }
     }
-    for family in families {
-        let own: Vec<&Point> = points.iter().filter(|point| point.family == family).collect();
-        let [costs, errors] = columns(&best(&own));
-        figure = figure.series(family, &costs, &errors, Mark::LineAndPoints);
+    for model in &models {
+        let own = || points.iter().filter(|point| point.model == *model).map(|point| point.at);
+        let [costs, errors] = [0, 1].map(|axis| own().map(|at| at[axis]).collect::<Vec<_>>());
+        figure = figure.series(*model, &costs, &errors, Mark::Points);
     }
-    let best = best(&points.iter().collect::<Vec<_>>());
-    let [costs, errors] = columns(&best);
-    figure = figure.series("front", &costs, &errors, Mark::LineAndPoints);
-    Some(best.iter().fold(figure, |figure, point| figure.series(&point.name, &[point.cost], &[point.error], Mark::Points)))
+    let on_front = front(&points.iter().map(|point| point.at).collect::<Vec<_>>());
+    let best = points.iter().zip(on_front).filter(|(_, on_front)| *on_front);
+    let series = |point: &Point| models.iter().position(|model| *model == point.model).unwrap_or_default();
+    figure.numbered =
+        best.map(|(point, _)| Numbered { at: point.at, series: series(point), lines: point.lines.clone() }).collect();
+    figure.numbered.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
+    Some(figure)
 }
 
 fn points(table: &Table) -> Option<Vec<Point>> {
@@ -44,23 +45,17 @@ fn points(table: &Table) -> Option<Vec<Point>> {
     let (models, integrators, links) = (words("model")?, words("integrator")?, words("discretization")?);
     let (costs, errors, steps) = (table.column(COST)?, table.column(ERROR)?, table.column("step_s")?);
     let point = |row: usize| {
-        let family = format!("{}, {}", models.get(row)?, integrators.get(row)?);
-        let size = links.get(row).filter(|size| *size != "–").map(|size| format!(", {size}")).unwrap_or_default();
-        let name = format!("{family}{size}, {:.2e} s", steps.get(row)?);
-        let point = Point { family, name, cost: *costs.get(row)?, error: *errors.get(row)? };
-        (point.cost > 0.0 && point.error > 0.0 && point.error.is_finite()).then_some(point)
+        let model = models.get(row)?.clone();
+        let size = links.get(row).filter(|size| *size != "–").map(|size| format!("{size}, ")).unwrap_or_default();
+        let lines = [format!("{model}, {}", integrators.get(row)?), format!("{size}step {}", shown_step(*steps.get(row)?))];
+        let at = [*costs.get(row)?, *errors.get(row)?];
+        at.iter().all(|value| *value > 0.0 && value.is_finite()).then_some(Point { model, lines, at })
     };
     Some((0..table.rows()).filter_map(point).collect())
 }
 
-/// The points of the front, cheapest first.
-fn best<'a>(points: &[&'a Point]) -> Vec<&'a Point> {
-    let on_front = front(&points.iter().map(|point| [point.cost, point.error]).collect::<Vec<_>>());
-    let mut best: Vec<&Point> = points.iter().zip(on_front).filter(|(_, on_front)| *on_front).map(|(point, _)| *point).collect();
-    best.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    best
-}
-
-fn columns(points: &[&Point]) -> [Vec<f64>; 2] {
-    [points.iter().map(|point| point.cost).collect(), points.iter().map(|point| point.error).collect()]
+/// A step in ms or µs, without the last bits' digits.
+fn shown_step(step_s: f64) -> String {
+    let (factor, unit) = if step_s < 1e-3 { (1e6, "µs") } else { (1e3, "ms") };
+    format!("{} {unit}", (step_s * factor * 1e3).round() / 1e3)
 }

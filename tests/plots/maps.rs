@@ -19,7 +19,7 @@ fn prop_a_map_names_its_cases_and_ends() {
     let drawn = texts(&fs::read_to_string(folder.path().join("starts-rigid.svg")).unwrap());
     for text in [
         "start angle rad, rigid model, runge-kutta",
-        "start angle [rad]",
+        "start angle (rad)",
         "ratio",
         "0.9999",
         "-1e6",

@@ -1,26 +1,39 @@
 //! Recordings.
 
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+use std::fs::read_to_string;
+use std::path::Path;
 use std::process::Command;
 
+use flexcrank::plot::{Format, Mark, MechanismPicture, Named, Picture as _, recorded};
+use flexcrank::study::Table;
+
 use super::{complaint, plot, texts};
+
+/// Runs a scene into a recording.
+fn record(folder: &Path, scene: &str, until: &str, file: &str, more: &[&str]) {
+    let mut run = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    run.args(["run", scene, "--pace", "max", "--until", until, "--publish-hz", "all", "--record", file, "--force"]);
+    let ran = run.args(["--listen", "tcp/127.0.0.1:0"]).args(more).current_dir(folder).output().unwrap();
+    assert_eq!(ran.status.code(), Some(0), "{}", complaint(&ran));
+}
 
 #[test]
 fn prop_a_recording_gives_its_standard_figures() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let run = ["run", "thesis-crank-slider", "--pace", "max", "--until", "5", "--publish-hz", "all", "--record", "run.mcap"];
-    let ran = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(run).arg("--force").current_dir(at).output().unwrap();
-    assert_eq!(ran.status.code(), Some(0), "{}", complaint(&ran));
+    record(at, "thesis-crank-slider", "5", "run.mcap", &[]);
     let output = plot(at, &["run.mcap", "-o", "out", "--format", "svg"]);
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let expected = [
-        ("angles", ["Chord angles", "time [s]", "chord angle [rad]", "crank", "rod"].as_slice()),
-        ("rates", &["Chord rates", "chord rate [rad/s]", "crank", "rod"]),
-        ("slider-position", &["Slider position", "x of the slider [m]"]),
-        ("slider-velocity", &["Slider velocity", "velocity of the slider [m/s]"]),
-        ("path", &["Path of the crank pin", "x [m]", "y [m]"]),
-        ("torque", &["Driving torque", "driving torque [N·m]"]),
-        ("energies", &["Energies", "energy [J]", "kinetic"]),
+        ("angles", ["Chord angles", "time (s)", "chord angle (rad)", "crank", "rod"].as_slice()),
+        ("rates", &["Chord rates", "chord rate (rad/s)", "crank", "rod"]),
+        ("slider-position", &["Slider position", "x of the slider (m)"]),
+        ("slider-velocity", &["Slider velocity", "velocity of the slider (m/s)"]),
+        ("path", &["Path of the crank pin", "x (m)", "y (m)"]),
+        ("torque", &["Driving torque", "driving torque (N·m)"]),
+        ("energies", &["Energies", "energy (J)", "kinetic"]),
     ];
     for (name, expected) in expected {
         let texts = texts(&std::fs::read_to_string(at.join(format!("out/run-{name}.svg"))).unwrap());
@@ -40,4 +53,132 @@ fn prop_a_recording_gives_its_standard_figures() {
     let output = plot(at, &["run.mcap", "--x", "nodes.crank.1.x_m", "--y", "links.crank.chord_rad"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(complaint(&output).contains("different topics"), "{}", complaint(&output));
+}
+
+#[test]
+fn prop_a_page_names_every_file_beside_it_and_the_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "1", "run.mcap", &[]);
+    let output = plot(at, &["run.mcap", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let page = read_to_string(at.join("out/index.html")).unwrap();
+    let linked: BTreeSet<&str> = page.split('"').filter(|text| text.ends_with(".svg") || text.ends_with(".png")).collect();
+    let names = std::fs::read_dir(at.join("out")).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let there: BTreeSet<String> = names.filter(|name| name != "index.html").collect();
+    assert_eq!(linked, there.iter().map(String::as_str).collect());
+    for file in ["run-strobe.svg", "run-strobe.png", "run-animation.svg", "run-angles.svg"] {
+        assert!(there.contains(file), "{file} in {there:?}");
+    }
+    for fact in ["run.mcap", "0 s to 1 s", "crank-slider"] {
+        assert!(page.contains(fact), "{fact} in {page}");
+    }
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(printed.lines().count(), there.len() + 1, "a line for each file and the page: {printed}");
+    let strobe = read_to_string(at.join("out/run-strobe.svg")).unwrap();
+    assert_eq!(strobe.matches("<path").count(), 24, "a crank and a rod in each of twelve positions");
+    assert!(texts(&strobe).iter().any(|text| text.starts_with("12 positions in one turn")), "{:?}", texts(&strobe));
+}
+
+#[test]
+fn prop_a_range_of_time_cuts_figures_and_mechanism() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "1", "run.mcap", &[]);
+    let output = plot(at, &["run.mcap", "--from", "0.25", "--to", "0.5", "-o", "out", "--format", "svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let angles = texts(&read_to_string(at.join("out/run-angles.svg")).unwrap());
+    let ticks: Vec<f64> = angles.iter().filter_map(|text| text.parse().ok()).collect();
+    assert!(["0.25", "0.50"].iter().all(|tick| angles.iter().any(|text| text == tick)), "{angles:?}");
+    assert!(ticks.contains(&0.3) && !angles.iter().any(|text| text == "0.6"), "{angles:?}");
+    let page = read_to_string(at.join("out/index.html")).unwrap();
+    assert!(page.contains("from 0.250 s (pale) to 0.500 s (dark)") && page.contains("0.25 s to 0.5 s"), "{page}");
+    for (range, says) in [
+        (["--from", "1.5", "--to", "2"], "nothing was recorded between --from and --to; the recording covers 0 s to 1 s"),
+        (["--from", "0.5", "--to", "0.25"], "--from 0.5 must be less than --to 0.25"),
+    ] {
+        let output = plot(at, &[&["run.mcap"], range.as_slice()].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(complaint(&output).contains(says), "{}", complaint(&output));
+    }
+}
+
+#[test]
+fn prop_recordings_are_laid_over_one_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "0.5", "steel.mcap", &[]);
+    record(at, "crank-slider", "0.5", "soft.mcap", &["--set", "rod.youngs_modulus_pa=1e11"]);
+    let arguments = ["steel.mcap", "soft.mcap", "--overlay", "-o", "out", "--format", "svg"];
+    let output = plot(at, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let svg = read_to_string(at.join("out/overlay-rates.svg")).unwrap();
+    let drawn = texts(&svg);
+    let count = |wanted: &str| drawn.iter().filter(|text| *text == wanted).count();
+    assert_eq!([count("steel"), count("soft")], [1, 1], "one legend for all panels: {drawn:?}");
+    assert_eq!([count("crank chord rate (rad/s)"), count("rod chord rate (rad/s)")], [1, 1], "{drawn:?}");
+    for colour in ["#0072b2", "#d55e00"] {
+        assert_eq!(svg.matches(&format!("stroke=\"{colour}\"")).count(), 3, "two panels and the legend");
+    }
+    let columns = ["--y", "links.crank.chord_rad", "-o", "one.svg"];
+    assert_eq!(plot(at, &[&arguments[..3], columns.as_slice()].concat()).status.code(), Some(0));
+    std::fs::create_dir(at.join("other")).unwrap();
+    std::fs::copy(at.join("soft.mcap"), at.join("other/steel.mcap")).unwrap();
+    let output = plot(at, &["steel.mcap", "other/steel.mcap", "--overlay", "-o", "same", "--format", "svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let drawn = texts(&read_to_string(at.join("same/overlay-rates.svg")).unwrap());
+    assert!(["steel-1", "steel-2"].iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
+}
+
+fn topic(name: &str, rows: usize) -> Named {
+    let mut table = Table::default();
+    for column in ["stamp.sim_time_s", "kinetic_j"] {
+        table.push(column.to_owned(), (0..rows).map(|row| row as f64).collect());
+    }
+    Named { name: format!("flexcrank/crank/{name}"), table }
+}
+
+#[test]
+fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
+    let points = |topics: &[Named]| -> Vec<(Mark, usize)> {
+        let drawn = recorded(topics).into_iter().filter(|(file, _)| file == "energies");
+        drawn
+            .flat_map(|(_, figure)| figure.all_series().map(|series| (series.mark, series.xs.len())).collect::<Vec<_>>())
+            .collect()
+    };
+    assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
+    assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");
+}
+
+/// A beam of length 2 that turns once in a second, bent to the left by 1 % of its length.
+fn turning() -> Table {
+    let times: Vec<f64> = (0..=100).map(|k| 0.01 * f64::from(k)).collect();
+    let mut table = Table::default();
+    table.push("stamp.sim_time_s".to_owned(), times.clone());
+    for (index, [along, aside]) in [[0.0, 0.0], [1.0, 0.02], [2.0, 0.0]].into_iter().enumerate() {
+        let x = times.iter().map(|t| along * (TAU * t).cos() - aside * (TAU * t).sin()).collect();
+        let y = times.iter().map(|t| along * (TAU * t).sin() + aside * (TAU * t).cos()).collect();
+        table.push(format!("nodes.beam.{index}.x_m"), x);
+        table.push(format!("nodes.beam.{index}.y_m"), y);
+    }
+    table
+}
+
+#[test]
+fn prop_bending_is_magnified_and_the_time_kept() {
+    let animation = MechanismPicture::animation("turning", &turning(), Some(0.5)).unwrap();
+    assert_eq!(animation.caption, "1.00 s at 0.5 times the real speed, bending drawn 10 times as large", "1 % is drawn as 10 %");
+    let svg = animation.to_svg();
+    assert!(svg.contains("dur=\"2.00s\""), "a second at half speed");
+    let values = svg.split("attributeName=\"d\"").nth(1).and_then(|rest| rest.split("values=").nth(1)).unwrap();
+    assert_eq!(values.split('"').nth(1).unwrap().split(';').count(), 31, "15 pictures a second, both ends included");
+    assert_eq!(animation.formats(&[Format::Png]), [Format::Svg]);
+    let slow = MechanismPicture::animation("turning", &turning(), None).unwrap();
+    assert!(slow.caption.starts_with("1.00 s at 0.5 times"), "a turn takes two seconds: {}", slow.caption);
+}
+
+#[test]
+fn prop_a_table_without_links_is_refused() {
+    assert!(MechanismPicture::animation("nothing", &Table::default(), Some(1.0)).is_err());
+    assert!(MechanismPicture::strobe("nothing", &Table::default()).is_err());
 }

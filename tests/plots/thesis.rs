@@ -35,7 +35,7 @@ fn prop_the_page_names_every_figure_and_links_to_files_that_are_there() {
         assert!(page.contains(&texts[0]), "the page names {}", texts[0]);
         let ratios = texts.iter().filter(|text| text.starts_with("λ = ")).count();
         assert_eq!(ratios, if name.starts_with("4-") { 3 } else { 0 }, "{name}");
-        if name.starts_with("4-") && texts.contains(&"crank angle θ [rad]".to_owned()) {
+        if name.starts_with("4-") && texts.contains(&"crank angle θ (rad)".to_owned()) {
             assert!(["π/2", "π", "2π"].iter().all(|tick| texts.iter().any(|text| text == tick)), "{name}: {texts:?}");
         }
     }

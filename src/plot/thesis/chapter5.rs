@@ -1,7 +1,7 @@
 //! Chapter 5: runs over time.
 
-use super::{ThesisFigure, file};
-use crate::plot::{Axis, Figure};
+use super::{axis, entry};
+use crate::plot::{Axis, Entry, Figure};
 use crate::study::Table;
 
 /// One of the two hinged beams.
@@ -35,21 +35,19 @@ pub(super) const BEAM_WITH_TIP_MASS: Beam = Beam {
     ],
 };
 
-pub(super) fn beam(beam: &Beam, table: &Table) -> Vec<ThesisFigure> {
-    let displacement = |axis| format!("Displacement of node 2 along {axis}");
+pub(super) fn beam(beam: &Beam, table: &Table) -> Vec<Entry> {
     let what = [
-        ("Rotation of node 1".to_owned(), Axis::new("rotation of node 1", "rad"), "beam_start_rotation_rad"),
-        (displacement("x"), Axis::new("displacement of node 2 along x", "m"), "beam_end_x_m"),
-        (displacement("y"), Axis::new("displacement of node 2 along y", "m"), "beam_end_y_m"),
-        ("Rotation of node 2".to_owned(), Axis::new("rotation of node 2", "rad"), "beam_end_rotation_rad"),
-        ("Chord angle Ψ".to_owned(), Axis::new("Ψ", "rad"), "beam_angle_rad"),
+        ("Rotation of node 1", "beam_start_rotation_rad"),
+        ("Displacement of node 2 along x", "beam_end_x_m"),
+        ("Displacement of node 2 along y", "beam_end_y_m"),
+        ("Rotation of node 2", "beam_end_rotation_rad"),
+        ("Chord angle Ψ", "beam_angle_rad"),
     ];
-    let figure = |((title, y, column), (number, sentence)): ((String, Axis, &str), (&&'static str, &&'static str))| {
+    let figure = |((title, column), (number, sentence)): ((&str, &str), (&&'static str, &&'static str))| {
         let values = table.column(column).unwrap_or_default();
         let start = values.first().copied().unwrap_or_default();
         let moved: Vec<f64> = values.iter().map(|value| value - start).collect();
-        let figure = Figure::new(title.clone(), time(), y).line("", times(table), &moved);
-        ThesisFigure { number, file: file(number, &title), sentence, section: beam.section, picture: figure.into() }
+        entry(beam.section, number, sentence, Figure::new(title, time(), axis(title, column)).line("", times(table), &moved))
     };
     what.into_iter().zip(beam.numbers.iter().zip(&beam.sentences)).map(figure).collect()
 }
@@ -57,69 +55,56 @@ pub(super) fn beam(beam: &Beam, table: &Table) -> Vec<ThesisFigure> {
 const CRANK_SLIDER: &str =
     "Section 5.6: the crank-slider, pushed by 1 N·m for 0.1 s, by the incremental method with h = 0.1 s and ϑ = 0.55";
 
-/// Number, title, axis label, unit, column, sentence.
-type OverTime = [&'static str; 6];
+/// Number, title, column, sentence.
+type OverTime = [&'static str; 4];
 
 const OF_CRANK_SLIDER: [OverTime; 7] = [
     [
         "5.8.2",
         "Rotation of node A",
-        "w₁",
-        "rad",
         "crank_start_rotation_rad",
         "The crank's rotation at A. The method adds the bending that is there again at every step, so this rotation runs away from the chord's.",
     ],
-    ["5.8.3", "Rotation of node B of element 1", "w₂", "rad", "crank_end_rotation_rad", "The crank's rotation at B."],
-    ["5.8.4", "Position of node B along x", "x of B", "m", "crank_end_x_m", "B along x; the crank turns 1.8 times."],
-    ["5.8.5", "Position of node B along y", "y of B", "m", "crank_end_y_m", "B along y; the crank turns 1.8 times."],
+    ["5.8.3", "Rotation of node B of element 1", "crank_end_rotation_rad", "The crank's rotation at B."],
+    ["5.8.4", "Position of node B along x", "crank_end_x_m", "B along x; the crank turns 1.8 times."],
+    ["5.8.5", "Position of node B along y", "crank_end_y_m", "B along y; the crank turns 1.8 times."],
     [
         "5.8.6",
         "Rotation of node B of element 2",
-        "w₁₂",
-        "rad",
         "rod_start_rotation_rad",
         "The rod's rotation at B, likewise with its bending counted again.",
     ],
     [
         "5.8.7",
         "Position of node Γ along x",
-        "x of Γ",
-        "m",
         "rod_end_x_m",
         "The slider goes from one dead centre to the other and back, farther each time as B spirals.",
     ],
-    ["5.8.8", "Rotation of node Γ", "w₃", "rad", "rod_end_rotation_rad", "The rod's rotation at the slider."],
+    ["5.8.8", "Rotation of node Γ", "rod_end_rotation_rad", "The rod's rotation at the slider."],
 ];
 
-pub(super) fn crank_slider(table: &Table) -> Vec<ThesisFigure> {
-    let own = |number, title: &str, sentence, figure: Figure| ThesisFigure {
-        number,
-        file: file(number, title),
-        sentence,
-        section: CRANK_SLIDER,
-        picture: figure.into(),
-    };
+pub(super) fn crank_slider(table: &Table) -> Vec<Entry> {
     let column = |name: &str| table.column(name).unwrap_or_default();
-    let path = Figure::new("Path of node B", Axis::new("x", "m"), Axis::new("y", "m"))
-        .line("", column("crank_end_x_m"), column("crank_end_y_m"))
-        .with_equal_aspect();
-    let mut figures = vec![own(
+    let path = Figure::new("Path of node B", Axis::new("x", "m"), Axis::new("y", "m"));
+    let path = Figure { equal_aspect: true, ..path }.line("", column("crank_end_x_m"), column("crank_end_y_m"));
+    let mut figures = vec![entry(
+        CRANK_SLIDER,
         "5.8.1",
-        "Path of node B",
         "B ought to go round at the crank's length of 0.5 m; the method keeps no axial strain from step to step, so B spirals outwards.",
         path,
     )];
-    for [number, title, label, unit, name, sentence] in OF_CRANK_SLIDER {
-        let figure = Figure::new(title, time(), Axis::new(label, unit)).line("", times(table), column(name));
-        figures.push(own(number, title, sentence, figure));
+    for [number, title, name, sentence] in OF_CRANK_SLIDER {
+        let figure = Figure::new(title, time(), axis(title, name)).line("", times(table), column(name));
+        figures.push(entry(CRANK_SLIDER, number, sentence, figure));
     }
-    let angles = Figure::new("Chord angles", time(), Axis::new("Ψ", "rad"))
-        .line("Ψ₁, crank", times(table), column("crank_angle_rad"))
-        .line("Ψ₂, rod", times(table), column("rod_angle_rad"));
-    figures.push(own("5.8.9", "Chord angles", "The crank turns on; the rod swings to either side.", angles));
+    let angles = Figure::new("Chord angles", time(), Axis::new("crank angle Ψ₁", "rad"))
+        .line("Ψ₁", times(table), column("crank_angle_rad"))
+        .panel(Axis::new("rod angle Ψ₂", "rad"))
+        .line("Ψ₂", times(table), column("rod_angle_rad"));
+    figures.push(entry(CRANK_SLIDER, "5.8.9", "The crank turns on; the rod swings to either side.", angles));
     let (at, torque) = staircase(times(table), column("driving_torque_nm"));
     let torque = Figure::new("Applied torque", time(), Axis::new("torque", "N·m")).line("", &at, &torque);
-    figures.push(own("5.8.10", "Applied torque", "The pulse lasts one step.", torque));
+    figures.push(entry(CRANK_SLIDER, "5.8.10", "The pulse lasts one step.", torque));
     figures
 }
 

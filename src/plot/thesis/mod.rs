@@ -1,55 +1,46 @@
-//! The figures of the thesis, from tables that the program has computed itself, and the page that shows them.
+//! The figures of the thesis, from tables that the program has computed itself.
 //!
 //! A figure more is an entry in [`figures`] or in the lists that it calls.
 
 mod chapter4;
 mod chapter5;
 mod oscillators;
-mod page;
 
-pub use page::page;
-
-use super::Picture;
+use super::figure::{Axis, Figure};
+use super::page::Entry;
+use super::quantity;
 use crate::study::Table;
 
-/// The tables that the figures are drawn from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tables {
-    /// Chapter 4: [`cycle`](crate::study::cycle::cycle), dimensionless, of all ratios.
-    pub compressor: Table,
-    /// Section 5.2: [`history`](crate::study::history) of the oscillator with one mass, of that with two, of the stiff one.
-    pub oscillators: [Table; 3],
-    /// Section 5.4: [`history`](crate::study::history) of the hinged beam.
-    pub beam: Table,
-    /// Section 5.5: the same with the tip mass.
-    pub beam_with_tip_mass: Table,
-    /// Section 5.6: the crank-slider.
-    pub crank_slider: Table,
-}
+/// Title of the page.
+pub const TITLE: &str = "The figures of the thesis";
+/// The introduction, in HTML.
+pub const INTRODUCTION: &str = "<p>N. K. Danias, <i>Elastodynamic analysis of mechanisms with the finite element method</i>, National Technical University of Athens, 2011. Every figure is drawn from numbers that flexcrank has just computed. In chapter 4 the numbers are those of the equations that are drawn; in chapter 5 those of the thesis's own list, carried on where the print has none.</p>";
 
-/// One figure of the thesis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ThesisFigure {
-    /// Its number: in chapter 4 that of the equation it draws.
-    pub number: &'static str,
-    /// Name of its file, without ending.
-    pub file: String,
-    /// Caption: what the figure shows.
-    pub sentence: &'static str,
-    /// The section it belongs to.
-    pub section: &'static str,
-    /// The figure.
-    pub picture: Picture,
-}
-
-/// All figures, in the order of the thesis.
-pub fn figures(tables: &Tables) -> Vec<ThesisFigure> {
-    let mut figures = chapter4::figures(&tables.compressor);
-    figures.extend(oscillators::figures(&tables.oscillators));
-    figures.extend(chapter5::beam(&chapter5::BEAM, &tables.beam));
-    figures.extend(chapter5::beam(&chapter5::BEAM_WITH_TIP_MASS, &tables.beam_with_tip_mass));
-    figures.extend(chapter5::crank_slider(&tables.crank_slider));
+/// All figures, in the order of the thesis: chapter 4 from [`cycle`](crate::study::cycle::cycle), dimensionless, of all ratios;
+/// chapter 5 from [`history`](crate::study::history) of the three oscillators, of the hinged beam without and with its tip mass,
+/// and of the crank-slider.
+pub fn figures(compressor: &Table, oscillators: &[Table; 3], beams: &[Table; 2], crank_slider: &Table) -> Vec<Entry> {
+    let mut figures = chapter4::figures(compressor);
+    figures.extend(oscillators::figures(oscillators));
+    figures.extend(chapter5::beam(&chapter5::BEAM, &beams[0]));
+    figures.extend(chapter5::beam(&chapter5::BEAM_WITH_TIP_MASS, &beams[1]));
+    figures.extend(chapter5::crank_slider(crank_slider));
     figures
+}
+
+/// An entry of the page: its number, in chapter 4 that of the equation it draws, and its caption.
+fn entry(section: &str, number: &'static str, sentence: &str, figure: Figure) -> Entry {
+    let (section, sentence, file) = (section.to_owned(), sentence.to_owned(), file(number, &figure.title));
+    Entry { section, number, file, sentence, picture: Box::new(figure) }
+}
+
+/// The axis of what a title names: its unit, or what it is divided by, is in the column's name.
+fn axis(title: &str, column: &str) -> Axis {
+    let Axis { label, unit, .. } = quantity::axis(column);
+    let divisor = label.find(" / ").map_or("", |place| &label[place..]);
+    let mut letters = title.chars();
+    let first = letters.next().map(|first| first.to_lowercase().to_string()).unwrap_or_default();
+    Axis::new(format!("{first}{}{divisor}", letters.as_str()), unit)
 }
 
 /// `4.30, 4.31` and `Path of B` as `4-30-31-path-of-b`, numbers of two digits so that files sort as the figures do.

@@ -1,0 +1,88 @@
+//! The files that `plot` draws: recordings and tables.
+
+use std::path::{Path, PathBuf};
+
+use super::failure::CommandResult;
+use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
+use crate::recording::{RecordingMetadata, TopicColumns, read_columns};
+use crate::shown::shown_s;
+use crate::study::Table;
+
+/// A file and its numbers.
+pub(super) struct Source {
+    path: PathBuf,
+    /// Its name in figures and in the names of their files: the file's name without ending.
+    pub stem: String,
+    tables: Vec<Named>,
+    /// Whether it is a recording.
+    pub recorded: bool,
+    /// Whether it is complete.
+    pub whole: bool,
+    /// The table of an absent topic.
+    none: Table,
+}
+
+impl Source {
+    /// Reads a file, and of it what lies in the range of time.
+    pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>) -> CommandResult<Self> {
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let recorded = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+        let (mut tables, whole) =
+            if recorded { recording(path)? } else { (vec![Named { name: stem.clone(), table: Table::read_csv(path)? }], true) };
+        if from_s.or(to_s).is_some() {
+            plot::cut(&path.display().to_string(), &mut tables, from_s, to_s)?;
+        }
+        Ok(Source { path: path.to_owned(), stem, tables, recorded, whole, none: Table::default() })
+    }
+
+    /// Its topic `displacements`; empty if there is none.
+    pub fn displacements(&self) -> &Table {
+        let topic = self.tables.iter().find(|topic| topic.name.rsplit('/').next() == Some("displacements"));
+        topic.map_or(&self.none, |topic| &topic.table)
+    }
+
+    /// Its figures, each with the name of its part of the file.
+    pub fn figures(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {
+        if !ys.is_empty() {
+            let x = x.or(self.recorded.then_some(SIMULATED_TIME));
+            return Ok(vec![(String::new(), plot::figure(&self.stem, &self.tables, x, ys)?)]);
+        }
+        if self.recorded {
+            return Ok(plot::recorded(&self.tables));
+        }
+        let table = self.tables.first().map_or(&self.none, |named| &named.table);
+        match plot::work_precision(&self.stem, table) {
+            Some(figure) => Ok(vec![("work-precision".to_owned(), figure)]),
+            None => plot::overview(&self.stem, table),
+        }
+    }
+
+    /// Name, time and origin of a recording, as an item of an HTML list.
+    pub fn facts(&self) -> String {
+        let name = plot::escape(&self.path.display().to_string());
+        let time = plot::recorded_time(&self.tables)
+            .map(|[first, last]| format!(", {} s to {} s", shown_s(first), shown_s(last)))
+            .unwrap_or_default();
+        let Ok(metadata) = RecordingMetadata::read(&self.path) else { return format!("<li><b>{name}</b>{time}</li>\n") };
+        let [session, started, command] = ["name", "started", "command_line"].map(|key| plot::escape(metadata.fact(key)));
+        let scene = metadata.scene.as_deref().unwrap_or_default().lines().find_map(|line| line.strip_prefix("# "));
+        let scene = plot::escape(scene.unwrap_or_default());
+        format!("<li><b>{name}</b>: {session}{time}. {scene} Recorded at {started} by <code>{command}</code></li>\n")
+    }
+}
+
+fn recording(file: &Path) -> CommandResult<(Vec<Named>, bool)> {
+    let contents = read_columns(file)?;
+    for topic in contents.skipped {
+        say!("warning: {topic} is not protobuf and was left out");
+    }
+    if contents.cut_off {
+        say!("warning: {} ends early; everything before is drawn", file.display());
+    }
+    let named = |topic: TopicColumns| {
+        let mut table = Table::default();
+        topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
+        Named { name: topic.name, table }
+    };
+    Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
+}

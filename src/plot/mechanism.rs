@@ -1,0 +1,162 @@
+//! A mechanism from recorded displacements: where its links are at chosen instants, and how they are drawn.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use super::error::PlotError;
+use super::selection::SIMULATED_TIME;
+use crate::study::Table;
+
+/// Links by their names in recordings.
+const LINKS: [&str; 3] = ["crank", "rod", "beam"];
+/// Bending is drawn magnified until it reaches this part of the link's length.
+const BENDING: f64 = 0.12;
+/// The factors of magnification.
+const FACTORS: [f64; 10] = [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 500.0, 1000.0];
+
+/// A mechanism at several instants, its bending magnified.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Motion {
+    pub links: Vec<Link>,
+    /// Number of instants.
+    pub instants: usize,
+    /// The factor by which bending is magnified.
+    magnified: f64,
+}
+
+/// One link: the positions of its nodes at every instant, m.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Link {
+    pub name: &'static str,
+    pub instants: Vec<Vec<[f64; 2]>>,
+}
+
+/// Simulated times of the first epoch.
+pub(super) fn times(displacements: &Table) -> &[f64] {
+    let times = displacements.column(SIMULATED_TIME).unwrap_or_default();
+    let end = times.windows(2).position(|pair| pair[1] < pair[0]).map_or(times.len(), |last| last + 1);
+    &times[..end]
+}
+
+/// The row in which the first link has turned once; none if it does not.
+pub(super) fn turned(displacements: &Table) -> Option<usize> {
+    let rows: Vec<usize> = (0..times(displacements).len()).collect();
+    let link = LINKS.iter().find_map(|link| link_at(displacements, link, &rows))?;
+    let angles = link.instants.iter().filter_map(|nodes| {
+        let (first, last) = (nodes.first()?, nodes.last()?);
+        Some((last[1] - first[1]).atan2(last[0] - first[0]))
+    });
+    let (mut before, mut sum) = (None, 0.0_f64);
+    angles.into_iter().position(|angle| {
+        let step = angle - before.replace(angle).unwrap_or(angle);
+        sum += step - TAU * (step / TAU).round();
+        sum.abs() >= TAU
+    })
+}
+
+impl Motion {
+    /// The mechanism in these rows of the topic `displacements`.
+    ///
+    /// # Errors
+    /// [`PlotError::Request`] when no link is recorded.
+    pub fn new(place: &str, displacements: &Table, rows: &[usize]) -> Result<Self, PlotError> {
+        let mut links: Vec<Link> = LINKS.iter().filter_map(|link| link_at(displacements, link, rows)).collect();
+        if rows.is_empty() || links.is_empty() {
+            return Err(PlotError::Request(format!("{place}: no link to animate")));
+        }
+        let bent = links.iter().flat_map(|link| &link.instants).flat_map(|nodes| offsets(nodes));
+        let worst = bent.fold(0.0, |most: f64, offset| most.max(offset.abs()));
+        let factor = FACTORS.into_iter().rev().find(|factor| worst > 0.0 && factor * worst <= BENDING);
+        let magnified = factor.unwrap_or(1.0);
+        links.iter_mut().flat_map(|link| &mut link.instants).for_each(|nodes| magnify(nodes, magnified));
+        Ok(Motion { links, instants: rows.len(), magnified })
+    }
+
+    /// The magnification in words, after other words.
+    pub fn magnification(&self) -> String {
+        if self.magnified > 1.0 { format!(", bending drawn {} times as large", self.magnified) } else { String::new() }
+    }
+}
+
+fn link_at(table: &Table, name: &'static str, rows: &[usize]) -> Option<Link> {
+    let node = |index: usize| {
+        let column = |axis: &str| table.column(&format!("nodes.{name}.{index}.{axis}_m"));
+        Some((column("x")?, column("y")?))
+    };
+    let nodes: Vec<_> = (0..).map_while(node).collect();
+    if nodes.len() < 2 {
+        return None;
+    }
+    let place = |(x, y): &(&[f64], &[f64]), row: usize| Some([*x.get(row)?, *y.get(row)?]).filter(|[x, y]| (x + y).is_finite());
+    let instant = |&row: &usize| nodes.iter().map(|node| place(node, row)).collect::<Option<Vec<_>>>();
+    Some(Link { name, instants: rows.iter().map(instant).collect::<Option<_>>()? })
+}
+
+/// Offsets of the nodes from the chord, over its length.
+fn offsets(nodes: &[[f64; 2]]) -> Vec<f64> {
+    let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else { return Vec::new() };
+    let chord = [last[0] - first[0], last[1] - first[1]];
+    let square = chord[0].powi(2) + chord[1].powi(2);
+    nodes.iter().map(|node| (chord[0] * (node[1] - first[1]) - chord[1] * (node[0] - first[0])) / square).collect()
+}
+
+fn magnify(nodes: &mut [[f64; 2]], factor: f64) {
+    let offsets = offsets(nodes);
+    let (Some(&first), Some(&last)) = (nodes.first(), nodes.last()) else { return };
+    for (node, offset) in nodes.iter_mut().zip(offsets) {
+        let more = (factor - 1.0) * offset;
+        node[0] -= more * (last[1] - first[1]);
+        node[1] += more * (last[0] - first[0]);
+    }
+}
+
+/// From metres to px, y upwards.
+pub(super) struct Scale {
+    left_m: f64,
+    top_m: f64,
+    px_per_m: f64,
+    origin: [f64; 2],
+    pub height: f64,
+}
+
+impl Scale {
+    /// Fits a motion and its pivot into `width` px from `origin` on.
+    pub fn fitting(motion: &Motion, origin: [f64; 2], width: f64) -> Self {
+        let all = || motion.links.iter().flat_map(|link| &link.instants).flatten().chain([&[0.0, 0.0]]);
+        let least = |axis: usize| all().map(|node| node[axis]).fold(f64::INFINITY, f64::min);
+        let most = |axis: usize| all().map(|node| node[axis]).fold(f64::NEG_INFINITY, f64::max);
+        let px_per_m = width / (most(0) - least(0)).max(most(1) - least(1)).max(1e-12);
+        Scale { left_m: least(0), top_m: most(1), px_per_m, origin, height: (most(1) - least(1)) * px_per_m }
+    }
+
+    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.origin[0] + (x - self.left_m) * self.px_per_m, self.origin[1] + (self.top_m - y) * self.px_per_m]
+    }
+
+    /// Positions of a link's end, px.
+    pub fn ends(&self, link: &Link) -> Vec<[f64; 2]> {
+        link.instants.iter().filter_map(|nodes| nodes.last()).map(|end| self.at(*end)).collect()
+    }
+
+    /// Whether a link's end slides along the horizontal through the pivot.
+    pub fn slides(&self, link: &Link) -> bool {
+        let pivot = self.at([0.0, 0.0]);
+        link.name == "rod" && self.ends(link).iter().all(|end| (end[1] - pivot[1]).abs() < 0.5)
+    }
+
+    /// A smooth curve through the nodes, as path data: Catmull and Rom's spline, as cubic Béziers.
+    pub fn curve(&self, nodes: &[[f64; 2]]) -> String {
+        let at = |index: usize| self.at(nodes[index.min(nodes.len() - 1)]);
+        let [x, y] = at(0);
+        let mut path = format!("M{x:.1} {y:.1}C");
+        for index in 0..nodes.len() - 1 {
+            let (before, from, to, after) = (at(index.saturating_sub(1)), at(index), at(index + 1), at(index + 2));
+            let one = [0, 1].map(|axis| from[axis] + (to[axis] - before[axis]) / 6.0);
+            let other = [0, 1].map(|axis| to[axis] - (after[axis] - from[axis]) / 6.0);
+            for [x, y] in [one, other, to] {
+                let _ = write!(path, "{x:.1} {y:.1} ");
+            }
+        }
+        path.trim_end().to_owned()
+    }
+}

@@ -1,0 +1,93 @@
+//! Panels of a figure: signals that would look flat beside others apart, recordings over one another.
+
+use super::figure::{Axis, Figure, Mark, Panel, Series};
+
+/// A curve that spans less than this part of its panel looks flat.
+const FLAT: f64 = 0.1;
+
+impl Figure {
+    /// The panels as they are drawn. Signals share one while none of them looks flat.
+    pub(super) fn drawn_panels(&self) -> Vec<Panel> {
+        if !self.signals {
+            return self.panels.clone();
+        }
+        let mut panels: Vec<Panel> = Vec::new();
+        for panel in &self.panels {
+            let first = panels.len();
+            for series in &panel.series {
+                let fitting = panels[first..].iter_mut().find(|other| fits(&other.series, series));
+                match fitting {
+                    Some(other) => other.series.push(series.clone()),
+                    None => panels.push(Panel { y: panel.y.clone(), series: vec![series.clone()] }),
+                }
+            }
+        }
+        let several = panels.len() > 1;
+        for panel in &mut panels {
+            if panel.y.label.is_empty() && panel.series.len() > 1 {
+                panel.y.label = last_words(&panel.series);
+            }
+            if let ([series], true) = (panel.series.as_slice(), several || panel.y.label.is_empty()) {
+                panel.y = panel.y.of(&series.label);
+            }
+        }
+        panels
+    }
+}
+
+/// Lays figures of several recordings over one another: a panel for each signal, a curve for each recording, under its name.
+/// Title and horizontal axis are those of the first.
+pub fn overlaid(figures: &[(String, Figure)]) -> Figure {
+    let mut overlaid = Figure {
+        panels: Vec::new(),
+        signals: false,
+        ..figures.first().map_or_else(Figure::default, |(_, figure)| figure.clone())
+    };
+    let mut signals: Vec<(&Axis, &str)> = Vec::new();
+    for (place, (name, figure)) in figures.iter().enumerate() {
+        for (panel, series) in figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
+            let signal = (&panel.y, series.label.as_str());
+            let at = signals.iter().position(|other| *other == signal).unwrap_or_else(|| {
+                signals.push(signal);
+                overlaid.panels.push(Panel { y: panel.y.of(&series.label), series: Vec::new() });
+                signals.len() - 1
+            });
+            // Recordings that agree lie on one another: the gaps of the later show the earlier.
+            let mark = if place > 0 && series.mark == Mark::Line { Mark::Dashes } else { series.mark };
+            overlaid.panels[at].series.push(Series { label: name.clone(), mark, ..series.clone() });
+        }
+    }
+    overlaid
+}
+
+impl Axis {
+    /// The axis of one signal alone: `crank chord angle`.
+    fn of(&self, signal: &str) -> Axis {
+        Axis { label: format!("{signal} {}", self.label).trim().to_owned(), ..self.clone() }
+    }
+}
+
+/// The words that all labels end with: `force` of `peak guide force` and `peak shaking force`.
+fn last_words(series: &[Series]) -> String {
+    let backwards = |series: &Series| series.label.split(' ').rev().map(str::to_owned).collect::<Vec<_>>();
+    let mut words = series.first().map(backwards).unwrap_or_default();
+    for other in series.iter().map(backwards) {
+        words.truncate(words.iter().zip(&other).take_while(|(a, b)| a == b).count());
+    }
+    words.reverse();
+    words.join(" ")
+}
+
+/// Whether no curve looks flat once `series` is among `others`.
+fn fits(others: &[Series], series: &Series) -> bool {
+    let spans = || others.iter().chain([series]).filter_map(span);
+    let (low, high) = spans().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), span| (low.min(span[0]), high.max(span[1])));
+    // A constant is flat anywhere.
+    spans().all(|span| span[0] == span[1] || span[1] - span[0] >= FLAT * (high - low))
+}
+
+fn span(series: &Series) -> Option<[f64; 2]> {
+    let finite = || series.ys.iter().copied().filter(|value| value.is_finite());
+    let span = [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
+    (span[0] <= span[1]).then_some(span)
+}
