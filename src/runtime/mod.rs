@@ -1,6 +1,6 @@
 //! The stepping thread and its queues: absolute deadlines, commands in, samples out.
 
-mod approach;
+mod deadline_wait;
 mod command;
 mod duration_histogram;
 mod missed_deadlines;
@@ -15,7 +15,7 @@ mod step_error_histogram;
 mod stepper;
 mod stepping_thread;
 
-pub use approach::{Approach, approach};
+pub use deadline_wait::{DeadlineWait, deadline_wait};
 pub use command::{Command, Inbox, ReplyTo, Request, SharedState, inbox};
 pub use duration_histogram::{DurationHistogram, DurationQuantiles};
 pub use output::{Answer, MissedSamples, Outbox, Output};

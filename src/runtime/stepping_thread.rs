@@ -4,7 +4,7 @@ use std::sync::Once;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::approach::{Approach, approach};
+use super::deadline_wait::{DeadlineWait, deadline_wait};
 use super::missed_deadlines::WakeUp;
 use super::realtime;
 use super::spin::{AdaptiveSpin, Spin};
@@ -84,23 +84,23 @@ impl SteppingThread {
     fn wait_and_step(&mut self) {
         let next = self.steppers.iter().map(|(stepper, _)| stepper.next().at()).min().unwrap_or_default();
         let (now, spin) = (self.clock.elapsed(), self.spin.length(next.saturating_sub(self.last_deadline)));
-        match approach(now, next, spin) {
-            Approach::Sleep(time) if time > INTERRUPTIBLE_WAIT => {
+        match deadline_wait(now, next, spin) {
+            DeadlineWait::Sleep(time) if time > INTERRUPTIBLE_WAIT => {
                 thread::park_timeout(time - INTERRUPTIBLE_MARGIN);
                 self.do_chores();
             }
-            Approach::Sleep(time) => {
+            DeadlineWait::Sleep(time) => {
                 thread::sleep(time);
                 self.spin.woke(self.clock.elapsed().saturating_sub(now + time));
                 let until = next.saturating_sub(COMMAND_TIME);
                 self.steppers.iter_mut().for_each(|(stepper, _)| stepper.take_commands_until(until));
                 self.remove_finished();
             }
-            Approach::Watch => {
+            DeadlineWait::Watch => {
                 let wake_up = self.watch_clock(next);
                 self.step(next, wake_up);
             }
-            Approach::Due => self.step(next, WakeUp { processor: realtime::processor_time(), woke: self.clock.elapsed() }),
+            DeadlineWait::Due => self.step(next, WakeUp { processor: realtime::processor_time(), woke: self.clock.elapsed() }),
         }
     }
 

@@ -14,7 +14,7 @@ use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport};
 use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
 use crate::recording::{RecordedMessage, RecordingFile};
-use crate::runtime::{Approach, DurationHistogram, ReplyCache, STATUS_PERIOD, approach, exact_timers};
+use crate::runtime::{DeadlineWait, DurationHistogram, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
 use crate::service::status::with_lateness;
 use crate::service::{OnStatus, ServiceError};
 use crate::wire::{self, AppliedCommand, CommandReply, Control, Status, TorquePulse, applied_command::Command, status::State};
@@ -207,13 +207,13 @@ impl<'a> Player<'a> {
             self.status(State::Replaying);
         }
         let until = deadline.map_or(self.next_status, |deadline| deadline.min(self.next_status));
-        match approach(self.clock.elapsed(), until, SPIN) {
-            Approach::Due => Ok(()),
-            Approach::Watch => {
+        match deadline_wait(self.clock.elapsed(), until, SPIN) {
+            DeadlineWait::Due => Ok(()),
+            DeadlineWait::Watch => {
                 std::hint::spin_loop();
                 Ok(())
             }
-            Approach::Sleep(time) => self.sleep(time),
+            DeadlineWait::Sleep(time) => self.sleep(time),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use super::run::Effort;
+use super::effort::RunEffort;
 use crate::scene::{Chain, IntegratorKind, Link, ModelKind, Scene, System};
 
 /// Everything but the step.
@@ -85,7 +85,7 @@ impl Family {
     ///
     /// Fitted to the default scene, `ref-r2s` and the rigid crank on one shared core: within a third of the measured times, except
     /// for Runge–Kutta's rigid crank, which took half.
-    pub(super) fn counted_us(&self, counts: &Effort, scene: &Scene) -> f64 {
+    pub(super) fn counted_us(&self, counts: &RunEffort, scene: &Scene) -> f64 {
         let bent = || self.rigid.iter().filter(|rigid| !**rigid).count() as f64;
         let residual_us = match self.model {
             ModelKind::Rigid => 0.05,

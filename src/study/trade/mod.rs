@@ -6,6 +6,7 @@
 
 mod choice;
 mod configuration;
+mod effort;
 mod errors;
 mod front;
 mod grid;
@@ -27,7 +28,8 @@ pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{Reference, WELL_RESOLVED};
-pub use run::{Effort, Failed, Timing};
+pub use effort::RunEffort;
+pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
 pub use table::table;

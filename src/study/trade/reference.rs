@@ -4,7 +4,8 @@ use super::configuration::{Configuration, Family};
 use super::errors::Errors;
 use super::grid::Grid;
 use super::output_group::{CHANNELS, OutputGroup, Sample, scales};
-use super::run::{Effort, Failed, Run, run};
+use super::effort::RunEffort;
+use super::run::{Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::BuildError;
 
@@ -31,7 +32,7 @@ pub struct Reference {
     /// Difference from the previous refinement: the estimate of its error.
     pub estimate: Errors,
     /// Work of the finest run.
-    pub effort: Effort,
+    pub effort: RunEffort,
     /// Whether the clock prevented a refinement that the nominal cost allowed: another run may refine further.
     pub cut_short: bool,
     pub(super) samples: Vec<Sample>,

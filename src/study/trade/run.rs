@@ -6,6 +6,7 @@ use hdrhistogram::Histogram;
 use rustix::time::{ClockId, clock_gettime};
 
 use super::configuration::Configuration;
+use super::effort::RunEffort;
 use super::grid::Grid;
 use super::output_group::{Probe, Sample};
 use crate::scene::Scene;
@@ -29,27 +30,12 @@ pub enum Failed {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     pub samples: Vec<Sample>,
-    pub effort: Effort,
+    pub effort: RunEffort,
     /// See [`Balance::error`].
     pub energy_error: f64,
     /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
     pub out_of_range: bool,
-}
-
-/// Work done in a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Effort {
-    /// Steps.
-    pub steps: u64,
-    /// Evaluations of the residual.
-    pub residuals: u64,
-    /// Newton iterations.
-    pub newton_iterations: u64,
-    /// Factorizations.
-    pub factorizations: u64,
-    /// Steps that failed and were repeated in parts.
-    pub retried: u64,
 }
 
 /// Computing time of a configuration.
@@ -79,7 +65,7 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     let mut simulation = Simulation::new(&scene)?;
     let steps = grid.steps(configuration.step_s);
     let probe = scene.chain().map(Probe::new);
-    let mut effort = Effort::default();
+    let mut effort = RunEffort::default();
     let (mut samples, mut seconds, mut out_of_range) = (Vec::with_capacity(grid.count + 1), 0.0, false);
     let mut balance = Balance::default();
     for instant in 0..=grid.count {

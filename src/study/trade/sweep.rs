@@ -5,7 +5,8 @@ use super::errors::Errors;
 use super::grid::Grid;
 use super::output_group::OutputGroup;
 use super::reference::{Reference, nominal_s};
-use super::run::{Effort, Failed, Timing, run, time};
+use super::effort::RunEffort;
+use super::run::{Failed, Timing, run, time};
 use crate::scene::{ModelKind, Scene};
 
 /// A configuration with its measurements.
@@ -29,7 +30,7 @@ pub struct Measured {
     /// Order observed between the next coarser mesh at the same step and this one.
     pub mesh_order: Option<f64>,
     /// Work of the solver.
-    pub effort: Effort,
+    pub effort: RunEffort,
     /// Whether deflections left the model's range.
     pub out_of_range: bool,
     /// The run's own estimate of its error in the first link's chord angle, rad.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 /// The next thing to do while waiting for a deadline; ask again after doing it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Approach {
+pub enum DeadlineWait {
     /// Sleep for this long.
     Sleep(Duration),
     /// Busy-wait: the deadline is too close to sleep.
@@ -17,11 +17,11 @@ pub enum Approach {
 /// Returns the next thing to do at `now`, for a `deadline` whose last `watch` must not be slept through.
 ///
 /// The caller asks again after every sleep, so late wake-ups never add up.
-pub fn approach(now: Duration, deadline: Duration, watch: Duration) -> Approach {
+pub fn deadline_wait(now: Duration, deadline: Duration, watch: Duration) -> DeadlineWait {
     match deadline.saturating_sub(now) {
-        Duration::ZERO => Approach::Due,
-        left if left <= watch => Approach::Watch,
-        left => Approach::Sleep(left - watch),
+        Duration::ZERO => DeadlineWait::Due,
+        left if left <= watch => DeadlineWait::Watch,
+        left => DeadlineWait::Sleep(left - watch),
     }
 }
 
@@ -37,10 +37,10 @@ mod tests {
     fn wait(mut now: Duration, deadline: Duration, over: Duration) -> (Duration, Duration) {
         let mut watched = Duration::ZERO;
         loop {
-            match approach(now, deadline, WATCH) {
-                Approach::Sleep(time) => now += time + over,
-                Approach::Watch => (now, watched) = (now + GLANCE, watched + GLANCE),
-                Approach::Due => return (now, watched),
+            match deadline_wait(now, deadline, WATCH) {
+                DeadlineWait::Sleep(time) => now += time + over,
+                DeadlineWait::Watch => (now, watched) = (now + GLANCE, watched + GLANCE),
+                DeadlineWait::Due => return (now, watched),
             }
         }
     }
@@ -70,8 +70,8 @@ mod tests {
 
     #[test]
     fn prop_what_is_past_is_due() {
-        assert_eq!(approach(Duration::from_secs(2), Duration::from_secs(1), WATCH), Approach::Due);
-        assert_eq!(approach(Duration::ZERO, Duration::ZERO, WATCH), Approach::Due);
-        assert_eq!(approach(Duration::ZERO, WATCH, WATCH), Approach::Watch);
+        assert_eq!(deadline_wait(Duration::from_secs(2), Duration::from_secs(1), WATCH), DeadlineWait::Due);
+        assert_eq!(deadline_wait(Duration::ZERO, Duration::ZERO, WATCH), DeadlineWait::Due);
+        assert_eq!(deadline_wait(Duration::ZERO, WATCH, WATCH), DeadlineWait::Watch);
     }
 }
