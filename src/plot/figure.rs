@@ -113,11 +113,6 @@ impl Figure {
         self.panels.last_mut().into_iter().for_each(|panel| panel.series.push(series.clone()));
         self
     }
-
-    /// The curves of all panels.
-    pub fn all_series(&self) -> impl Iterator<Item = &Series> {
-        self.panels.iter().flat_map(|panel| &panel.series)
-    }
 }
 
 impl Axis {

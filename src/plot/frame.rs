@@ -166,6 +166,6 @@ impl Axis {
             0 => unit.clone(),
             exponent => spaced(&format!("10{}", superscript(exponent))),
         };
-        if bracket.is_empty() { label } else { format!("{label} ({bracket})").trim_start().to_owned() }
+        if bracket.is_empty() || label.is_empty() { label + &bracket } else { format!("{label} ({bracket})") }
     }
 }

@@ -4,6 +4,8 @@ use super::figure::{Axis, Figure, Mark, Panel, Series};
 
 /// A curve that spans less than this part of its panel looks flat.
 const FLAT: f64 = 0.1;
+/// Most signals in a panel: more lines cannot be told apart.
+const MOST: usize = 5;
 
 impl Figure {
     /// The panels as they are drawn. Signals share one while none of them looks flat.
@@ -15,7 +17,7 @@ impl Figure {
         for panel in &self.panels {
             let first = panels.len();
             for series in &panel.series {
-                let fitting = panels[first..].iter_mut().find(|other| fits(&other.series, series));
+                let fitting = panels[first..].iter_mut().find(|other| other.series.len() < MOST && fits(&other.series, series));
                 match fitting {
                     Some(other) => other.series.push(series.clone()),
                     None => panels.push(Panel { y: panel.y.clone(), series: vec![series.clone()] }),

@@ -44,7 +44,7 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
         let energies = kinds.into_iter().filter_map(energy).collect();
         figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    figures.retain(|(_, figure)| figure.all_series().next().is_some());
+    figures.retain(|(_, figure)| figure.panels.iter().any(|panel| !panel.series.is_empty()));
     figures
 }
 

@@ -145,6 +145,9 @@ fn prop_a_signal_that_would_look_flat_has_a_panel_of_its_own() {
     let count = |wanted: &str| texts.iter().filter(|text| *text == wanted).count();
     assert_eq!([count("angle (rad)"), count("rod angle (rad)"), count("time (s)")], [1, 1, 1], "{texts:?}");
     assert_eq!([count("crank"), count("wheel"), count("rod")], [1, 1, 0], "a legend where curves share a panel: {texts:?}");
+    let start = Figure { signals: true, ..Figure::new("Many", Axis::new("time", "s"), Axis::new("", "N")) };
+    let many = (0..8).fold(start, |figure, number| figure.line(format!("force {number}"), &times, &scaled(1.0)));
+    assert_eq!(frames(&many.to_svg()).len(), 2, "colours would repeat");
 }
 
 #[test]

@@ -142,9 +142,8 @@ fn topic(name: &str, rows: usize) -> Named {
 fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
     let points = |topics: &[Named]| -> Vec<(Mark, usize)> {
         let drawn = recorded(topics).into_iter().filter(|(file, _)| file == "energies");
-        drawn
-            .flat_map(|(_, figure)| figure.all_series().map(|series| (series.mark, series.xs.len())).collect::<Vec<_>>())
-            .collect()
+        let series = drawn.flat_map(|(_, figure)| figure.panels).flat_map(|panel| panel.series);
+        series.map(|series| (series.mark, series.xs.len())).collect()
     };
     assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
     assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");
