@@ -1,7 +1,7 @@
 //! The stepping thread and its queues: absolute deadlines, commands in, samples out.
 
-mod deadline_wait;
 mod command;
+mod deadline_wait;
 mod duration_histogram;
 mod missed_deadlines;
 mod output;
@@ -15,8 +15,8 @@ mod step_error_histogram;
 mod stepper;
 mod stepping_thread;
 
-pub use deadline_wait::{DeadlineWait, deadline_wait};
 pub use command::{Command, Inbox, ReplyTo, Request, SharedState, inbox};
+pub use deadline_wait::{DeadlineWait, deadline_wait};
 pub use duration_histogram::{DurationHistogram, DurationQuantiles};
 pub use output::{Answer, MissedSamples, Outbox, Output};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};

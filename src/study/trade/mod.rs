@@ -23,12 +23,12 @@ use crate::scene::Scene;
 
 pub use choice::{Choice, Chosen, Demands, Refusal, Trial, choose};
 pub use configuration::{Configuration, Family};
+pub use effort::RunEffort;
 pub use errors::Errors;
 pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{Reference, WELL_RESOLVED};
-pub use effort::RunEffort;
 pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};

@@ -1,10 +1,10 @@
 //! The reference of all measurements: the finite-element model, refined until it agrees with itself.
 
 use super::configuration::{Configuration, Family};
+use super::effort::RunEffort;
 use super::errors::Errors;
 use super::grid::Grid;
 use super::output_group::{CHANNELS, OutputGroup, Sample, scales};
-use super::effort::RunEffort;
 use super::run::{Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::BuildError;

@@ -1,11 +1,11 @@
 //! Families of configurations: each from its longest step down, until finer steps gain nothing.
 
 use super::configuration::{Configuration, Family};
+use super::effort::RunEffort;
 use super::errors::Errors;
 use super::grid::Grid;
 use super::output_group::OutputGroup;
 use super::reference::{Reference, nominal_s};
-use super::effort::RunEffort;
 use super::run::{Failed, Timing, run, time};
 use crate::scene::{ModelKind, Scene};
 
