@@ -34,4 +34,6 @@ pub mod simulation;
 #[cfg(feature = "service")]
 pub mod study;
 #[cfg(feature = "service")]
+mod whole_file;
+#[cfg(feature = "service")]
 pub mod wire;

@@ -18,6 +18,8 @@ const CONNECT_TIMEOUT: Duration = Duration::from_millis(200);
 const LINK_TIMEOUT: Duration = Duration::from_secs(2);
 /// Time between two looks.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
+/// Attempts to take another free port if one is lost to another service.
+const PORT_RETRIES: u32 = 50;
 const LISTEN: &str = "listen/endpoints";
 const CONNECT: &str = "connect/endpoints";
 const MULTICAST: &str = "scouting/multicast/enabled";
@@ -33,6 +35,8 @@ pub struct BusOptions {
     pub connect: Vec<String>,
     /// A zenoh configuration file to start from. If it sets no listening endpoint, the session listens on loopback.
     pub config: Option<PathBuf>,
+    /// Neither listens nor connects: a session without a bus.
+    pub isolated: bool,
     /// Lets this session list subscriptions, as [`subscriptions`](super::subscriptions()) needs.
     pub sees_subscriptions: bool,
 }
@@ -56,18 +60,36 @@ impl BusOptions {
     /// # Errors
     /// [`BusError`] if the configuration is invalid or no endpoint is free.
     pub fn open_service(&self) -> Result<Session, BusError> {
-        let config = self.service_config()?;
+        let mut retries = PORT_RETRIES;
+        let (config, session) = loop {
+            let config = self.service_config()?;
+            match zenoh::open(config.clone()).wait() {
+                Ok(session) => break (config, session),
+                // Another service that starts at this instant may have taken the port that was free a moment ago.
+                Err(_) if retries > 0 && self.chooses_port() => retries -= 1,
+                Err(error) => return Err(BusError::open(error)),
+            }
+            std::thread::sleep(POLL_PERIOD);
+        };
         let connects = is_set(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
         let endpoints = config.get_json(CONNECT).unwrap_or_default().replace(['[', ']', '"'], "").replace(',', ", ");
-        let session = zenoh::open(config).wait().map_err(BusError::open)?;
         if connects && !is_linked(&session) {
             tracing::warn!("no connection to {endpoints} yet: the service runs, and keeps trying");
         }
         Ok(session)
     }
 
+    /// Whether the session takes a free loopback port.
+    fn chooses_port(&self) -> bool {
+        self.listen.is_empty() && self.config.is_none() && !self.isolated
+    }
+
     fn service_config(&self) -> Result<Config, BusError> {
         let mut config = self.base_config()?;
+        if self.isolated {
+            set(&mut config, LISTEN, "[]")?;
+            return Ok(config);
+        }
         if self.sees_subscriptions {
             set(&mut config, "adminspace/enabled", "true")?;
         }

@@ -2,12 +2,14 @@
 
 use std::io::{self, Write as _};
 
+use super::output::output;
+
 /// Prints rows in aligned columns: those before column `figures` to the left, the others to the right.
 pub(super) fn print(rows: &[Vec<String>], figures: usize) -> io::Result<()> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut out = io::stdout().lock();
+    let mut out = output();
     for row in rows {
         let pad = |(column, (cell, &width)): (usize, (&String, &usize))| {
             if column < figures { format!("{cell:<width$}") } else { format!("{cell:>width$}") }

@@ -15,7 +15,7 @@ Examples:
   flexcrank guide                              list the chapters of the guide
 
 Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late (with --overrun stop),
-6 finished, not to be trusted (the energy balance left solver.balance_tolerance).";
+6 finished, not to be trusted (the energy balance left solver.balance_tolerance), 130 interrupted before --until.";
 
 /// Simulates planar mechanisms with flexible links in real time, on a zenoh bus, recorded to MCAP.
 #[derive(Debug, Parser)]
@@ -66,6 +66,9 @@ pub(super) enum Command {
     /// Show a service in the terminal: the mechanism in motion, charts, state; or its values as lines.
     #[command(after_help = super::watch::EXAMPLES)]
     Watch(super::watch::Args),
+    /// Describe recordings: duration, topics with rates and sizes, scene, build, how the session ended.
+    #[command(after_help = super::info::EXAMPLES)]
+    Info(super::info::Args),
     /// Verify recordings: structure, physics, and a re-simulation compared to the bit.
     #[command(after_help = super::verify::EXAMPLES)]
     Verify(super::verify::Args),

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::output::output;
 use super::values::number;
 use crate::scene::SceneSource;
 use crate::study::Table;
@@ -90,7 +91,7 @@ pub(super) fn cycle(args: &Args) -> CommandResult {
         (None, true, Some(r4_m), Some(r5_m)) => (balance(&source, &options, Arms { r4_m, r5_m })?, show_balance),
         _ => (cycle::cycle(&source, &options)?, show_extremes),
     };
-    let mut out = std::io::stdout();
+    let mut out = output();
     let speed = figure(speed_rad_per_s(&source.scene, &options));
     writeln!(out, "{}, one turn at {speed} rad/s{}", args.scene, args.changing())?;
     show(&table)?;
@@ -125,7 +126,7 @@ impl Args {
 
 fn show_extremes(table: &Table) -> std::io::Result<()> {
     for of in extremes(table) {
-        writeln!(std::io::stdout(), "\nratio {}", figure(of.ratio))?;
+        writeln!(output(), "\nratio {}", figure(of.ratio))?;
         let shown = of.of.iter().filter(|extreme| !LEFT_OUT.iter().any(|left| extreme.quantity.starts_with(left)));
         let mut rows = vec![["", "", "least", "at", "greatest", "at"].map(str::to_owned).to_vec()];
         rows.extend(shown.map(extreme_row));
@@ -148,7 +149,7 @@ fn show_balance(table: &Table) -> std::io::Result<()> {
     for row in 0..table.rows() {
         let of = |name: &str| cell(name, row);
         writeln!(
-            std::io::stdout(),
+            output(),
             "\nratio {}: m4 = {} kg at r4 = {} m, m5 = {} kg at r5 = {} m",
             of("ratio"),
             of("m4_kg"),
@@ -174,10 +175,10 @@ fn show_sweep(table: &Table) -> std::io::Result<()> {
     for row in (0..count).filter(|row| row % every == 0 || row + 1 == count) {
         rows.push(table.columns().map(|(_, values)| figure(values[row])).collect());
     }
-    writeln!(std::io::stdout())?;
+    writeln!(output())?;
     print(&rows, 0)?;
     if every > 1 {
-        writeln!(std::io::stdout(), "  ({} of {count} ratios; --csv FILE writes all)", rows.len() - 2)?;
+        writeln!(output(), "  ({} of {count} ratios; --csv FILE writes all)", rows.len() - 2)?;
     }
     Ok(())
 }

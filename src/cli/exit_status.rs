@@ -17,6 +17,8 @@ pub(super) enum ExitStatus {
     Late,
     /// Finished, but the energy balance was off: 6.
     Untrusted,
+    /// Interrupted by a signal before the requested end: 130.
+    Interrupted,
 }
 
 impl From<ExitStatus> for ExitCode {
@@ -28,6 +30,7 @@ impl From<ExitStatus> for ExitCode {
             ExitStatus::Diverged => 4,
             ExitStatus::Late => 5,
             ExitStatus::Untrusted => 6,
+            ExitStatus::Interrupted => 130,
         })
     }
 }

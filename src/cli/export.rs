@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::may_be_folder;
+use super::output::output;
 use super::values::{not_negative, positive};
 use crate::recording::{self, Exported};
 
@@ -47,7 +48,7 @@ pub(super) fn export(args: Args) -> CommandResult {
     let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
     let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
     for table in tables {
-        writeln!(std::io::stdout(), "{} ({} rows)", table.path.display(), table.messages)?;
+        writeln!(output(), "{} ({} rows)", table.path.display(), table.messages)?;
     }
     for topic in skipped {
         say!("warning: {topic} is not protobuf and was left out");

@@ -31,7 +31,7 @@ pub(super) enum Failure {
     Usage(String),
     /// The request was sound, but its execution failed: 1.
     Failed(String),
-    /// The reader of standard output has closed it, as `head` does: 0.
+    /// The reader of an endless output has closed it: 0.
     OutputClosed,
 }
 

@@ -8,6 +8,7 @@ use super::aligned_table;
 use super::args::Cli;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::output::output;
 use crate::scene::{self, KeyRow, builtin};
 use crate::{files, guide};
 
@@ -15,10 +16,10 @@ pub(super) fn scenes(name: Option<&str>) -> CommandResult {
     match name {
         None => {
             for scene in builtin::BUILTIN {
-                writeln!(std::io::stdout(), "{:<24} {}", scene.name, scene.summary())?;
+                writeln!(output(), "{:<24} {}", scene.name, scene.summary())?;
             }
         }
-        Some(name) => write!(std::io::stdout(), "{}", builtin::find(name)?.text)?,
+        Some(name) => write!(output(), "{}", builtin::find(name)?.text)?,
     }
     Ok(ExitStatus::Success)
 }
@@ -26,7 +27,7 @@ pub(super) fn scenes(name: Option<&str>) -> CommandResult {
 /// Prints the scene reference.
 pub(super) fn keys(markdown: bool) -> CommandResult {
     if markdown {
-        write!(std::io::stdout(), "{}", scene::reference_markdown())?;
+        write!(output(), "{}", scene::reference_markdown())?;
         return Ok(ExitStatus::Success);
     }
     let head = ["table", "key", "type", "unit", "default", "range", "meaning"].map(str::to_owned).to_vec();
@@ -41,7 +42,7 @@ pub(super) fn keys(markdown: bool) -> CommandResult {
 
 /// Prints a chapter, or the list of chapters.
 pub(super) fn guide(chapter: Option<&str>) -> CommandResult {
-    let mut out = std::io::stdout();
+    let mut out = output();
     match chapter {
         None => guide::CHAPTERS.iter().try_for_each(|chapter| writeln!(out, "{:<14} {}", chapter.name, chapter.summary))?,
         Some(name) => write!(out, "{}", guide::find(name)?.readable())?,
@@ -51,7 +52,7 @@ pub(super) fn guide(chapter: Option<&str>) -> CommandResult {
 
 /// Prints a file for another program, or the list of files.
 pub(super) fn files(name: Option<&str>) -> CommandResult {
-    let mut out = std::io::stdout();
+    let mut out = output();
     match name {
         None => files::FILES.iter().try_for_each(|file| writeln!(out, "{:<22} {}", file.name, file.summary))?,
         Some(name) => write!(out, "{}", files::find(name)?.text)?,
@@ -63,6 +64,6 @@ pub(super) fn files(name: Option<&str>) -> CommandResult {
 pub(super) fn completions(shell: clap_complete::Shell) -> CommandResult {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "flexcrank", &mut script);
-    std::io::stdout().write_all(&script)?;
+    output().write_all(&script)?;
     Ok(ExitStatus::Success)
 }

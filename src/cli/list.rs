@@ -5,6 +5,7 @@ use std::io::Write as _;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::output::output;
 use crate::bus::{self, BusError, client};
 
 /// Shown by `--help`.
@@ -18,7 +19,7 @@ pub(super) fn list(args: &BusArgs) -> CommandResult {
     let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |_| false)?;
     bus::close(&session)?;
     for name in &found {
-        writeln!(std::io::stdout(), "{name}")?;
+        writeln!(output(), "{name}")?;
     }
     if found.is_empty() { Err(BusError::NoLocalService.into()) } else { Ok(ExitStatus::Success) }
 }

@@ -19,9 +19,11 @@ mod failure;
 mod files;
 mod folders;
 mod formatting;
+mod info;
 mod keyboard;
 mod list;
 mod log;
+mod output;
 mod plot;
 mod plot_source;
 mod progress;
@@ -50,7 +52,7 @@ use failure::CommandResult;
 /// Runs the program on the process's arguments.
 ///
 /// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late, 6 finished, not to be
-/// trusted (energy).
+/// trusted (energy), 130 interrupted before the end.
 pub fn main() -> ExitCode {
     let cli = Cli::of_process();
     log::begin(cli.log_format);
@@ -69,6 +71,7 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Pulse(pulse) => pulse::pulse(pulse),
         Command::Control(control) => control::control(control),
         Command::Watch(target) => watch::watch(&target),
+        Command::Info(args) => info::info(&args),
         Command::Verify(args) => verify::verify(&args),
         Command::Recover(args) => recover::recover(&args),
         Command::Export(export) => export::export(export),

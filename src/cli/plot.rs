@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
+use super::output::output;
 use super::plot_source::Source;
 use super::thesis_figures::write_thesis;
 use super::values::{not_negative, number};
 use crate::plot::{self, Entry, Figure, Format, MechanismPicture};
+use crate::whole_file::write_whole;
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -117,8 +119,8 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         let page = args.output.join("index.html");
         let title = args.title.clone().unwrap_or_else(|| stems(&sources));
         let text = plot::page(&title, &format!("<ul>\n{}</ul>", facts.concat()), &entries, &args.format);
-        std::fs::write(&page, text).map_err(Failure::file(&page))?;
-        writeln!(std::io::stdout(), "{}", page.display())?;
+        write_whole(&page, text.as_bytes()).map_err(Failure::file(&page))?;
+        writeln!(output(), "{}", page.display())?;
     }
     Ok(if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy })
 }
@@ -168,7 +170,7 @@ fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {
 /// Prints a path, and after that of an animation, what it plays.
 fn print(args: &Args, path: &Path, entry: &Entry) -> CommandResult<()> {
     let caption = if args.animation.is_some() { format!(" ({})", entry.sentence) } else { String::new() };
-    Ok(writeln!(std::io::stdout(), "{}{caption}", path.display())?)
+    Ok(writeln!(output(), "{}{caption}", path.display())?)
 }
 
 fn stems(sources: &[Source]) -> String {

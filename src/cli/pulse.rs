@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
+use super::output::output;
 use super::replies::{fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
 use crate::bus::{self, Name, Session, client};
@@ -97,7 +98,7 @@ fn send_all(session: &Session, name: &Name, pulses: &[ListedPulse]) -> CommandRe
         // A retry under the same id is not applied again if only the reply was lost.
         let again = |_| client::pulse(session, name, &message);
         let reply = client::pulse(session, name, &message).or_else(again).or_else(again)?;
-        let mut out = std::io::stdout();
+        let mut out = output();
         if !reply.accepted {
             writeln!(out, "line {line}: refused: {}", reply.reason)?;
             return Ok(ExitStatus::Refused);

@@ -6,6 +6,7 @@ use std::time::SystemTime;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
+use super::output::output;
 use crate::bus::{self, Name, Session, client};
 use crate::shown::shown_s;
 use crate::wire::CommandReply;
@@ -20,7 +21,7 @@ pub(super) fn send_and_print(
     let reply = client::wait_for_service(&session, name).map_err(Failure::from).and_then(|()| send(&session));
     bus::close(&session)?;
     let reply = reply?;
-    writeln!(std::io::stdout(), "{}", format_reply(&reply))?;
+    writeln!(output(), "{}", format_reply(&reply))?;
     Ok(if reply.accepted { ExitStatus::Success } else { ExitStatus::Refused })
 }
 

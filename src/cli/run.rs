@@ -1,5 +1,6 @@
 //! `run`: live services, until they finish or are stopped.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::str::FromStr as _;
 use std::time::{Duration, SystemTime};
@@ -14,7 +15,7 @@ use super::resume::{self, RunStart};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 use super::values::{flush_period, frames, pace, positive, recording_size, split};
-use crate::bus::{self, BusError, Name};
+use crate::bus::{self, BusError, BusOptions, Name};
 use crate::recording::{RecordingError, Split, Written, paths};
 use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
@@ -100,6 +101,9 @@ pub(super) struct Args {
     /// Run even if another service on the bus has this name.
     #[arg(long)]
     pub force: bool,
+    /// Run without the bus, for batches: the service takes no port and no name, and nobody can reach it.
+    #[arg(long, conflicts_with_all = ["listen", "connect", "zenoh_config", "force"])]
+    pub no_bus: bool,
     #[command(flatten)]
     pub bus: BusArgs,
 }
@@ -124,9 +128,10 @@ impl From<Overruns> for Overrun {
 pub(super) fn run(args: Args) -> CommandResult {
     let starts = starts(&args)?;
     let count = starts.len();
+    let bus = BusOptions { isolated: args.no_bus, ..args.bus.options() };
     if !args.force {
         let names: Vec<&Name> = starts.iter().map(|start| &start.name).collect();
-        if let Some(taken) = args.bus.options().first_taken_through_endpoints(&names)? {
+        if let Some(taken) = bus.first_taken_through_endpoints(&names)? {
             return Err(BusError::Taken(taken).into());
         }
     }
@@ -136,21 +141,29 @@ pub(super) fn run(args: Args) -> CommandResult {
         members.push(member(&args, start, (index, count), &status_line)?);
     }
     if let Some(LiveSimulation { live, .. }) = members.first() {
-        status_line.head(heading(live, count));
+        status_line.head(heading(live, count, args.no_bus));
     }
     for member in &members {
         warn_of_weight(&member.live);
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
     let waking = ThreadOptions { spin, realtime: !args.no_realtime };
+    let was_interrupted = Cell::new(false);
     let reports = runtime()?.block_on(async {
-        let session = args.bus.options().open_service()?;
-        let reports = service::run_all(&session, members, waking, interrupted()).await;
+        let session = bus.open_service()?;
+        let shutdown = async {
+            interrupted().await;
+            was_interrupted.set(true);
+        };
+        let reports = service::run_all(&session, members, waking, shutdown).await;
         bus::close(&session)?;
         CommandResult::Ok(reports?)
     })?;
     status_line.clear();
-    Ok(conclude(&reports))
+    let done = conclude(&reports);
+    let unfinished = reports.iter().any(|report| report.ending == Ending::Stopped);
+    let early = args.until.is_some() && was_interrupted.get() && unfinished;
+    Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
 
 /// The starts of all services: `count` of every scene, or a resumed session.
@@ -241,18 +254,18 @@ fn warn_of_weight(live: &LiveOptions) {
 }
 
 /// The heading for the first of `count` services.
-fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: usize) -> String {
+fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: usize, no_bus: bool) -> String {
     let solver = &scene.scene.solver;
     let to =
         record.as_ref().map_or("not recorded".to_owned(), |path| format!("recorded to {}", first_file(path, *split).display()));
+    let bus = if no_bus { "not on the bus".to_owned() } else { format!("on the bus as flexcrank/{name}") };
     let others = if count > 1 { format!("; and {} more", count - 1) } else { String::new() };
     format!(
-        "{}: {} model, {}, step {} s; on the bus as flexcrank/{}; {to}{others}",
+        "{}: {} model, {}, step {} s; {bus}; {to}{others}",
         scene.origin,
         solver.model.as_str(),
         solver.integrator.as_str(),
         solver.step_s,
-        name,
     )
 }
 
@@ -273,7 +286,7 @@ fn conclude(reports: &[LiveReport]) -> ExitStatus {
 
 fn severity(done: ExitStatus) -> u8 {
     match done {
-        ExitStatus::Success => 0,
+        ExitStatus::Success | ExitStatus::Interrupted => 0,
         ExitStatus::Lossy => 1,
         ExitStatus::Untrusted => 2,
         ExitStatus::Refused => 3,

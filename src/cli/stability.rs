@@ -9,6 +9,7 @@ use super::aligned_table::figure;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
+use super::output::output;
 use super::progress::bar;
 use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
@@ -133,7 +134,7 @@ fn omegas_h() -> Vec<f64> {
 
 /// Prints theory and measurement side by side at a few ωh, and the orders.
 fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, orders: &Table) -> CommandResult<()> {
-    let mut out = std::io::stdout();
+    let mut out = output();
     let difference = radii.column("difference").unwrap_or_default().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
     writeln!(out, "{title}: spectral radius in theory and as run (largest difference {difference:.1e}), order")?;
     write!(out, "{parameter:>13}")?;
@@ -158,7 +159,7 @@ fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, 
 
 /// Prints the largest measured radius of every scheme on the left half-plane, and the conclusion.
 fn show_left_half_plane(parameter: &str, schemes: &[Scheme], plane: &Table) -> CommandResult<()> {
-    let mut out = std::io::stdout();
+    let mut out = output();
     writeln!(
         out,
         "{parameter:>13}  largest radius as run on the left half-plane, |z| = ωh from 1e-3 to 1e6, damping from 0 to beyond critical"
@@ -215,7 +216,7 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> CommandResult {
 
 /// Prints a map, one character per category, with the highest y on top, and the first divergence of each row.
 fn show_map(swept: &Swept) -> CommandResult<()> {
-    let mut out = std::io::stdout();
+    let mut out = output();
     let (map, columns) = (&swept.map, swept.map.x.values.len());
     let ends = [map.x.values.first(), map.x.values.last()].map(|end| figure(end.copied().unwrap_or(f64::NAN)));
     writeln!(out, "{}: {} by {} from {} to {}", map.name, map.title, map.x.name, ends[0], ends[1])?;
@@ -231,7 +232,7 @@ fn show_map(swept: &Swept) -> CommandResult<()> {
 
 /// Prints the scenes that run at one step and fail at the next finer one.
 fn show_fails_finer(swept: &[Swept]) -> CommandResult<()> {
-    let mut out = std::io::stdout();
+    let mut out = output();
     for one in fails_finer(swept) {
         let error = one.finer.error.map(|error| format!(", error {}", figure(error))).unwrap_or_default();
         writeln!(
@@ -249,7 +250,7 @@ fn show_fails_finer(swept: &[Swept]) -> CommandResult<()> {
 }
 
 fn conclude(swept: &[Swept]) -> CommandResult {
-    let mut out = std::io::stdout();
+    let mut out = output();
     let counts = counts(swept);
     let total: usize = counts.iter().sum();
     writeln!(out, "{total} cells in {} maps (wrong: an error above {BOUND}):", swept.len())?;

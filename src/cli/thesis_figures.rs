@@ -6,9 +6,11 @@ use std::path::Path;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
+use super::output::output;
 use crate::plot::{self, Format, thesis};
 use crate::scene::SceneSource;
 use crate::study::{self, Table, cycle};
+use crate::whole_file::write_whole;
 
 /// Crank-to-rod ratios of the thesis's chapter 4.
 const RATIOS: [f64; 3] = [0.1, 0.25, 0.5];
@@ -34,7 +36,8 @@ pub(super) fn write_thesis(folder: &Path, formats: &[Format]) -> CommandResult {
         entry.write(folder, formats)?;
     }
     let page = folder.join("index.html");
-    std::fs::write(&page, plot::page(thesis::TITLE, thesis::INTRODUCTION, &entries, formats)).map_err(Failure::file(&page))?;
-    writeln!(std::io::stdout(), "{} figures, all on {}", entries.len(), page.display())?;
+    let text = plot::page(thesis::TITLE, thesis::INTRODUCTION, &entries, formats);
+    write_whole(&page, text.as_bytes()).map_err(Failure::file(&page))?;
+    writeln!(output(), "{} figures, all on {}", entries.len(), page.display())?;
     Ok(ExitStatus::Success)
 }

@@ -10,6 +10,7 @@ use indicatif::ProgressBar;
 use super::aligned_table::print;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
+use super::output::output;
 use super::progress::bar;
 use super::values::{number, positive};
 use crate::plot::{Format, Picture as _, work_precision};
@@ -162,7 +163,7 @@ fn question(args: &Args) -> Question {
 
 /// Prints and writes the chosen settings, or explains why none were found.
 fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> CommandResult {
-    let mut out = std::io::stdout();
+    let mut out = output();
     match choice {
         Err(refusal) => {
             say!("refused: {refusal}");
@@ -232,7 +233,7 @@ const HEAD: [&str; 20] = [
 fn print_study(name: &str, study: &Study) -> CommandResult<()> {
     let mut rows = vec![HEAD.map(str::to_owned).to_vec()];
     rows.extend(study.measured().map(|(row, measured)| line(study, row, measured)));
-    let mut out = std::io::stdout();
+    let mut out = output();
     let grid = &study.grid;
     writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
     let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::formatting::counted;
+use super::output::output;
 use super::progress::over_file;
 use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
@@ -74,7 +75,7 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
 }
 
 fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std::io::Result<()> {
-    let mut out = std::io::stdout();
+    let mut out = output();
     let Verification { structure, physics, recomputed, span_s, findings } = found;
     writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;
     let other = source.metadata.other_build();

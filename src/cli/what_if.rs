@@ -6,6 +6,7 @@ use std::time::SystemTime;
 
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::output::output;
 use super::progress::over_file;
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
@@ -55,7 +56,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
 
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
     let WhatIfOutcome { from_s, deviation, diverged, written } = outcome;
-    let mut out = std::io::stdout();
+    let mut out = output();
     writeln!(out, "re-simulated from t = {from_s} s")?;
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;

@@ -6,6 +6,7 @@ use resvg::{tiny_skia, usvg};
 
 use super::canvas::Lettering;
 use super::error::PlotError;
+use crate::whole_file::write_whole;
 
 /// Pixels of a PNG for every px of its SVG.
 pub const PNG_SCALE: f32 = 2.0;
@@ -67,7 +68,7 @@ pub trait Picture {
     /// # Errors
     /// [`PlotError`] when it cannot be drawn or written.
     fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
-        std::fs::write(path, self.render(format)?).map_err(|cause| PlotError::File(path.to_owned(), cause))
+        write_whole(path, &self.render(format)?).map_err(|cause| PlotError::File(path.to_owned(), cause))
     }
 }
 

@@ -51,6 +51,8 @@ impl Messages {
                     self.cut = true;
                 }
                 Ok(Some(None)) if self.chunk.is_some() => {}
+                // The file ends between two records, before the end of the data.
+                Ok(None) => return Err(McapError::UnexpectedEof),
                 found => return found.map(Option::flatten),
             }
         }

@@ -1,5 +1,6 @@
 //! Numbers in named columns, and words that name the rows: what studies produce, files hold and plots draw.
 
+use crate::whole_file::WholeFile;
 use std::path::{Path, PathBuf};
 
 /// Columns of equal length; units are in the names, as in `piston_acceleration_m_per_s2`.
@@ -56,7 +57,8 @@ impl Table {
     /// [`TableError`] when the file cannot be written.
     pub fn write_csv(&self, path: &Path) -> Result<(), TableError> {
         let error = |cause| TableError { path: path.to_owned(), cause };
-        let mut writer = csv::Writer::from_path(path).map_err(error)?;
+        let file = WholeFile::create(path).map_err(|cause| error(cause.into()))?;
+        let mut writer = csv::Writer::from_writer(file);
         let names = self.words.iter().map(|(name, _)| name).chain(self.columns.iter().map(|(name, _)| name));
         writer.write_record(names).map_err(error)?;
         for row in 0..self.rows() {
@@ -66,7 +68,8 @@ impl Table {
             let word = |(_, words): &(String, Vec<String>)| words.get(row).cloned().unwrap_or_default();
             writer.write_record(self.words.iter().map(word).chain(self.columns.iter().map(number))).map_err(error)?;
         }
-        writer.flush().map_err(|cause| error(cause.into()))
+        let file = writer.into_inner().map_err(|refused| error(refused.into_error().into()))?;
+        file.finish().map_err(|cause| error(cause.into()))
     }
 
     /// Reads what [`Table::write_csv`] wrote: columns without a number are words; elsewhere, a cell that is not a number is NaN.

@@ -6,16 +6,17 @@ use super::Sheet;
 use super::column_types::Columns;
 use crate::recording::RecordingError;
 use crate::recording::rows::FieldValue;
+use crate::whole_file::WholeFile;
 
 /// A CSV file with a header; missing fields are empty.
 pub(super) struct CsvSheet {
     path: PathBuf,
-    writer: csv::Writer<std::fs::File>,
+    writer: csv::Writer<WholeFile>,
 }
 
 impl CsvSheet {
     pub fn create(path: PathBuf, columns: &Columns) -> Result<Self, RecordingError> {
-        let writer = csv::Writer::from_path(&path).map_err(|error| RecordingError::file(&path)(error.into()))?;
+        let writer = csv::Writer::from_writer(WholeFile::create(&path).map_err(RecordingError::file(&path))?);
         let mut sheet = CsvSheet { path, writer };
         sheet.line(columns.keys())?;
         Ok(sheet)
@@ -31,8 +32,10 @@ impl Sheet for CsvSheet {
         self.line(cells.iter().map(|cell| cell.map_or(String::new(), FieldValue::to_string)))
     }
 
-    fn finish(mut self: Box<Self>) -> Result<PathBuf, RecordingError> {
-        self.writer.flush().map_err(RecordingError::file(&self.path))?;
-        Ok(self.path)
+    fn finish(self: Box<Self>) -> Result<PathBuf, RecordingError> {
+        let CsvSheet { path, writer } = *self;
+        let file = writer.into_inner().map_err(|refused| RecordingError::file(&path)(refused.into_error()))?;
+        file.finish().map_err(RecordingError::file(&path))?;
+        Ok(path)
     }
 }

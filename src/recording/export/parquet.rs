@@ -1,6 +1,5 @@
 //! Parquet tables: typed columns, in compressed row groups of bounded size.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -15,6 +14,7 @@ use super::Sheet;
 use super::column_types::{ColumnType, Columns};
 use crate::recording::RecordingError;
 use crate::recording::rows::FieldValue;
+use crate::whole_file::WholeFile;
 
 /// Size of the buffered rows at which a row group is written, bytes.
 const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
@@ -22,7 +22,7 @@ const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
 /// A Parquet file; missing fields are null.
 pub(super) struct ParquetSheet {
     path: PathBuf,
-    file: SerializedFileWriter<File>,
+    file: SerializedFileWriter<WholeFile>,
     columns: Vec<Cells>,
     /// Size of the buffered rows, bytes.
     waiting: usize,
@@ -30,7 +30,7 @@ pub(super) struct ParquetSheet {
 
 impl ParquetSheet {
     pub fn create(path: PathBuf, columns: &Columns) -> Result<Self, RecordingError> {
-        let file = File::create(&path).map_err(RecordingError::file(&path))?;
+        let file = WholeFile::create(&path).map_err(RecordingError::file(&path))?;
         let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
         let cells = columns.values().copied().map(Cells::new).collect();
         let opened = schema(columns).and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
@@ -65,7 +65,8 @@ impl Sheet for ParquetSheet {
     fn finish(mut self: Box<Self>) -> Result<PathBuf, RecordingError> {
         let written = if self.waiting > 0 { self.write_group() } else { Ok(()) };
         let ParquetSheet { path, file, .. } = *self;
-        written.and_then(|()| file.close()).map_err(|error| refused(&path, error))?;
+        let file = written.and_then(|()| file.into_inner()).map_err(|error| refused(&path, error))?;
+        file.finish().map_err(RecordingError::file(&path))?;
         Ok(path)
     }
 }

@@ -41,6 +41,18 @@ enum WaitOutcome {
     Stop,
 }
 
+/// The place in the recording, as commands change it.
+#[derive(Default)]
+struct Cursor {
+    /// Recorded time of the next message, s.
+    next_s: f64,
+    /// Messages to be played one by one while paused.
+    pending_single_messages: u64,
+    /// Whether the replay has jumped since it began to wait for a message.
+    moved: bool,
+    stopping: bool,
+}
+
 pub(super) struct Player<'a> {
     session: &'a Session,
     replay: &'a ReplayOptions,
@@ -52,12 +64,7 @@ pub(super) struct Player<'a> {
     read_ahead: ReadAhead,
     clock: Instant,
     timeline: Timeline,
-    /// Messages to be played one by one while paused.
-    pending_single_messages: u64,
-    /// Recorded time of the next message, s.
-    next_s: f64,
-    moved: bool,
-    stopping: bool,
+    cursor: Cursor,
     next_status: Duration,
     replies: ReplyCache,
     lateness: DurationHistogram,
@@ -86,10 +93,7 @@ impl<'a> Player<'a> {
             read_ahead,
             clock: Instant::now(),
             timeline: Timeline::new(replay.rate, begin_s),
-            pending_single_messages: 0,
-            next_s: begin_s,
-            moved: false,
-            stopping: false,
+            cursor: Cursor { next_s: begin_s, ..Cursor::default() },
             next_status: Duration::ZERO,
             replies: ReplyCache::default(),
             lateness: DurationHistogram::new()?,
@@ -104,14 +108,14 @@ impl<'a> Player<'a> {
         // The sessions that were waited for have not received a status yet.
         self.next_status = Duration::ZERO;
         let begin = self.clock.elapsed() + self.replay.delay;
-        while !self.stopping && self.clock.elapsed() < begin {
+        while !self.cursor.stopping && self.clock.elapsed() < begin {
             self.wait_and_serve(Some(begin))?;
         }
         if !self.replay.start_paused {
             self.timeline.go(self.clock.elapsed());
         }
         self.status(State::Replaying);
-        while !self.stopping {
+        while !self.cursor.stopping {
             let Some(message) = self.read_ahead.next() else {
                 if !self.restart_if_looped()? {
                     break;
@@ -129,7 +133,7 @@ impl<'a> Player<'a> {
             if self.routes.of(message.channel.id).is_none() {
                 continue;
             }
-            self.next_s = at_s;
+            self.cursor.next_s = at_s;
             match self.wait_until_due(at_s)? {
                 WaitOutcome::Due => self.put(&message, at_s)?,
                 WaitOutcome::Moved => {}
@@ -158,7 +162,7 @@ impl<'a> Player<'a> {
         }
         let begun = Instant::now();
         let (mut subscribed, mut since) = (Subscriptions::default(), begun);
-        while !self.stopping {
+        while !self.cursor.stopping {
             let now = subscriptions(self.session, &self.routes.keys)?;
             if now != subscribed {
                 (subscribed, since) = (now, Instant::now());
@@ -177,19 +181,19 @@ impl<'a> Player<'a> {
     }
 
     fn wait_until_due(&mut self, at_s: f64) -> Result<WaitOutcome, ServiceError> {
-        self.moved = false;
+        self.cursor.moved = false;
         while let Ok(command) = self.commands.try_recv() {
             self.handle_command(command)?;
         }
         loop {
-            if self.stopping {
+            if self.cursor.stopping {
                 return Ok(WaitOutcome::Stop);
             }
-            if self.moved {
+            if self.cursor.moved {
                 return Ok(WaitOutcome::Moved);
             }
-            if !self.timeline.is_running() && self.pending_single_messages > 0 {
-                self.pending_single_messages -= 1;
+            if !self.timeline.is_running() && self.cursor.pending_single_messages > 0 {
+                self.cursor.pending_single_messages -= 1;
                 return Ok(WaitOutcome::Due);
             }
             let deadline = self.timeline.deadline(at_s);
@@ -223,7 +227,7 @@ impl<'a> Player<'a> {
             Ok(command) => self.handle_command(command),
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => {
-                self.stopping = true;
+                self.cursor.stopping = true;
                 Ok(())
             }
         }
@@ -258,12 +262,12 @@ impl<'a> Player<'a> {
             ReplayAction::Toggle => return self.apply(ReplayAction::Resume),
             ReplayAction::Pause if !self.timeline.is_running() => "was paused already".to_owned(),
             ReplayAction::Pause => {
-                self.timeline.hold(now, self.next_s);
+                self.timeline.hold(now, self.cursor.next_s);
                 "paused".to_owned()
             }
             ReplayAction::Resume if self.timeline.is_running() => "was playing already".to_owned(),
             ReplayAction::Resume => {
-                self.pending_single_messages = 0;
+                self.cursor.pending_single_messages = 0;
                 self.timeline.go(now);
                 "playing".to_owned()
             }
@@ -276,7 +280,7 @@ impl<'a> Player<'a> {
             }
             ReplayAction::Skip(by_s) => return self.apply(ReplayAction::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
             ReplayAction::Rate(rate) => {
-                self.timeline.set_rate(now, rate, self.next_s);
+                self.timeline.set_rate(now, rate, self.cursor.next_s);
                 format!("{rate} times the recorded speed")
             }
             ReplayAction::Faster(factor) => {
@@ -287,11 +291,11 @@ impl<'a> Player<'a> {
                 return Ok(Err("messages are played one by one only when paused: pause first".to_owned()));
             }
             ReplayAction::Next(count) => {
-                self.pending_single_messages = self.pending_single_messages.saturating_add(count);
+                self.cursor.pending_single_messages = self.cursor.pending_single_messages.saturating_add(count);
                 format!("playing {count} messages")
             }
             ReplayAction::Stop => {
-                self.stopping = true;
+                self.cursor.stopping = true;
                 "ending".to_owned()
             }
         }))
@@ -300,13 +304,13 @@ impl<'a> Player<'a> {
     fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
         self.read_ahead = ReadAhead::start(&self.source, log_time(&self.source, to_s))?;
         self.timeline.jump(self.clock.elapsed(), to_s);
-        (self.next_s, self.moved, self.pending_single_messages) = (to_s, true, 0);
+        (self.cursor.next_s, self.cursor.moved, self.cursor.pending_single_messages) = (to_s, true, 0);
         Ok(())
     }
 
     /// Position in recorded time, never past the next message, s.
     fn position_s(&self) -> f64 {
-        self.timeline.position_s(self.clock.elapsed()).min(self.next_s)
+        self.timeline.position_s(self.clock.elapsed()).min(self.cursor.next_s)
     }
 
     fn put(&mut self, message: &RecordedMessage, at_s: f64) -> Result<(), ServiceError> {

@@ -1,0 +1,201 @@
+//! `info`: describes recordings.
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use bytesize::ByteSize;
+use prost::Message as _;
+use serde::Serialize;
+
+use super::aligned_table;
+use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
+use super::output::output;
+use crate::recording::{Overview, RecordingMetadata, TopicOverview, is_cut_off};
+use crate::scene::SceneSource;
+use crate::shown::shown_s;
+use crate::wire::{Status, Topic};
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank info recordings/crank.mcap
+  flexcrank info recordings/*.mcap --json | jq .duration_s
+
+Any MCAP file is described. Exit code 3 if a file ends early or is damaged.";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The recordings.
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Print one JSON object per file.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The description of a file.
+#[derive(Serialize)]
+struct Info {
+    file: String,
+    size_bytes: u64,
+    /// UTC.
+    begin: String,
+    duration_s: f64,
+    messages: u64,
+    /// Why the messages end before the end of the file.
+    damage: Option<String>,
+    session: Option<Session>,
+    topics: Vec<TopicInfo>,
+}
+
+/// The facts of a flexcrank session.
+#[derive(Serialize)]
+struct Session {
+    name: String,
+    command_line: String,
+    version: String,
+    commit: String,
+    scene: Option<SceneInfo>,
+    commands: u64,
+    checkpoints: u64,
+    /// State and simulated time in the last status.
+    state: Option<String>,
+    sim_time_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct SceneInfo {
+    model: &'static str,
+    integrator: &'static str,
+    step_s: f64,
+}
+
+#[derive(Serialize)]
+struct TopicInfo {
+    topic: String,
+    messages: u64,
+    /// Messages per second between the first and the last.
+    rate_hz: Option<f64>,
+    bytes: u64,
+    encoding: String,
+    schema: String,
+}
+
+pub(super) fn info(args: &Args) -> CommandResult {
+    let mut done = ExitStatus::Success;
+    for (number, file) in args.files.iter().enumerate() {
+        let info = Info::of(file)?;
+        match args.json {
+            true => writeln!(output(), "{}", serde_json::to_string(&info).map_err(io::Error::from)?)?,
+            false => info.print(number > 0)?,
+        }
+        if info.damage.is_some() {
+            done = ExitStatus::Lossy;
+        }
+    }
+    Ok(done)
+}
+
+impl Info {
+    fn of(file: &Path) -> CommandResult<Self> {
+        let overview = Overview::read(file)?;
+        let (begin_ns, end_ns) = overview.span_ns();
+        let begin = SystemTime::UNIX_EPOCH + Duration::from_nanos(begin_ns);
+        let topics = overview.topics.iter().map(|(name, topic)| TopicInfo::new(name, topic)).collect();
+        Ok(Info {
+            file: file.display().to_string(),
+            size_bytes: std::fs::metadata(file).map_or(0, |file| file.len()),
+            begin: humantime::format_rfc3339_millis(begin).to_string(),
+            duration_s: (end_ns - begin_ns) as f64 * 1e-9,
+            messages: overview.topics.values().map(|topic| topic.messages).sum(),
+            damage: overview.damage.as_ref().map(|damage| match is_cut_off(damage) {
+                true => "the file was not closed, or was cut off; everything before is listed".to_owned(),
+                false => damage.to_string(),
+            }),
+            // Files of other programs have no session.
+            session: RecordingMetadata::read(file).ok().map(|metadata| Session::new(&metadata, &overview)),
+            topics,
+        })
+    }
+
+    fn print(&self, further: bool) -> io::Result<()> {
+        let mut out = output();
+        if further {
+            writeln!(out)?;
+        }
+        let Info { file, size_bytes, begin, duration_s, messages, damage, session, topics } = self;
+        writeln!(out, "{file}: {}, {messages} messages", ByteSize(*size_bytes).display().si())?;
+        writeln!(out, "  recorded      {begin}, {} s", shown_s(*duration_s))?;
+        if let Some(Session { name, command_line, version, commit, scene, commands, checkpoints, state, sim_time_s }) = session {
+            writeln!(out, "  session       {name}: {command_line}")?;
+            writeln!(out, "  build         flexcrank {version}, commit {commit}")?;
+            match scene {
+                Some(SceneInfo { model, integrator, step_s }) => {
+                    writeln!(out, "  scene         {model} model, {integrator}, step {step_s} s")?;
+                }
+                None => writeln!(out, "  scene         refused by this build")?,
+            }
+            writeln!(out, "  commands      {commands}; {checkpoints} checkpoints")?;
+            match (state, sim_time_s) {
+                (Some(state), Some(sim_time_s)) => {
+                    writeln!(out, "  last status   {state}, at simulated {} s", shown_s(*sim_time_s))?;
+                }
+                _ => writeln!(out, "  last status   none")?,
+            }
+        }
+        if let Some(damage) = damage {
+            writeln!(out, "  ends early    {damage}")?;
+        }
+        let heading = ["topic", "type", "messages", "Hz", "size"].map(str::to_owned).to_vec();
+        let rows = topics.iter().map(|topic| {
+            let rate = topic.rate_hz.map_or(String::new(), |rate| format!("{rate:.1}"));
+            let kind = if topic.schema.is_empty() { &topic.encoding } else { &topic.schema };
+            let size = ByteSize(topic.bytes).display().si().to_string();
+            vec![topic.topic.clone(), kind.clone(), topic.messages.to_string(), rate, size]
+        });
+        aligned_table::print(&std::iter::once(heading).chain(rows).collect::<Vec<_>>(), 2)
+    }
+}
+
+impl TopicInfo {
+    fn new(name: &str, topic: &TopicOverview) -> Self {
+        let span_s = (topic.span_ns.1 - topic.span_ns.0) as f64 * 1e-9;
+        TopicInfo {
+            topic: name.to_owned(),
+            messages: topic.messages,
+            rate_hz: (span_s > 0.0).then(|| (topic.messages - 1) as f64 / span_s),
+            bytes: topic.bytes,
+            encoding: topic.encoding.clone(),
+            schema: topic.schema.clone(),
+        }
+    }
+}
+
+impl Session {
+    fn new(metadata: &RecordingMetadata, overview: &Overview) -> Self {
+        let topic = |topic: Topic| {
+            let ours = |(name, _): &(&String, &TopicOverview)| name.rsplit('/').next() == Some(topic.chunk());
+            overview.topics.iter().find(ours).map(|(_, topic)| topic)
+        };
+        let messages = |wanted: Topic| topic(wanted).map_or(0, |topic| topic.messages);
+        let status = topic(Topic::Status).and_then(|topic| Status::decode(topic.last.as_slice()).ok());
+        let scene = SceneSource::parse("scene.toml", metadata.scene.as_deref().unwrap_or_default(), &[]).ok();
+        Session {
+            name: metadata.fact("name").to_owned(),
+            command_line: metadata.fact("command_line").to_owned(),
+            version: metadata.fact("version").to_owned(),
+            commit: metadata.fact("commit").to_owned(),
+            scene: scene.map(|source| source.scene.solver).map(|solver| SceneInfo {
+                model: solver.model.as_str(),
+                integrator: solver.integrator.as_str(),
+                step_s: solver.step_s,
+            }),
+            commands: messages(Topic::Commands),
+            checkpoints: messages(Topic::Checkpoint),
+            state: status.as_ref().map(|status| status.state().as_str_name().to_lowercase()),
+            sim_time_s: status.and_then(|status| Some(status.stamp?.sim_time_s)),
+        }
+    }
+}

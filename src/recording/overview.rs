@@ -1,0 +1,75 @@
+//! An overview of a recording: its topics with counts, sizes and times.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::RecordingError;
+use super::format::RecordedMessage;
+use super::reader::Messages;
+
+/// The messages of a topic.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TopicOverview {
+    /// Name of the message type; empty if the topic has no schema.
+    pub schema: String,
+    /// Encoding of the messages.
+    pub encoding: String,
+    /// Number of messages.
+    pub messages: u64,
+    /// Size of all messages before compression, bytes.
+    pub bytes: u64,
+    /// Log time of the earliest and of the latest message, ns.
+    pub span_ns: (u64, u64),
+    /// The last message.
+    pub last: Vec<u8>,
+}
+
+/// The contents of a recording, as far as it can be read.
+#[derive(Debug, Default)]
+pub struct Overview {
+    /// Topics by name.
+    pub topics: BTreeMap<String, TopicOverview>,
+    /// Why the messages end before the end of the file, if they do.
+    pub damage: Option<RecordingError>,
+}
+
+impl Overview {
+    /// Reads all messages of a recording.
+    ///
+    /// # Errors
+    /// [`RecordingError`] if the file cannot be opened, or holds no message.
+    pub fn read(path: &Path) -> Result<Self, RecordingError> {
+        let mut overview = Overview::default();
+        for message in Messages::open(path)? {
+            match message {
+                Ok(message) => overview.add(&message),
+                Err(error) => overview.damage = Some(error),
+            }
+        }
+        match (overview.topics.is_empty(), overview.damage) {
+            (true, Some(damage)) => Err(damage),
+            (true, None) => Err(RecordingError::Empty { path: path.to_owned() }),
+            (false, damage) => Ok(Overview { damage, ..overview }),
+        }
+    }
+
+    fn add(&mut self, RecordedMessage { channel, log_time, data, .. }: &RecordedMessage) {
+        let topic = self.topics.entry(channel.topic.clone()).or_insert_with(|| TopicOverview {
+            schema: channel.schema.as_ref().map_or(String::new(), |schema| schema.name.clone()),
+            encoding: channel.message_encoding.clone(),
+            span_ns: (*log_time, *log_time),
+            ..TopicOverview::default()
+        });
+        topic.messages += 1;
+        topic.bytes += data.len() as u64;
+        topic.span_ns = (topic.span_ns.0.min(*log_time), topic.span_ns.1.max(*log_time));
+        topic.last.clear();
+        topic.last.extend_from_slice(data);
+    }
+
+    /// Log time of the earliest and of the latest message, ns.
+    pub fn span_ns(&self) -> (u64, u64) {
+        let spans = || self.topics.values().map(|topic| topic.span_ns);
+        (spans().map(|span| span.0).min().unwrap_or(0), spans().map(|span| span.1).max().unwrap_or(0))
+    }
+}

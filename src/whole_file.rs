@@ -1,0 +1,99 @@
+//! Files that get their name only when they are whole: an error or an interruption leaves what was there before.
+
+use std::fs::{self, File, Permissions};
+use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+/// A file in the making. Dropping it without [`finish`](WholeFile::finish) deletes it.
+pub(crate) enum WholeFile {
+    /// Written as NAME.RANDOM.part, and renamed at the end.
+    Beside(NamedTempFile, PathBuf),
+    /// Something that cannot be replaced, such as a pipe or a device.
+    Direct(File),
+}
+
+impl WholeFile {
+    /// Begins a file that will replace one of this name.
+    ///
+    /// # Errors
+    /// Fails if the folder does not exist or cannot be written.
+    pub(crate) fn create(path: &Path) -> io::Result<Self> {
+        if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            return File::options().write(true).open(path).map(WholeFile::Direct);
+        }
+        // A link stays a link.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let (prefix, permissions) = (format!("{name}."), Permissions::from_mode(0o666));
+        let file = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder)?;
+        Ok(WholeFile::Beside(file, path))
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// Fails if the system refuses.
+    pub(crate) fn finish(self) -> io::Result<()> {
+        match self {
+            WholeFile::Beside(file, path) => file.persist(path).map(drop).map_err(|refused| refused.error),
+            WholeFile::Direct(mut file) => file.flush(),
+        }
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            WholeFile::Beside(file, _) => file.write(bytes),
+            WholeFile::Direct(file) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            WholeFile::Beside(file, _) => file.flush(),
+            WholeFile::Direct(file) => file.flush(),
+        }
+    }
+}
+
+/// Writes a whole file at once.
+///
+/// # Errors
+/// Fails if the file cannot be written; one of this name stays as it was.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = WholeFile::create(path)?;
+    file.write_all(bytes)?;
+    file.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_file_has_its_name_only_when_it_is_whole() -> io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("table.csv");
+        write_whole(&path, b"first")?;
+        let mut second = WholeFile::create(&path)?;
+        second.write_all(b"sec")?;
+        assert_eq!(fs::read(&path)?, b"first");
+        drop(second);
+        assert_eq!(fs::read_dir(folder.path())?.count(), 1, "nothing is left of a file that was given up");
+        write_whole(&path, b"second")?;
+        assert_eq!(fs::read(&path)?, b"second");
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink(&path, &link)?;
+        write_whole(&link, b"third")?;
+        assert!(link.is_symlink() && fs::read(&path)? == b"third");
+        write_whole(Path::new("/dev/null"), b"nothing")?;
+        assert!(!fs::metadata("/dev/null")?.is_file());
+        assert!(write_whole(&folder.path().join("none/table.csv"), b"").is_err());
+        Ok(())
+    }
+}

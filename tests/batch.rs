@@ -1,0 +1,138 @@
+//! The program in scripts: many runs at once, runs without a bus, interruptions, readers that go away, files cut off anywhere.
+
+use std::error::Error;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+type Tried = Result<(), Box<dyn Error>>;
+
+const WHOLE: &str = "recordings/sample-three-pulses.mcap";
+const TRUNCATED: &str = "recordings/sample-truncated.mcap";
+
+fn flexcrank(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Starts runs at the same instant, and checks that all succeed.
+fn together(runs: impl Iterator<Item = Vec<String>>) -> Tried {
+    let start = |arguments: Vec<String>| flexcrank(&arguments.iter().map(String::as_str).collect::<Vec<_>>()).spawn();
+    let children: Vec<Child> = runs.map(start).collect::<Result<_, _>>()?;
+    for child in children {
+        let ended = child.wait_with_output()?;
+        assert!(ended.status.success(), "{:?}: {}", ended.status, String::from_utf8_lossy(&ended.stderr));
+    }
+    Ok(())
+}
+
+const SHORT: [&str; 6] = ["run", "--pace", "max", "--until", "0.5", "--no-record"];
+
+#[test]
+fn prop_services_that_start_together_find_ports() -> Tried {
+    let named = |n: i32| SHORT.into_iter().map(str::to_owned).chain(["--name".to_owned(), format!("together-{n}")]).collect();
+    together((0..12).map(named))
+}
+
+#[test]
+fn prop_runs_without_a_bus_share_a_name() -> Tried {
+    let alike = |_| SHORT.into_iter().chain(["--no-bus", "--name", "alike"]).map(str::to_owned).collect();
+    together((0..8).map(alike))
+}
+
+/// Interrupts a run once it has begun, and returns its exit code.
+fn interrupted(arguments: &[&str]) -> Result<Option<i32>, Box<dyn Error>> {
+    let mut child = flexcrank(&[&["run", "--no-bus", "--no-record"], arguments].concat()).spawn()?;
+    let mut lines = BufReader::new(child.stderr.take().ok_or("no standard error")?).lines();
+    let begun = lines.by_ref().map_while(Result::ok).any(|line| line.contains("not on the bus"));
+    assert!(begun, "the run has begun");
+    // Keeps reading, so that the program can write on.
+    let reading = std::thread::spawn(move || lines.count());
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let pid = Pid::from_raw(i32::try_from(child.id())?).ok_or("no process id")?;
+    kill_process(pid, Signal::INT)?;
+    let code = child.wait()?.code();
+    reading.join().map_err(|_| "the reader failed")?;
+    Ok(code)
+}
+
+#[test]
+fn prop_an_interrupted_run_does_not_look_finished() -> Tried {
+    assert_eq!(interrupted(&["--until", "1000"])?, Some(130));
+    assert_eq!(interrupted(&[])?, Some(0), "a run without an end is ended by Ctrl-C");
+    Ok(())
+}
+
+/// Exit code of a command whose reader goes away at once.
+fn unread(arguments: &[&str]) -> Result<Option<i32>, Box<dyn Error>> {
+    let mut child = flexcrank(arguments).stderr(Stdio::null()).spawn()?;
+    drop(child.stdout.take());
+    Ok(child.wait()?.code())
+}
+
+#[test]
+fn regress_a_reader_that_goes_away_changes_neither_work_nor_exit_code() -> Tried {
+    assert_eq!(unread(&["verify", TRUNCATED])?, Some(3));
+    assert_eq!(unread(&["verify", WHOLE, TRUNCATED])?, Some(3));
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().to_str().ok_or("a path that is no text")?;
+    assert_eq!(unread(&["plot", WHOLE, "--to", "0.5", "--format", "svg", "-o", path])?, Some(0));
+    assert!(folder.path().join("index.html").exists());
+    Ok(())
+}
+
+fn described(file: &str) -> Result<(Option<i32>, serde_json::Value), Box<dyn Error>> {
+    let ended = flexcrank(&["info", "--json", file]).output()?;
+    Ok((ended.status.code(), serde_json::from_slice(&ended.stdout)?))
+}
+
+#[test]
+fn val_info_counts_as_the_reader_does() -> Tried {
+    let (code, info) = described(WHOLE)?;
+    let messages = flexcrank::recording::Messages::open(Path::new(WHOLE))?.collect::<Result<Vec<_>, _>>()?;
+    assert_eq!(code, Some(0));
+    assert_eq!(info["messages"], messages.len());
+    let topic = info["topics"].as_array().ok_or("no topics")?.iter().find(|topic| topic["topic"] == "flexcrank/crank/angles");
+    let topic = topic.ok_or("no angles")?;
+    let angles = messages.iter().filter(|message| message.channel.topic == "flexcrank/crank/angles");
+    assert_eq!(topic["bytes"], angles.clone().map(|message| message.data.len()).sum::<usize>());
+    assert_eq!((&topic["messages"], &topic["schema"]), (&angles.count().into(), &"flexcrank.v1.Angles".into()));
+    assert_eq!((&info["session"]["state"], &info["damage"]), (&"finished".into(), &serde_json::Value::Null));
+    assert_eq!(info["session"]["scene"]["integrator"], "esdirk");
+    let (code, info) = described(TRUNCATED)?;
+    assert!(code == Some(3) && info["damage"].is_string(), "{info}");
+    Ok(())
+}
+
+/// Ends of the records of a file outside of chunks, bytes.
+fn record_ends(bytes: &[u8]) -> Vec<usize> {
+    let mut ends = vec![8];
+    while let Some(length) = ends.last().and_then(|at| bytes.get(at + 1..at + 9)).and_then(|length| length.first_chunk::<8>()) {
+        ends.push(ends[ends.len() - 1] + 9 + u64::from_le_bytes(*length) as usize);
+    }
+    ends
+}
+
+#[test]
+fn regress_a_file_cut_off_between_two_records_is_said_to_be_cut_off() -> Tried {
+    let bytes = std::fs::read(WHOLE)?;
+    let ends: Vec<usize> =
+        record_ends(&bytes).into_iter().filter(|end| (bytes.len() / 3..bytes.len() / 2).contains(end)).collect();
+    let folder = tempfile::tempdir()?;
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &bytes[..*ends.first().ok_or("no record ends there")?])?;
+    let file = cut.to_str().ok_or("a path that is no text")?;
+    let tables = folder.path().join("tables");
+    let tables = tables.to_str().ok_or("a path that is no text")?;
+    for arguments in [&["info", file][..], &["export", file, "--csv", tables], &["plot", file, "--format", "svg", "-o", tables]] {
+        let ended = flexcrank(arguments).output()?;
+        let said = [ended.stdout, ended.stderr].concat();
+        let said = String::from_utf8_lossy(&said);
+        assert_eq!(ended.status.code(), Some(3), "{arguments:?}: {said}");
+        assert!(said.contains("early"), "{arguments:?}: {said}");
+    }
+    Ok(())
+}
