@@ -174,7 +174,7 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> CommandResult {
             let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
             writeln!(out, "\n{}", sections(chosen, &keys))?;
             if let Some(path) = &args.write {
-                File::create_new(path).and_then(|mut file| file.write_all(copy.text.as_bytes())).map_err(Failure::file(&path))?;
+                File::create_new(path).and_then(|mut file| file.write_all(copy.text.as_bytes())).map_err(Failure::file(path))?;
                 say!("wrote {}", path.display());
             }
             Ok(ExitStatus::Success)
