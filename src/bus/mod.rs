@@ -24,7 +24,7 @@ pub use raw_publisher::RawPublisher;
 pub use service_endpoint::ServiceEndpoint;
 pub use session::BusOptions;
 pub use snapshot_cache::SnapshotEntry;
-pub use subscriptions::{Subscriptions, subscriptions};
+pub use subscriptions::subscribed_sessions;
 /// An open session on the bus.
 pub use zenoh::Session;
 

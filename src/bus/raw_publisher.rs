@@ -34,6 +34,14 @@ impl RawPublisher {
     pub fn put(&self, payload: &[u8]) -> Result<(), BusError> {
         self.publisher.put(payload).wait().map_err(BusError::failed)
     }
+
+    /// Whether anyone subscribes.
+    ///
+    /// # Errors
+    /// [`BusError`] if zenoh refuses.
+    pub fn has_subscribers(&self) -> Result<bool, BusError> {
+        self.publisher.matching_status().wait().map(|status| status.matching()).map_err(BusError::failed)
+    }
 }
 
 /// Returns zenoh's name of an MCAP message encoding.

@@ -37,7 +37,7 @@ pub struct BusOptions {
     pub config: Option<PathBuf>,
     /// Neither listens nor connects: a session without a bus.
     pub isolated: bool,
-    /// Lets this session list subscriptions, as [`subscriptions`](super::subscriptions()) needs.
+    /// Lets this session list subscriptions, as [`subscribed_sessions`](super::subscribed_sessions()) needs.
     pub sees_subscriptions: bool,
 }
 

@@ -11,31 +11,19 @@ use super::BusError;
 /// The session answers its own query at once; the timeout is for faults.
 const TIMEOUT: Duration = Duration::from_millis(500);
 
-/// The subscriptions that match some keys.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Subscriptions {
-    /// Session and key expression of each.
-    subscriptions: BTreeSet<(String, String)>,
-}
-
-impl Subscriptions {
-    /// Number of sessions with at least one of the subscriptions.
-    pub fn sessions(&self) -> usize {
-        self.subscriptions.iter().map(|(session, _)| session).collect::<BTreeSet<_>>().len()
-    }
-}
-
-/// Returns the subscriptions of other sessions to any of `keys`. All sessions behind one router count as one, the router's.
+/// Returns the number of other sessions with a subscription to any of `keys`. All sessions behind one router count as one, the
+/// router's. The session must be opened with [`BusOptions::sees_subscriptions`](super::BusOptions::sees_subscriptions).
 ///
-/// The session must be opened with [`BusOptions::sees_subscriptions`](super::BusOptions::sees_subscriptions).
+/// Call it rarely: if a declaration arrives while zenoh 1.10 answers from its tables, both wait for each other for ever
+/// (<https://github.com/eclipse-zenoh/zenoh/pull/2619>).
 ///
 /// # Errors
 /// [`BusError`] if zenoh fails.
-pub fn subscriptions(session: &Session, keys: &[String]) -> Result<Subscriptions, BusError> {
+pub fn subscribed_sessions(session: &Session, keys: &[String]) -> Result<usize, BusError> {
     let own = session.zid().to_string();
     let prefix = format!("@/{own}/*/subscriber/");
     let replies = session.get(format!("{prefix}**")).timeout(TIMEOUT).wait().map_err(BusError::failed)?;
-    let mut subscriptions = BTreeSet::new();
+    let mut sessions = BTreeSet::new();
     while let Ok(reply) = replies.recv() {
         let Ok(sample) = reply.into_result() else { continue };
         let Some(key) = sample.key_expr().as_str().splitn(5, '/').nth(4).and_then(|key| KeyExpr::new(key.to_owned()).ok()) else {
@@ -45,11 +33,10 @@ pub fn subscriptions(session: &Session, keys: &[String]) -> Result<Subscriptions
         if wanted {
             let sources: Sources = serde_json::from_slice(&sample.payload().to_bytes()).unwrap_or_default();
             // A client's subscription is also listed as this session's own, which forwards it.
-            let others = sources.sessions().filter(|session| *session != own);
-            subscriptions.extend(others.map(|session| (session, key.to_string())));
+            sessions.extend(sources.sessions().filter(|session| *session != own));
         }
     }
-    Ok(Subscriptions { subscriptions })
+    Ok(sessions.len())
 }
 
 /// Sessions that a subscription came from, as zenoh's administration space lists them.

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::aligned_table;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::formatting::counted;
 use super::output::output;
 use crate::recording::{Overview, RecordingMetadata, TopicOverview, is_cut_off};
 use crate::scene::SceneSource;
@@ -137,7 +138,7 @@ impl Info {
                 }
                 None => writeln!(out, "  scene         refused by this build")?,
             }
-            writeln!(out, "  commands      {commands}; {checkpoints} checkpoints")?;
+            writeln!(out, "  contains      {}, {}", counted(*commands, "command"), counted(*checkpoints, "checkpoint"))?;
             match (state, sim_time_s) {
                 (Some(state), Some(sim_time_s)) => {
                     writeln!(out, "  last status   {state}, at simulated {} s", shown_s(*sim_time_s))?;
@@ -151,9 +152,11 @@ impl Info {
         let heading = ["topic", "type", "messages", "Hz", "size"].map(str::to_owned).to_vec();
         let rows = topics.iter().map(|topic| {
             let rate = topic.rate_hz.map_or(String::new(), |rate| format!("{rate:.1}"));
+            // Without its package, so that a line fits a terminal.
             let kind = if topic.schema.is_empty() { &topic.encoding } else { &topic.schema };
+            let kind = kind.rsplit(['.', '/']).next().unwrap_or(kind);
             let size = ByteSize(topic.bytes).display().si().to_string();
-            vec![topic.topic.clone(), kind.clone(), topic.messages.to_string(), rate, size]
+            vec![topic.topic.clone(), kind.to_owned(), topic.messages.to_string(), rate, size]
         });
         aligned_table::print(&std::iter::once(heading).chain(rows).collect::<Vec<_>>(), 2)
     }

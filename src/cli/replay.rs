@@ -87,7 +87,7 @@ fn rate(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn replay(args: ReplayArgs) -> CommandResult {
-    let bus = BusOptions { sees_subscriptions: args.wait_for > 0, ..args.bus.options() };
+    let bus = BusOptions { sees_subscriptions: args.wait_for > 1, ..args.bus.options() };
     let replay = service::ReplayOptions {
         file: args.file,
         rate: args.rate,

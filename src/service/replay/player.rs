@@ -1,5 +1,6 @@
 //! The playing thread: it waits for deadlines, publishes recorded messages and handles commands in between.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -12,7 +13,7 @@ use super::read_ahead::ReadAhead;
 use super::route::Routes;
 use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport};
-use crate::bus::{Name, ServiceEndpoint, Session, Subscriptions, Topic, client, subscriptions};
+use crate::bus::{Name, ServiceEndpoint, Session, Topic, client, subscribed_sessions};
 use crate::recording::{RecordedMessage, RecordingFile};
 use crate::runtime::{DeadlineWait, DurationHistogram, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
 use crate::service::status::with_lateness;
@@ -23,8 +24,7 @@ use crate::wire::{self, AppliedCommand, CommandReply, Control, Status, TorquePul
 const SPIN: Duration = Duration::from_micros(100);
 /// Time between two looks at the subscriptions.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
-/// Subscriptions count as settled after this time without a change: a program that subscribes to several topics does so one by
-/// one.
+/// Subscriptions count as settled after this time without a change: a program subscribes to several topics one by one.
 const SETTLED: Duration = Duration::from_millis(200);
 
 pub(super) fn file_name(path: &Path) -> String {
@@ -156,23 +156,28 @@ impl<'a> Player<'a> {
         Ok(self.replay.looped && self.messages > 0)
     }
 
+    /// Waits until enough programs subscribe. Whether someone subscribes is asked often; how many do, only when nothing has changed
+    /// for a while: see [`subscribed_sessions`].
     fn await_subscribers(&mut self) -> Result<(), ServiceError> {
-        if self.replay.wait_for == 0 {
-            return Ok(());
-        }
+        let wanted = self.replay.wait_for;
         let begun = Instant::now();
-        let (mut subscribed, mut since) = (Subscriptions::default(), begun);
-        while !self.cursor.stopping {
-            let now = subscriptions(self.session, &self.routes.keys)?;
+        let (mut subscribed, mut since, mut found) = (BTreeSet::new(), begun, 0);
+        while !self.cursor.stopping && wanted > 0 {
+            let now = self.routes.subscribed()?;
             if now != subscribed {
                 (subscribed, since) = (now, Instant::now());
             }
-            let enough = subscribed.sessions() >= self.replay.wait_for;
-            if enough && since.elapsed() >= SETTLED {
-                return Ok(());
+            let (settled, over) = (since.elapsed() >= SETTLED, begun.elapsed() > self.replay.wait_timeout);
+            if !subscribed.is_empty() && (settled || over) {
+                found = if wanted == 1 { 1 } else { subscribed_sessions(self.session, &self.routes.keys)? };
+                if settled && found >= wanted {
+                    break;
+                }
+                if settled {
+                    since = Instant::now();
+                }
             }
-            if !enough && begun.elapsed() > self.replay.wait_timeout {
-                let (found, wanted) = (subscribed.sessions(), self.replay.wait_for);
+            if over && found < wanted {
                 return Err(ServiceError::NobodyListens { found, wanted, waited_s: begun.elapsed().as_secs_f64() });
             }
             self.wait_and_serve(Some(self.clock.elapsed() + POLL_PERIOD))?;

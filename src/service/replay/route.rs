@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::str::FromStr;
 
 use super::ReplayOptions;
-use crate::bus::{self, Name, RawPublisher, Session, Topic};
+use crate::bus::{self, BusError, Name, RawPublisher, Session, Topic};
 use crate::recording::{Channel, RecordingFile};
 use crate::service::ServiceError;
 
@@ -153,6 +153,17 @@ impl Routes {
             keys.push(key);
         }
         Ok(Routes { routes, keys, commands: plan.commands })
+    }
+
+    /// The channels to which someone subscribes.
+    pub fn subscribed(&self) -> Result<BTreeSet<u16>, BusError> {
+        let mut subscribed = BTreeSet::new();
+        for (channel, route) in &self.routes {
+            if route.publisher.has_subscribers()? {
+                subscribed.insert(*channel);
+            }
+        }
+        Ok(subscribed)
     }
 
     /// The route of a channel, if it is replayed.
