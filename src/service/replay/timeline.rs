@@ -11,7 +11,8 @@ pub(super) struct Timeline {
     anchor: Duration,
     anchor_s: f64,
     running: bool,
-    /// First and last message since the last interruption: wall time and recorded time.
+    /// First and last message since the last interruption: the time at which the first was due and the last was published, and
+    /// their recorded times.
     stretch: Option<[(Duration, f64); 2]>,
     /// Sums over all earlier stretches: wall time and recorded time, s.
     played: (f64, f64),
@@ -80,7 +81,9 @@ impl Timeline {
             self.slips += 1;
             (self.anchor, self.anchor_s) = (now, at_s);
         }
-        let first = self.stretch.map_or((now, at_s), |[first, _]| first);
+        // The stretch begins when its first message is due: one that is late must not make the rate look higher.
+        let due = if late > GIVE_UP { now } else { deadline.min(now) };
+        let first = self.stretch.map_or((due, at_s), |[first, _]| first);
         self.stretch = Some([first, (now, at_s)]);
         Some(late)
     }
