@@ -22,7 +22,7 @@ use crate::wire::{Status, Topic};
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank info recordings/crank.mcap
-  flexcrank info recordings/*.mcap --json | jq .duration_s
+  flexcrank info recordings/*.mcap --json > recordings.jsonl
 
 Any MCAP file is described. Exit code 3 if a file ends early or is damaged.";
 
