@@ -18,7 +18,7 @@ pub(super) enum Align {
     Up,
 }
 
-/// How texts are written.
+/// The form of texts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lettering {
     /// As texts, in a font that the viewer has.

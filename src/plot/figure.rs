@@ -71,7 +71,7 @@ pub struct Series {
     pub xs: Vec<f64>,
     /// Vertical values; what has no partner in `xs` is left out.
     pub ys: Vec<f64>,
-    /// How the curve is drawn.
+    /// The way the curve is drawn.
     pub mark: Mark,
 }
 
