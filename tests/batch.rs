@@ -1,10 +1,11 @@
 //! The program in scripts: many runs at once, runs without a bus, interruptions, readers that go away, files cut off anywhere.
 
 use std::error::Error;
-use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
+use flexcrank::recording::Messages;
 use rustix::process::{Pid, Signal, kill_process};
 
 type Tried = Result<(), Box<dyn Error>>;
@@ -43,26 +44,26 @@ fn prop_runs_without_a_bus_share_a_name() -> Tried {
     together((0..8).map(alike))
 }
 
-/// Interrupts a run once it has begun, and returns its exit code.
-fn interrupted(arguments: &[&str]) -> Result<Option<i32>, Box<dyn Error>> {
-    let mut child = flexcrank(&[&["run", "--no-bus", "--no-record"], arguments].concat()).spawn()?;
-    let mut lines = BufReader::new(child.stderr.take().ok_or("no standard error")?).lines();
-    let begun = lines.by_ref().map_while(Result::ok).any(|line| line.contains("not on the bus"));
-    assert!(begun, "the run has begun");
-    // Keeps reading, so that the program can write on.
-    let reading = std::thread::spawn(move || lines.count());
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    let pid = Pid::from_raw(i32::try_from(child.id())?).ok_or("no process id")?;
-    kill_process(pid, Signal::INT)?;
+/// Interrupts a run as soon as it has recorded something; returns its exit code, and whether the recording was closed.
+fn interrupted(arguments: &[&str]) -> Result<(Option<i32>, bool), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("run.mcap");
+    let path = file.to_str().ok_or("a path that is no text")?;
+    let mut child = flexcrank(&[&["run", "--no-bus", "--record", path], arguments].concat()).stderr(Stdio::null()).spawn()?;
+    let patience = Instant::now() + Duration::from_secs(20);
+    while !Messages::open(&file).is_ok_and(|mut messages| messages.any(|message| message.is_ok())) {
+        assert!(Instant::now() < patience && child.try_wait()?.is_none(), "the run records");
+        std::thread::yield_now();
+    }
+    kill_process(Pid::from_raw(i32::try_from(child.id())?).ok_or("no process id")?, Signal::INT)?;
     let code = child.wait()?.code();
-    reading.join().map_err(|_| "the reader failed")?;
-    Ok(code)
+    Ok((code, Messages::open(&file)?.all(|message| message.is_ok())))
 }
 
 #[test]
 fn prop_an_interrupted_run_does_not_look_finished() -> Tried {
-    assert_eq!(interrupted(&["--until", "1000"])?, Some(130));
-    assert_eq!(interrupted(&[])?, Some(0), "a run without an end is ended by Ctrl-C");
+    assert_eq!(interrupted(&["--until", "1000"])?, (Some(130), true));
+    assert_eq!(interrupted(&[])?, (Some(0), true), "a run without an end is ended by Ctrl-C");
     Ok(())
 }
 
@@ -92,7 +93,7 @@ fn described(file: &str) -> Result<(Option<i32>, serde_json::Value), Box<dyn Err
 #[test]
 fn val_info_counts_as_the_reader_does() -> Tried {
     let (code, info) = described(WHOLE)?;
-    let messages = flexcrank::recording::Messages::open(Path::new(WHOLE))?.collect::<Result<Vec<_>, _>>()?;
+    let messages = Messages::open(Path::new(WHOLE))?.collect::<Result<Vec<_>, _>>()?;
     assert_eq!(code, Some(0));
     assert_eq!(info["messages"], messages.len());
     let topic = info["topics"].as_array().ok_or("no topics")?.iter().find(|topic| topic["topic"] == "flexcrank/crank/angles");

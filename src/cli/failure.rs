@@ -67,7 +67,7 @@ impl From<io::Error> for Failure {
     }
 }
 
-/// Says of each type which of its errors mean that the request is wrong.
+/// Declares for each error type which of its errors mean that the request is wrong.
 macro_rules! usage {
     ($($error:ty: $is_usage:expr),* $(,)?) => {$(
         impl From<$error> for Failure {

@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Stdout, Write};
 
-/// Standard output. Once its reader has closed it, as `head` does, output is dropped: the work goes on, and so does its exit code.
+/// Standard output. Once its reader has closed it, as `head` does, output is dropped: the work goes on, and its exit code counts.
 pub(super) fn output() -> Output {
     Output(io::stdout())
 }

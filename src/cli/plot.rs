@@ -167,7 +167,7 @@ fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {
     Entry { section, number: "", file, sentence, picture: Box::new(picture) }
 }
 
-/// Prints a path, and after that of an animation, what it plays.
+/// Prints a path; the caption of an animation follows its path.
 fn print(args: &Args, path: &Path, entry: &Entry) -> CommandResult<()> {
     let caption = if args.animation.is_some() { format!(" ({})", entry.sentence) } else { String::new() };
     Ok(writeln!(output(), "{}{caption}", path.display())?)

@@ -23,7 +23,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Reads a file, and of it what lies in the range of time.
+    /// Reads a file, restricted to a range of simulated time.
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));

@@ -150,11 +150,13 @@ pub(super) fn run(args: Args) -> CommandResult {
     let waking = ThreadOptions { spin, realtime: !args.no_realtime };
     let was_interrupted = Cell::new(false);
     let reports = runtime()?.block_on(async {
-        let session = bus.open_service()?;
+        // From here on, before anything is recorded, a signal no longer ends the process by itself.
+        let signal = interrupted();
         let shutdown = async {
-            interrupted().await;
+            signal.await;
             was_interrupted.set(true);
         };
+        let session = bus.open_service()?;
         let reports = service::run_all(&session, members, waking, shutdown).await;
         bus::close(&session)?;
         CommandResult::Ok(reports?)

@@ -88,7 +88,8 @@ impl Timeline {
         Some(late)
     }
 
-    /// Recorded over wall time from first to last message, interruptions excluded; `None` before two messages.
+    /// Recorded over wall time, from when the first message was due to the last message, interruptions excluded; `None` before two
+    /// messages.
     pub fn achieved_rate(&self) -> Option<f64> {
         let mut whole = self.clone();
         whole.close_stretch();
@@ -147,6 +148,15 @@ mod tests {
         timeline.set_rate(wall(9.0), 4.0, 0.5);
         timeline.go(wall(10.0));
         assert_eq!(timeline.deadline(4.5), Some(wall(11.0)));
+    }
+
+    #[test]
+    fn regress_a_late_first_message_does_not_raise_the_achieved_rate() {
+        let mut timeline = Timeline::new(1.0, 0.0);
+        timeline.go(wall(0.0));
+        timeline.put(wall(0.5), 0.0);
+        timeline.put(wall(1.0), 1.0);
+        assert_eq!(timeline.achieved_rate(), Some(1.0));
     }
 
     #[test]
