@@ -52,10 +52,10 @@ impl RecordingMetadata {
         build_info::FACTS.into_iter().filter_map(differs).collect()
     }
 
-    /// Whether the scene has the checksum that the metadata stores.
-    pub fn scene_is_original(&self) -> bool {
+    /// Whether the scene has the checksum that the metadata stores; `None` if they store none.
+    pub fn scene_is_original(&self) -> Option<bool> {
         let sum = self.scene.as_deref().map(sum);
-        self.facts.get("scene_crc32").is_none_or(|kept| Some(kept) == sum.as_ref())
+        self.facts.get("scene_crc32").map(|kept| Some(kept) == sum.as_ref())
     }
 
     /// Wall clock at the start of the session, the origin of `log_time`.

@@ -1,6 +1,7 @@
 //! Recordings: sessions as MCAP files, written, read, recovered and exported. Only this layer uses the mcap library.
 
 pub mod build_info;
+mod end;
 mod error;
 mod export;
 mod format;
@@ -22,6 +23,7 @@ mod topic_columns;
 mod walk;
 mod writer;
 
+pub use end::{EndReason, RecordingEnd};
 pub use error::RecordingError;
 pub use export::{Export, Exported, export};
 pub use format::{Channel, RecordedMessage};

@@ -1,12 +1,13 @@
 //! The recording thread: it writes messages from a bounded queue, so that a slow disk never blocks the simulation.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, channel};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use super::end::EndReason;
 use super::session_info::SessionInfo;
 use super::settings::{Settings, WhenFull};
 use super::writer::{SessionWriter, Written};
@@ -41,6 +42,8 @@ struct Shared {
     /// Number of queued messages. The queue allocates memory only for these.
     waiting: AtomicUsize,
     ended: AtomicBool,
+    /// Why the recording was finished.
+    reason: OnceLock<EndReason>,
 }
 
 impl Recorder {
@@ -116,8 +119,10 @@ impl Recorder {
         }
     }
 
-    /// Writes all queued messages, closes the file, and returns a summary of every part.
-    pub fn finish(self) -> Vec<Result<Written, RecordingError>> {
+    /// Writes all queued messages and the reason of the end, closes the file, and returns a summary of every part.
+    pub fn finish(self, reason: EndReason) -> Vec<Result<Written, RecordingError>> {
+        // The reason is set once.
+        let _ = self.shared.reason.set(reason);
         drop(self.queue);
         let died = || RecordingError::file(self.base)(std::io::Error::other("the recording thread died"));
         self.thread.join().unwrap_or_else(|_| vec![Err(died())])
@@ -145,7 +150,9 @@ impl Recording {
     fn take_all(mut self, messages: &Receiver<Message>) -> Vec<Result<Written, RecordingError>> {
         let taken = self.take(messages);
         let Recording { writer, mut finished, shared, .. } = self;
-        finished.push(taken.and_then(|limited| Ok(Written { limited, ..writer.finish()? })));
+        let reason =
+            |limited| if limited { EndReason::SizeLimit } else { shared.reason.get().copied().unwrap_or(EndReason::RunEnded) };
+        finished.push(taken.and_then(|limited| Ok(Written { limited, ..writer.finish(reason(limited))? })));
         // Set before the queue closes, so that a failed send finds the reason.
         shared.ended.store(true, Ordering::Release);
         finished
@@ -185,6 +192,8 @@ impl Recording {
     /// Writes a message; returns whether the size limit was reached.
     fn write(&mut self, message: &Message) -> Result<bool, RecordingError> {
         if message.begins_part && self.writer.is_full() {
+            // The checkpoint ends this part, and begins the next.
+            self.writer.write(message)?;
             self.next_part()?;
         }
         self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
@@ -205,7 +214,7 @@ impl Recording {
             }
         };
         self.shared.part.store(part, Ordering::Relaxed);
-        let finished = std::mem::replace(&mut self.writer, writer).finish();
+        let finished = std::mem::replace(&mut self.writer, writer).finish(EndReason::NextPart);
         if let Ok(Written { path, .. }) = &finished {
             self.finished_bytes += std::fs::metadata(path).map_or(0, |file| file.len());
         }

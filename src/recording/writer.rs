@@ -10,6 +10,7 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, Writer};
 
+use super::end::{EndReason, RecordingEnd};
 use super::message::Message;
 use super::session_info::SessionInfo;
 use super::settings::{Settings, Split};
@@ -179,11 +180,14 @@ impl SessionWriter {
         there + CHUNK_BYTES + SUMMARY_BYTES + CHUNK_INDEX_BYTES * chunks
     }
 
-    /// Closes the file, with statistics and index, and returns a summary.
+    /// Closes the file, with its end, statistics and index, and returns a summary.
     ///
     /// # Errors
     /// [`RecordingError`] if the file cannot be written.
-    pub fn finish(mut self) -> Result<Written, RecordingError> {
+    pub fn finish(mut self, reason: EndReason) -> Result<Written, RecordingError> {
+        let counts = self.channels.iter().map(|(topic, channel)| (topic.clone(), u64::from(channel.sequence) + 1)).collect();
+        let end = RecordingEnd { reason: reason.to_string(), counts };
+        self.mcap.write_metadata(&end.into()).map_err(RecordingError::unwritten(&self.path))?;
         self.mcap.finish().map_err(RecordingError::unwritten(&self.path))?;
         let flushed = self.mcap.into_inner().into_inner().flush();
         flushed

@@ -5,10 +5,14 @@ use prost::DecodeError;
 use crate::recording::RecordedMessage;
 use crate::wire::{AppliedCommand, Message, applied_command, control};
 
-/// Decodes a message by the name of its schema; `None` for a message without meaning for re-simulation.
+/// Decodes a message by the name of its schema; `None` if no topic has stamped messages of this schema.
 pub(super) fn decode(message: &RecordedMessage) -> Result<Option<Message>, DecodeError> {
-    let decoded = Message::decode(schema(message), &message.data)?;
-    Ok(decoded.filter(|message| !matches!(message, Message::Shadow(_) | Message::Overruns(_))))
+    Message::decode(schema(message), &message.data)
+}
+
+/// Whether a message is a report of the service, which re-simulation does not compute.
+pub(super) fn is_report(message: &Message) -> bool {
+    matches!(message, Message::Shadow(_) | Message::Overruns(_) | Message::Gaps(_))
 }
 
 /// Fully qualified name of a message's type; empty if the file has none.

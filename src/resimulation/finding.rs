@@ -25,9 +25,7 @@ pub enum Finding {
     #[error("scene.toml was changed after the recording was made")]
     SceneChanged,
     /// Steps that were due are missing.
-    #[error(
-        "{topic}: {count} steps that were due after step {after} and before step {before} of epoch {epoch} are missing: {why}"
-    )]
+    #[error("{topic}: {count} steps that were due between steps {after} and {before} of epoch {epoch} are missing: {why}")]
     Missing {
         /// Last chunk of the topic.
         topic: &'static str,
@@ -41,6 +39,64 @@ pub enum Finding {
         count: u64,
         /// Why they are missing.
         why: LossReason,
+    },
+    /// The recording holds no message.
+    #[error("the recording holds no message")]
+    Empty,
+    /// The metadata lacks an entry.
+    #[error("the metadata does not state {0}: {1}")]
+    NoFact(&'static str, &'static str),
+    /// The file does not state how the recording ended.
+    #[error("the file does not state how the recording ended: messages at its end may be missing")]
+    NoEnd,
+    /// The stated end does not fit the messages.
+    #[error("the stated end of the recording: {0}")]
+    End(String),
+    /// A channel is none of this service.
+    #[error("{topic}: {what}")]
+    Channel {
+        /// The full topic.
+        topic: String,
+        /// The fault, in words.
+        what: String,
+    },
+    /// The sequence numbers of a topic jump or repeat.
+    #[error("{topic}: message number {found} comes where number {expected} was due{}", other_jumps(*.others))]
+    Sequence {
+        /// The full topic.
+        topic: String,
+        /// Expected sequence number of the first such message.
+        expected: u32,
+        /// Its sequence number.
+        found: u32,
+        /// Further jumps and repetitions on the topic.
+        others: u64,
+    },
+    /// A message contradicts itself or others.
+    #[error("{topic}, step {step} of epoch {epoch}: {what}")]
+    Contradiction {
+        /// Last chunk of the topic.
+        topic: &'static str,
+        /// The epoch.
+        epoch: u64,
+        /// The step.
+        step: u64,
+        /// The contradiction, in words.
+        what: String,
+    },
+    /// A full queue dropped messages of a topic without a publishing rate.
+    #[error("{topic}: a full queue dropped {count} messages")]
+    Dropped {
+        /// Last chunk of the topic.
+        topic: String,
+        /// Number of messages.
+        count: u64,
+    },
+    /// Messages could not be re-simulated.
+    #[error("{messages} messages could not be re-simulated, because data before them is lost")]
+    NotRecomputed {
+        /// Number of messages.
+        messages: u64,
     },
     /// The file does not begin with a checkpoint.
     #[error("the recording does not begin with a checkpoint: messages before the first cannot be re-simulated")]
@@ -129,7 +185,13 @@ impl Finding {
     pub fn is_loss(&self) -> bool {
         matches!(
             self,
-            Finding::CutOff { .. } | Finding::Recovered | Finding::Missing { why: LossReason::Queue | LossReason::Recovered, .. }
+            Finding::CutOff { .. }
+                | Finding::Recovered
+                | Finding::NoEnd
+                | Finding::NoFact(..)
+                | Finding::Dropped { .. }
+                | Finding::NotRecomputed { .. }
+                | Finding::Missing { why: LossReason::Queue | LossReason::Recovered, .. }
         )
     }
 }
@@ -138,4 +200,8 @@ fn lost(damage: &Damage) -> String {
     damage.lost_ns.map_or(String::new(), |[from, to]| {
         format!("; its messages of {:.3} s are lost (log_time {from} to {to} ns)", (to.saturating_sub(from)) as f64 * 1e-9)
     })
+}
+
+fn other_jumps(others: u64) -> String {
+    if others > 0 { format!(", and {others} more numbers do not follow") } else { String::new() }
 }

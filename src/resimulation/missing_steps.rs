@@ -14,6 +14,10 @@ const LIMIT: usize = 1000;
 /// Follows every topic through the steps of a recording.
 pub(super) struct MissingSteps {
     step_s: f64,
+    /// Whether the first state of the run is in the recording.
+    begins_with_run: bool,
+    /// Whether a message came.
+    begun: bool,
     tracks: Vec<TopicTrack>,
     /// Expected sequence number of the next command.
     next_command: u32,
@@ -29,6 +33,8 @@ struct TopicTrack {
     last: Option<EpochStep>,
     /// Expected sequence number of the next message: a jump means that messages were lost from the file.
     next: u32,
+    /// Whether the first state of the epoch is due: it is published at any rate.
+    start_is_due: bool,
     /// Whether part of the file was lost since the last message.
     lost: bool,
     /// Index of a missing range that another topic revealed: the next message of this topic may explain it.
@@ -56,10 +62,13 @@ impl MissingSteps {
         };
         let rates = source.publish.map_or(PerTelemetry::default(), |rates| rates.map(Some)).by_topic().into_iter();
         let tracks = rates.filter(|(topic, _)| is_published(*topic));
-        let tracks =
-            tracks.map(|(topic, rate)| TopicTrack { topic, rate, last: None, next: 0, lost: false, open: None }).collect();
+        let tracks = tracks
+            .map(|(topic, rate)| TopicTrack { topic, rate, last: None, next: 0, start_is_due: false, lost: false, open: None })
+            .collect();
         MissingSteps {
             step_s: source.scene.scene.solver.step_s,
+            begins_with_run: source.begins_with_run() && source.metadata.fact("resumes").is_empty(),
+            begun: false,
             tracks,
             next_command: 0,
             numbers_after_missing_commands: Vec::new(),
@@ -76,14 +85,27 @@ impl MissingSteps {
     pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64) {
         let Some(stamp) = event.stamp() else { return };
         let at = (stamp.epoch, stamp.step);
+        self.take_at(event, at, sequence, number);
+        self.begun = true;
+    }
+
+    fn take_at(&mut self, event: &Message, at: EpochStep, sequence: u32, number: u64) {
         match event {
             // Samples are expected from here on, in a new epoch.
             Message::Checkpoint(_) => {
                 let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
-                self.tracks.iter_mut().filter(fresh).for_each(|track| track.last = Some(at));
+                let start_is_due = at.1 == 0 && (at.0 > 0 && self.begun || self.begins_with_run && !self.begun);
+                self.tracks.iter_mut().filter(fresh).for_each(|track| {
+                    (track.last, track.start_is_due) = (Some(at), start_is_due);
+                });
             }
             // Everything due before the status was published before it.
-            Message::Status(status) if status.state() != State::Diverged => self.all_up_to(at, number),
+            Message::Status(status) if status.state() != State::Diverged => {
+                self.all_up_to(at, number);
+                if status.state() == State::Finished {
+                    self.end_at(at, number);
+                }
+            }
             Message::Commands(command) => {
                 if sequence != self.next_command {
                     self.numbers_after_missing_commands.push(number);
@@ -105,24 +127,39 @@ impl MissingSteps {
         if let Some(hole) = track.open.take().and_then(|open| self.holes.get_mut(open)) {
             hole.damaged |= track.lost;
         }
+        track.start_is_due &= track.last != Some(at);
         self.check(i, at, number);
         let track = &mut self.tracks[i];
-        (track.last, track.lost) = (Some(at), false);
+        (track.last, track.start_is_due, track.lost) = (Some(at), false, false);
     }
 
     fn all_up_to(&mut self, (epoch, step): EpochStep, number: u64) {
         for i in 0..self.tracks.len() {
             let open = self.holes.len();
             if self.check(i, (epoch, step.saturating_add(1)), number) {
+                self.tracks[i].start_is_due = false;
                 (self.tracks[i].last, self.tracks[i].open) = (Some((epoch, step)), Some(open));
             }
         }
     }
 
+    /// Notes the topics without the last state of the run, which is published at any rate.
+    fn end_at(&mut self, (epoch, step): EpochStep, number: u64) {
+        for TopicTrack { topic, rate, last, lost, .. } in &self.tracks {
+            let Some((_, (of, after))) = rate.zip(*last).filter(|(_, last)| *last != (epoch, step)) else { continue };
+            let after = if of == epoch { after } else { 0 };
+            let range = MissingRange { topic: *topic, epoch, after, before: step + 1, count: 1, damaged: *lost, number };
+            self.holes.push(range);
+        }
+    }
+
     /// Notes the missing range of a topic before an instant; returns whether there is one.
     fn check(&mut self, i: usize, (epoch, before): EpochStep, number: u64) -> bool {
-        let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), lost, .. } = &self.tracks[i] else { return false };
-        let count = if *of == epoch { rate.due_between(*after, before, self.step_s) } else { 0 };
+        let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), start_is_due, lost, .. } = &self.tracks[i] else {
+            return false;
+        };
+        let later = || rate.due_between(*after, before, self.step_s) + u64::from(*start_is_due);
+        let count = if *of == epoch { later() } else { 0 };
         if count > 0 && self.holes.len() < LIMIT {
             self.holes.push(MissingRange { topic: *topic, epoch, after: *after, before, count, damaged: *lost, number });
         }

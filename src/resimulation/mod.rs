@@ -1,5 +1,6 @@
 //! Re-simulation of recordings: verified to the bit, resumed, or changed to see what would have been.
 
+mod channels;
 mod deviation;
 mod difference;
 mod error;
@@ -11,6 +12,8 @@ mod recheck;
 mod recorded_session;
 mod resimulator;
 mod resume;
+mod run_counts;
+mod run_track;
 mod survey;
 mod verify;
 mod what_if;

@@ -2,10 +2,11 @@
 
 use super::ResimulationError;
 use super::difference::{Difference, Field};
-use super::event::{decode, schema, topic};
+use super::event::{decode, is_report, schema, topic};
 use super::finding::Finding;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
+use super::run_counts::RunCounts;
 use super::survey::Survey;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
@@ -41,6 +42,7 @@ pub(super) fn recheck(
     let mut recheck = Recheck {
         source,
         resimulator: Resimulator::new(&source.scene.scene)?,
+        counts: RunCounts::of_old_run(),
         anchored: false,
         breaks: survey.breaks.iter().copied().peekable(),
         gaps: &survey.gaps,
@@ -61,12 +63,14 @@ pub(super) fn recheck(
     })?;
     let Recheck { done, mut findings, first, differing, .. } = recheck;
     findings.extend(first.map(|first| Finding::Differs { first: Box::new(first), messages: differing }));
+    findings.extend((done.skipped > 0).then_some(Finding::NotRecomputed { messages: done.skipped }));
     Ok((done, findings))
 }
 
 struct Recheck<'a, B: Iterator<Item = u64>> {
     source: &'a RecordedSession,
     resimulator: Resimulator,
+    counts: RunCounts,
     /// Whether the re-simulation is in the state of the recording.
     anchored: bool,
     breaks: std::iter::Peekable<B>,
@@ -86,6 +90,9 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
             self.anchored = false;
         }
         self.number += 1;
+        if schema(message) == Topic::SceneUpdates.schema() {
+            return self.drawing(message);
+        }
         // The first reading reports messages that do not fit their schema or time.
         let Ok(Some(event)) = decode(message) else { return };
         let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return };
@@ -93,7 +100,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.anchored &= !self.commands_are_missing_before(at);
         match &event {
             Message::Checkpoint(checkpoint) => self.checkpoint(message, &event, checkpoint, at),
-            Message::Gaps(_) => {}
+            report if is_report(report) => {}
             // The command that started the recording precedes its first state, and does not change it.
             Message::Commands(command) if !self.anchored && is_control(command) => {}
             _ if !self.anchored => self.done.skipped += 1,
@@ -118,7 +125,13 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         } else if at == (0, 0) {
             // The start needs no checkpoint.
             self.anchored = true;
+            self.counts = RunCounts::of_new_run();
+            if !self.gaps.is_empty() {
+                self.counts.samples_are_missing();
+            }
             self.compare(message, event, at);
+        } else {
+            self.counts = RunCounts::of_old_run();
         }
         let restored =
             wire::recorded_checkpoint(checkpoint).map(|state| self.resimulator.restore(&state, checkpoint.epoch_start_s));
@@ -132,7 +145,10 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
 
     fn go_to(&mut self, at: EpochStep) -> bool {
         let mut steps = 0;
-        let gone = self.resimulator.go_to(at, |_| steps += 1);
+        let gone = self.resimulator.go_to(at, |simulation| {
+            steps += 1;
+            self.counts.stepped(simulation);
+        });
         self.done.steps += steps;
         match gone {
             Ok(()) => true,
@@ -156,8 +172,15 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if !self.go_to(at) {
             return;
         }
+        let diverged = match event {
+            Message::Status(status) if status.state() == State::Diverged => match self.resimulator.diverges() {
+                Some(diverged) => Some(diverged.to_string()),
+                None => return self.continues(at),
+            },
+            _ => None,
+        };
         let computed = match self.resimulator.recompute(event) {
-            Ok(Some(computed)) => computed,
+            Ok(Some(computed)) => self.counted(event, computed, diverged.as_deref()),
             Ok(None) => return,
             Err(diverged) => return self.lost(at, &diverged.into()),
         };
@@ -169,17 +192,50 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if computed != message.data.as_ref() {
             self.differs(message, &computed, at);
         }
-        if matches!(event, Message::Status(status) if status.state() == State::Diverged) {
-            self.diverges(at);
-        }
+        // Nothing follows a divergence.
+        self.anchored &= diverged.is_none();
     }
 
     /// Where the recording diverged, the re-simulation must diverge too.
-    fn diverges(&mut self, at: EpochStep) {
-        if self.resimulator.can_step() {
-            self.fault(at, "the recording diverged here, but the re-simulation continues".to_owned());
-        }
+    fn continues(&mut self, at: EpochStep) {
+        self.fault(at, "the recording diverged here, but the re-simulation continues".to_owned());
         self.anchored = false;
+    }
+
+    /// Completes a computed status with the counts since the run began, and counts a sample.
+    fn counted(&mut self, recorded: &Message, computed: Message, diverged: Option<&str>) -> Message {
+        if recorded.topic().is_telemetry() {
+            self.counts.sampled(self.resimulator.out_of_range());
+        }
+        match computed {
+            Message::Status(status) => {
+                Message::Status(Box::new(self.counts.replace(&status, self.resimulator.simulation(), diverged)))
+            }
+            computed => computed,
+        }
+    }
+
+    /// Compares a drawing of the mechanism, which has no stamp, at the instant of its log time.
+    fn drawing(&mut self, message: &RecordedMessage) {
+        if !self.anchored {
+            self.done.skipped += 1;
+            return;
+        }
+        let stamp = self.resimulator.stamp();
+        // The first reading reports a log time that is not that of a step.
+        let Some(step) = self.source.step_at(message.log_time, stamp.epoch_start_s) else { return };
+        let at = (stamp.epoch, step);
+        if !self.go_to(at) {
+            return;
+        }
+        let computed = match self.resimulator.draw(message.log_time) {
+            Ok(computed) => computed,
+            Err(diverged) => return self.lost(at, &diverged.into()),
+        };
+        self.done.messages += 1;
+        if computed != message.data.as_ref() {
+            self.differs(message, &computed, at);
+        }
     }
 
     /// Keeps the largest balance error and the verdict of the re-simulation; each message is compared separately.

@@ -59,6 +59,19 @@ impl RecordedSession {
         stamp.sim_time_s.to_bits() == sim_time_s.to_bits() && self.log_time_ns(sim_time_s) <= log_time_ns
     }
 
+    /// The step at `log_time` in an epoch that began at `epoch_start_s`; `None` if no step is at that time.
+    pub(super) fn step_at(&self, log_time_ns: u64, epoch_start_s: f64) -> Option<u64> {
+        let session_s = log_time_ns.checked_sub(self.log_time_ns(0.0))? as f64 * 1e-9;
+        let step_s = self.scene.scene.solver.step_s;
+        let step = ((session_s - epoch_start_s) / step_s).round();
+        (step >= 0.0 && self.log_time_ns(epoch_start_s + step * step_s) == log_time_ns).then_some(step as u64)
+    }
+
+    /// Whether the recording begins where its run began, so that counts since then are known.
+    pub(super) fn begins_with_run(&self) -> bool {
+        matches!(self.metadata.fact("part"), "" | "1")
+    }
+
     /// `log_time` of an instant of the session, ns.
     pub fn log_time_ns(&self, session_s: f64) -> u64 {
         recording::log_time_ns(self.started, session_s)

@@ -2,6 +2,8 @@
 
 use std::time::SystemTime;
 
+use prost::Message as _;
+
 use super::event::resets;
 use crate::scene::Scene;
 use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
@@ -98,9 +100,22 @@ impl Resimulator {
         Ok(())
     }
 
-    /// Whether the present state can be observed and another step taken. Takes that step, so the re-simulation ends here.
-    pub(super) fn can_step(&mut self) -> bool {
-        self.observe().is_ok() && self.simulation.step().is_ok()
+    /// Returns how the simulation diverges at the present instant: it cannot be observed, or its next step fails. If it does not
+    /// diverge, the step was taken, so the re-simulation ends here.
+    pub(super) fn diverges(&mut self) -> Option<Diverged> {
+        self.observe().err().or_else(|| self.simulation.step().err())
+    }
+
+    /// Largest bending beyond the model's range in the last sample, relative to the link's length.
+    pub(super) fn out_of_range(&self) -> Option<f64> {
+        self.sample.observation.out_of_range
+    }
+
+    /// Draws the present state for viewers; `time_ns` is their playback time.
+    pub(super) fn draw(&mut self, time_ns: u64) -> Result<Vec<u8>, Diverged> {
+        self.observe()?;
+        let has_slider = self.sample.observation.resistance_n.is_some();
+        Ok(wire::scene_update(&self.telemetry.displacements(&self.sample), has_slider, time_ns).encode_to_vec())
     }
 
     /// Gives access to the simulation at the present instant.

@@ -1,7 +1,7 @@
 //! Resuming a session where its recording ended.
 
 use super::ResimulationError;
-use super::event::decode;
+use super::event::{decode, is_report};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, Resimulator};
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
@@ -95,6 +95,7 @@ impl Trail {
                 self.broken |= gap.topic == Topic::Commands.chunk();
                 return;
             }
+            report if is_report(&report) => return,
             Message::Checkpoint(checkpoint) => {
                 self.commands.clear();
                 self.broken = false;

@@ -1,12 +1,16 @@
 //! The first reading of a recording: order, completeness, and checks that need no re-simulation.
 
-use super::event::{decode, topic};
+use super::channels::{ChannelCheck, chunk};
+use super::event::{decode, is_report, topic};
 use super::finding::Finding;
 use super::missing_steps::MissingSteps;
 use super::physics::PhysicsCheck;
 use super::recorded_session::RecordedSession;
-use crate::recording::{RecordedMessage, RecordingError, Structure, WalkFlow, WalkItem, walk};
-use crate::wire::{Gap, Message, Stamp, Topic};
+use super::run_track::RunTrack;
+use crate::recording::{
+    EndReason, RecordedMessage, RecordingEnd, RecordingError, Structure, WalkFlow, WalkItem, nanoseconds, walk,
+};
+use crate::wire::{Gap, Message, Topic};
 
 /// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
@@ -26,56 +30,68 @@ pub(super) struct Survey {
 
 /// Reads a recording once; `progress` is called with the position in bytes.
 pub(super) fn survey(source: &RecordedSession, progress: &dyn Fn(u64)) -> Result<Survey, RecordingError> {
-    let physics = PhysicsCheck::new(&source.scene.scene);
-    let mut reading = Reading {
-        source,
-        survey: Survey { physics, ..Survey::default() },
-        holes: MissingSteps::new(source),
-        epoch_start: None,
-        messages: 0,
-    };
-    let mut recovered = false;
-    reading.survey.structure = walk(&source.path, |found, position| {
+    let mut reading = Reading::new(source);
+    let structure = walk(&source.path, |found, position| {
         match found {
             WalkItem::Message(message) => reading.message(message),
-            WalkItem::Damage(damage) if damage.lost_ns.is_some() => {
-                reading.holes.damaged();
-                reading.survey.breaks.push(reading.messages);
-            }
-            WalkItem::Metadata(RECOVERED, _) => recovered = true,
+            WalkItem::Damage(damage) if damage.lost_ns.is_some() => reading.damaged(),
+            WalkItem::Metadata(RECOVERED, _) => reading.recovered = true,
+            WalkItem::Metadata(name, entries) => reading.ends.extend(RecordingEnd::of(name, entries)),
             _ => {}
         }
         progress(position);
         WalkFlow::Continue(())
     })?;
-    let Reading { mut survey, holes, .. } = reading;
-    let Survey { structure, findings, breaks, gaps, .. } = &mut survey;
-    let (missing, lost) = holes.into_findings(gaps, recovered);
-    breaks.extend(lost);
-    breaks.sort_unstable();
-    findings.extend(missing);
-    findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
-    findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
-    findings.extend(recovered.then_some(Finding::Recovered));
-    if !source.metadata.scene_is_original() {
-        findings.push(Finding::SceneChanged);
-    }
-    Ok(survey)
+    Ok(reading.conclude(structure))
 }
 
 struct Reading<'a> {
     source: &'a RecordedSession,
     survey: Survey,
     holes: MissingSteps,
+    channels: ChannelCheck,
+    run: RunTrack,
     /// Epoch of the last checkpoint, and its start, s of the session.
     epoch_start: Option<(u64, f64)>,
     messages: u64,
+    /// The ends that the file states: one, if it is whole.
+    ends: Vec<RecordingEnd>,
+    recovered: bool,
+    is_damaged: bool,
 }
 
-impl Reading<'_> {
+impl<'a> Reading<'a> {
+    fn new(source: &'a RecordedSession) -> Self {
+        let physics = PhysicsCheck::new(&source.scene.scene);
+        Reading {
+            source,
+            survey: Survey { physics, ..Survey::default() },
+            holes: MissingSteps::new(source),
+            channels: ChannelCheck::new(&source.name, source.metadata.other_build().is_empty()),
+            run: RunTrack::new(source.begins_with_run()),
+            epoch_start: None,
+            messages: 0,
+            ends: Vec::new(),
+            recovered: false,
+            is_damaged: false,
+        }
+    }
+
+    fn damaged(&mut self) {
+        self.is_damaged = true;
+        self.holes.damaged();
+        self.channels.damaged();
+        self.run.lost();
+        self.survey.breaks.push(self.messages);
+    }
+
     fn message(&mut self, message: &RecordedMessage) {
         let number = self.messages;
         self.messages += 1;
+        self.channels.take(message, self.is_damaged || self.recovered);
+        if !self.ends.is_empty() {
+            self.survey.findings.push(Finding::End(format!("{} has a message after it", topic(message))));
+        }
         let event = match decode(message) {
             Ok(event) => event,
             Err(error) => {
@@ -92,33 +108,119 @@ impl Reading<'_> {
         if let Some(Message::Checkpoint(checkpoint)) = &event {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
         }
-        // A gap is reported later than it occurred, so its time is not checked.
-        self.time(message, event.as_ref().filter(|event| event.topic() != Topic::Gaps).and_then(Message::stamp));
+        self.time(message, event.as_ref());
         let Some(event) = event else { return };
+        if event.encode_to_vec() != message.data.as_ref() {
+            self.contradiction(message, &event, "the message has bytes beside its fields");
+        }
+        if let Message::Gaps(gap) = &event {
+            if gap.topic == Topic::Commands.chunk() {
+                self.run.lost();
+            }
+            self.survey.gaps.push(gap.as_ref().clone());
+        }
+        if let Some(what) = self.run.take(&event) {
+            self.contradiction(message, &event, &what);
+        }
         self.holes.take(&event, message.sequence, number);
         self.survey.findings.extend(self.survey.physics.judge(&event));
-        if let Message::Gaps(gap) = event {
-            self.survey.gaps.push(*gap);
-        }
     }
 
-    /// Checks that log times never fall, and equal the session's start plus the simulated time since then.
-    fn time(&mut self, message: &RecordedMessage, stamp: Option<Stamp>) {
+    fn contradiction(&mut self, message: &RecordedMessage, event: &Message, what: &str) {
+        let stamp = event.stamp().unwrap_or_default();
+        let finding =
+            Finding::Contradiction { topic: chunk(message), epoch: stamp.epoch, step: stamp.step, what: what.to_owned() };
+        self.survey.findings.push(finding);
+    }
+
+    /// Checks that log times never fall and equal the session's start plus the simulated time since then, and that a message was
+    /// published at its own wall time. A report comes later than its stamp, so its log time is that of any step.
+    fn time(&mut self, message: &RecordedMessage, event: Option<&Message>) {
         let log_time = message.log_time;
         let [first, last] = self.survey.span_ns.unwrap_or([log_time; 2]);
         self.survey.span_ns = Some([first, last.max(log_time)]);
-        let Some(stamp) = stamp else { return };
-        let Stamp { step, epoch, sim_time_s, .. } = stamp;
-        let fits = match self.epoch_start {
-            Some((of, start_s)) if of == epoch => log_time == self.source.log_time_ns(start_s + sim_time_s),
-            _ => true,
+        let stamp = event.filter(|event| !is_report(event)).and_then(Message::stamp);
+        let start_s = self.epoch_start.map(|(_, start_s)| start_s);
+        let fits = match (stamp, self.epoch_start) {
+            (Some(stamp), Some((of, start_s))) if of == stamp.epoch => {
+                log_time == self.source.log_time_ns(start_s + stamp.sim_time_s)
+            }
+            (Some(_), _) => true,
+            (None, _) => start_s.is_none_or(|start_s| self.source.step_at(log_time, start_s).is_some()),
         };
-        let fits = fits && self.source.is_timely(&stamp, log_time);
-        let what = match (log_time < last, fits) {
-            (true, _) => "the log time falls",
-            (false, false) => "the log time differs from the stamp",
-            (false, true) => return,
+        let what = match stamp {
+            _ if log_time < last => "the log time falls",
+            _ if !fits => "the log time differs from the stamp",
+            Some(stamp) if !self.source.is_timely(&stamp, log_time) => "the log time differs from the stamp",
+            Some(stamp) if stamp.wall_time.and_then(wall_ns) != Some(message.publish_time) => {
+                "the publish time differs from the stamp"
+            }
+            _ => return,
         };
+        let (epoch, step) = stamp.map_or((0, 0), |stamp| (stamp.epoch, stamp.step));
         self.survey.findings.push(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
     }
+
+    fn conclude(self, structure: Structure) -> Survey {
+        let end = self.end(&structure);
+        let Reading { source, mut survey, holes, channels, recovered, .. } = self;
+        let Survey { findings, breaks, gaps, .. } = &mut survey;
+        let (missing, lost) = holes.into_findings(gaps, recovered);
+        breaks.extend(lost);
+        breaks.sort_unstable();
+        findings.extend(missing);
+        findings.extend(channels.into_findings(recovered));
+        findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
+        findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
+        findings.extend(end);
+        findings.extend(recovered.then_some(Finding::Recovered));
+        findings.extend((structure.messages == 0).then_some(Finding::Empty));
+        findings.extend(source.publish.is_none().then_some(Finding::NoFact("publish_hz", "missing steps cannot be found")));
+        match source.metadata.scene_is_original() {
+            Some(true) => {}
+            Some(false) => findings.push(Finding::SceneChanged),
+            None => findings.push(Finding::NoFact("scene_crc32", "a change of the scene cannot be found")),
+        }
+        survey.structure = structure;
+        survey
+    }
+
+    /// Returns the fault of the recording's end, if there is one.
+    fn end(&self, structure: &Structure) -> Option<Finding> {
+        let (end, others) = match &self.ends[..] {
+            [] => return (structure.cut_off.is_none() && !self.recovered).then_some(Finding::NoEnd),
+            [end, others @ ..] => (end, others),
+        };
+        if self.recovered {
+            return None;
+        }
+        let counts = self.channels.counts();
+        let differing = || {
+            let topics = end.counts.keys().chain(counts.keys());
+            topics.into_iter().find(|topic| end.counts.get(*topic) != counts.get(*topic))
+        };
+        let run_ended = end.reason == EndReason::RunEnded.to_string();
+        let what = if !others.is_empty() {
+            "it is stated more than once".to_owned()
+        } else if let Some(topic) = differing().filter(|_| !self.is_damaged) {
+            let number = |counts: &std::collections::BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or(0);
+            format!("it counts {} messages of {topic}, but {} are there", number(&end.counts), number(&counts))
+        } else if run_ended != self.run.has_ended() && !self.is_damaged {
+            format!(
+                "`{}`, but the last status {}",
+                end.reason,
+                if run_ended { "does not say so" } else { "says that the run ended" }
+            )
+        } else if self.run.ends_without_checkpoint() && !self.is_damaged {
+            "no checkpoint holds the last state of the run".to_owned()
+        } else {
+            return None;
+        };
+        Some(Finding::End(what))
+    }
+}
+
+/// A wall time in nanoseconds since 1970.
+fn wall_ns(time: prost_types::Timestamp) -> Option<u64> {
+    std::time::SystemTime::try_from(time).ok().map(nanoseconds)
 }

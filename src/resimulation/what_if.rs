@@ -1,7 +1,7 @@
 //! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use prost::Message as _;
 
@@ -11,9 +11,11 @@ use super::difference::{Difference, Field};
 use super::event::{decode, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
-use crate::recording::{self, RecordedMessage, Recorder, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written, walk};
+use crate::recording::{
+    self, EndReason, RecordedMessage, Recorder, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written, walk,
+};
 use crate::scene::{PulseShape, SceneSource};
-use crate::simulation::{Diverged, PulseRequest};
+use crate::simulation::{Diverged, PulseRequest, Stamp};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
 /// Settings of the new recording.
@@ -107,7 +109,7 @@ pub fn what_if(
     })?;
     let end = end.and_then(|()| attempt.all_added());
     let Attempt { recorder, deviation, from_s, .. } = attempt;
-    let written = recorder.finish().into_iter().collect::<Result<_, _>>()?;
+    let written = recorder.finish(EndReason::Resimulated).into_iter().collect::<Result<_, _>>()?;
     let diverged = match end {
         Ok(()) => None,
         Err(Stopped::ResimulationFault(ResimulationFault::Diverged(diverged))) => Some(diverged),
@@ -258,7 +260,9 @@ impl Attempt<'_> {
             ..CommandReply::default()
         };
         let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
-        let applied = AppliedCommand { stamp: Some(wire::stamp(&self.resimulator.stamp())), reply: Some(reply), command };
+        let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
+        let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
+        let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), command };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
         Ok(())
     }

@@ -52,7 +52,6 @@ pub struct Inbox {
 #[derive(Debug, Default)]
 pub struct SharedState {
     waiting: AtomicUsize,
-    accepted: AtomicU64,
     rejected: AtomicU64,
     dropped: AtomicU64,
     checkpoint_wanted: AtomicBool,
@@ -83,14 +82,8 @@ impl SharedState {
         self.replies().get(id)
     }
 
-    /// Remembers the reply to a command that was accepted before this run, so that a retry is not applied again.
-    pub(super) fn remember(&self, reply: &CommandReply) {
-        self.replies().insert(reply);
-    }
-
-    /// Counts and remembers a command as accepted.
-    pub fn count_accepted(&self, reply: &CommandReply) {
-        self.accepted.fetch_add(1, Ordering::Relaxed);
+    /// Remembers the reply to an accepted command, so that a retry is not applied again.
+    pub fn remember(&self, reply: &CommandReply) {
         self.replies().insert(reply);
     }
 
@@ -101,11 +94,6 @@ impl SharedState {
 
     fn replies(&self) -> MutexGuard<'_, ReplyCache> {
         self.replies.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Commands accepted in this run.
-    pub fn accepted(&self) -> u64 {
-        self.accepted.load(Ordering::Relaxed)
     }
 
     /// Commands refused in this run.

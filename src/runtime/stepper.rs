@@ -18,7 +18,7 @@ use crate::simulation::{Diverged, EnergyVerdict, PerTelemetry, PublishRate, Publ
 use crate::wire::{CommandReply, status::State};
 use parts::{Deadlines, Drops, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
-pub(crate) use reporting::unbalanced;
+pub(crate) use reporting::{unbalanced, warning};
 
 /// Simulated time between two checkpoints, s.
 const CHECKPOINT_PERIOD_S: f64 = 10.0;
@@ -250,6 +250,8 @@ impl Stepper {
             let _ = self.publish(rest);
         }
         self.report_overruns();
+        // The last state in full: it proves the commands whose effect is still to come.
+        self.checkpoint();
         self.status(phase, message);
         self.send(Output::Over);
         RunSummary { ending, dropped: self.drops.count, verdict: self.simulation.energy_verdict() }

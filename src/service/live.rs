@@ -282,6 +282,7 @@ fn output_worker(
         on_status: live.on_status,
         finished_recordings: Vec::new(),
         encoded: 0,
+        commands_accepted: 0,
         drops: DropLedger::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
         recording_failure: None,

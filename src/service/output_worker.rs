@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
-use crate::recording::{self, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
+use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{Answer, MissedSamples, Output, Request, RunStatus, SharedState};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
 use crate::wire::{
@@ -67,6 +67,8 @@ pub(super) struct OutputWorker {
     pub finished_recordings: Vec<Result<Written, RecordingError>>,
     /// Number of messages encoded.
     pub encoded: u64,
+    /// Commands accepted in this run, up to the last message.
+    pub commands_accepted: u64,
     pub drops: DropLedger,
     /// Decides which samples are published as scene updates, if any are.
     pub scene_update_timer: Option<SceneUpdateTimer>,
@@ -90,7 +92,7 @@ pub(super) struct Closed {
 impl OutputWorker {
     /// Finishes the recording and leaves the bus.
     fn close(mut self) -> Closed {
-        self.close_recording();
+        self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
         Closed { left: self.endpoint.close(), recordings: self.finished_recordings, angles, encoded: self.encoded }
     }
@@ -203,7 +205,7 @@ impl OutputWorker {
     /// Notes that a recording has ended early; the simulation goes on without it. Returns whether it has.
     fn check_recording_ended(&mut self) -> bool {
         let Some(recorder) = self.recorder.take_if(|recorder| recorder.has_ended()) else { return false };
-        let results = recorder.finish();
+        let results = recorder.finish(EndReason::RunEnded);
         let why = match results.last() {
             Some(Err(error)) => error.to_string(),
             _ => "it reached --max-recording-size".to_owned(),
@@ -262,6 +264,7 @@ impl OutputWorker {
         self.shared.answered();
         reply_to(reply.clone());
         if let Some(request) = request.filter(|_| reply.accepted) {
+            self.commands_accepted += 1;
             self.send(Topic::Commands, &stamp, || applied(request, reply, &stamp).encode_to_vec());
         }
     }
@@ -275,7 +278,7 @@ impl OutputWorker {
         match done {
             Ok(path) => {
                 let reply = CommandReply { reason: path.display().to_string(), ..reply };
-                self.shared.count_accepted(&reply);
+                self.shared.remember(&reply);
                 reply
             }
             Err(reason) => {
@@ -300,11 +303,11 @@ impl OutputWorker {
 
     fn stop_recording(&mut self) -> Result<PathBuf, String> {
         let path = self.recorder.as_ref().map(Recorder::path).ok_or("not recording")?;
-        self.close_recording();
+        self.close_recording(EndReason::Stopped);
         Ok(path)
     }
 
-    fn close_recording(&mut self) {
+    fn close_recording(&mut self, reason: EndReason) {
         let Some(recorder) = self.recorder.take() else { return };
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
@@ -313,7 +316,7 @@ impl OutputWorker {
             }
             self.endpoint.publish(Topic::Gaps, payload);
         }
-        self.finished_recordings.extend(recorder.finish());
+        self.finished_recordings.extend(recorder.finish(reason));
     }
 }
 

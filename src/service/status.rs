@@ -22,7 +22,7 @@ impl OutputWorker {
             step_error_max_rad: run.step_errors.map(|all| all.max_rad),
             solver_iterations: run.newton_iterations,
             message: self.recording_failure.clone().into_iter().chain(run.message).collect::<Vec<_>>().join("; "),
-            commands_accepted: self.shared.accepted(),
+            commands_accepted: self.commands_accepted,
             commands_rejected: self.shared.rejected(),
             pulses_pending: u32::try_from(run.pulses_pending).unwrap_or(u32::MAX),
             recording: self.recorder.as_ref().map(|recorder| recorder.path().display().to_string()),

@@ -38,14 +38,18 @@ impl Stepper {
         if !reply.accepted {
             self.ports.shared.count_rejected();
         } else if !request.is_of_recording() {
-            // The output thread decides, counts and remembers commands that start or stop a recording.
-            self.ports.shared.count_accepted(&reply);
+            // The output thread decides and remembers commands that start or stop a recording.
+            self.ports.shared.remember(&reply);
         }
         if let (true, Request::Torque(pulse), Some(shadow)) = (reply.accepted, &request, &mut self.shadow) {
             shadow.add_pulse(pulse);
         }
         let resets = reply.accepted && matches!(request, Request::Control(Action::Reset(_)));
         let records = matches!(request, Request::Control(Action::StartRecording(_)));
+        if matches!(request, Request::Control(Action::StopRecording(_))) {
+            // The recording ends with the state in full.
+            self.checkpoint();
+        }
         self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: Some(request), stamp })));
         if resets || records {
             // The checkpoint follows the command that caused it, so that a recording can be re-simulated in its own order, from

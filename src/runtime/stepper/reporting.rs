@@ -77,12 +77,17 @@ impl Stepper {
         if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
             return Some(format!("the shadow {diverged}"));
         }
-        if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = self.simulation.energy_verdict() {
-            return Some(unbalanced(worst_j, in_play_j));
-        }
-        let bent = 100.0 * self.statistics.worst_out_of_range;
-        (bent > 0.0).then(|| format!("out of the model's range: a link was bent by {bent:.1} % of its length"))
+        warning(self.simulation.energy_verdict(), self.statistics.worst_out_of_range)
     }
+}
+
+/// The warning of the simulation: energy out of balance, or a link bent by `worst_out_of_range` of its length.
+pub(crate) fn warning(verdict: EnergyVerdict, worst_out_of_range: f64) -> Option<String> {
+    if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = verdict {
+        return Some(unbalanced(worst_j, in_play_j));
+    }
+    let bent = 100.0 * worst_out_of_range;
+    (bent > 0.0).then(|| format!("out of the model's range: a link was bent by {bent:.1} % of its length"))
 }
 
 /// The warning that the energy balance of a run was off.

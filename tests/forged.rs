@@ -1,0 +1,334 @@
+//! Altered recordings, all sums right: `verify` finds every change, or the guide names it as not provable.
+#![allow(clippy::expect_used, reason = "a test may fail")]
+
+mod common;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use common::rewritten::{Contents, Entry, as_is};
+use common::{Outcome, Service};
+use flexcrank::bus::client;
+use flexcrank::resimulation::{RecordedSession, verify};
+use flexcrank::runtime::Pace;
+use flexcrank::scene::SceneSource;
+use flexcrank::simulation::PublishRate;
+use flexcrank::wire::{self, TorquePulse, control::Action};
+use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, ReflectMessage, Value};
+
+type Failure = Box<dyn std::error::Error>;
+
+/// A short recording with commands of every kind, and scene updates.
+fn eventful() -> Result<(tempfile::TempDir, PathBuf), Failure> {
+    let scene = SceneSource::open("crank-slider", &["pulse=[]".to_owned()])?;
+    let service = Service::start_as(tempfile::tempdir()?, scene, Pace::Factor(50.0), None, |live| {
+        live.stepping.publish = PublishRate::Hz(20.0).into();
+        live.scene_updates_hz = Some(5.0);
+    })?;
+    let say =
+        |action| client::control(&service.client, &service.name, &wire::Control { id: String::new(), action: Some(action) });
+    let pulse = |torque_nm: f64, delay_s: f64| {
+        let pulse = TorquePulse { id: format!("{delay_s}"), torque_nm, duration_s: 0.2, delay_s, ..TorquePulse::default() };
+        client::pulse(&service.client, &service.name, &pulse)
+    };
+    // The last pulse begins after the end of the recording.
+    for (torque_nm, delay_s) in [(5.0, 0.0), (-3.0, 0.3333), (2.0, 1000.0)] {
+        assert!(pulse(torque_nm, delay_s)?.accepted);
+    }
+    say(Action::Pause(wire::Pause {}))?;
+    say(Action::Step(wire::Steps { count: 7 }))?;
+    say(Action::Resume(wire::Resume {}))?;
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    listener.wait_for(flexcrank::bus::Topic::Angles, 30, std::time::Duration::from_secs(30))?;
+    say(Action::Reset(wire::Reset {}))?;
+    assert!(pulse(4.0, 0.1)?.accepted);
+    listener.wait_for(flexcrank::bus::Topic::Angles, 60, std::time::Duration::from_secs(30))?;
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    Ok((folder, file))
+}
+
+/// Whether `verify` finds anything in an altered recording.
+fn is_found(all: &Contents, path: &Path) -> Result<bool, Failure> {
+    all.write(path)?;
+    match RecordedSession::open(path).and_then(|source| verify(&source, &|_, _| {})) {
+        Ok(found) => Ok(!found.findings.is_empty()),
+        // A recording that cannot be verified is refused.
+        Err(_) => Ok(true),
+    }
+}
+
+/// The names in the section of the guide that says what cannot be proved; `*` stands for any ending.
+fn not_provable() -> Result<BTreeSet<String>, Failure> {
+    let guide = include_str!("../src/guide/recordings.md");
+    let section = guide.split("## What `verify` cannot prove").nth(1).and_then(|rest| rest.split("\n## ").next());
+    let names = section.ok_or("no such section")?.lines().filter(|line| line.starts_with("- ") || line.starts_with("  "));
+    Ok(names.flat_map(|line| line.split('`').skip(1).step_by(2)).map(str::to_owned).collect())
+}
+
+fn is_named(names: &BTreeSet<String>, name: &str) -> bool {
+    names.iter().any(|known| known.strip_suffix('*').map_or(known == name, |beginning| name.starts_with(beginning)))
+}
+
+/// A field in a message: field numbers and indices of lists, from the outside inwards.
+type Place = Vec<(u32, Option<usize>)>;
+
+/// Adds all fields of a message with values of their own, by dotted name.
+fn places(message: &DynamicMessage, name: &str, at: &Place, found: &mut BTreeMap<String, Vec<Place>>) {
+    for field in message.descriptor().fields() {
+        let name = format!("{name}.{}", field.name());
+        let of_choice = field.containing_oneof().is_some_and(|oneof| !oneof.is_synthetic());
+        if of_choice && !message.has_field(&field) {
+            continue;
+        }
+        let value = message.get_field(&field);
+        let mut add = |index: Option<usize>, value: &Value| {
+            let at: Place = at.iter().copied().chain([(field.number(), index)]).collect();
+            match value {
+                Value::Message(inner) if message.has_field(&field) => places(inner, &name, &at, found),
+                Value::Message(_) => {}
+                _ => found.entry(name.clone()).or_default().push(at),
+            }
+        };
+        match value.as_ref() {
+            Value::List(values) => values.iter().enumerate().for_each(|(index, value)| add(Some(index), value)),
+            value => add(None, value),
+        }
+    }
+}
+
+fn other(value: &Value, field: &FieldDescriptor) -> Value {
+    match value {
+        Value::Bool(value) => Value::Bool(!value),
+        Value::I32(value) => Value::I32(value.wrapping_add(1)),
+        Value::I64(value) => Value::I64(value.wrapping_add(1)),
+        Value::U32(value) => Value::U32(value.wrapping_add(1)),
+        Value::U64(value) => Value::U64(value.wrapping_add(1)),
+        Value::F32(value) => Value::F32(value.next_up()),
+        // The last bit of an input may have no effect.
+        Value::F64(value) if field.full_name().contains("TorquePulse") => Value::F64(value * (1.0 + 1e-9) + 1e-9),
+        Value::F64(value) => Value::F64(value.next_up()),
+        Value::String(value) => Value::String(format!("{value}x")),
+        Value::EnumNumber(value) => Value::EnumNumber((value + 1) % 3),
+        other => panic!("{}: {other:?}", field.full_name()),
+    }
+}
+
+fn alter(message: &mut DynamicMessage, place: &[(u32, Option<usize>)]) {
+    let [(number, index), inner @ ..] = place else { return };
+    let field = message.descriptor().get_field(*number).expect("a known field");
+    let change = |value: &mut Value| match value {
+        Value::Message(next) => alter(next, inner),
+        value => *value = other(value, &field),
+    };
+    match (message.get_field_mut(&field), index) {
+        (Value::List(values), Some(index)) => change(&mut values[*index]),
+        (value, _) => change(value),
+    }
+}
+
+fn decoded(entry: &Entry) -> Result<DynamicMessage, Failure> {
+    let pool = DescriptorPool::decode(entry.schema_data.as_slice())?;
+    let descriptor = pool.get_message_by_name(&entry.schema).ok_or("an unknown schema")?;
+    Ok(DynamicMessage::decode(descriptor, entry.data.as_slice())?)
+}
+
+/// Every field of every topic's messages is altered, each in several messages.
+#[test]
+fn prop_a_change_of_any_field_is_found_or_named_as_not_provable() -> Outcome {
+    let (folder, file) = eventful()?;
+    let path = folder.path().join("forged.mcap");
+    let whole = Contents::read(&file, &as_is)?;
+    assert!(!is_found(&whole, &path)?, "it is sound before");
+    let named = not_provable()?;
+    let mut by_topic = BTreeMap::<String, Vec<usize>>::new();
+    whole.messages.iter().enumerate().for_each(|(n, entry)| by_topic.entry(entry.chunk().to_owned()).or_default().push(n));
+    let (mut altered, mut missed) = (0, BTreeMap::<String, usize>::new());
+    for (topic, numbers) in &by_topic {
+        let few =
+            if numbers.len() < 8 { numbers.clone() } else { (0..4).map(|n| numbers[n * (numbers.len() - 1) / 3]).collect() };
+        for (turn, number) in few.into_iter().enumerate() {
+            let message = decoded(&whole.messages[number])?;
+            let mut found = BTreeMap::new();
+            places(&message, topic, &Place::new(), &mut found);
+            for (name, places) in found {
+                let mut message = message.clone();
+                alter(&mut message, &places[(turn * 7) % places.len()]);
+                let mut forged = whole.clone();
+                forged.messages[number].data = prost::Message::encode_to_vec(&message);
+                altered += 1;
+                if forged.messages[number].data != whole.messages[number].data
+                    && !is_found(&forged, &path)?
+                    && !is_named(&named, &name)
+                {
+                    missed.entry(name).or_insert(number);
+                }
+            }
+        }
+    }
+    assert!(altered >= 500, "{altered}");
+    assert!(missed.is_empty(), "of {altered}: {missed:#?}");
+    Ok(())
+}
+
+/// A change of a whole recording that leaves every message as it is.
+type Forgery = (&'static str, fn(&mut Contents, usize));
+
+fn nth(all: &Contents, chunk: &str, n: usize) -> usize {
+    let found: Vec<usize> = (0..all.messages.len()).filter(|i| all.messages[*i].chunk() == chunk).collect();
+    found[n % found.len()]
+}
+
+/// Removes a message and, as a careful forger would, closes the gap in its sequence numbers and counts anew.
+fn remove_and_renumber(all: &mut Contents, at: usize) {
+    let removed = all.messages.remove(at);
+    all.messages[at..].iter_mut().filter(|entry| entry.topic == removed.topic).for_each(|entry| entry.sequence -= 1);
+    all.recount();
+}
+
+fn state_fact(all: &mut Contents, key: &str, value: Option<&str>) {
+    for (_, entries) in &mut all.metadata {
+        match value {
+            Some(value) => _ = entries.insert(key.to_owned(), value.to_owned()),
+            None => _ = entries.remove(key),
+        }
+    }
+}
+
+fn unstamped(entry: &mut Entry) {
+    let mut message = decoded(entry).expect("a message");
+    message.clear_field_by_name("stamp");
+    entry.data = prost::Message::encode_to_vec(&message);
+}
+
+const FORGERIES: &[Forgery] = &[
+    ("a message removed", |all, n| _ = all.messages.remove(n)),
+    ("a message removed, counts right", |all, n| {
+        all.messages.remove(n);
+        all.recount();
+    }),
+    ("a sample removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "angles", n))),
+    ("a command removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "commands", n))),
+    ("a message doubled", |all, n| {
+        all.messages.insert(n, all.messages[n].clone());
+        all.recount();
+    }),
+    ("two messages of different instants exchanged", |all, n| {
+        let time = all.messages[n].log_time;
+        let next = all.messages.iter().position(|entry| entry.log_time > time).unwrap_or(0);
+        all.messages.swap(n, next);
+    }),
+    ("a sequence number raised", |all, n| all.messages[n].sequence += 1),
+    ("all later sequence numbers raised", |all, n| {
+        let topic = all.messages[n].topic.clone();
+        all.messages[n..].iter_mut().filter(|entry| entry.topic == topic).for_each(|entry| entry.sequence += 1);
+    }),
+    ("a log time raised", |all, n| all.messages[n].log_time += 1),
+    ("a log time lowered", |all, n| all.messages[n].log_time -= 1),
+    ("a stamp removed", |all, n| {
+        let stamped: Vec<usize> = (0..all.messages.len()).filter(|i| all.messages[*i].chunk() != "scene_updates").collect();
+        unstamped(&mut all.messages[stamped[n % stamped.len()]]);
+    }),
+    ("a message emptied", |all, n| all.messages[n].data.clear()),
+    ("bytes appended", |all, n| all.messages[n].data.extend([0xa2, 0x7d, 0x01, 0x00])),
+    ("a schema renamed", |all, n| {
+        let topic = all.messages[n].topic.clone();
+        all.messages.iter_mut().filter(|entry| entry.topic == topic).for_each(|entry| entry.schema = "x.Status".to_owned());
+    }),
+    ("a schema exchanged", |all, n| {
+        let topic = all.messages[n].topic.clone();
+        all.messages.iter_mut().filter(|entry| entry.topic == topic).for_each(|entry| entry.schema_data.truncate(100));
+    }),
+    ("an encoding renamed", |all, n| {
+        let topic = all.messages[n].topic.clone();
+        all.messages.iter_mut().filter(|entry| entry.topic == topic).for_each(|entry| entry.encoding = "json".to_owned());
+    }),
+    ("a topic renamed", |all, n| {
+        let topic = all.messages[n].topic.clone();
+        all.messages.iter_mut().filter(|entry| entry.topic == topic).for_each(|entry| entry.topic.push('2'));
+        all.recount();
+    }),
+    ("the end cut off", |all, n| {
+        all.messages.truncate(all.messages.len() - 1 - n % 50);
+        all.end = None;
+    }),
+    ("the end cut off, counts right", |all, n| {
+        all.messages.truncate(all.messages.len() - 1 - n % 50);
+        all.recount();
+    }),
+    ("the end cut off, statement kept", |all, n| all.messages.truncate(all.messages.len() - 1 - n % 50)),
+    ("the beginning cut off", |all, n| {
+        all.messages.drain(..1 + n % 50);
+        all.recount();
+    }),
+    ("no message left", |all, _| {
+        all.messages.clear();
+        all.recount();
+    }),
+    ("no status left", |all, _| {
+        all.messages.retain(|entry| entry.chunk() != "status");
+        all.recount();
+    }),
+    ("the rate forgotten", |all, _| state_fact(all, "publish_hz", None)),
+    ("another rate", |all, _| state_fact(all, "publish_hz", Some("displacements=100,angles=100,loads=100,energies=100"))),
+    ("the scene's sum forgotten", |all, _| {
+        state_fact(all, "scene_crc32", None);
+        all.scene.push_str("# a comment");
+    }),
+    ("a comment added to the scene", |all, _| all.scene.push_str("# a comment")),
+    ("another start", |all, _| state_fact(all, "started", Some("2026-01-01T00:00:00Z"))),
+    ("another name", |all, _| state_fact(all, "name", Some("other"))),
+    ("another end", |all, _| {
+        let end = all.end.as_mut().expect("an end");
+        end.insert("reason".to_owned(), "stopped by a command".to_owned());
+    }),
+];
+
+#[test]
+fn prop_forged_recordings_are_found() -> Outcome {
+    let (folder, file) = eventful()?;
+    let path = folder.path().join("forged.mcap");
+    let whole = Contents::read(&file, &as_is)?;
+    let mut missed = Vec::new();
+    for (name, forge) in FORGERIES {
+        for n in 0..8 {
+            // Some in the middle, and the last ones.
+            let (size, at) =
+                (whole.messages.len(), if n < 4 { n * whole.messages.len() / 4 + 1 } else { whole.messages.len() + 3 - n });
+            let mut forged = whole.clone();
+            forge(&mut forged, at);
+            if forged.messages != whole.messages && !is_found(&forged, &path)? {
+                missed.push(format!("{name}: message {at} of {size}, {}", whole.messages[at].topic));
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+    Ok(())
+}
+
+/// A gap of commands explains that nothing after it can be computed again, but does not hide it.
+#[test]
+fn prop_a_forged_gap_does_not_hide_a_change() -> Outcome {
+    let (folder, file) = eventful()?;
+    let path = folder.path().join("forged.mcap");
+    let mut forged = Contents::read(&file, &as_is)?;
+    let begin = nth(&forged, "angles", 3);
+    let gap = wire::Gap { topic: "commands".to_owned(), count: 1, ..wire::Gap::default() };
+    let gap = wire::Gap { stamp: Some(wire::Stamp { step: 9999, ..wire::Stamp::default() }), ..gap };
+    let entry = Entry {
+        topic: forged.messages[begin].topic.replace("angles", "gaps"),
+        schema: "flexcrank.v1.Gap".to_owned(),
+        sequence: 0,
+        data: prost::Message::encode_to_vec(&gap),
+        ..forged.messages[begin].clone()
+    };
+    forged.messages.insert(begin, entry);
+    for entry in forged.messages.iter_mut().filter(|entry| entry.chunk() == "angles") {
+        let mut message = decoded(entry)?;
+        alter(&mut message, &[(2, Some(0)), (2, None)]);
+        entry.data = prost::Message::encode_to_vec(&message);
+    }
+    forged.recount();
+    assert!(is_found(&forged, &path)?);
+    Ok(())
+}
