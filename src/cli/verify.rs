@@ -96,9 +96,9 @@ fn one(file: &Path, json: bool) -> CommandResult {
     Ok(status)
 }
 
-fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static str) -> serde_json::Result<String> {
+fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static str) -> std::io::Result<String> {
     let Verification { structure, physics, recomputed, span_s, findings } = found;
-    serde_json::to_string(&VerifiedFile {
+    let file = VerifiedFile {
         file: &source.path,
         verdict,
         span_s: *span_s,
@@ -111,7 +111,8 @@ fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static s
         energy_in_play_j: recomputed.energy_j,
         other_build: !source.metadata.other_build().is_empty(),
         findings: findings.iter().map(|finding| FindingLine { kind: kind(finding), text: finding.to_string() }).collect(),
-    })
+    };
+    serde_json::to_string(&file).map_err(std::io::Error::from)
 }
 
 fn kind(finding: &Finding) -> &'static str {
