@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use common::rewritten::{Contents, Entry, as_is};
 use common::{Outcome, Service};
 use flexcrank::bus::client;
-use flexcrank::resimulation::{RecordedSession, verify};
+use flexcrank::recording::recover;
+use flexcrank::resimulation::{Finding, RecordedSession, verify};
 use flexcrank::runtime::Pace;
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::PublishRate;
@@ -48,14 +49,15 @@ fn eventful() -> Result<(tempfile::TempDir, PathBuf), Failure> {
     Ok((folder, file))
 }
 
-/// Whether `verify` finds anything in an altered recording.
+/// The findings of `verify`; `None` if it refuses the file.
+fn findings(path: &Path) -> Option<Vec<Finding>> {
+    RecordedSession::open(path).and_then(|source| verify(&source, &|_, _| {})).ok().map(|found| found.findings)
+}
+
+/// Whether `verify` refuses an altered recording, or finds anything in it.
 fn is_found(all: &Contents, path: &Path) -> Result<bool, Failure> {
     all.write(path)?;
-    match RecordedSession::open(path).and_then(|source| verify(&source, &|_, _| {})) {
-        Ok(found) => Ok(!found.findings.is_empty()),
-        // A recording that cannot be verified is refused.
-        Err(_) => Ok(true),
-    }
+    Ok(findings(path).is_none_or(|findings| !findings.is_empty()))
 }
 
 /// The names in the section of the guide that says what cannot be proved; `*` stands for any ending.
@@ -195,6 +197,27 @@ fn state_fact(all: &mut Contents, key: &str, value: Option<&str>) {
     }
 }
 
+/// Sets a number of a message.
+fn change(all: &mut Contents, at: usize, field: &str, place: &[(u32, Option<usize>)], value: f64) {
+    fn set(message: &mut DynamicMessage, place: &[(u32, Option<usize>)], number: f64) {
+        let [(field, index), inner @ ..] = place else { return };
+        match (message.get_field_by_number_mut(*field), index) {
+            (Some(Value::List(values)), Some(index)) => match &mut values[*index] {
+                Value::Message(next) => set(next, inner, number),
+                value => *value = Value::F64(number),
+            },
+            (Some(Value::Message(next)), _) => set(next, inner, number),
+            (Some(value), _) => *value = Value::F64(number),
+            (None, _) => {}
+        }
+    }
+    let mut message = decoded(&all.messages[at]).expect("a message");
+    if message.has_field_by_name(field) {
+        set(&mut message, place, value);
+        all.messages[at].data = prost::Message::encode_to_vec(&message);
+    }
+}
+
 fn unstamped(entry: &mut Entry) {
     let mut message = decoded(entry).expect("a message");
     message.clear_field_by_name("stamp");
@@ -204,7 +227,8 @@ fn unstamped(entry: &mut Entry) {
 const FORGERIES: &[Forgery] = &[
     ("a message removed", |all, n| _ = all.messages.remove(n)),
     ("a message removed, counts right", |all, n| {
-        all.messages.remove(n);
+        let is_report = ["overruns", "gaps", "scene_updates"].contains(&all.messages[n].chunk());
+        all.messages.remove(if is_report { nth(all, "angles", n) } else { n });
         all.recount();
     }),
     ("a sample removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "angles", n))),
@@ -230,6 +254,7 @@ const FORGERIES: &[Forgery] = &[
         unstamped(&mut all.messages[stamped[n % stamped.len()]]);
     }),
     ("a message emptied", |all, n| all.messages[n].data.clear()),
+    ("bytes that are no message", |all, n| all.messages[n].data = vec![0xff, 0xff]),
     ("bytes appended", |all, n| all.messages[n].data.extend([0xa2, 0x7d, 0x01, 0x00])),
     ("a schema renamed", |all, n| {
         let topic = all.messages[n].topic.clone();
@@ -278,32 +303,102 @@ const FORGERIES: &[Forgery] = &[
     ("a comment added to the scene", |all, _| all.scene.push_str("# a comment")),
     ("another start", |all, _| state_fact(all, "started", Some("2026-01-01T00:00:00Z"))),
     ("another name", |all, _| state_fact(all, "name", Some("other"))),
+    ("a number that is not finite", |all, n| change(all, nth(all, "angles", n), "links", &[(2, Some(0)), (2, None)], f64::NAN)),
+    ("a pulse over the limit", |all, n| change(all, nth(all, "commands", n % 3), "torque", &[(3, None), (2, None)], 1e9)),
+    ("a checkpoint of another model", |all, n| {
+        let at = nth(all, "checkpoint", n);
+        let mut message = decoded(&all.messages[at]).expect("a checkpoint");
+        message.clear_field_by_name("state");
+        all.messages[at].data = prost::Message::encode_to_vec(&message);
+    }),
+    ("a gap of the status", |all, n| {
+        let gap = wire::Gap { stamp: Some(wire::Stamp::default()), topic: "status".to_owned(), count: 1, ..wire::Gap::default() };
+        let beside = all.messages[n].clone();
+        let topic = format!("{}/gaps", beside.topic.rsplit_once('/').map_or("", |(prefix, _)| prefix));
+        let (schema, data) = ("flexcrank.v1.Gap".to_owned(), prost::Message::encode_to_vec(&gap));
+        let schema_data = all.messages[nth(all, "angles", 0)].schema_data.clone();
+        all.messages.insert(n, Entry { topic, schema, schema_data, sequence: 0, data, ..beside });
+        all.recount();
+    }),
     ("another end", |all, _| {
         let end = all.end.as_mut().expect("an end");
         end.insert("reason".to_owned(), "stopped by a command".to_owned());
     }),
 ];
 
+/// All kinds of findings.
+const KINDS: [&str; 21] = [
+    "Channel",
+    "Contradiction",
+    "CutOff",
+    "Damaged",
+    "Differs",
+    "Dropped",
+    "Empty",
+    "End",
+    "Missing",
+    "NoCheckpoint",
+    "NoEnd",
+    "NoFact",
+    "NotRecomputed",
+    "Physics",
+    "Recovered",
+    "Refused",
+    "ResimulationFault",
+    "SceneChanged",
+    "Sequence",
+    "Time",
+    "Undecodable",
+];
+
+fn kinds(findings: Option<Vec<Finding>>) -> impl Iterator<Item = String> {
+    let name = |finding: Finding| format!("{finding:?}").split([' ', '(', '{']).next().unwrap_or_default().to_owned();
+    findings.into_iter().flatten().map(name)
+}
+
 #[test]
-fn prop_forged_recordings_are_found() -> Outcome {
+fn prop_forged_recordings_are_found_and_each_kind_of_finding_occurs() -> Outcome {
     let (folder, file) = eventful()?;
     let path = folder.path().join("forged.mcap");
     let whole = Contents::read(&file, &as_is)?;
-    let mut missed = Vec::new();
+    let (mut missed, mut seen) = (Vec::new(), BTreeSet::new());
     for (name, forge) in FORGERIES {
         for n in 0..8 {
             // Some in the middle, and the last ones.
-            let (size, at) =
-                (whole.messages.len(), if n < 4 { n * whole.messages.len() / 4 + 1 } else { whole.messages.len() + 3 - n });
+            let size = whole.messages.len();
+            let at = if n < 4 { n * size / 4 + 1 } else { size + 3 - n };
             let mut forged = whole.clone();
             forge(&mut forged, at);
-            if forged.messages != whole.messages && !is_found(&forged, &path)? {
+            if forged == whole {
+                continue;
+            }
+            forged.write(&path)?;
+            let found = findings(&path);
+            if found.as_ref().is_some_and(Vec::is_empty) {
                 missed.push(format!("{name}: message {at} of {size}, {}", whole.messages[at].topic));
             }
+            seen.extend(kinds(found));
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
+    let bytes = std::fs::read(&file)?;
+    let broken = folder.path().join("broken.mcap");
+    std::fs::write(&broken, &bytes[..bytes.len() / 2])?;
+    seen.extend(kinds(findings(&broken)));
+    recover(&broken, &path_of(&folder, "recovered.mcap"), |_, _| {})?;
+    seen.extend(kinds(findings(&path_of(&folder, "recovered.mcap"))));
+    let mut flipped = bytes;
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
+    std::fs::write(&broken, &flipped)?;
+    seen.extend(kinds(findings(&broken)));
+    let kinds: BTreeSet<String> = KINDS.map(str::to_owned).into();
+    assert_eq!(kinds.difference(&seen).collect::<Vec<_>>(), Vec::<&String>::new());
     Ok(())
+}
+
+fn path_of(folder: &tempfile::TempDir, name: &str) -> PathBuf {
+    folder.path().join(name)
 }
 
 /// A gap of commands explains that nothing after it can be computed again, but does not hide it.

@@ -84,7 +84,7 @@ pub enum Finding {
         /// The contradiction, in words.
         what: String,
     },
-    /// A full queue dropped messages of a topic without a publishing rate.
+    /// A full queue dropped messages, where no step is missing.
     #[error("{topic}: a full queue dropped {count} messages")]
     Dropped {
         /// Last chunk of the topic.

@@ -1,8 +1,10 @@
 //! The first reading of a recording: order, completeness, and checks that need no re-simulation.
 
+use std::collections::BTreeMap;
+
 use super::channels::{ChannelCheck, chunk};
 use super::event::{decode, is_report, topic};
-use super::finding::Finding;
+use super::finding::{Finding, LossReason};
 use super::missing_steps::MissingSteps;
 use super::physics::PhysicsCheck;
 use super::recorded_session::RecordedSession;
@@ -168,6 +170,7 @@ impl<'a> Reading<'a> {
         let (missing, lost) = holes.into_findings(gaps, recovered);
         breaks.extend(lost);
         breaks.sort_unstable();
+        findings.extend(dropped(gaps, &missing));
         findings.extend(missing);
         findings.extend(channels.into_findings(recovered));
         findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
@@ -203,7 +206,7 @@ impl<'a> Reading<'a> {
         let what = if !others.is_empty() {
             "it is stated more than once".to_owned()
         } else if let Some(topic) = differing().filter(|_| !self.is_damaged) {
-            let number = |counts: &std::collections::BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or(0);
+            let number = |counts: &BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or(0);
             format!("it counts {} messages of {topic}, but {} are there", number(&end.counts), number(&counts))
         } else if run_ended != self.run.has_ended() && !self.is_damaged {
             format!(
@@ -218,6 +221,20 @@ impl<'a> Reading<'a> {
         };
         Some(Finding::End(what))
     }
+}
+
+/// Messages that full queues dropped, of topics in which no step is missing for that reason.
+fn dropped(gaps: &[Gap], missing: &[Finding]) -> Vec<Finding> {
+    let is_missing = |gap: &Gap| {
+        let of_queue =
+            |finding: &Finding| matches!(finding, Finding::Missing { topic, why: LossReason::Queue, .. } if *topic == gap.topic);
+        missing.iter().any(of_queue)
+    };
+    let mut counts = BTreeMap::<&str, u64>::new();
+    for gap in gaps.iter().filter(|gap| !is_missing(gap)) {
+        *counts.entry(&gap.topic).or_default() += gap.count;
+    }
+    counts.into_iter().map(|(topic, count)| Finding::Dropped { topic: topic.to_owned(), count }).collect()
 }
 
 /// A wall time in nanoseconds since 1970.

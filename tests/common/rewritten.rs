@@ -14,7 +14,7 @@ const END: &str = "flexcrank-end";
 pub type Rewrite<'a> = &'a dyn Fn(u64, &RecordedMessage) -> Option<Vec<u8>>;
 
 /// Everything that a recording holds, in order, to be changed and written again.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct Contents {
     pub metadata: Vec<(String, BTreeMap<String, String>)>,
     pub scene: String,

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use flexcrank::recording::{Messages, Split};
+use flexcrank::resimulation::{RecordedSession, verify};
 use flexcrank::runtime::Pace;
 use flexcrank::simulation::PublishRate;
 use flexcrank::wire::Loads;
@@ -37,7 +38,12 @@ fn prop_every_part_begins_with_a_checkpoint_and_nothing_is_lost_between() -> Out
         let bytes = std::fs::read(part)?;
         let summary = mcap::Summary::read(&bytes)?.ok_or("no summary")?;
         assert!(summary.stats.is_some_and(|stats| stats.message_count > 0));
-        assert_eq!((summary.metadata_indexes.len(), summary.attachment_indexes.len()), (1, 1));
+        assert_eq!((summary.metadata_indexes.len(), summary.attachment_indexes.len()), (2, 1));
+        let end = mcap::read::metadata(&bytes, &summary.metadata_indexes[1])?.metadata;
+        let reason = if n < parts.len() { "continued in the next part" } else { "the run ended" };
+        assert_eq!(end.get("reason").map(String::as_str), Some(reason));
+        let found = verify(&RecordedSession::open(part)?, &|_, _| {})?;
+        assert_eq!(found.findings, [], "{}", part.display());
         let facts = mcap::read::metadata(&bytes, &summary.metadata_indexes[0])?.metadata;
         assert_eq!(facts.get("part"), Some(&n.to_string()));
         for fact in ["name", "version", "commit", "profile", "rustc", "target", "started", "clock_source", "command_line"] {

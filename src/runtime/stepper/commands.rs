@@ -98,6 +98,8 @@ impl Stepper {
         // Steps are counted anew after a reset, so dropped samples are reported before it.
         self.report_missed_samples();
         self.report_overruns();
+        // The state before it proves the commands whose effect is now never to come.
+        self.checkpoint();
         let session_s = self.session_s();
         self.simulation.reset().map_err(|diverged| diverged.to_string())?;
         if let Some(shadow) = &mut self.shadow {
