@@ -1,11 +1,16 @@
-//! Deadlines: reports of missed ones, and the policies. No test here depends on the speed of the machine.
+//! Deadlines: reports of missed ones, the policies, the age of samples. No test here depends on the speed of the machine.
 
 mod common;
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, SystemTime};
 
 use common::{Outcome, Service, scene};
 use flexcrank::runtime::{Ending, Overrun, Pace};
 use flexcrank::simulation::Simulation;
-use flexcrank::wire::{Overruns, Status};
+use flexcrank::wire::{Angles, Histogram, Overruns, Status};
+use prost::Message as _;
+use zenoh::Wait as _;
 
 /// A pace that no machine holds.
 const HOPELESS: Pace = Pace::Factor(1e6);
@@ -31,9 +36,61 @@ fn prop_every_missed_deadline_is_in_the_ledger() -> Outcome {
         assert!(told.misses.iter().all(|miss| miss.late_s > 0.0 && miss.late_s <= told.worst_s && miss.step >= told.first_step));
     }
     assert_eq!((status.pacing_epoch, status.given_up_s), (0, 0.0), "less than a second is chased");
-    let counted = |histogram: Option<flexcrank::wire::Histogram>| histogram.map(|all| all.counts.iter().sum::<u64>());
-    assert_eq!(counted(status.step_cost), Some(1000));
-    assert!(counted(status.lateness) <= Some(1000) && status.step_cost_max_s >= status.step_cost_p50_s);
+    assert_eq!((counted(&status.step_cost), counted(&status.lateness)), (Some(1000), Some(1000)));
+    assert!(status.step_cost_max_s >= status.step_cost_p50_s);
+    assert_eq!((status.sample_age, status.sample_age_max_s), (None, None), "without subscribers");
+    Ok(())
+}
+
+fn counted(histogram: &Option<Histogram>) -> Option<u64> {
+    histogram.as_ref().map(|all| all.counts.iter().sum())
+}
+
+/// The output thread is held up once, in the callback that it calls with every status. Samples wait meanwhile, steps do not.
+#[test]
+fn val_the_age_of_samples_is_what_an_outside_clock_measures() -> Outcome {
+    const HELD: Duration = Duration::from_millis(300);
+    let held: Arc<OnceLock<[SystemTime; 2]>> = Arc::default();
+    let hold = Arc::clone(&held);
+    let service = Service::start_as(tempfile::tempdir()?, scene(&[])?, Pace::Factor(1.0), Some(2.0), |live| {
+        live.on_status = Box::new(move |status| {
+            if status.stamp.is_some_and(|stamp| stamp.step > 200) {
+                hold.get_or_init(|| {
+                    let begun = SystemTime::now();
+                    std::thread::sleep(HELD);
+                    [begun, SystemTime::now()]
+                });
+            }
+        });
+    })?;
+    let arrivals: Arc<Mutex<Vec<(Angles, SystemTime)>>> = Arc::default();
+    let keep = Arc::clone(&arrivals);
+    let keep = move |sample: zenoh::sample::Sample| {
+        let angles = Angles::decode(sample.payload().to_bytes().as_ref()).unwrap_or_default();
+        keep.lock().unwrap_or_else(PoisonError::into_inner).push((angles, SystemTime::now()));
+    };
+    let subscriber = service.client.declare_subscriber(format!("{}/angles", service.name.presence())).callback(keep);
+    subscriber.background().wait().map_err(|error| error.to_string())?;
+    let (_, folder) = service.finish()?;
+    let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?.pop().ok_or("no status")?;
+
+    let [begun, ended] = *held.get().ok_or("never held up")?;
+    let arrivals = std::mem::take(&mut *arrivals.lock().unwrap_or_else(PoisonError::into_inner));
+    let wall = |angles: &Angles| angles.stamp.and_then(|stamp| SystemTime::try_from(stamp.wall_time?).ok());
+    // The start belongs to no step.
+    let of_steps = arrivals.iter().filter(|(angles, _)| angles.stamp.is_some_and(|stamp| stamp.step > 0));
+    let taken: Vec<_> = of_steps.filter_map(|(angles, arrived)| Some((wall(angles)?, *arrived))).collect();
+    assert_eq!(counted(&status.sample_age), Some(taken.len() as u64), "every sample that came, once");
+    // A step's deadline precedes its sample's wall time; by how much, lateness and cost of steps bound.
+    let first = taken.iter().map(|(taken, _)| *taken).filter(|taken| *taken >= begun).min().ok_or("nothing after the hold")?;
+    let longest = taken.iter().filter_map(|(taken, arrived)| arrived.duration_since(*taken).ok()).max().unwrap_or_default();
+    let at_least_s = ended.duration_since(first)?.as_secs_f64();
+    let at_most_s = longest.as_secs_f64() + status.lateness_max_s.unwrap_or(0.0) + status.step_cost_max_s.unwrap_or(0.0) + 0.05;
+    let age_s = status.sample_age_max_s.ok_or("no age")?;
+    assert!(0.99 * at_least_s <= age_s && age_s <= 1.01 * at_most_s, "{at_least_s} <= {age_s} <= {at_most_s}");
+    assert!(at_least_s > 0.5 * HELD.as_secs_f64(), "samples come every 5 ms: {at_least_s}");
+    let quantiles = [status.sample_age_p50_s, status.sample_age_p99_s, status.sample_age_p999_s, status.sample_age_max_s];
+    assert!(quantiles[0] > Some(0.0) && quantiles.is_sorted(), "{quantiles:?}");
     Ok(())
 }
 

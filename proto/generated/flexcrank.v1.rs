@@ -202,7 +202,9 @@ pub struct Status {
     /// Simulated over wall time since the last start, resume or reset; absent while paused.
     #[prost(double, optional, tag = "3")]
     pub real_time_factor: ::core::option::Option<f64>,
-    /// Lateness of steps against their deadlines since the run began; absent if the pace is "max".
+    /// Lateness of all steps since the run began: the time from a step's deadline to the instant at which its solver can run its first
+    /// instruction. The step from t to t + h has its deadline when the clock shows t. Of steps that share a wake-up, each has its own:
+    /// the first of five at 0.1 ms begins 0.4 ms late. Absent if the pace is "max".
     #[prost(double, optional, tag = "4")]
     pub lateness_p50_s: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "5")]
@@ -211,8 +213,8 @@ pub struct Status {
     pub lateness_p999_s: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "7")]
     pub lateness_max_s: ::core::option::Option<f64>,
-    /// Missed deadlines: steps that began late by more than one step, or, if a wake-up takes several steps, by more than all of
-    /// those.
+    /// Missed deadlines: steps whose lateness exceeded the wall time of one step or, if steps share a wake-up, of all steps of a
+    /// wake-up.
     #[prost(uint64, tag = "8")]
     pub overruns: u64,
     /// Samples that a full queue dropped from bus and recording.
@@ -259,7 +261,7 @@ pub struct Status {
     pub step_cost_p999_s: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "43")]
     pub step_cost_max_s: ::core::option::Option<f64>,
-    /// Histograms of all lateness and all step costs.
+    /// All lateness and all step costs.
     #[prost(message, optional, tag = "44")]
     pub lateness: ::core::option::Option<Histogram>,
     #[prost(message, optional, tag = "45")]
@@ -298,6 +300,18 @@ pub struct Status {
     pub step_error_p99_rad: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "57")]
     pub step_error_max_rad: ::core::option::Option<f64>,
+    /// Age of samples since the run began: the time from the deadline of a sample's step until all messages of the sample are handed to
+    /// the bus. Samples without subscribers have none. Absent before the first, and if the pace is "max".
+    #[prost(double, optional, tag = "58")]
+    pub sample_age_p50_s: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "59")]
+    pub sample_age_p99_s: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "60")]
+    pub sample_age_p999_s: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "61")]
+    pub sample_age_max_s: ::core::option::Option<f64>,
+    #[prost(message, optional, tag = "62")]
+    pub sample_age: ::core::option::Option<Histogram>,
     /// Replay only. Its `stamp.sim_time_s` is recorded time, from the recording's first message.
     #[prost(message, optional, tag = "30")]
     pub replay: ::core::option::Option<Replay>,
@@ -398,12 +412,15 @@ impl ::prost::Name for TopicDrops {
 const NAME: &'static str = "TopicDrops";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.TopicDrops".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.TopicDrops".into() }}
-/// Durations, counted in bins that double: counts\[0\] is the number below 1 ns, counts\[k\] the number from 2^(k-1) ns to below 2^k
-/// ns.
+/// Durations, counted in bins. With n bins per doubling, counts\[0\] is the number below 1 ns and counts\[k\] the number from
+/// 2^((k-1)/n) ns to below 2^(k/n) ns.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Histogram {
     #[prost(uint64, repeated, tag = "1")]
     pub counts: ::prost::alloc::vec::Vec<u64>,
+    /// n; 0 in older recordings, where it is 1.
+    #[prost(uint32, tag = "2")]
+    pub bins_per_doubling: u32,
 }
 impl ::prost::Name for Histogram {
 const NAME: &'static str = "Histogram";
@@ -496,7 +513,7 @@ pub struct Overruns {
     /// All misses, by cause.
     #[prost(message, repeated, tag = "5")]
     pub causes: ::prost::alloc::vec::Vec<MissCause>,
-    /// The first 32 misses.
+    /// The first 32 misses; further ones are only counted.
     #[prost(message, repeated, tag = "6")]
     pub misses: ::prost::alloc::vec::Vec<Miss>,
     /// Total shift of the deadlines after them.

@@ -61,7 +61,7 @@ pub(super) struct Args {
     /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or the rate of the resumed session.
     #[arg(long, value_name = "HZ")]
     pub publish_hz: Option<PublishRates>,
-    /// Policy for missed deadlines: catch-up; skip (move the deadlines and report it); or stop, with exit code 5.
+    /// Policy for deadlines missed by more than a step: catch-up; skip (move the deadlines and report it); or stop, with exit code 5.
     #[arg(long, value_name = "POLICY", default_value = "catch-up")]
     pub overrun: Overruns,
     /// Busy-wait for this long before each deadline instead of sleeping (0 disables it). auto adapts, so that one wake-up in a

@@ -78,11 +78,12 @@ pub(super) fn describe(status: &Status) -> String {
     let state = State::try_from(status.state).unwrap_or_default();
     let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
     format!(
-        "{:<8} t {time:9.3} s{}{}{}{}{}{}",
+        "{:<8} t {time:9.3} s{}{}{}{}{}{}{}",
         state.as_str_name(),
         optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
         optional("late p50", status.lateness_p50_s.map(milliseconds)),
         optional("p99", status.lateness_p99_s.map(milliseconds)),
+        optional("age p99", status.sample_age_p99_s.map(milliseconds)),
         optional("spin", status.spin_s.map(milliseconds)),
         optional("", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
         if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },

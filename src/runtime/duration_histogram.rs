@@ -1,4 +1,4 @@
-//! Histograms of durations: the lateness of steps and of replayed messages, the cost of steps.
+//! Histograms of durations: the lateness of steps and of replayed messages, the cost of steps, the age of samples.
 
 use std::time::Duration;
 
@@ -8,6 +8,8 @@ use crate::wire;
 
 /// Longer durations are counted as this one, ns.
 const LONGEST_NS: u64 = 100_000_000_000;
+/// Bins of a message's histogram in which durations double: the difference of two histograms shows a shift by a fifth.
+const BINS_PER_DOUBLING: u32 = 4;
 
 /// Quantiles of a [`DurationHistogram`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,11 +50,21 @@ impl DurationHistogram {
         (!self.nanoseconds.is_empty()).then(|| DurationQuantiles { p50_s: at(0.5), p99_s: at(0.99), p999_s: at(0.999), max_s })
     }
 
-    /// Returns the counts in bins that double from 1 ns on; `None` if the histogram is empty.
+    /// Returns the counts in [`BINS_PER_DOUBLING`] bins for each doubling from 1 ns on; `None` if the histogram is empty.
     pub fn histogram(&self) -> Option<wire::Histogram> {
-        let counts = || self.nanoseconds.iter_log(1, 2.0).map(|bin| bin.count_since_last_iteration()).collect();
-        (!self.nanoseconds.is_empty()).then(|| wire::Histogram { counts: counts() })
+        let mut counts = Vec::new();
+        for recorded in self.nanoseconds.iter_recorded() {
+            let bin = bin(recorded.value_iterated_to());
+            counts.resize(counts.len().max(bin + 1), 0);
+            counts[bin] += recorded.count_at_value();
+        }
+        (!counts.is_empty()).then_some(wire::Histogram { counts, bins_per_doubling: BINS_PER_DOUBLING })
     }
+}
+
+/// The bin of a duration: 0 below 1 ns.
+fn bin(nanoseconds: u64) -> usize {
+    if nanoseconds == 0 { 0 } else { 1 + (f64::from(BINS_PER_DOUBLING) * (nanoseconds as f64).log2()) as usize }
 }
 
 #[cfg(test)]
@@ -61,15 +73,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_histogram_bins_double() {
+    fn val_four_bins_of_a_histogram_double() {
         let mut histogram = DurationHistogram::new().unwrap();
         assert_eq!((histogram.histogram(), histogram.quantiles()), (None, None));
         for nanoseconds in [0, 1, 2, 3, 4, 7, 8, 1000] {
             histogram.record(Duration::from_nanos(nanoseconds));
         }
-        let counts = histogram.histogram().unwrap().counts;
-        assert_eq!(&counts[..6], [1, 1, 2, 2, 1, 0], "{counts:?}");
-        assert_eq!((counts.iter().sum::<u64>(), counts.len()), (8, 11), "the last from 512 to 1023");
-        assert_eq!(counts.last(), Some(&1));
+        let wire::Histogram { counts, bins_per_doubling } = histogram.histogram().unwrap();
+        let by_doubling: Vec<u64> = counts[1..].chunks(bins_per_doubling as usize).map(|bins| bins.iter().sum()).collect();
+        assert_eq!((counts[0], &by_doubling[..5]), (1, &[1, 2, 2, 1, 0][..]), "{counts:?}");
+        assert_eq!((counts.iter().sum::<u64>(), by_doubling.len()), (8, 10), "the last from 512 to 1023");
+        assert_eq!((counts[9], counts.last()), (1, Some(&1)), "4 ns is the first of its doubling");
     }
 }

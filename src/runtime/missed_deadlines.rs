@@ -1,4 +1,4 @@
-//! Missed deadlines: how late each step began and the likely cause, reported at most once a second on `overruns`.
+//! Missed deadlines: their number, lateness and likely cause, reported at most once a second on `overruns`.
 
 use std::time::Duration;
 
@@ -67,22 +67,22 @@ pub(super) struct MissedDeadlines {
 }
 
 impl MissedDeadlines {
-    /// Adds a missed deadline of `steps` steps that were due together.
-    pub(super) fn note(&mut self, stamp: &Stamp, steps: u64, late: Duration, cause: Cause) {
+    /// Adds the next step, whose deadline was missed by `late`.
+    pub(super) fn note(&mut self, stamp: &Stamp, late: Duration, cause: Cause) {
         let step = stamp.step + 1;
         let report = self.pending.get_or_insert_with(|| {
             Box::new(Overruns { first_step: step, misses: Vec::with_capacity(ONE_BY_ONE), ..Overruns::default() })
         });
         let late_s = late.as_secs_f64();
         report.stamp = Some(wire::stamp(stamp));
-        report.count += steps;
+        report.count += 1;
         report.worst_s = report.worst_s.max(late_s);
         if report.misses.len() < ONE_BY_ONE {
             report.misses.push(Miss { step, late_s, cause: cause.into() });
         }
         match report.causes.iter_mut().find(|sum| sum.cause() == cause) {
-            Some(sum) => (sum.count, sum.worst_s) = (sum.count + steps, sum.worst_s.max(late_s)),
-            None => report.causes.push(MissCause { cause: cause.into(), count: steps, worst_s: late_s }),
+            Some(sum) => (sum.count, sum.worst_s) = (sum.count + 1, sum.worst_s.max(late_s)),
+            None => report.causes.push(MissCause { cause: cause.into(), count: 1, worst_s: late_s }),
         }
     }
 
@@ -142,14 +142,14 @@ mod tests {
         assert!(misses.due(MS).is_none());
         for step in 0..10_000 {
             let cause = if step % 2 == 0 { Cause::Solver } else { Cause::Scheduler };
-            misses.note(&stamp(step), 1, MS * (step as u32 + 2), cause);
+            misses.note(&stamp(step), MS * (step as u32 + 2), cause);
         }
         misses.given_up(MS * 3);
         let report = misses.due(MS * 2).unwrap_or_default();
         assert_eq!((report.count, report.first_step, report.misses.len(), report.causes.len()), (10_000, 1, ONE_BY_ONE, 2));
         assert_eq!((report.worst_s, report.given_up_s), (10.001, 0.003));
         assert_eq!(report.causes.iter().map(|sum| sum.count).sum::<u64>(), report.count);
-        misses.note(&stamp(1), 1, MS, Cause::Queue);
+        misses.note(&stamp(1), MS, Cause::Queue);
         assert!(misses.due(MS * 1001).is_none() && misses.due(MS * 1002).is_some());
     }
 }

@@ -1,4 +1,9 @@
 //! The stepping thread and its queues: absolute deadlines, commands in, samples out.
+//!
+//! **Lateness** is the time from a step's deadline to the instant at which its solver can run its first instruction. The step from
+//! t to t + h has its deadline when the clock of the deadlines shows t. Steps that share a wake-up have a deadline each.
+//!
+//! **Age** of a sample is the time from its step's deadline until all messages of the sample are handed to the bus.
 
 mod command;
 mod deadline_wait;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
+use std::time::Instant;
 
 use super::command::{ReplyTo, Request};
 use super::status::RunStatus;
@@ -10,8 +11,15 @@ use crate::wire::{CommandReply, Overruns, Shadow};
 
 /// One message for the bus, the recording, or both.
 pub enum Output {
-    /// The state at one instant, and the topics to publish it on. The sample returns to the pool afterwards.
-    Sample(Arc<Sample>, PerTelemetry<bool>),
+    /// The state at one instant. The sample returns to the pool afterwards.
+    Sample {
+        /// The state.
+        sample: Arc<Sample>,
+        /// The topics to publish it on.
+        topics: PerTelemetry<bool>,
+        /// Deadline of its step, if that had one.
+        deadline: Option<Instant>,
+    },
     /// The difference between the shadow model and the main model.
     Shadow(Box<Shadow>, Stamp),
     /// The state of the run.

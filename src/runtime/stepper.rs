@@ -262,15 +262,14 @@ impl Stepper {
         self.stepping.until_s.is_some_and(|until_s| self.simulation.time_s() > until_s - half_step)
     }
 
-    /// Takes the steps that are due together at `now`.
-    pub(super) fn step(&mut self, now: Duration, wake_up: WakeUp) {
+    /// Takes the steps of one wake-up.
+    pub(super) fn step(&mut self, wake_up: WakeUp) {
         let count = if self.run.paused { self.run.pending_single_steps.min(BURST) } else { self.batch() };
-        if let Err(ending) = self.account_lateness(now, wake_up, count) {
-            return self.run.ending = Some(ending);
-        }
+        let mut deadlines = self.deadlines_at(wake_up);
         for _ in 0..count {
-            let taken = self.step_and_publish();
-            self.note_result(taken);
+            if let Err(ending) = self.step_on_time(&mut deadlines) {
+                self.run.ending = Some(ending);
+            }
             if self.run.paused {
                 self.run.pending_single_steps -= 1;
             }
@@ -278,17 +277,14 @@ impl Stepper {
                 return;
             }
         }
+        self.give_up_if_late(&deadlines);
     }
 
-    fn step_and_publish(&mut self) -> Result<(), Diverged> {
-        let begun = Instant::now();
-        self.simulation.step()?;
-        let cost = begun.elapsed();
-        self.statistics.step_cost.record(cost);
+    /// Does everything that follows a step of this cost: estimates its error, publishes, saves checkpoints.
+    fn after_step(&mut self, cost: Duration) -> Result<(), Diverged> {
         if let Some(error) = self.simulation.error_estimate() {
             self.statistics.step_errors.record(error.last_step_rad);
         }
-        self.deadlines.timings.solving += cost;
         if let Some(shadow) = &mut self.shadow {
             shadow.follow(cost);
         }
@@ -345,7 +341,8 @@ impl Stepper {
         if due.loads {
             sample.driving_torque_nm = self.simulation.take_driving_torque_nm();
         }
-        self.send(Output::Sample(free, due));
+        let deadline = self.deadlines.of_sample.take().map(|due| self.clock + due);
+        self.send(Output::Sample { sample: free, topics: due, deadline });
         let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
         if let Some(difference) = difference {
             self.send(Output::Shadow(Box::new(difference), stamp));

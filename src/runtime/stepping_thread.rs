@@ -119,12 +119,9 @@ impl SteppingThread {
     }
 
     fn step(&mut self, deadline: Duration, wake_up: WakeUp) {
-        // The clock reading that ended the wait is the start of the first step.
-        let mut now = wake_up.woke;
         for (stepper, _) in &mut self.steppers {
             if matches!(stepper.next(), NextAction::Step(due) if due <= wake_up.woke) {
-                stepper.step(now, wake_up);
-                now = self.clock.elapsed();
+                stepper.step(wake_up);
             }
         }
         self.last_deadline = deadline;

@@ -11,7 +11,7 @@ use tokio::sync::oneshot;
 
 use super::ServiceError;
 use super::drop_ledger::DropLedger;
-use super::output_worker::{Closed, OnStatus, OutputWorker, RecordingTarget, serve};
+use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingTarget, serve};
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
@@ -281,8 +281,7 @@ fn output_worker(
         shared: inbox.shared(),
         on_status: live.on_status,
         finished_recordings: Vec::new(),
-        encoded: 0,
-        commands_accepted: 0,
+        statistics: OutputStatistics::new()?,
         drops: DropLedger::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
         recording_failure: None,

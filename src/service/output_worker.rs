@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender};
+use std::time::Instant;
 
 use prost::Message as _;
 use tokio::sync::oneshot;
@@ -11,7 +12,7 @@ use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
-use crate::runtime::{Answer, MissedSamples, Output, Request, RunStatus, SharedState};
+use crate::runtime::{Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SharedState};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
 use crate::wire::{
     self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, TelemetryEncoder, Topic, applied_command, control::Action,
@@ -65,10 +66,7 @@ pub(super) struct OutputWorker {
     pub shared: Arc<SharedState>,
     pub on_status: OnStatus,
     pub finished_recordings: Vec<Result<Written, RecordingError>>,
-    /// Number of messages encoded.
-    pub encoded: u64,
-    /// Commands accepted in this run, up to the last message.
-    pub commands_accepted: u64,
+    pub statistics: OutputStatistics,
     pub drops: DropLedger,
     /// Decides which samples are published as scene updates, if any are.
     pub scene_update_timer: Option<SceneUpdateTimer>,
@@ -78,6 +76,24 @@ pub(super) struct OutputWorker {
     pub last_stamp: Option<Stamp>,
     /// Whether the recording had reached its part size at the last check.
     pub recording_full: bool,
+}
+
+/// Statistics over the whole run.
+pub(super) struct OutputStatistics {
+    /// Commands accepted, up to the last message.
+    pub commands_accepted: u64,
+    /// Number of messages encoded.
+    pub encoded: u64,
+    /// Number of messages handed to the bus.
+    pub put: u64,
+    /// Ages of the samples of which a message was handed to the bus.
+    pub sample_age: DurationHistogram,
+}
+
+impl OutputStatistics {
+    pub(super) fn new() -> Result<Self, hdrhistogram::CreationError> {
+        Ok(OutputStatistics { commands_accepted: 0, encoded: 0, put: 0, sample_age: DurationHistogram::new()? })
+    }
 }
 
 /// The results of a simulation that has ended.
@@ -94,13 +110,13 @@ impl OutputWorker {
     fn close(mut self) -> Closed {
         self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
-        Closed { left: self.endpoint.close(), recordings: self.finished_recordings, angles, encoded: self.encoded }
+        Closed { left: self.endpoint.close(), recordings: self.finished_recordings, angles, encoded: self.statistics.encoded }
     }
 
     fn handle(&mut self, output: Output) {
         match output {
-            Output::Sample(sample, due) => {
-                self.sample(&sample, due);
+            Output::Sample { sample, topics, deadline } => {
+                self.sample(&sample, topics, deadline);
                 self.check_recording_full();
                 self.return_to_pool(sample);
             }
@@ -125,14 +141,17 @@ impl OutputWorker {
         self.recording_full = recording_full;
     }
 
-    fn sample(&mut self, sample: &Arc<Sample>, due: PerTelemetry<bool>) {
-        let (telemetry, stamp) = (Arc::clone(&self.telemetry), &sample.stamp);
+    fn sample(&mut self, sample: &Arc<Sample>, due: PerTelemetry<bool>, deadline: Option<Instant>) {
+        let (telemetry, stamp, put_before) = (Arc::clone(&self.telemetry), &sample.stamp, self.statistics.put);
         for (topic, _) in due.by_topic().into_iter().filter(|(topic, due)| *due && telemetry.has(*topic)) {
             let make = || telemetry.message(topic, sample).as_ref().map(Message::encode_to_vec).unwrap_or_default();
             let kept = SnapshotEntry::Sample(Arc::clone(&telemetry), Arc::clone(sample));
             if let SnapshotEntry::Sample(_, before) = self.publish_and_record(topic, stamp, kept, make) {
                 self.return_to_pool(before);
             }
+        }
+        if self.statistics.put > put_before {
+            deadline.into_iter().for_each(|deadline| self.statistics.sample_age.record(deadline.elapsed()));
         }
         if self.scene_update_timer.as_mut().is_some_and(|scene_update_timer| scene_update_timer.is_due(stamp.session_s())) {
             let time_ns = self.target.session.log_time_ns(stamp.session_s());
@@ -179,7 +198,8 @@ impl OutputWorker {
         let (wanted, recorded) = (self.endpoint.has_subscribers(topic), self.recorder.is_some());
         if wanted || recorded {
             let payload = make();
-            self.encoded += 1;
+            self.statistics.encoded += 1;
+            self.statistics.put += u64::from(wanted);
             match (wanted, recorded) {
                 (true, true) => {
                     self.endpoint.put(topic, number, payload.clone());
@@ -264,7 +284,7 @@ impl OutputWorker {
         self.shared.answered();
         reply_to(reply.clone());
         if let Some(request) = request.filter(|_| reply.accepted) {
-            self.commands_accepted += 1;
+            self.statistics.commands_accepted += 1;
             self.send(Topic::Commands, &stamp, || applied(request, reply, &stamp).encode_to_vec());
         }
     }

@@ -10,6 +10,8 @@ impl OutputWorker {
         let OverrunCounts { missed, pacing_epoch, given_up } = run.overruns;
         let (lateness, lateness_histogram) = run.lateness.unzip();
         let (step_cost, step_cost_histogram) = run.step_cost.unzip();
+        let ages = &self.statistics.sample_age;
+        let [sample_age_p50_s, sample_age_p99_s, sample_age_p999_s, sample_age_max_s] = each(ages.quantiles());
         let [step_cost_p50_s, step_cost_p99_s, step_cost_p999_s, step_cost_max_s] = each(step_cost);
         Status {
             stamp: Some(wire::stamp(&run.stamp)),
@@ -22,7 +24,7 @@ impl OutputWorker {
             step_error_max_rad: run.step_errors.map(|all| all.max_rad),
             solver_iterations: run.newton_iterations,
             message: self.recording_failure.clone().into_iter().chain(run.message).collect::<Vec<_>>().join("; "),
-            commands_accepted: self.commands_accepted,
+            commands_accepted: self.statistics.commands_accepted,
             commands_rejected: self.shared.rejected(),
             pulses_pending: u32::try_from(run.pulses_pending).unwrap_or(u32::MAX),
             recording: self.recorder.as_ref().map(|recorder| recorder.path().display().to_string()),
@@ -33,6 +35,11 @@ impl OutputWorker {
             step_cost_max_s,
             lateness: lateness_histogram,
             step_cost: step_cost_histogram,
+            sample_age_p50_s,
+            sample_age_p99_s,
+            sample_age_p999_s,
+            sample_age_max_s,
+            sample_age: ages.histogram(),
             pacing_epoch,
             given_up_s: given_up.as_secs_f64(),
             drops: self.drops.totals(),

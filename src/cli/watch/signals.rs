@@ -76,6 +76,7 @@ impl Signals {
     pub(super) fn status(&mut self, status: &Status) {
         let time_s = seconds(status.stamp.as_ref());
         self.put(time_s, "", "lateness_p99_s", status.lateness_p99_s);
+        self.put(time_s, "", "sample_age_p99_s", status.sample_age_p99_s);
         if !self.has_energies {
             self.put(time_s, "", "kinetic_j", status.kinetic_j);
             self.put(time_s, "", "strain_j", status.strain_j);

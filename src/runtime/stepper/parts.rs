@@ -26,6 +26,8 @@ pub(super) struct Deadlines {
     pub timings: StepTimings,
     pub misses: MissedDeadlines,
     pub overruns: OverrunCounts,
+    /// Deadline of the last step, if it had one, until its sample is sent.
+    pub of_sample: Option<Duration>,
 }
 
 impl Deadlines {
@@ -35,6 +37,7 @@ impl Deadlines {
             timings: StepTimings::default(),
             misses: MissedDeadlines::default(),
             overruns: OverrunCounts::default(),
+            of_sample: None,
         }
     }
 
