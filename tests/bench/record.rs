@@ -1,6 +1,7 @@
 //! Our writer against the bare mcap writer, on the same messages, in the same run: `cargo bench --bench record`.
 //!
-//! Fails when the writer reaches less than 80 % of the bare one's throughput. The recorder, which is the writer behind a queue on
+//! Fails when the writer reaches less than 80 % of the bare one's throughput. As a test (`cargo test --bench record`) it writes little
+//! and judges nothing. The recorder, which is the writer behind a queue on
 //! a thread of its own, is timed beside it.
 
 use std::collections::BTreeMap;
@@ -26,15 +27,18 @@ const TOPICS: [(&str, &str); 3] = [
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
-    let messages: Vec<Message> = (0..MESSAGES).map(message).collect();
+    // Cargo gives this option to benchmarks, and not to tests.
+    let judges = std::env::args().any(|word| word == "--bench");
+    let (count, rounds) = if judges { (MESSAGES, ROUNDS) } else { (1000, 1) };
+    let messages: Vec<Message> = (0..count).map(message).collect();
     let bytes: usize = messages.iter().map(|message| message.payload.len()).sum();
     let mut ratios = Vec::new();
-    for round in 0..ROUNDS {
+    for round in 0..rounds {
         let path = |name: &str| folder.path().join(format!("{name}-{round}.mcap"));
         let bare_s = bare(&path("bare"), &messages)?;
         let writer_s = writer(&path("writer"), &messages)?;
         let recorder_s = recorder(&path("recorder"), messages.clone())?;
-        let rate = |seconds: f64| MESSAGES as f64 / seconds * 1e-3;
+        let rate = |seconds: f64| count as f64 / seconds * 1e-3;
         println!(
             "bare {:6.0} k/s   writer {:6.0} k/s, {:.3}   recorder {:6.0} k/s, {:.3}",
             rate(bare_s),
@@ -46,9 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ratios.push(bare_s / writer_s);
     }
     ratios.sort_by(f64::total_cmp);
-    let median = ratios[ROUNDS / 2];
-    println!("the writer reaches {median:.3} of the bare one, median ({} bytes a message)", bytes as u64 / MESSAGES);
-    if median < ENOUGH { Err(format!("less than {ENOUGH}").into()) } else { Ok(()) }
+    let median = ratios[rounds / 2];
+    println!("the writer reaches {median:.3} of the bare one, median ({} bytes a message)", bytes as u64 / count);
+    if judges && median < ENOUGH { Err(format!("less than {ENOUGH}").into()) } else { Ok(()) }
 }
 
 /// A message as long and as compressible as telemetry.

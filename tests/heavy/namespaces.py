@@ -167,7 +167,6 @@ def main():
     with tempfile.TemporaryDirectory() as folder, hosts() as (service_cable, _):
         recording = deployment(Path(folder), service_cable)
         whole(recording, machine.is_quiet())
-    print("namespaces: all holds")
 
 
 if __name__ == "__main__":

@@ -181,7 +181,6 @@ def trial(router):
 def main():
     for with_router in (False, True):
         trial(with_router)
-    print("security: all holds")
 
 
 if __name__ == "__main__":

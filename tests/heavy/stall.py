@@ -34,6 +34,11 @@ class Counting(Client):
             if topic == "status":
                 self.payloads[topic] = [sample.payload.to_bytes()]
 
+    def count_of(self, topic):
+        """The number of the topic's last message."""
+        with self.lock:
+            return self.last.get(topic, 0)
+
 
 def watch(endpoint):
     client = Counting(endpoint, "stall")
@@ -47,17 +52,18 @@ def resident_mib(process):
 
 
 def run(seconds, stops, options=pairs.OPTIONS):
-    """A service with two subscribers, of which one is stopped or not; the status at the end."""
+    """A service with two subscribers, of which one is stopped or not; the stretch meanwhile, and the status at its end."""
     with service(["run", "--no-record", "--publish-hz", "all", *options, "--set", "solver.step_s=1e-3"], "stall", client=Counting) as (process, client):
         client.learn()
         wait_for(lambda: client.newest("status"), "the service runs")
         other = subprocess.Popen([sys.executable, __file__, sys.argv[1], "client", process.args[-1]], stdout=subprocess.PIPE, text=True)
         other.stdout.readline()
         time.sleep(SETTLES_S)
-        before, memory = client.newest("status"), resident_mib(process)
-        quiet = dict(client.missing)
+        memory, quiet, seen = resident_mib(process), dict(client.missing), client.count_of("status")
         if stops:
             other.send_signal(signal.SIGSTOP)
+        wait_for(lambda: client.count_of("status") > seen, "a status of the stretch")
+        before = client.newest("status")
         peak, ends = memory, time.monotonic() + seconds
         while time.monotonic() < ends:
             time.sleep(0.5)
@@ -71,16 +77,17 @@ def run(seconds, stops, options=pairs.OPTIONS):
     expect(f"{how}: the other subscriber misses nothing", not any(missing.values()), f"{missing}, {client.count} messages")
     expect(f"{how}: memory stays flat", peak - memory < GROWTH_MIB, f"{memory:.1f} -> at most {peak:.1f} MiB")
     expect(f"{how}: no queue of the service is full", status.dropped_samples == before.dropped_samples, f"{status.dropped_samples} dropped")
-    print(f"     p50 / p99 {pairs.told(status)}, overruns {status.overruns}, {status.stamp.step} steps", flush=True)
-    return status
+    stretch = pairs.stretch(before, status)
+    print(f"     {pairs.told(stretch)}, {stretch.overruns} overruns in {stretch.steps} steps", flush=True)
+    return stretch, status
 
 
 def main(seconds, count):
     machine, without, disturbed = Machine(), [], []
     for _ in range(count):
-        without.append(run(seconds, False))
-        disturbed.append(run(seconds, True))
-    caught_up = run(seconds, True, ())
+        without.append(run(seconds, False)[0])
+        disturbed.append(run(seconds, True)[0])
+    _, caught_up = run(seconds, True, ())
     quiet = machine.is_quiet()
     expect_real_time(quiet, caught_up.real_time_factor, 1e-3)
     pairs.expect_alike(quiet, without, disturbed)

@@ -57,13 +57,18 @@ class Machine:
 
 
 def expect_if(quiet, what, holds, figure=""):
-    expect(what + ("" if quiet else " (not judged)"), holds or not quiet, figure)
+    """Where times are not judged, the figure is printed, and `tests/heavy/run` calls the trial measured."""
+    if quiet:
+        expect(what, holds, figure)
+    else:
+        print(f"     measured, not judged: {what}: {figure}", flush=True)
 
 
 def expect_real_time(quiet, factor, within):
     """Where times are not judged, at least not far from it: what a stall of the machine has cost is caught up with."""
-    within = within if quiet else 0.05
-    expect(f"real-time factor is 1 within {within:g}", abs(factor - 1) < within, f"{factor:.6f}")
+    off = abs(factor - 1)
+    expect("real-time factor is 1 within 0.05", off < 0.05, f"{factor:.6f}")
+    expect_if(quiet, f"real-time factor is 1 within {within:g}", off < within, f"{factor:.6f}")
 
 
 def free_endpoint():
