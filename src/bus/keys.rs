@@ -82,12 +82,18 @@ impl Name {
     }
 }
 
+/// Length limit of a replayed key, bytes. zenoh carries 65,535, but overflows its stack at some 7,000 chunks.
+const KEY_LIMIT: usize = 4096;
+
 /// Returns the key of a topic of any recording: the topic without its leading slash.
 ///
 /// # Errors
 /// Returns why the topic is not a valid key.
 pub fn key_of_topic(topic: &str) -> Result<String, String> {
     let key = topic.strip_prefix('/').unwrap_or(topic);
+    if key.len() > KEY_LIMIT {
+        return Err(format!("a key has at most {KEY_LIMIT} bytes, and this has {}", key.len()));
+    }
     if key.starts_with('@') {
         return Err("keys that begin with @ are zenoh's own".to_owned());
     }

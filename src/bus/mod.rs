@@ -20,7 +20,7 @@ pub use address::{Address, BadAddress};
 pub use commands::{CommandKey, replay_commands, service_commands};
 pub use error::BusError;
 pub use keys::{BadName, Name, ROOT, key_of_topic};
-pub use raw_publisher::RawPublisher;
+pub use raw_publisher::{RawPublisher, check_encoding};
 pub use service_endpoint::ServiceEndpoint;
 pub use session::BusOptions;
 pub use snapshot_cache::SnapshotEntry;

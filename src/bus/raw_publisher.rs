@@ -7,6 +7,23 @@ use zenoh::{Session, Wait};
 
 use super::BusError;
 
+/// Length limit of an encoding's name beside zenoh's own, bytes.
+const ENCODING_LIMIT: usize = 255;
+
+/// Checks that zenoh can carry an encoding with its schema name.
+///
+/// # Errors
+/// Returns why it cannot.
+pub fn check_encoding(encoding: &str, schema: Option<&str>) -> Result<(), String> {
+    let schema = schema.map_or(0, str::len);
+    // Encodings that zenoh knows are numbers to it; others are text.
+    let named = if known_encoding(encoding).is_some() { schema } else { format!("application/{encoding};").len() + schema };
+    match named {
+        0..=ENCODING_LIMIT => Ok(()),
+        bytes => Err(format!("the bus carries encoding and schema of at most {ENCODING_LIMIT} bytes, and these have {bytes}")),
+    }
+}
+
 /// A publisher of recorded bytes. It waits for a slow subscriber and drops nothing.
 pub struct RawPublisher {
     publisher: Publisher<'static>,
@@ -44,16 +61,20 @@ impl RawPublisher {
     }
 }
 
+fn known_encoding(encoding: &str) -> Option<Encoding> {
+    match encoding {
+        "protobuf" => Some(Encoding::APPLICATION_PROTOBUF),
+        "json" => Some(Encoding::APPLICATION_JSON),
+        "cbor" => Some(Encoding::APPLICATION_CBOR),
+        "cdr" => Some(Encoding::APPLICATION_CDR),
+        "" => Some(Encoding::ZENOH_BYTES),
+        _ => None,
+    }
+}
+
 /// Returns zenoh's name of an MCAP message encoding.
 fn zenoh_encoding(encoding: &str, schema: Option<&str>) -> Encoding {
-    let encoding = match encoding {
-        "protobuf" => Encoding::APPLICATION_PROTOBUF,
-        "json" => Encoding::APPLICATION_JSON,
-        "cbor" => Encoding::APPLICATION_CBOR,
-        "cdr" => Encoding::APPLICATION_CDR,
-        "" => Encoding::ZENOH_BYTES,
-        other => Encoding::from(format!("application/{other}")),
-    };
+    let encoding = known_encoding(encoding).unwrap_or_else(|| Encoding::from(format!("application/{encoding}")));
     match schema {
         Some(schema) if !schema.is_empty() => encoding.with_schema(schema),
         _ => encoding,
@@ -71,5 +92,15 @@ mod tests {
         assert_eq!(named("cdr", Some("sensor_msgs/msg/Image")), "application/cdr;sensor_msgs/msg/Image");
         assert_eq!(named("json", None), "application/json");
         assert_eq!(named("flatbuffer", Some("Pose")), "application/flatbuffer;Pose");
+    }
+
+    #[test]
+    fn val_long_names_of_encodings_are_refused() {
+        for (encoding, schema, carried) in
+            [("protobuf", 255, true), ("protobuf", 256, false), ("flatbuffer", 232, true), ("flatbuffer", 233, false)]
+        {
+            let schema = "s".repeat(schema);
+            assert_eq!(check_encoding(encoding, Some(&schema)).is_ok(), carried, "{encoding} {}", schema.len());
+        }
     }
 }

@@ -26,6 +26,15 @@ const MULTICAST: &str = "scouting/multicast/enabled";
 /// Small kernel buffers, so that a slow reader does not receive stale samples for seconds.
 const SOCKET_BUFFERS: &str = "#so_sndbuf=65536;so_rcvbuf=65536";
 
+/// Bounds of a service's messages, unless its configuration file sets them: a received message, and what a batch of messages may
+/// hold (peers agree on the smaller limit), bytes. Commands have at most 4 KiB, but zenoh aborts the process for a declared key of
+/// some 7,000 chunks: these would have 14 KiB. More batches in the queue make up for smaller ones.
+const SERVICE_BOUNDS: [(&str, &str); 3] = [
+    ("transport/link/rx/max_message_size", "8192"),
+    ("transport/link/tx/batch_size", "8192"),
+    ("transport/link/tx/queue/size/data", "16"),
+];
+
 /// Network options.
 #[derive(Debug, Clone, Default)]
 pub struct BusOptions {
@@ -86,6 +95,11 @@ impl BusOptions {
 
     fn service_config(&self) -> Result<Config, BusError> {
         let mut config = self.base_config()?;
+        for (key, bound) in SERVICE_BOUNDS {
+            if !is_set(&config, key) {
+                set(&mut config, key, bound)?;
+            }
+        }
         if self.isolated {
             set(&mut config, LISTEN, "[]")?;
             return Ok(config);

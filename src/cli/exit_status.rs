@@ -17,6 +17,8 @@ pub(super) enum ExitStatus {
     Late,
     /// Finished, but the energy balance was off: 6.
     Untrusted,
+    /// The exit code of a supervised service.
+    OfService(u8),
     /// Interrupted by a signal before the requested end: 130.
     Interrupted,
 }
@@ -30,6 +32,7 @@ impl From<ExitStatus> for ExitCode {
             ExitStatus::Diverged => 4,
             ExitStatus::Late => 5,
             ExitStatus::Untrusted => 6,
+            ExitStatus::OfService(code) => code,
             ExitStatus::Interrupted => 130,
         })
     }

@@ -23,6 +23,7 @@ mod info;
 mod keyboard;
 mod list;
 mod log;
+mod open_files;
 mod output;
 mod plot;
 mod plot_source;
@@ -37,6 +38,7 @@ mod sequence;
 mod signals;
 mod stability;
 mod status_line;
+mod supervise;
 mod thesis_figures;
 mod trade;
 mod values;
@@ -63,6 +65,7 @@ pub fn main() -> ExitCode {
 }
 
 fn dispatch(cli: Cli) -> CommandResult {
+    open_files::raise_limit()?;
     match cli.command.unwrap_or_default() {
         Command::Run(run) => run::run(*run),
         Command::Replay(args) => replay::replay(*args),

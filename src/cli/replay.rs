@@ -146,7 +146,7 @@ fn conclude(report: &ReplayReport) -> ExitStatus {
         say!("warning: fell behind by more than a second {} times, without catching up", report.slips);
     }
     for topic in &report.left_out {
-        say!("warning: left out {topic}; give it a key with --remap OLD:=NEW");
+        say!("warning: left out {topic}");
     }
     if report.cut_off {
         say!("warning: the recording ends early; everything before was replayed");

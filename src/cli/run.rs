@@ -10,10 +10,11 @@ use clap::{Parser, ValueEnum};
 use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
-use super::failure::CommandResult;
-use super::resume::{self, RunStart};
+use super::failure::{CommandResult, Failure};
+use super::resume::{self, ResumeArgs, RunStart};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
+use super::supervise::supervise;
 use super::values::{flush_period, frames, pace, positive, recording_size, split};
 use crate::bus::{self, BusError, BusOptions, Name};
 use crate::recording::{RecordingError, Split, Written, paths};
@@ -25,7 +26,7 @@ use crate::simulation::{EnergyVerdict, PublishRate, PublishRates, Simulation};
 use crate::wire::Angles;
 
 /// Default name of a service.
-const NAME: &str = "crank";
+pub(super) const NAME: &str = "crank";
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -35,7 +36,8 @@ Examples:
   flexcrank run mine.toml --name left --publish-hz all --no-record
   flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all
   flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync
-  flexcrank run --resume recordings/crank.mcap";
+  flexcrank run --resume recordings/crank.mcap
+  flexcrank run --supervise --record crank.mcap";
 
 #[derive(Debug, Parser)]
 pub(super) struct Args {
@@ -101,6 +103,16 @@ pub(super) struct Args {
     /// Run even if another service on the bus has this name.
     #[arg(long)]
     pub force: bool,
+    /// Run the service in a process of its own. If that is killed or crashes, start another that resumes its recording, equal to
+    /// the bit, and records to PATH-resumed-1.mcap, and so on.
+    #[arg(long, conflicts_with_all = ["no_record", "count", "shadow"])]
+    pub supervise: bool,
+    /// The recording that the supervisor chose for its service.
+    #[arg(long, hide = true, requires = "supervise")]
+    pub supervised_record: Option<PathBuf>,
+    /// The recording that the supervisor lets its service resume.
+    #[arg(long, hide = true, requires = "supervise")]
+    pub supervised_resume: Option<PathBuf>,
     /// Run without the bus, for batches: the service takes no port and no name, and nobody can reach it.
     #[arg(long, conflicts_with_all = ["listen", "connect", "zenoh_config", "force"])]
     pub no_bus: bool,
@@ -125,7 +137,17 @@ impl From<Overruns> for Overrun {
     }
 }
 
-pub(super) fn run(args: Args) -> CommandResult {
+pub(super) fn run(mut args: Args) -> CommandResult {
+    if args.supervise {
+        if args.scene.len() > 1 {
+            return Err(Failure::Usage("--supervise runs one service: give one scene".to_owned()));
+        }
+        let Some(record) = args.supervised_record.take() else { return supervise(&args) };
+        args.record = Some(record);
+        if let Some(file) = args.supervised_resume.take() {
+            args.resume = ResumeArgs { resume: Some(file), at: None };
+        }
+    }
     let starts = starts(&args)?;
     let count = starts.len();
     let bus = BusOptions { isolated: args.no_bus, ..args.bus.options() };
@@ -288,7 +310,7 @@ fn conclude(reports: &[LiveReport]) -> ExitStatus {
 
 fn severity(done: ExitStatus) -> u8 {
     match done {
-        ExitStatus::Success | ExitStatus::Interrupted => 0,
+        ExitStatus::Success | ExitStatus::Interrupted | ExitStatus::OfService(_) => 0,
         ExitStatus::Lossy => 1,
         ExitStatus::Untrusted => 2,
         ExitStatus::Refused => 3,

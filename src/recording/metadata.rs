@@ -4,9 +4,20 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::SystemTime;
 
+use super::format::RecordedMessage;
+use super::reader::Messages;
 use super::session_info::{METADATA, SCENE, sum};
 use super::walk::{WalkFlow, WalkItem, walk};
 use super::{RecordingError, build_info};
+use crate::wire::Topic;
+
+/// Whether a recording has a checkpoint that can be read: a session can be resumed from it.
+pub fn has_checkpoint(path: &Path) -> bool {
+    let is_checkpoint = |message: &RecordedMessage| {
+        message.channel.schema.as_ref().is_some_and(|schema| schema.name == Topic::Checkpoint.schema())
+    };
+    Messages::open(path).is_ok_and(|messages| messages.map_while(Result::ok).any(|message| is_checkpoint(&message)))
+}
 
 /// Session facts and scene of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

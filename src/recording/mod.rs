@@ -28,7 +28,7 @@ pub use error::RecordingError;
 pub use export::{Export, Exported, export};
 pub use format::{Channel, RecordedMessage};
 pub use message::Message;
-pub use metadata::RecordingMetadata;
+pub use metadata::{RecordingMetadata, has_checkpoint};
 pub use overview::{Overview, TopicOverview};
 pub use reader::{Messages, is_cut_off};
 pub use recorder::Recorder;

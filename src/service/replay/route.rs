@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::str::FromStr;
 
 use super::ReplayOptions;
-use crate::bus::{self, BusError, Name, RawPublisher, Session, Topic};
+use crate::bus::{self, BusError, Name, RawPublisher, Session, Topic, check_encoding};
 use crate::recording::{Channel, RecordingFile};
 use crate::service::ServiceError;
 
@@ -12,6 +12,9 @@ use crate::service::ServiceError;
 const NAMELESS: &str = "replay";
 /// Topics that are never replayed: the replay publishes its own, or they are not on the bus.
 const NEVER_REPLAYED: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
+
+/// Longest topic shown in full, characters.
+const SHOWN: usize = 60;
 
 /// `OLD:=NEW`: renames a topic, or all topics that begin with `OLD/`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,10 +72,11 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
     };
     let (mut channels, mut left_out) = (Vec::new(), Vec::new());
     for channel in source.channels().filter(|channel| selected(&channel.topic, &replay.topics)) {
-        match bus::key_of_topic(&rename(&channel.topic)) {
+        let carried = check_encoding(&channel.message_encoding, schema_name(channel));
+        match bus::key_of_topic(&rename(&channel.topic)).and_then(|key| carried.map(|()| key)) {
             Ok(key) if is_played(&key, replay.commands) => channels.push((channel.clone(), key)),
             Ok(_) => {}
-            Err(reason) => left_out.push(format!("{}: {reason}", channel.topic)),
+            Err(reason) => left_out.push(format!("{}: {reason}", shortened(&channel.topic))),
         }
     }
     if let Some(wanted) = missing(replay, source, recorded.as_ref()) {
@@ -95,6 +99,18 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
     let service = recorded.unwrap_or_else(|| name.clone());
     let commands = Commands { torque: rename(&service.torque()), control: rename(&service.control()) };
     Ok(RoutePlan { name, names, left_out, channels, commands })
+}
+
+fn schema_name(channel: &Channel) -> Option<&str> {
+    channel.schema.as_ref().map(|schema| schema.name.as_str())
+}
+
+/// The beginning of a long topic.
+fn shortened(topic: &str) -> String {
+    match topic.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &topic[..end]),
+        None => topic.to_owned(),
+    }
 }
 
 /// The first topic to be played or renamed that the recording does not have.
@@ -145,8 +161,7 @@ impl Routes {
         let mut routes = HashMap::new();
         let mut keys = Vec::new();
         for (channel, key) in plan.channels {
-            let schema = channel.schema.as_ref().map(|schema| schema.name.as_str());
-            let publisher = RawPublisher::declare(session, &key, &channel.message_encoding, schema)?;
+            let publisher = RawPublisher::declare(session, &key, &channel.message_encoding, schema_name(&channel))?;
             let chunk = Name::split(&key).filter(|(name, _)| *name == plan.name).map(|(_, chunk)| chunk);
             let topic = chunk.and_then(Topic::of_chunk);
             routes.insert(channel.id, Route { publisher, topic });

@@ -1,0 +1,105 @@
+//! `run --supervise`: the service runs in a process of its own; if that is killed, the next one resumes its recording.
+
+use std::collections::VecDeque;
+use std::os::unix::process::ExitStatusExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus as ProcessStatus};
+use std::time::{Duration, Instant, SystemTime};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::async_runtime::runtime;
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::run::{Args, NAME};
+use super::signals::interrupted;
+use crate::recording::{self, paths};
+
+/// The supervisor gives up at this many deaths within [`PERIOD`].
+const DEATHS: usize = 5;
+const PERIOD: Duration = Duration::from_secs(60);
+/// Exit code of a process whose main thread panicked.
+const PANICKED: i32 = 101;
+
+/// Starts the service as often as it dies, and ends as it ends.
+pub(super) fn supervise(args: &Args) -> CommandResult {
+    let mut recordings = vec![first_recording(args)];
+    let mut deaths = VecDeque::new();
+    loop {
+        let resumed = recordings.iter().rev().find_map(|base| last_resumable(base, args.split.is_some()));
+        let (ended, asked) = watch(start(recordings.last().map_or(Path::new(""), PathBuf::as_path), resumed.as_deref())?)?;
+        if asked || !died(ended) {
+            return Ok(ended.code().map_or(ExitStatus::Interrupted, |code| ExitStatus::OfService(code as u8)));
+        }
+        say!("error: the service died ({ended}); it resumes from its recording");
+        deaths.push_back(Instant::now());
+        if deaths.len() == DEATHS && deaths.pop_front().is_some_and(|first| first.elapsed() < PERIOD) {
+            return Err(Failure::Failed(format!("the service died {DEATHS} times within {} s: given up", PERIOD.as_secs())));
+        }
+        recordings.push(next_recording(&recordings[0], recordings.len()));
+    }
+}
+
+fn first_recording(args: &Args) -> PathBuf {
+    let name = args.name.as_ref().map_or(NAME.to_owned(), ToString::to_string);
+    args.record.clone().unwrap_or_else(|| paths::fresh(Path::new(paths::FOLDER), &name, SystemTime::now()))
+}
+
+/// The recording after a number of deaths: `take.mcap` is followed by `take-resumed-1.mcap`.
+fn next_recording(first: &Path, deaths: usize) -> PathBuf {
+    let stem = first.file_stem().unwrap_or_default().to_string_lossy();
+    first.with_file_name(format!("{stem}-resumed-{deaths}.mcap"))
+}
+
+/// The last file of a recording that a session can be resumed from, if it has one.
+fn last_resumable(base: &Path, in_parts: bool) -> Option<PathBuf> {
+    let parts = (1..).map(|part| paths::part(base, part)).take_while(|part| part.exists());
+    let files: Vec<PathBuf> = if in_parts { parts.collect() } else { vec![base.to_owned()] };
+    files.into_iter().rev().find(|file| recording::has_checkpoint(file))
+}
+
+/// Starts the service: this very command, with the recordings to resume from and to write.
+fn start(record: &Path, resume: Option<&Path>) -> CommandResult<Child> {
+    let failed = |cause| Failure::Failed(format!("cannot start the service: {cause}"));
+    let words: Vec<_> = std::env::args_os().skip(1).collect();
+    let after_run = words.iter().position(|word| word == "run").map_or(0, |run| run + 1);
+    let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+    command.args(&words[..after_run]).arg("--supervised-record").arg(record);
+    if let Some(file) = resume {
+        command.arg("--supervised-resume").arg(file);
+    }
+    command.args(&words[after_run..]).spawn().map_err(failed)
+}
+
+/// Waits until the service ends, and passes a request to end on to it. Returns whether there was one.
+fn watch(mut service: Child) -> CommandResult<(ProcessStatus, bool)> {
+    let id = Pid::from_child(&service);
+    runtime()?.block_on(async {
+        let signal = interrupted();
+        let mut waiting = tokio::task::spawn_blocking(move || service.wait());
+        let (ended, asked) = tokio::select! {
+            ended = &mut waiting => (ended, false),
+            () = signal => {
+                // It may have ended already.
+                let _ = kill_process(id, Signal::TERM);
+                (waiting.await, true)
+            }
+        };
+        let failed = |cause: std::io::Error| Failure::Failed(format!("cannot wait for the service: {cause}"));
+        Ok((ended.map_err(|error| failed(error.into()))?.map_err(failed)?, asked))
+    })
+}
+
+fn died(ended: ProcessStatus) -> bool {
+    ended.signal().is_some() || ended.code() == Some(PANICKED)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_recordings_are_numbered_by_deaths() {
+        assert_eq!(next_recording(Path::new("r/take.mcap"), 2), Path::new("r/take-resumed-2.mcap"));
+    }
+}
