@@ -38,6 +38,72 @@ fn prop_services_that_start_together_find_ports() -> Tried {
     together((0..12).map(named))
 }
 
+/// Runs of one service without a name given, all started at the same instant, three times six of them.
+#[test]
+fn regress_runs_that_start_together_number_the_default_name() -> Tried {
+    for _ in 0..3 {
+        let start = |_| flexcrank(&["run", "--pace", "20", "--until", "20", "--no-record"]).spawn();
+        let children: Vec<Child> = (0..6).map(start).collect::<Result<_, _>>()?;
+        let mut names = Vec::new();
+        for child in children {
+            let ended = child.wait_with_output()?;
+            let said = String::from_utf8(ended.stderr)?;
+            assert!(ended.status.success(), "{:?}: {said}", ended.status);
+            let named = said.split_once("on the bus as flexcrank/").and_then(|(_, rest)| rest.split_once(" at tcp/127.0.0.1:"));
+            let (name, rest) = named.ok_or_else(|| format!("no name and endpoint in {said}"))?;
+            let port = rest.split(';').next().unwrap_or_default();
+            assert!(name.starts_with("crank") && port.parse::<u16>().is_ok(), "{said}");
+            names.push(name.to_owned());
+        }
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), 6, "{names:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_given_name_that_is_taken_is_refused() -> Tried {
+    let arguments = ["run", "--no-record", "--name", "taken-once"];
+    let mut first = flexcrank(&arguments).spawn()?;
+    let lines = std::io::BufReader::new(first.stderr.take().ok_or("no standard error")?);
+    let line = std::io::BufRead::lines(lines).map_while(Result::ok).find(|line| line.contains("on the bus")).unwrap_or_default();
+    let second = flexcrank(&arguments).output()?;
+    kill_process(Pid::from_raw(i32::try_from(first.id())?).ok_or("no process id")?, Signal::INT)?;
+    first.wait()?;
+    let said = String::from_utf8(second.stderr)?;
+    assert!(line.contains("flexcrank/taken-once at tcp/"), "{line}");
+    assert!(second.status.code() == Some(1) && said.contains("a service named `taken-once` is running already"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn prop_a_replay_names_its_endpoint() -> Tried {
+    let replay = ["replay", WHOLE, "--rate", "1000", "--name", "shown-at", "--listen", "tcp/127.0.0.1:0"];
+    let ended = flexcrank(&replay).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert!(said.contains(&format!("replaying {WHOLE} on the bus as flexcrank/shown-at at tcp/127.0.0.1:")), "{said}");
+    assert!(ended.status.success() && !said.contains("127.0.0.1:0\n"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_lines_on_standard_error_are_json_if_the_log_is() -> Tried {
+    let json = |arguments: &[&str]| -> Result<Vec<serde_json::Value>, Box<dyn Error>> {
+        let ended = flexcrank(&[&["--log-format", "json"], arguments].concat()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        said.lines().map(|line| serde_json::from_str(line).map_err(|error| format!("{line}: {error}").into())).collect()
+    };
+    let lines = json(&["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.1"])?;
+    assert_eq!(lines.len(), 2, "{lines:?}");
+    assert!(lines[0]["fields"]["message"].as_str().is_some_and(|text| text.starts_with("crank-slider: modal model")));
+    assert!(lines.iter().all(|line| line["level"] == "INFO" && line["timestamp"].is_string()), "{lines:?}");
+    let lines = json(&["run", "nosuch"])?;
+    assert!(lines.len() == 1 && lines[0]["level"] == "ERROR", "{lines:?}");
+    assert!(lines[0]["fields"]["message"].as_str().is_some_and(|text| text.starts_with("nosuch")), "{lines:?}");
+    Ok(())
+}
+
 #[test]
 fn prop_runs_without_a_bus_share_a_name() -> Tried {
     let alike = |_| SHORT.into_iter().chain(["--no-bus", "--name", "alike"]).map(str::to_owned).collect();

@@ -69,6 +69,14 @@ impl BusOptions {
     /// # Errors
     /// [`BusError`] if the configuration is invalid or no endpoint is free.
     pub fn open_service(&self) -> Result<Session, BusError> {
+        self.open_listening().map(|(session, _)| session)
+    }
+
+    /// Opens a session as [`open_service`](BusOptions::open_service), and returns the endpoints on which it listens.
+    ///
+    /// # Errors
+    /// [`BusError`] if the configuration is invalid or no endpoint is free.
+    pub fn open_listening(&self) -> Result<(Session, Vec<String>), BusError> {
         let mut retries = PORT_RETRIES;
         let (config, session) = loop {
             let config = self.service_config()?;
@@ -85,12 +93,17 @@ impl BusOptions {
         if connects && !is_linked(&session) {
             tracing::warn!("no connection to {endpoints} yet: the service runs, and keeps trying");
         }
-        Ok(session)
+        Ok((session, endpoints_of(&config)))
     }
 
-    /// Whether the session takes a free loopback port.
-    fn chooses_port(&self) -> bool {
+    /// Whether the session takes a free loopback port, among the services of this machine.
+    pub fn is_local(&self) -> bool {
         self.listen.is_empty() && self.config.is_none() && !self.isolated
+    }
+
+    /// Whether the system chooses all ports that the session listens on.
+    fn chooses_port(&self) -> bool {
+        self.is_local() || !self.listen.is_empty() && self.listen.iter().all(|endpoint| open_port(endpoint).is_some())
     }
 
     fn service_config(&self) -> Result<Config, BusError> {
@@ -108,7 +121,8 @@ impl BusOptions {
             set(&mut config, "adminspace/enabled", "true")?;
         }
         if !self.listen.is_empty() {
-            set(&mut config, LISTEN, &list(&self.listen))?;
+            let endpoints: Vec<String> = self.listen.iter().map(|endpoint| with_port(endpoint)).collect();
+            set(&mut config, LISTEN, &list(&endpoints))?;
         } else if !is_set(&config, LISTEN) && !is_client(&config) {
             set(&mut config, LISTEN, &list(&[format!("tcp/{}{SOCKET_BUFFERS}", free_port()?)]))?;
         }
@@ -221,6 +235,29 @@ fn free_port() -> Result<SocketAddr, BusError> {
     PORTS.map(loopback).find(|address| TcpListener::bind(address).is_ok()).ok_or(BusError::NoPort)
 }
 
+/// Host and options of an endpoint that leaves the port to the system, port 0: the parts before and after the port.
+fn open_port(endpoint: &str) -> Option<(&str, &str)> {
+    let (address, options) = endpoint.split_at(endpoint.find(['?', '#']).unwrap_or(endpoint.len()));
+    address.strip_suffix(":0").map(|host| (host, options))
+}
+
+/// The endpoint with a free port in place of port 0, so that the port is known.
+fn with_port(endpoint: &str) -> String {
+    let free = |host: &str| Some(TcpListener::bind(format!("{}:0", host.split_once('/')?.1)).ok()?.local_addr().ok()?.port());
+    let chosen = open_port(endpoint).and_then(|(host, options)| Some(format!("{host}:{}{options}", free(host)?)));
+    chosen.unwrap_or_else(|| endpoint.to_owned())
+}
+
+/// Listening endpoints of a configuration, without options: those of its mode if they differ by mode.
+fn endpoints_of(config: &Config) -> Vec<String> {
+    let value = |key| config.get_json(key).ok().and_then(|json| serde_json::from_str::<serde_json::Value>(&json).ok());
+    let mode = value("mode").and_then(|mode| mode.as_str().map(str::to_owned)).unwrap_or_else(|| "peer".to_owned());
+    let endpoints = value(LISTEN).unwrap_or_default();
+    let endpoints = endpoints.get(&mode).unwrap_or(&endpoints).as_array().cloned().unwrap_or_default();
+    let bare = |endpoint: &str| endpoint.split(['?', '#']).next().unwrap_or(endpoint).to_owned();
+    endpoints.iter().filter_map(|endpoint| endpoint.as_str().map(bare)).collect()
+}
+
 /// Endpoints of the services on this machine.
 fn neighbours() -> Vec<String> {
     PORTS.filter_map(answering).map(|address| format!("tcp/{address}")).collect()
@@ -234,6 +271,21 @@ fn answering(port: u16) -> Option<SocketAddr> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn val_the_endpoints_that_a_service_listens_on_are_known() -> Result<(), Box<dyn std::error::Error>> {
+        let listening = |listen: &str| {
+            let options = BusOptions { listen: vec![listen.to_owned()], ..BusOptions::default() };
+            options.service_config().map(|config| endpoints_of(&config))
+        };
+        assert_eq!(listening("tcp/127.0.0.1:7500#so_sndbuf=65536")?, ["tcp/127.0.0.1:7500"]);
+        let chosen = listening("tcp/127.0.0.1:0")?;
+        let port = chosen[0].strip_prefix("tcp/127.0.0.1:").ok_or("another address")?.parse::<u16>()?;
+        assert!(chosen.len() == 1 && port != 0, "{chosen:?}");
+        let free = BusOptions::default().service_config().map(|config| endpoints_of(&config))?;
+        assert!(free[0].starts_with("tcp/127.0.0.1:74"), "{free:?}");
+        Ok(())
+    }
 
     #[test]
     fn prop_a_configuration_file_opens_no_more_than_it_states() -> Result<(), Box<dyn std::error::Error>> {

@@ -2,6 +2,7 @@
 
 use std::io::{IsTerminal as _, Write, sink, stderr};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
 
 use tracing::{Level, Metadata};
 use tracing_subscriber::EnvFilter;
@@ -27,8 +28,28 @@ pub(super) enum Format {
     Json,
 }
 
+/// Whether lines are JSON.
+static JSON: AtomicBool = AtomicBool::new(false);
+
+/// Prints a line to standard error in the log format, at the level that its first word shows. Failure is ignored: if the terminal
+/// is gone, the command still runs to its end.
+pub(super) fn say(line: &str) {
+    let line = if JSON.load(Ordering::Relaxed) { as_json(line) } else { line.to_owned() };
+    writeln!(stderr(), "{line}").unwrap_or(());
+}
+
+/// A line in the form of the JSON log.
+fn as_json(line: &str) -> String {
+    let levels = [("error: ", "ERROR"), ("warning: ", "WARN")];
+    let split = levels.iter().find_map(|(prefix, level)| Some((*level, line.strip_prefix(prefix)?)));
+    let (level, message) = split.unwrap_or(("INFO", line));
+    let timestamp = humantime::format_rfc3339_micros(SystemTime::now()).to_string();
+    serde_json::json!({ "timestamp": timestamp, "level": level, "fields": { "message": message } }).to_string()
+}
+
 /// Starts logging at the default level, or the level of `RUST_LOG`.
 pub(super) fn begin(format: Format) {
+    JSON.store(format == Format::Json, Ordering::Relaxed);
     let asked = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(DEFAULT_FILTER));
     let lines = tracing_subscriber::fmt::layer().with_writer(writer).with_target(false).log_internal_errors(false);
     let lines = match format {

@@ -1,10 +1,8 @@
 //! The command line: parse, validate, run, exit code.
 
-/// Prints a line to standard error, and ignores failure: if the terminal is gone, the command still runs to its end.
+/// Prints a line to standard error; `error: …` and `warning: …` show its level.
 macro_rules! say {
-    ($($said:tt)*) => {
-        std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($said)*))).unwrap_or(())
-    };
+    ($($said:tt)*) => { super::log::say(&format!($($said)*)) };
 }
 
 mod aligned_table;
@@ -34,7 +32,9 @@ mod replay;
 mod replies;
 mod resume;
 mod run;
+mod run_conclusion;
 mod sequence;
+mod service_names;
 mod signals;
 mod stability;
 mod status_line;

@@ -13,11 +13,12 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::keyboard::Keyboard;
 use super::progress::bar;
+use super::service_names::on_the_bus;
 use super::signals::interrupted;
 use super::values::{not_negative, number, positive};
 use crate::bus::{self, BusOptions, Name};
 use crate::runtime::DurationQuantiles;
-use crate::service::{self, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
+use crate::service::{self, OnStatus, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
 use crate::wire::Status;
 
 pub(super) const EXAMPLES: &str = "\
@@ -111,13 +112,17 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         let interrupted = interrupted();
         // Dropping the keyboard restores the terminal, however the replay ends.
         let _keyboard = Keyboard::listen(&sender);
-        let session = bus.open_service()?;
+        let (session, endpoints) = bus.open_listening()?;
         let (player, own) = (session.clone(), sender.clone());
-        let on_status = Box::new(move |status: &Status| show(&shown, status));
+        let file = replay.file.display().to_string();
+        let on_the_bus = move |name: &Name| -> OnStatus {
+            shown.suspend(|| say!("replaying {file} {}", on_the_bus(name, &endpoints)));
+            Box::new(move |status| show(&shown, status))
+        };
         let (over, ended) = oneshot::channel();
         // The player has a thread of its own.
         let playing = std::thread::Builder::new().name("playing".to_owned()).spawn(move || {
-            let report = service::replay(&player, &replay, (own, commands), on_status);
+            let report = service::replay(&player, &replay, (own, commands), on_the_bus);
             // The receiver is gone after an interruption.
             let _ = over.send(());
             report

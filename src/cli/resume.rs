@@ -25,20 +25,19 @@ pub(super) struct ResumeArgs {
 
 /// The start of one service.
 pub(super) struct RunStart {
-    pub name: Name,
     pub scene: SceneSource,
     pub simulation: Simulation,
     pub publish: PublishRates,
     pub resumption: Option<Resumption>,
 }
 
-/// Resumes the session of a recording.
+/// Resumes the session of a recording, under `name` or its own.
 pub(super) fn start_from(
     file: &Path,
     at_s: Option<f64>,
     name: Option<Name>,
     publish: Option<PublishRates>,
-) -> CommandResult<RunStart> {
+) -> CommandResult<(Name, RunStart)> {
     let source = RecordedSession::open(file)?;
     let name = name.map_or_else(|| source.name.parse(), Ok)?;
     let publish = publish.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
@@ -52,7 +51,7 @@ pub(super) fn start_from(
     );
     say!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
-    Ok(RunStart { name, scene: source.scene, simulation, publish, resumption })
+    Ok((name, RunStart { scene: source.scene, simulation, publish, resumption }))
 }
 
 fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> CommandResult<Resumed> {

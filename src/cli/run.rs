@@ -12,21 +12,18 @@ use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::resume::{self, ResumeArgs, RunStart};
+use super::run_conclusion::conclude;
+use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 use super::supervise::supervise;
 use super::values::{flush_period, frames, pace, positive, recording_size, split};
-use crate::bus::{self, BusError, BusOptions, Name};
-use crate::recording::{RecordingError, Split, Written, paths};
-use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions, unbalanced};
+use crate::bus::{self, BusOptions, Name, Session};
+use crate::recording::{RecordingError, Split, paths};
+use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions};
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
-use crate::shown::shown_s;
-use crate::simulation::{EnergyVerdict, PublishRate, PublishRates, Simulation};
-use crate::wire::Angles;
-
-/// Default name of a service.
-pub(super) const NAME: &str = "crank";
+use crate::simulation::{PublishRate, PublishRates, Simulation};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -49,8 +46,8 @@ pub(super) struct Args {
     pub count: u32,
     #[command(flatten)]
     pub resume: super::resume::ResumeArgs,
-    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or the name of the resumed session. Several services are named
-    /// NAME-001, NAME-002, …
+    /// Name on the bus: keys are flexcrank/NAME/…. Default: crank, or crank-2, crank-3, … if that is taken; or the name of the
+    /// resumed session. Several services are named NAME-001, NAME-002, …
     #[arg(long)]
     pub name: Option<Name>,
     /// Pace: real, max, or simulated seconds per second.
@@ -148,28 +145,9 @@ pub(super) fn run(mut args: Args) -> CommandResult {
             args.resume = ResumeArgs { resume: Some(file), at: None };
         }
     }
-    let starts = starts(&args)?;
-    let count = starts.len();
+    let (fixed, starts) = starts(&args)?;
     let bus = BusOptions { isolated: args.no_bus, ..args.bus.options() };
-    if !args.force {
-        let names: Vec<&Name> = starts.iter().map(|start| &start.name).collect();
-        if let Some(taken) = bus.first_taken_through_endpoints(&names)? {
-            return Err(BusError::Taken(taken).into());
-        }
-    }
-    let status_line = StatusLine::new(count);
-    let mut members = Vec::with_capacity(count);
-    for (index, start) in starts.into_iter().enumerate() {
-        members.push(member(&args, start, (index, count), &status_line)?);
-    }
-    if let Some(LiveSimulation { live, .. }) = members.first() {
-        status_line.head(heading(live, count, args.no_bus));
-    }
-    for member in &members {
-        warn_of_weight(&member.live);
-    }
-    let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
-    let waking = ThreadOptions { spin, realtime: !args.no_realtime };
+    let status_line = StatusLine::new(starts.len());
     let was_interrupted = Cell::new(false);
     let reports = runtime()?.block_on(async {
         // From here on, before anything is recorded, a signal no longer ends the process by itself.
@@ -178,10 +156,17 @@ pub(super) fn run(mut args: Args) -> CommandResult {
             signal.await;
             was_interrupted.set(true);
         };
-        let session = bus.open_service()?;
-        let reports = service::run_all(&session, members, waking, shutdown).await;
+        let (session, endpoints) = bus.open_listening()?;
+        let names = ServiceNames { fixed, count: starts.len(), force: args.force };
+        // The claims on the names last as long as the services.
+        let served = match names.take(&bus, &session) {
+            Ok((names, _claims)) => {
+                serve(&args, &session, &endpoints, names.into_iter().zip(starts), &status_line, shutdown).await
+            }
+            Err(refused) => Err(refused),
+        };
         bus::close(&session)?;
-        CommandResult::Ok(reports?)
+        served
     })?;
     status_line.clear();
     let done = conclude(&reports);
@@ -190,37 +175,57 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
 
-/// The starts of all services: `count` of every scene, or a resumed session.
-fn starts(args: &Args) -> CommandResult<Vec<RunStart>> {
-    if let Some(file) = &args.resume.resume {
-        return Ok(vec![resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz)?]);
+/// Runs the services under their names until they end.
+async fn serve(
+    args: &Args,
+    session: &Session,
+    endpoints: &[String],
+    starts: impl ExactSizeIterator<Item = (Name, RunStart)>,
+    status_line: &StatusLine,
+    shutdown: impl Future<Output = ()>,
+) -> CommandResult<Vec<LiveReport>> {
+    let count = starts.len();
+    let member = |(index, (name, start))| member(args, name, start, (index, count), status_line);
+    let members = starts.enumerate().map(member).collect::<CommandResult<Vec<_>>>()?;
+    if let Some(LiveSimulation { live, .. }) = members.first() {
+        let bus = if args.no_bus { "not on the bus".to_owned() } else { on_the_bus(&live.name, endpoints) };
+        status_line.head(heading(live, count, &bus));
     }
-    let name = args.name.clone().map_or_else(|| NAME.parse(), Ok)?;
+    for member in &members {
+        warn_of_weight(&member.live);
+    }
+    let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
+    let waking = ThreadOptions { spin, realtime: !args.no_realtime };
+    Ok(service::run_all(session, members, waking, shutdown).await?)
+}
+
+/// The starts of all services: `count` of every scene, or a resumed session; with the name that the user or the session gave.
+fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
+    if let Some(file) = &args.resume.resume {
+        let (name, start) = resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz)?;
+        return Ok((Some(name), vec![start]));
+    }
     let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
     let mut all = Vec::new();
     for scene in &args.scene {
         let scene = SceneSource::open(scene, &args.overrides)?;
         for _ in 0..args.count {
             let simulation = Simulation::new(&scene.scene)?;
-            all.push(RunStart { name: name.clone(), scene: scene.clone(), simulation, publish, resumption: None });
+            all.push(RunStart { scene: scene.clone(), simulation, publish, resumption: None });
         }
     }
-    if all.len() > 1 {
-        for (number, start) in (1..).zip(&mut all) {
-            start.name = format!("{name}-{number:03}").parse()?;
-        }
-    }
-    Ok(all)
+    Ok((args.name.clone(), all))
 }
 
 /// Prepares service `index` of `count`.
 fn member(
     args: &Args,
-    beginning: RunStart,
+    name: Name,
+    start: RunStart,
     (index, count): (usize, usize),
     status_line: &StatusLine,
 ) -> CommandResult<LiveSimulation> {
-    let RunStart { name, scene, simulation, publish, resumption } = beginning;
+    let RunStart { scene, simulation, publish, resumption } = start;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
@@ -246,7 +251,8 @@ fn member(
         scene_updates_hz: args.scene_updates,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         on_status,
-        force: args.force,
+        // The name is checked already.
+        force: true,
         resumed: resumption,
     };
     Ok(LiveSimulation { live, simulation, shadow })
@@ -278,11 +284,10 @@ fn warn_of_weight(live: &LiveOptions) {
 }
 
 /// The heading for the first of `count` services.
-fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: usize, no_bus: bool) -> String {
+fn heading(LiveOptions { scene, record, split, .. }: &LiveOptions, count: usize, bus: &str) -> String {
     let solver = &scene.scene.solver;
     let to =
         record.as_ref().map_or("not recorded".to_owned(), |path| format!("recorded to {}", first_file(path, *split).display()));
-    let bus = if no_bus { "not on the bus".to_owned() } else { format!("on the bus as flexcrank/{name}") };
     let others = if count > 1 { format!("; and {} more", count - 1) } else { String::new() };
     format!(
         "{}: {} model, {}, step {} s; {bus}; {to}{others}",
@@ -291,76 +296,4 @@ fn heading(LiveOptions { name, scene, record, split, .. }: &LiveOptions, count: 
         solver.integrator.as_str(),
         solver.step_s,
     )
-}
-
-/// Prints how each service ended and what it recorded; for several, only what is out of the ordinary.
-fn conclude(reports: &[LiveReport]) -> ExitStatus {
-    let many = reports.len() > 1;
-    let done =
-        reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
-    if many {
-        let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
-        let messages: u64 = written.iter().map(|written| written.messages).sum();
-        let recorded =
-            if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
-        say!("{} runs ended{recorded}", reports.len());
-    }
-    done
-}
-
-fn severity(done: ExitStatus) -> u8 {
-    match done {
-        ExitStatus::Success | ExitStatus::Interrupted | ExitStatus::OfService(_) => 0,
-        ExitStatus::Lossy => 1,
-        ExitStatus::Untrusted => 2,
-        ExitStatus::Refused => 3,
-        ExitStatus::Late => 4,
-        ExitStatus::Diverged => 5,
-    }
-}
-
-fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
-    if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
-        let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
-        say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
-    }
-    let mut done = match &report.ending {
-        Ending::Finished | Ending::Stopped => ExitStatus::Success,
-        Ending::Diverged(diverged) => {
-            say!("error: {diverged}");
-            ExitStatus::Diverged
-        }
-        Ending::Late { step, late } => {
-            say!("error: step {step} missed its deadline by {late:.1?}, and --overrun is stop");
-            ExitStatus::Late
-        }
-    };
-    let mut lossy = report.dropped > 0;
-    if lossy {
-        say!("warning: {} samples were dropped because bus or disk could not keep up", report.dropped);
-    }
-    for recording in &report.recordings {
-        lossy |= recording.as_ref().map_or(true, |written| written.limited);
-        if !many || recording.is_err() {
-            report_recording(recording);
-        }
-    }
-    if lossy && done == ExitStatus::Success {
-        done = ExitStatus::Lossy;
-    }
-    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
-        say!("warning: {}", unbalanced(worst_j, in_play_j));
-        done = ExitStatus::Untrusted;
-    }
-    done
-}
-
-fn report_recording(recording: &Result<Written, RecordingError>) {
-    match recording {
-        Ok(Written { path, messages, limited }) => {
-            let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };
-            say!("recorded {messages} messages to {}{early}", path.display());
-        }
-        Err(error) => say!("error: recording: {error}"),
-    }
 }

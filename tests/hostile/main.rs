@@ -1,8 +1,8 @@
 //! Hostile input: clients that attack a service, files that lie, systems that run out of something.
 
+mod attacked;
 #[path = "../common/mod.rs"]
 mod common;
-mod attacked;
 mod descriptors;
 mod long_names;
 

@@ -136,7 +136,7 @@ fn read_all_ways(broken: &Path, folder: &Path, session: &Session) {
     // A message that claims to come years later ends the replay.
     let plan =
         ReplayOptions { file: broken.to_owned(), rate: 1e6, duration_s: Some(100.0), force: true, ..ReplayOptions::default() };
-    let played = replay(session, &plan, channel(), Box::new(|_| {}));
+    let played = replay(session, &plan, channel(), |_| Box::new(|_| {}));
     assert!(!matches!(played, Err(ServiceError::Died(_))), "the reading thread panicked");
     played.err().into_iter().for_each(|error| said(error.to_string()));
     read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));

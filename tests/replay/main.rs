@@ -48,7 +48,7 @@ impl Playing {
         let statuses: Arc<Mutex<Vec<Status>>> = Arc::default();
         let keep = Arc::clone(&statuses);
         let on_status = Box::new(move |status: &Status| keep.lock().map(|mut all| all.push(status.clone())).unwrap_or(()));
-        let thread = std::thread::spawn(move || replay(&session, &plan, (own, queue), on_status));
+        let thread = std::thread::spawn(move || replay(&session, &plan, (own, queue), |_| on_status));
         Ok(Playing { client, player, commands, thread, statuses })
     }
 
@@ -203,9 +203,9 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
     let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), Some(20.0), PublishRate::All)?;
     client::wait_for_service(&driven.client, &driven.name)?;
     let plan = ReplayOptions { file, topics: vec!["commands".into()], force: true, ..ReplayOptions::default() };
-    let silent = replay(&driven.client, &plan, channel(), Box::new(|_| {}));
+    let silent = replay(&driven.client, &plan, channel(), |_| Box::new(|_| {}));
     assert!(silent.is_err_and(|error| error.to_string().contains("--commands")), "commands are not telemetry");
-    let report = replay(&driven.client, &ReplayOptions { commands: true, ..plan }, channel(), Box::new(|_| {}))?;
+    let report = replay(&driven.client, &ReplayOptions { commands: true, ..plan }, channel(), |_| Box::new(|_| {}))?;
     assert_eq!(report.messages, 3);
     // The last of them was to stop, and was meant for the service, not for the replayer.
     let (_, folder) = driven.finish()?;
@@ -300,12 +300,12 @@ fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, "", Vec::new())?;
     client::wait_for_service(&player, &"test".parse()?)?;
     let plan = ReplayOptions { file, rate: 1e3, ..ReplayOptions::default() };
-    let refused = replay(&player, &plan, channel(), Box::new(|_| {}));
+    let refused = replay(&player, &plan, channel(), |_| Box::new(|_| {}));
     assert!(refused.is_err_and(|error| error.to_string().contains("--force")));
     let remapped = ReplayOptions { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
-    assert_eq!(replay(&player, &remapped, channel(), Box::new(|_| {}))?.name, ghost());
+    assert_eq!(replay(&player, &remapped, channel(), |_| Box::new(|_| {}))?.name, ghost());
     let forced = ReplayOptions { force: true, ..plan };
-    assert_eq!(replay(&player, &forced, channel(), Box::new(|_| {}))?.messages, 4 * 1001);
+    assert_eq!(replay(&player, &forced, channel(), |_| Box::new(|_| {}))?.messages, 4 * 1001);
     service.close()?;
     Ok(())
 }

@@ -101,6 +101,7 @@ pub struct ReplayReport {
 pub type ReplayCommands = (Sender<ReplayCommand>, Receiver<ReplayCommand>);
 
 /// Replays until the end or a stop command. Commands come from the bus, and from other holders of the queue's sender.
+/// `on_the_bus` is called once, with the name of the replay, and returns the function that receives every status.
 ///
 /// # Errors
 /// [`ServiceError`] if the recording cannot be read, a requested topic or time is not in it, the name is taken, or the bus
@@ -109,7 +110,7 @@ pub fn replay(
     session: &Session,
     replay: &ReplayOptions,
     commands: ReplayCommands,
-    on_status: OnStatus,
+    on_the_bus: impl FnOnce(&Name) -> OnStatus,
 ) -> Result<ReplayReport, ServiceError> {
     let source = Arc::new(RecordingFile::open(&replay.file)?);
     if replay.start_offset_s > source.duration_s() {
@@ -134,6 +135,7 @@ pub fn replay(
     let command_keys = bus::replay_commands(session, &name, handle)?;
     let scene = format!("# replayed from {}\n", player::file_name(&replay.file));
     let endpoint = ServiceEndpoint::declare(session, &name, &scene, command_keys)?;
+    let on_status = on_the_bus(&name);
     let mut player = Player::new(session, replay, source, (endpoint, routes), commands, on_status)?;
     let played = player.play();
     let mut report = player.close(name)?;

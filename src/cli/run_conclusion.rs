@@ -1,0 +1,81 @@
+//! The lines that end a run, and its exit status.
+
+use super::exit_status::ExitStatus;
+use crate::recording::{RecordingError, Written};
+use crate::runtime::{Ending, unbalanced};
+use crate::service::LiveReport;
+use crate::shown::shown_s;
+use crate::simulation::EnergyVerdict;
+use crate::wire::Angles;
+
+/// Prints how each service ended and what it recorded; for several, only what is out of the ordinary.
+pub(super) fn conclude(reports: &[LiveReport]) -> ExitStatus {
+    let many = reports.len() > 1;
+    let done =
+        reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
+    if many {
+        let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
+        let messages: u64 = written.iter().map(|written| written.messages).sum();
+        let recorded =
+            if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
+        say!("{} runs ended{recorded}", reports.len());
+    }
+    done
+}
+
+fn severity(done: ExitStatus) -> u8 {
+    match done {
+        ExitStatus::Success | ExitStatus::Interrupted | ExitStatus::OfService(_) => 0,
+        ExitStatus::Lossy => 1,
+        ExitStatus::Untrusted => 2,
+        ExitStatus::Refused => 3,
+        ExitStatus::Late => 4,
+        ExitStatus::Diverged => 5,
+    }
+}
+
+fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
+    if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
+        let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
+        say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
+    }
+    let mut done = match &report.ending {
+        Ending::Finished | Ending::Stopped => ExitStatus::Success,
+        Ending::Diverged(diverged) => {
+            say!("error: {diverged}");
+            ExitStatus::Diverged
+        }
+        Ending::Late { step, late } => {
+            say!("error: step {step} missed its deadline by {late:.1?}, and --overrun is stop");
+            ExitStatus::Late
+        }
+    };
+    let mut lossy = report.dropped > 0;
+    if lossy {
+        say!("warning: {} samples were dropped because bus or disk could not keep up", report.dropped);
+    }
+    for recording in &report.recordings {
+        lossy |= recording.as_ref().map_or(true, |written| written.limited);
+        if !many || recording.is_err() {
+            report_recording(recording);
+        }
+    }
+    if lossy && done == ExitStatus::Success {
+        done = ExitStatus::Lossy;
+    }
+    if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
+        say!("warning: {}", unbalanced(worst_j, in_play_j));
+        done = ExitStatus::Untrusted;
+    }
+    done
+}
+
+fn report_recording(recording: &Result<Written, RecordingError>) {
+    match recording {
+        Ok(Written { path, messages, limited }) => {
+            let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };
+            say!("recorded {messages} messages to {}{early}", path.display());
+        }
+        Err(error) => say!("error: recording: {error}"),
+    }
+}
