@@ -12,7 +12,7 @@ use super::run_track::RunTrack;
 use crate::recording::{
     EndReason, RecordedMessage, RecordingEnd, RecordingError, Structure, WalkFlow, WalkItem, nanoseconds, walk,
 };
-use crate::wire::{Gap, Message, Topic};
+use crate::wire::{Gap, Message, Stamp, Topic};
 
 /// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
@@ -53,6 +53,8 @@ struct Reading<'a> {
     holes: MissingSteps,
     channels: ChannelCheck,
     run: RunTrack,
+    /// Contradictions of the run. A gap of commands that is reported later may explain them.
+    of_run: Vec<Finding>,
     /// Epoch of the last checkpoint, and its start, s of the session.
     epoch_start: Option<(u64, f64)>,
     messages: u64,
@@ -71,6 +73,7 @@ impl<'a> Reading<'a> {
             holes: MissingSteps::new(source),
             channels: ChannelCheck::new(&source.name, source.metadata.other_build().is_empty()),
             run: RunTrack::new(source.begins_with_run()),
+            of_run: Vec::new(),
             epoch_start: None,
             messages: 0,
             ends: Vec::new(),
@@ -113,7 +116,7 @@ impl<'a> Reading<'a> {
         self.time(message, event.as_ref());
         let Some(event) = event else { return };
         if event.encode_to_vec() != message.data.as_ref() {
-            self.contradiction(message, &event, "the message has bytes beside its fields");
+            self.survey.findings.push(contradiction(message, &event, "the message has bytes beside its fields"));
         }
         if let Message::Gaps(gap) = &event {
             if gap.topic == Topic::Commands.chunk() {
@@ -122,17 +125,10 @@ impl<'a> Reading<'a> {
             self.survey.gaps.push(gap.as_ref().clone());
         }
         if let Some(what) = self.run.take(&event) {
-            self.contradiction(message, &event, &what);
+            self.of_run.push(contradiction(message, &event, &what));
         }
         self.holes.take(&event, message.sequence, number);
         self.survey.findings.extend(self.survey.physics.judge(&event));
-    }
-
-    fn contradiction(&mut self, message: &RecordedMessage, event: &Message, what: &str) {
-        let stamp = event.stamp().unwrap_or_default();
-        let finding =
-            Finding::Contradiction { topic: chunk(message), epoch: stamp.epoch, step: stamp.step, what: what.to_owned() };
-        self.survey.findings.push(finding);
     }
 
     /// Checks that log times never fall and equal the session's start plus the simulated time since then, and that a message was
@@ -165,11 +161,12 @@ impl<'a> Reading<'a> {
 
     fn conclude(self, structure: Structure) -> Survey {
         let end = self.end(&structure);
-        let Reading { source, mut survey, holes, channels, recovered, .. } = self;
+        let Reading { source, mut survey, holes, channels, of_run, recovered, .. } = self;
         let Survey { findings, breaks, gaps, .. } = &mut survey;
         let (missing, lost) = holes.into_findings(gaps, recovered);
         breaks.extend(lost);
         breaks.sort_unstable();
+        findings.extend(of_run.into_iter().filter(|finding| !may_follow_from(gaps, finding)));
         findings.extend(dropped(gaps, &missing));
         findings.extend(missing);
         findings.extend(channels.into_findings(recovered));
@@ -221,6 +218,19 @@ impl<'a> Reading<'a> {
         };
         Some(Finding::End(what))
     }
+}
+
+fn contradiction(message: &RecordedMessage, event: &Message, what: &str) -> Finding {
+    let Stamp { step, epoch, .. } = event.stamp().unwrap_or_default();
+    Finding::Contradiction { topic: chunk(message), epoch, step, what: what.to_owned() }
+}
+
+/// Whether commands that a full queue dropped may explain a contradiction.
+fn may_follow_from(gaps: &[Gap], finding: &Finding) -> bool {
+    let Finding::Contradiction { epoch, step, .. } = finding else { return false };
+    let of_commands = gaps.iter().filter(|gap| gap.topic == Topic::Commands.chunk());
+    let first = of_commands.map(|gap| (gap.stamp.unwrap_or_default().epoch, gap.first_step)).min();
+    first.is_some_and(|first| first <= (*epoch, *step))
 }
 
 /// Messages that full queues dropped, of topics in which no step is missing for that reason.
