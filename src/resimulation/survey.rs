@@ -199,19 +199,20 @@ impl<'a> Reading<'a> {
             let topics = end.counts.keys().chain(counts.keys());
             topics.into_iter().find(|topic| end.counts.get(*topic) != counts.get(*topic))
         };
+        let dropped = |topic: Topic| self.survey.gaps.iter().any(|gap| gap.topic == topic.chunk());
         let run_ended = end.reason == EndReason::RunEnded.to_string();
         let what = if !others.is_empty() {
             "it is stated more than once".to_owned()
         } else if let Some(topic) = differing().filter(|_| !self.is_damaged) {
             let number = |counts: &BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or(0);
             format!("it counts {} messages of {topic}, but {} are there", number(&end.counts), number(&counts))
-        } else if run_ended != self.run.has_ended() && !self.is_damaged {
+        } else if run_ended != self.run.has_ended() && !self.is_damaged && !dropped(Topic::Status) {
             format!(
                 "`{}`, but the last status {}",
                 end.reason,
                 if run_ended { "does not say so" } else { "says that the run ended" }
             )
-        } else if self.run.ends_without_checkpoint() && !self.is_damaged {
+        } else if self.run.ends_without_checkpoint() && !self.is_damaged && !dropped(Topic::Checkpoint) {
             "no checkpoint holds the last state of the run".to_owned()
         } else {
             return None;
