@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::process::Command;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, SystemTime};
 
@@ -112,6 +113,20 @@ fn prop_stopping_ends_at_the_first_miss() -> Outcome {
     assert_eq!((told.len(), told[0].first_step, told[0].worst_s), (1, step, late.as_secs_f64()));
     assert_eq!(status.stamp.map(|stamp| stamp.step + 1), Some(step), "the step that was late was not taken");
     assert!(status.message.contains("late"), "{}", status.message);
+    Ok(())
+}
+
+#[test]
+fn val_exit_codes_of_divergence_and_missed_deadlines() -> Outcome {
+    let run = |arguments: &[&str]| {
+        let ran =
+            Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("run").args(arguments).args(["--no-bus", "--no-record"]).output();
+        ran.map(|ran| (ran.status.code(), String::from_utf8_lossy(&ran.stderr).into_owned()))
+    };
+    let (code, said) = run(&["thesis-crank-slider", "--set", "solver.weight=0.48", "--pace", "max", "--until", "22.8"])?;
+    assert_eq!(code, Some(4), "{said}");
+    let (code, said) = run(&["--pace", "1e6", "--overrun", "stop", "--until", "1"])?;
+    assert!(code == Some(5) && said.contains("missed its deadline"), "{said}");
     Ok(())
 }
 

@@ -210,6 +210,36 @@ fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
     Ok(())
 }
 
+/// The difference is that of the same two simulations, run by themselves.
+#[test]
+fn val_a_shadow_differs_as_the_two_models_do() -> Outcome {
+    let open = |model: &str, integrator: &str| {
+        let keys = [format!("solver.model={model}"), format!("solver.integrator={integrator}"), "solver.step_s=0.001".to_owned()];
+        SceneSource::open("crank-slider", &keys)
+    };
+    let (main, second) = (open("rigid", "runge-kutta")?, open("modal", "esdirk")?);
+    let (mut rigid, mut modal) = (Simulation::new(&main.scene)?, Simulation::new(&second.scene)?);
+    let shadow = flexcrank::runtime::ShadowSimulation::new(second.scene.solver.model, Simulation::new(&second.scene)?);
+    let service = Service::start_with(tempfile::tempdir()?, main, Some(shadow), Pace::Max, Some(1.0), PublishRate::Hz(100.0))?;
+    let (_, folder) = service.finish()?;
+    let rows = common::decoded::<wire::Shadow>(&folder.path().join("run.mcap"), "shadow")?;
+    assert_eq!((rows.len(), rows[0].model.as_str()), (101, "modal"));
+    for row in &rows {
+        while rigid.step_count() < row.stamp.ok_or("no stamp")?.step {
+            rigid.step()?;
+            modal.step()?;
+        }
+        let [one, other] = [rigid.observe()?, modal.observe()?];
+        let angle_rad = other.links[0].chord_rad - one.links[0].chord_rad;
+        let end_x_m =
+            |seen: &flexcrank::mechanics::Observation| seen.links[1].nodes.last().map_or(0.0, |node| node.position_m[0]);
+        assert_eq!((row.angle_rad, row.end_x_m), (angle_rad, end_x_m(other) - end_x_m(one)), "{:?}", row.stamp);
+    }
+    let last = rows.last().ok_or("no rows")?;
+    assert!(last.angle_rad.abs() > 1e-4 && last.joint_force_n > Some(1.0), "{last:?}");
+    Ok(())
+}
+
 #[test]
 fn prop_a_model_out_of_its_range_warns() -> Outcome {
     let scene = flexcrank::scene::SceneSource::open("ref-r4m", &["solver.model=modal".to_owned()])?;

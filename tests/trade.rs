@@ -209,6 +209,24 @@ fn val_the_default_scene_has_the_settings_that_trade_chooses() {
     assert_eq!(modes(&copy), modes(&source.scene));
 }
 
+/// Rigid links are the cheapest, finite elements reach the smallest errors, and modes lie between: all are on the front.
+#[test]
+fn val_every_model_is_on_the_front_of_the_default_scene() {
+    let models = [ModelKind::Rigid, ModelKind::Modal, ModelKind::FiniteElement];
+    let selection = Selection {
+        models: models.to_vec(),
+        integrators: vec![IntegratorKind::Esdirk],
+        modes: vec![2],
+        elements: vec![8],
+        steps_s: vec![2e-3, 5e-4],
+        ..Selection::default()
+    };
+    let question = Question { until_s: Some(0.5), ..ask(selection, &OutputGroup::DEFAULT, 60.0) };
+    let told = answer(&open("crank-slider", &[]), &question);
+    let on_front: Vec<ModelKind> = told.front().iter().map(|(row, _)| row.configuration.family.model).collect();
+    assert!(models.iter().all(|model| on_front.contains(model)), "{on_front:?}");
+}
+
 #[test]
 fn val_links_that_may_be_rigid_are() {
     let source = open("thesis-crank-slider", &[]);

@@ -57,6 +57,35 @@ fn regress_effort_of_the_default_scene() {
     assert_eq!(found, [[5743, 555], [9054, 1023], [50297, 10001], [16688, 3381]]);
 }
 
+/// Processor time of this thread, s.
+fn thread_s() -> f64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// The least time of a Newton iteration with its solution, for an element. Sixteen times as many elements would take sixteen times
+/// as long each if the cost were quadratic.
+#[test]
+fn prop_the_cost_of_a_step_is_linear_in_the_elements() {
+    let cost_s = |elements: usize| {
+        let mesh = [format!("crank.elements={elements}"), format!("rod.elements={elements}")];
+        let keys = [&[FINITE, "solver.integrator=generalized-alpha"][..], &mesh.each_ref().map(String::as_str)].concat();
+        let mut run = simulation("ref-r2s", &keys);
+        let turn = |_| {
+            let (begun_s, mut iterations) = (thread_s(), 0);
+            for _ in 0..400 / elements.min(100) {
+                run.step().unwrap();
+                iterations += run.newton_iterations().unwrap();
+            }
+            (thread_s() - begun_s) / f64::from(iterations) / elements as f64
+        };
+        (0..20).map(turn).fold(f64::INFINITY, f64::min)
+    };
+    let (few, many) = (cost_s(50), cost_s(800));
+    println!("{few:e} s and {many:e} s for an element");
+    assert!(many < 2.0 * few, "{few:e} s for each of 50 elements a link, {many:e} s for each of 800");
+}
+
 /// A model's memory of the last state saves work and changes nothing: neither observations between steps nor a restart from a
 /// checkpoint change a bit.
 #[test]

@@ -34,6 +34,26 @@ fn regress_samples_are_read_and_recovered() -> Outcome {
     Ok(())
 }
 
+/// Each is computed again to the bit and replayed; the one that was cut off is reported as lossy.
+#[test]
+fn regress_samples_are_verified_and_replayed() -> Outcome {
+    for (name, _, cut_off) in SAMPLES {
+        let run = |arguments: &[&str]| Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(arguments).arg(path(name)).output();
+        let verified = run(&["verify"])?;
+        let said = String::from_utf8_lossy(&verified.stdout).into_owned();
+        let expected = if cut_off { 3 } else { 0 };
+        assert_eq!(verified.status.code(), Some(expected), "{name}: {said}");
+        assert!(
+            said.contains("intact, and equal to the bit"),
+            "{name}: {said}; if steps are computed otherwise, recordings/make"
+        );
+        let replayed = run(&["replay", "--rate", "1000", "--listen", "tcp/127.0.0.1:0"])?;
+        assert_eq!(replayed.status.code(), Some(expected), "{name}: {replayed:?}");
+        assert!(String::from_utf8_lossy(&replayed.stderr).contains("replayed "), "{name}: {replayed:?}");
+    }
+    Ok(())
+}
+
 #[test]
 fn prop_samples_are_small() -> Outcome {
     let sizes: Vec<u64> = SAMPLES.iter().map(|(name, ..)| Ok(std::fs::metadata(path(name))?.len())).collect::<Outcome<_>>()?;
