@@ -33,6 +33,7 @@ mod shown;
 pub mod simulation;
 #[cfg(feature = "service")]
 pub mod study;
+mod text_file;
 #[cfg(feature = "service")]
 mod whole_file;
 #[cfg(feature = "service")]

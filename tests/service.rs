@@ -102,13 +102,19 @@ fn prop_pause_steps_and_reset_count_exactly() -> Outcome {
 fn prop_a_paused_run_takes_exactly_the_requested_steps() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
     let say = |action| client::control(&service.client, &service.name, &control(action));
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    let last = || {
+        let payloads = listener.payloads(Topic::Angles);
+        let angles = payloads.last().and_then(|bytes| Angles::decode(bytes.as_slice()).ok());
+        angles.and_then(|angles| angles.stamp).map_or(0, |stamp| stamp.step)
+    };
+    // The reply to a pause names the step after those that were taken.
     let mut at = say(Action::Pause(wire::Pause {}))?.effective_step;
     for count in [1, 7, 250, 3000] {
         say(Action::Step(wire::Steps { count }))?;
-        // The reply to a pause names the step after those that were taken.
-        let mut now = at;
-        while now < at + count {
-            now = say(Action::Pause(wire::Pause {}))?.effective_step;
+        let begun = Instant::now();
+        while last() < at + count - 1 && begun.elapsed() < Duration::from_secs(20) {
+            std::thread::yield_now();
         }
         at += count;
         for _ in 0..20 {
@@ -116,6 +122,34 @@ fn prop_a_paused_run_takes_exactly_the_requested_steps() -> Outcome {
         }
     }
     service.stop()?;
+    Ok(())
+}
+
+#[test]
+fn regress_a_pause_cancels_the_steps_that_remain() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let say = |action| client::control(&service.client, &service.name, &control(action));
+    say(Action::Pause(wire::Pause {}))?;
+    assert!(say(Action::Step(wire::Steps { count: 1_000_000_000 }))?.accepted);
+    let cancelled = say(Action::Pause(wire::Pause {}))?;
+    assert!(cancelled.accepted && cancelled.reason.contains("the remaining steps are cancelled"), "{}", cancelled.reason);
+    let again = say(Action::Pause(wire::Pause {}))?;
+    assert_eq!((again.effective_step, again.reason.as_str()), (cancelled.effective_step, "was paused already"));
+    service.stop()?;
+    Ok(())
+}
+
+#[test]
+fn regress_an_id_of_another_command_is_refused() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    assert!(client::pulse(&service.client, &service.name, &pulse("mine", 1.0, 0.1))?.accepted);
+    let pause = wire::Control { id: "mine".to_owned(), action: Some(Action::Pause(wire::Pause {})) };
+    let refused = client::control(&service.client, &service.name, &pause)?;
+    assert!(!refused.accepted && refused.id == "mine" && refused.reason.contains("torque"), "{}", refused.reason);
+    assert!(client::pulse(&service.client, &service.name, &pulse("mine", 1.0, 0.1))?.accepted, "a retry");
+    let (_, folder) = service.stop()?;
+    let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
+    assert_eq!(status.last().map(|status| status.commands_rejected), Some(1));
     Ok(())
 }
 

@@ -5,9 +5,13 @@ use std::path::Path;
 use super::failure::{CommandResult, Failure};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
+use crate::text_file;
 
 /// Allowed columns; the first two are required.
 const COLUMNS: [&str; 5] = ["torque_nm", "duration_s", "delay_s", "shape", "id"];
+
+/// Size limit of a file of pulses, bytes.
+const SIZE_LIMIT: usize = 16 * 1024 * 1024;
 
 /// A pulse with its line in the file.
 #[derive(Debug, PartialEq)]
@@ -19,7 +23,7 @@ pub(super) struct ListedPulse {
 
 /// Reads a file of pulses.
 pub(super) fn read(path: &Path) -> CommandResult<Vec<ListedPulse>> {
-    let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
+    let text = text_file::read(path, SIZE_LIMIT).map_err(Failure::file(path))?;
     parse(&text).map_err(|(line, what)| Failure::Usage(format!("{}:{line}: {what}", path.display())))
 }
 
@@ -32,6 +36,9 @@ fn parse(text: &str) -> Result<Vec<ListedPulse>, (u64, String)> {
     let unknown = header.iter().find(|column| !COLUMNS.contains(column));
     if let Some(unknown) = unknown {
         return Err((line, format!("unknown column `{unknown}`: columns are {}", COLUMNS.join(", "))));
+    }
+    if let Some(twice) = COLUMNS.iter().find(|wanted| header.iter().filter(|column| column == *wanted).count() > 1) {
+        return Err((line, format!("the column `{twice}` is there twice")));
     }
     if let Some(missing) = COLUMNS[..2].iter().find(|wanted| !header.iter().any(|column| column == **wanted)) {
         return Err((line, format!("the column `{missing}` is missing")));
@@ -97,6 +104,7 @@ mod tests {
     fn val_what_is_wrong_is_told_by_line() {
         for (text, line, words) in [
             ("torque,duration_s\n1,1\n", 1, "`torque`"),
+            ("torque_nm,duration_s,torque_nm\n1,1,2\n", 1, "`torque_nm` is there twice"),
             ("torque_nm\n1\n", 1, "`duration_s` is missing"),
             ("torque_nm,duration_s\n1,1\n1,x\n", 3, "duration_s = `x`"),
             ("torque_nm,duration_s\n1,1\n,1\n", 3, "torque_nm is empty"),

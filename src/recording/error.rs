@@ -44,6 +44,14 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
     },
+    /// No topic can be decoded.
+    #[error("{}: no topic is protobuf, so none can be decoded: {}", path.display(), topics.join(", "))]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// Its topics.
+        topics: Vec<String>,
+    },
     /// A message does not fit its schema in the file.
     #[error("{}: a message on `{topic}` does not fit its schema: {cause}", path.display())]
     Undecodable {
@@ -83,7 +91,9 @@ pub enum RecordingError {
         nearest: Option<String>,
     },
     /// The name of a recording is not a plain file name.
-    #[error("`{0}` is not a name for a recording: letters, digits, dots, dashes and underscores, not beginning with a dot")]
+    #[error(
+        "`{0}` is not a name for a recording: letters, digits, dots, dashes and underscores, not beginning with a dot or a dash"
+    )]
     Name(String),
 }
 
@@ -105,15 +115,7 @@ impl RecordingError {
         let path = path.into();
         |cause| match cause {
             mcap::McapError::BadMagic => RecordingError::NotMcap(path),
-            mcap::McapError::Io(cause) if path.is_dir() => RecordingError::File { path, cause },
-            cause => RecordingError::Mcap { path, cause },
-        }
-    }
-
-    /// The error of a file that could not be written: the system's error explains more than the writer's.
-    pub(super) fn unwritten(path: impl Into<PathBuf>) -> impl FnOnce(mcap::McapError) -> Self {
-        let path = path.into();
-        |cause| match cause {
+            // The system's error explains more than the library's.
             mcap::McapError::Io(cause) => RecordingError::File { path, cause },
             cause => RecordingError::Mcap { path, cause },
         }

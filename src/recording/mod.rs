@@ -1,12 +1,14 @@
 //! Recordings: sessions as MCAP files, written, read, recovered and exported. Only this layer uses the mcap library.
 
 pub mod build_info;
+mod definitions;
 mod end;
 mod error;
 mod export;
 mod format;
 mod message;
 mod metadata;
+mod open;
 mod overview;
 mod parse;
 pub mod paths;

@@ -35,7 +35,7 @@ pub fn part(path: &Path, n: u32) -> PathBuf {
 pub fn named(folder: &Path, name: &str) -> Result<PathBuf, RecordingError> {
     let plain = !name.is_empty()
         && name.len() <= 128
-        && !name.starts_with('.')
+        && !name.starts_with(['.', '-'])
         && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_'));
     if !plain {
         return Err(RecordingError::Name(name.to_owned()));
@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn prop_a_name_never_leaves_the_folder() {
-        for name in ["", "../x", "a/b", "/etc/x", "..", ".hidden", "a\\b", "a\0b", "ü"] {
+        for name in ["", "../x", "a/b", "/etc/x", "..", ".hidden", "a\\b", "a\0b", "ü", "-rf", "--help"] {
             assert!(named(Path::new("r"), name).is_err(), "{name:?}");
         }
         assert_eq!(named(Path::new("r"), "run-1").ok(), Some(PathBuf::from("r/run-1.mcap")));

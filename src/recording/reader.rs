@@ -9,8 +9,10 @@ use mcap::sans_io::LinearReaderOptions;
 use mcap::{McapError, McapResult};
 
 use super::RecordingError;
+use super::definitions::Channels;
 use super::format::RecordedMessage;
-use super::records::{Channels, Chunk, RawRecord, Records};
+use super::open::open;
+use super::records::{Chunk, RawRecord, Records};
 
 /// The messages of a recording, in file order. Ends at the first damage, with the error; a chunk with a wrong checksum yields no
 /// message. If the file ends inside a chunk, the complete messages of that chunk are read.
@@ -30,7 +32,7 @@ impl Messages {
     /// # Errors
     /// [`RecordingError::File`] if the file cannot be opened.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
+        let file = BufReader::new(open(path)?);
         let records = Records::of(file, LinearReaderOptions::default().with_skip_end_magic(true));
         Ok(Messages { path: path.to_owned(), records, chunk: None, cut: false, channels: Channels::default(), over: false })
     }

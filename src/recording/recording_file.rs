@@ -9,11 +9,18 @@ use std::sync::Arc;
 use mcap::records::{ChunkIndex, Record, op};
 use mcap::{McapError, McapResult};
 
+use super::definitions::Channels;
 use super::format::{RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
+use super::open::open;
 use super::reader::{Messages, is_cut_off};
-use super::records::{Channels, Chunk};
+use super::records::Chunk;
 use super::summary::summary;
 use super::{Channel, RecordingError};
+
+/// Memory limit of the messages that wait because chunks overlap in time, bytes.
+const WAITING_LIMIT: usize = 4 * RECORD_LIMIT as usize;
+/// Memory of a waiting message beside its data, bytes.
+const MESSAGE_BYTES: usize = 128;
 
 /// A recording with its index.
 #[derive(Debug, Clone)]
@@ -33,7 +40,7 @@ impl RecordingFile {
     /// # Errors
     /// [`RecordingError`] if the file cannot be read, is not MCAP or holds no messages.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let mut file = File::open(path).map_err(RecordingError::file(path))?;
+        let mut file = open(path)?;
         summary(&mut file).and_then(|summary| Self::indexed(path, summary)).map_or_else(|| Self::scanned(path), Ok)
     }
 
@@ -41,7 +48,7 @@ impl RecordingFile {
         let (mut known, mut channels, mut chunks) = (Channels::default(), BTreeMap::new(), Vec::new());
         for record in summary {
             match record {
-                Record::Schema { header, data } => known.add_schema(header, data).ok()?,
+                Record::Schema { header, data } => known.add_schema(header, &data).ok()?,
                 Record::Channel(channel) => {
                     let id = channel.id;
                     known.add_channel(channel).ok()?;
@@ -111,8 +118,8 @@ impl RecordingFile {
         self.cut_off
     }
 
-    /// Messages from a log time on. With an index they come in order of log time, then of file position, and memory is bounded by
-    /// the chunks that overlap. Without an index they come in file order. Ends at the first damage, with the error; a file that
+    /// Messages from a log time on. With an index they come in order of log time, then of file position, and the chunks
+    /// that overlap must fit into 256 MiB. Without an index they come in file order. Ends at the first damage, with the error; a file that
     /// is cut off ends without one.
     ///
     /// # Errors
@@ -128,10 +135,10 @@ impl RecordingFile {
                 whole.filter(move |message| message.as_ref().map_or(true, |message| message.log_time >= from_ns)),
             ));
         }
-        let file = File::open(&self.path).map_err(RecordingError::file(&self.path))?;
+        let file = open(&self.path)?;
         let chunks = self.chunks.iter().filter(|chunk| chunk.message_end_time >= from_ns).cloned().collect();
         let (path, channels) = (self.path.clone(), self.channels.clone());
-        Ok(Box::new(InOrder { path, file, channels, chunks, waiting: BTreeMap::new(), from_ns }))
+        Ok(Box::new(InOrder { path, file, channels, chunks, waiting: BTreeMap::new(), waiting_bytes: 0, from_ns }))
     }
 }
 
@@ -143,6 +150,8 @@ struct InOrder {
     channels: BTreeMap<u16, Arc<Channel>>,
     chunks: VecDeque<ChunkIndex>,
     waiting: BTreeMap<(u64, u64, u64), RecordedMessage>,
+    /// Memory of the waiting messages, bytes.
+    waiting_bytes: usize,
     from_ns: u64,
 }
 
@@ -161,10 +170,18 @@ impl Iterator for InOrder {
                         return Some(Err(RecordingError::Chunk { path: self.path.clone(), at: chunk.chunk_start_offset, cause }));
                     }
                 }
-                _ => return self.waiting.pop_first().map(|(_, message)| Ok(message)),
+                _ => {
+                    let (_, message) = self.waiting.pop_first()?;
+                    self.waiting_bytes -= memory_of(&message);
+                    return Some(Ok(message));
+                }
             }
         }
     }
+}
+
+fn memory_of(message: &RecordedMessage) -> usize {
+    message.data.len() + MESSAGE_BYTES
 }
 
 impl InOrder {
@@ -176,7 +193,13 @@ impl InOrder {
                     && header.log_time >= self.from_ns
                 {
                     let message = message(header, data, self.channels.get(&header.channel_id).cloned())?;
-                    self.waiting.insert((header.log_time, at, record.at), message);
+                    self.waiting_bytes += memory_of(&message);
+                    if self.waiting_bytes > WAITING_LIMIT {
+                        return Err(McapError::Io(std::io::Error::other("too many chunks before it overlap in time")));
+                    }
+                    if let Some(same) = self.waiting.insert((header.log_time, at, record.at), message) {
+                        self.waiting_bytes -= memory_of(&same);
+                    }
                 }
                 Ok(None)
             })

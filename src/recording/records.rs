@@ -3,19 +3,16 @@
 use std::borrow::Cow;
 use std::io::{Cursor, Read, Seek, SeekFrom, Take};
 
-use mcap::read::ChannelAccumulator;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, McapResult};
 
+use super::definitions::Channels;
 use super::format::{ChunkHead, RECORD_HEAD, RECORD_LIMIT, RecordedMessage, message, record_head};
 use super::parse::parse;
 
 /// Largest single read from a file, bytes, so that a wrong length allocates no memory.
 const PIECE: usize = 64 * 1024;
-
-/// Channels and schemas read so far.
-pub(super) type Channels = ChannelAccumulator<'static>;
 
 /// A record before it is parsed.
 pub(super) struct RawRecord<'a> {
@@ -34,7 +31,7 @@ impl<'a> RawRecord<'a> {
     /// Parses the record; returns a message with its channel, and remembers a schema or a channel.
     pub fn message(&self, channels: &mut Channels) -> McapResult<Option<RecordedMessage>> {
         match self.parse()? {
-            Record::Schema { header, data } => channels.add_schema_from_slice(header, &data)?,
+            Record::Schema { header, data } => channels.add_schema(header, &data)?,
             Record::Channel(channel) => channels.add_channel(channel)?,
             Record::Message { header, data } => return message(header, data, channels.get(header.channel_id)).map(Some),
             _ => {}

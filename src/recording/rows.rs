@@ -1,6 +1,6 @@
 //! Decodes the messages of a recording to rows of named cells, by the schemas in the file.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
@@ -85,15 +85,24 @@ impl TimeRange {
 pub(super) struct Decoder {
     path: PathBuf,
     part: TimeRange,
-    types: HashMap<String, Option<MessageDescriptor>>,
+    /// Message types by the id of their schema.
+    types: HashMap<Option<u16>, Option<MessageDescriptor>>,
     /// Topics skipped because their messages are not protobuf.
-    pub skipped: Vec<String>,
+    pub skipped: BTreeSet<String>,
 }
 
 impl Decoder {
     /// Decodes a part of the recording at `path`.
     pub fn new(path: &Path, part: TimeRange) -> Self {
-        Decoder { path: path.to_owned(), part, types: HashMap::new(), skipped: Vec::new() }
+        Decoder { path: path.to_owned(), part, types: HashMap::new(), skipped: BTreeSet::new() }
+    }
+
+    /// The error of a recording without rows.
+    pub fn no_rows(self) -> RecordingError {
+        match self.skipped.is_empty() {
+            true => RecordingError::Empty { path: self.path },
+            false => RecordingError::Foreign { path: self.path, topics: self.skipped.into_iter().collect() },
+        }
     }
 
     /// Calls `visit` for every decodable message, in order of log time; returns whether the file ends early.
@@ -120,14 +129,13 @@ impl Decoder {
 
     fn row(&mut self, message: &RecordedMessage) -> Result<Option<Row>, RecordingError> {
         let topic = &message.channel.topic;
-        if !self.types.contains_key(topic) {
-            let found = descriptor(message);
-            if found.is_none() {
-                self.skipped.push(topic.clone());
+        let schema = message.channel.schema.as_ref().map(|schema| schema.id);
+        let Some(descriptor) = self.types.entry(schema).or_insert_with(|| descriptor(message)) else {
+            if !self.skipped.contains(topic) {
+                self.skipped.insert(topic.clone());
             }
-            self.types.insert(topic.clone(), found);
-        }
-        let Some(Some(descriptor)) = self.types.get(topic) else { return Ok(None) };
+            return Ok(None);
+        };
         let decoded = DynamicMessage::decode(descriptor.clone(), message.data.as_ref()).map_err(|error| {
             RecordingError::Undecodable { path: self.path.clone(), topic: topic.clone(), cause: error.to_string() }
         })?;

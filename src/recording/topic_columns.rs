@@ -40,10 +40,10 @@ pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
         Ok(())
     })?;
     if topics.is_empty() {
-        return Err(RecordingError::Empty { path: recording.to_owned() });
+        return Err(decoder.no_rows());
     }
     let topics = topics.into_iter().map(|(name, filling)| filling.finish(name)).collect();
-    Ok(Contents { topics, cut_off, skipped: decoder.skipped })
+    Ok(Contents { topics, cut_off, skipped: decoder.skipped.into_iter().collect() })
 }
 
 /// The columns of a topic while rows are added.

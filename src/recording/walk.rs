@@ -11,8 +11,10 @@ use mcap::sans_io::LinearReaderOptions;
 use mcap::{MAGIC, McapError};
 
 use super::RecordingError;
+use super::definitions::Channels;
 use super::format::{RECORD_HEAD, RecordedMessage, is_closed};
-use super::records::{Channels, Chunk, RawRecord, Records};
+use super::open::open;
+use super::records::{Chunk, RawRecord, Records};
 
 /// A record that cannot be read or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,7 +62,7 @@ pub type WalkFlow = std::ops::ControlFlow<()>;
 /// # Errors
 /// [`RecordingError::File`] if the file cannot be opened or read. Damage is not an error: the [`Structure`] lists it.
 pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Result<Structure, RecordingError> {
-    let mut file = BufReader::new(File::open(path).map_err(RecordingError::file(path))?);
+    let mut file = BufReader::new(open(path)?);
     let closed = is_closed(&mut file).map_err(RecordingError::file(path))?;
     let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
     let walker = Walker {

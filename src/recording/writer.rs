@@ -85,9 +85,24 @@ impl SessionWriter {
     /// [`RecordingError`] if the file exists already or cannot be written.
     pub fn create(path: &Path, session: &SessionInfo, part: Option<u32>, settings: Settings) -> Result<Self, RecordingError> {
         let file = create_new(path)?;
+        let begun = Self::begin(path, file, session, part, settings);
+        if begun.is_err() {
+            // A file without a beginning is useless, and would be in the way of the next attempt.
+            let _ = std::fs::remove_file(path);
+        }
+        begun
+    }
+
+    fn begin(
+        path: &Path,
+        file: File,
+        session: &SessionInfo,
+        part: Option<u32>,
+        settings: Settings,
+    ) -> Result<Self, RecordingError> {
         let output = file.try_clone().map_err(RecordingError::file(path))?;
-        let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::unwritten(path))?;
-        session.write(&mut mcap, part).map_err(RecordingError::unwritten(path))?;
+        let mut mcap = options().create(NoSeek::new(BufWriter::new(output))).map_err(RecordingError::mcap(path))?;
+        session.write(&mut mcap, part).map_err(RecordingError::mcap(path))?;
         let mut writer = SessionWriter {
             path: path.to_owned(),
             mcap,
@@ -113,7 +128,7 @@ impl SessionWriter {
     /// # Errors
     /// [`RecordingError`] if the file cannot be written.
     pub fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
-        self.append(message).map_err(RecordingError::unwritten(&self.path))?;
+        self.append(message).map_err(RecordingError::mcap(&self.path))?;
         self.messages += 1;
         self.payload_bytes += message.payload.len() as u64;
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
@@ -157,7 +172,7 @@ impl SessionWriter {
     pub(super) fn flush(&mut self) -> Result<(), RecordingError> {
         self.waiting_since = None;
         self.chunks += 1;
-        self.mcap.flush().map_err(RecordingError::unwritten(&self.path))?;
+        self.mcap.flush().map_err(RecordingError::mcap(&self.path))?;
         if self.settings.fsync {
             self.file.sync_data().map_err(RecordingError::file(&self.path))?;
         }
@@ -187,8 +202,8 @@ impl SessionWriter {
     pub fn finish(mut self, reason: EndReason) -> Result<Written, RecordingError> {
         let counts = self.channels.iter().map(|(topic, channel)| (topic.clone(), u64::from(channel.sequence) + 1)).collect();
         let end = RecordingEnd { reason: reason.to_string(), counts };
-        self.mcap.write_metadata(&end.into()).map_err(RecordingError::unwritten(&self.path))?;
-        self.mcap.finish().map_err(RecordingError::unwritten(&self.path))?;
+        self.mcap.write_metadata(&end.into()).map_err(RecordingError::mcap(&self.path))?;
+        self.mcap.finish().map_err(RecordingError::mcap(&self.path))?;
         let flushed = self.mcap.into_inner().into_inner().flush();
         flushed
             .and_then(|()| if self.settings.fsync { self.file.sync_all() } else { Ok(()) })

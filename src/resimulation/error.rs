@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::recording::RecordingError;
 use crate::scene::SceneError;
-use crate::simulation::BuildError;
+use crate::simulation::{BuildError, PulseRefused};
 
 /// A recording could not be re-simulated.
 #[derive(Debug, thiserror::Error)]
@@ -26,6 +26,14 @@ pub enum ResimulationError {
     /// The changed scene is refused.
     #[error("{0}")]
     Change(SceneError),
+    /// An added pulse is refused.
+    #[error("the pulse added at t = {at_s} s is refused: {why}")]
+    Pulse {
+        /// Its start, simulated s since the session began.
+        at_s: f64,
+        /// Why it is refused.
+        why: PulseRefused,
+    },
     /// The recorded scene cannot be computed.
     #[error(transparent)]
     Build(#[from] BuildError),
@@ -56,6 +64,6 @@ pub enum ResimulationError {
 impl ResimulationError {
     /// Whether the request is at fault, not the recording.
     pub fn is_usage(&self) -> bool {
-        matches!(self, ResimulationError::Change(_) | ResimulationError::Outside { .. })
+        matches!(self, ResimulationError::Change(_) | ResimulationError::Outside { .. } | ResimulationError::Pulse { .. })
     }
 }

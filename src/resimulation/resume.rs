@@ -5,6 +5,7 @@ use super::event::{decode, is_report};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, Resimulator};
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
+use crate::runtime::CHECKPOINT_PERIOD_S;
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic};
 
@@ -55,8 +56,17 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         }
     };
     resimulator.with_simulation(sampling);
+    let last = checkpoint.stamp.map(|stamp| (stamp.epoch, stamp.step)).unwrap_or_default();
+    let check = |at: EpochStep| match is_proved(at, last, source.scene.scene.solver.step_s) {
+        true => Ok(()),
+        false => Err(unlike(format!(
+            "it states step {}, but its last checkpoint is of step {}, and one is due every {CHECKPOINT_PERIOD_S} s",
+            at.1, last.1
+        ))),
+    };
     for command in &trail.commands {
         let at = command.stamp.map(|stamp| (stamp.epoch, stamp.step)).unwrap_or_default();
+        check(at)?;
         resimulator.go_to(at, sampling).map_err(|fault| unlike(fault.to_string()))?;
         resimulator.command(command).map_err(|refused| unlike(refused.to_string()))?;
     }
@@ -66,9 +76,18 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
             .ok_or_else(|| ResimulationError::Outside { path: source.path.clone(), at_s })?,
         None => trail.last.max(resimulator.instant()),
     };
+    check(end)?;
     resimulator.go_to(end, sampling).map_err(|fault| unlike(fault.to_string()))?;
     let (simulation, epoch_start_s) = resimulator.into_parts();
     Ok(Resumed { simulation, epoch_start_s, answers: trail.answers })
+}
+
+/// Whether a stamp is believed: no further than two periods of checkpoints after the last one, or after a reset. One checkpoint
+/// may be lost to a full queue.
+fn is_proved(at: EpochStep, last: EpochStep, step_s: f64) -> bool {
+    let begin = if at.0 == last.0 { last.1 } else { 0 };
+    let steps = (2.0 * CHECKPOINT_PERIOD_S / step_s).ceil() as u64;
+    at.1 <= begin.saturating_add(steps).saturating_add(2)
 }
 
 /// The checkpoint and commands that lead to the instant to resume at.

@@ -1,6 +1,6 @@
 //! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use prost::Message as _;
@@ -12,10 +12,11 @@ use super::event::{decode, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
 use crate::recording::{
-    self, EndReason, RecordedMessage, Recorder, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written, walk,
+    self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written,
+    walk,
 };
 use crate::scene::{PulseShape, SceneSource};
-use crate::simulation::{Diverged, PulseRequest, Stamp};
+use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
 /// Settings of the new recording.
@@ -58,12 +59,36 @@ pub struct WhatIfOutcome {
 }
 
 /// Re-simulates a session from the last checkpoint before the change, or with another scene from its start, and records the
-/// result to `path`. `progress` is called with the position in the old recording, in bytes.
+/// result to `path`, which is there only when it is whole. `progress` is called with the position in the old recording, in bytes.
 ///
 /// # Errors
 /// [`ResimulationError`] if the recording cannot be read, the change is refused or lies outside the recording, or the result
 /// cannot be written.
 pub fn what_if(
+    source: &RecordedSession,
+    change: &Change,
+    path: &Path,
+    progress: &dyn Fn(u64),
+) -> Result<WhatIfOutcome, ResimulationError> {
+    if path.exists() {
+        return Err(RecordingError::Exists(path.to_owned()).into());
+    }
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let part = PathBuf::from(name);
+    let mut outcome = compute(source, change, &part, progress);
+    if let Ok(WhatIfOutcome { written, .. }) = &mut outcome {
+        let renamed = std::fs::rename(&part, path).map_err(|cause| RecordingError::File { path: path.to_owned(), cause });
+        written.iter_mut().for_each(|written| written.path = path.to_owned());
+        renamed?;
+    } else {
+        // It may not have been begun.
+        let _ = std::fs::remove_file(&part);
+    }
+    outcome
+}
+
+fn compute(
     source: &RecordedSession,
     change: &Change,
     path: &Path,
@@ -227,7 +252,9 @@ impl Attempt<'_> {
                 delay_s: (in_epoch_s - self.resimulator.simulation().time_s()).max(0.0),
                 shape: PulseShape::Rectangular,
             };
-            self.take(&format!("what-if-{}", self.added), &request, message)?;
+            let refused = |why: PulseRefused| Stopped::Other(ResimulationError::Pulse { at_s: pulse.start_s, why });
+            let effective = self.resimulator.apply(&request).map_err(refused)?;
+            self.record_pulse(&format!("what-if-{}", self.added), &request, effective, message);
         }
         Ok(())
     }
@@ -246,12 +273,14 @@ impl Attempt<'_> {
             return Ok(self.resimulator.command(command)?);
         }
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
-        self.take(&pulse.id, &wire::pulse_request(pulse)?, message)
+        let request = wire::pulse_request(pulse)?;
+        let effective = self.resimulator.apply(&request)?;
+        self.record_pulse(&pulse.id, &request, effective, message);
+        Ok(())
     }
 
-    /// Adds a pulse, and records the command.
-    fn take(&mut self, id: &str, request: &PulseRequest, message: &RecordedMessage) -> Result<(), Stopped> {
-        let effective = self.resimulator.apply(request)?;
+    /// Records the command of an applied pulse.
+    fn record_pulse(&self, id: &str, request: &PulseRequest, effective: Effective, message: &RecordedMessage) {
         let reply = CommandReply {
             id: id.to_owned(),
             accepted: true,
@@ -264,7 +293,6 @@ impl Attempt<'_> {
         let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
         let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), command };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
-        Ok(())
     }
 
     fn compare(&mut self, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {

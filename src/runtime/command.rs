@@ -22,6 +22,20 @@ pub enum Request {
 }
 
 impl Request {
+    /// Its kind, in a word.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Request::Torque(_) => "torque",
+            Request::Control(control::Action::Pause(_)) => "pause",
+            Request::Control(control::Action::Resume(_)) => "resume",
+            Request::Control(control::Action::Step(_)) => "step",
+            Request::Control(control::Action::Reset(_)) => "reset",
+            Request::Control(control::Action::Stop(_)) => "stop",
+            Request::Control(control::Action::StartRecording(_)) => "start-recording",
+            Request::Control(control::Action::StopRecording(_)) => "stop-recording",
+        }
+    }
+
     /// Whether it starts or stops a recording.
     pub fn is_of_recording(&self) -> bool {
         matches!(self, Request::Control(control::Action::StartRecording(_) | control::Action::StopRecording(_)))
@@ -77,14 +91,20 @@ impl SharedState {
         self.checkpoint_wanted.load(Ordering::Relaxed) && self.checkpoint_wanted.swap(false, Ordering::Relaxed)
     }
 
-    /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again.
-    pub fn reply_to_retry(&self, id: &str) -> Option<CommandReply> {
-        self.replies().get(id)
+    /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again. A command
+    /// of another kind under that id is refused, and counted so.
+    pub fn reply_to_retry(&self, id: &str, request: &Request) -> Option<CommandReply> {
+        let reply = self.replies().get(id, request.kind())?;
+        if !reply.accepted {
+            self.count_rejected();
+        }
+        Some(reply)
     }
 
-    /// Remembers the reply to an accepted command, so that a retry is not applied again.
-    pub fn remember(&self, reply: &CommandReply) {
-        self.replies().insert(reply);
+    /// Remembers the reply to an accepted command, so that a retry is not applied again. The request is unknown if it was accepted
+    /// before this run.
+    pub fn remember(&self, reply: &CommandReply, request: Option<&Request>) {
+        self.replies().insert(reply, request.map(Request::kind));
     }
 
     /// Counts a command as refused.

@@ -31,6 +31,6 @@ pub use shadow::ShadowSimulation;
 pub use spin::{BadSpin, Spin};
 pub use status::{OverrunCounts, RunStatus};
 pub use step_error_histogram::{StepErrorHistogram, StepErrorQuantiles};
+pub(crate) use stepper::{CHECKPOINT_PERIOD_S, unbalanced, warning};
 pub use stepper::{Ending, Ports, RunSummary, STATUS_PERIOD, Stepper, SteppingOptions};
-pub(crate) use stepper::{unbalanced, warning};
 pub use stepping_thread::{Finish, ThreadOptions, run_stepping_thread};

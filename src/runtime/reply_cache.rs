@@ -10,19 +10,33 @@ const CAPACITY: usize = 65_536;
 /// Replies to the last accepted commands, by id.
 #[derive(Debug, Default)]
 pub(crate) struct ReplyCache {
-    answers: HashMap<String, CommandReply>,
+    answers: HashMap<String, Accepted>,
     order: VecDeque<String>,
 }
 
+/// An accepted command.
+#[derive(Debug)]
+struct Accepted {
+    /// Its kind, such as `pause`; `None` if it is from a resumed recording.
+    kind: Option<&'static str>,
+    reply: CommandReply,
+}
+
 impl ReplyCache {
-    /// The reply to a retry: to a command under the id of one that was accepted before.
-    pub(crate) fn get(&self, id: &str) -> Option<CommandReply> {
-        let reply = self.answers.get(id)?.clone();
-        Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply })
+    /// The reply to a retry: to a command under the id of one that was accepted before. Refuses a command of another kind.
+    pub(crate) fn get(&self, id: &str, kind: &str) -> Option<CommandReply> {
+        let Accepted { kind: before, reply } = self.answers.get(id)?;
+        match before {
+            Some(other) if *other != kind => {
+                let reason = format!("this id belongs to an earlier command, {other}: give each command its own");
+                Some(CommandReply { id: id.to_owned(), reason, ..CommandReply::default() })
+            }
+            _ => Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply.clone() }),
+        }
     }
 
-    /// Stores a reply, unless its id is empty.
-    pub(crate) fn insert(&mut self, reply: &CommandReply) {
+    /// Stores a reply to a command of a kind, unless its id is empty.
+    pub(crate) fn insert(&mut self, reply: &CommandReply, kind: Option<&'static str>) {
         if reply.id.is_empty() {
             return;
         }
@@ -32,7 +46,7 @@ impl ReplyCache {
             self.answers.remove(&oldest);
         }
         self.order.push_back(reply.id.clone());
-        self.answers.insert(reply.id.clone(), reply.clone());
+        self.answers.insert(reply.id.clone(), Accepted { kind, reply: reply.clone() });
     }
 }
 
@@ -44,9 +58,21 @@ mod tests {
     fn prop_reply_cache_is_bounded_and_drops_the_oldest() {
         let mut cache = ReplyCache::default();
         for n in 0..CAPACITY + 10 {
-            cache.insert(&CommandReply { id: n.to_string(), accepted: true, ..CommandReply::default() });
+            cache.insert(&CommandReply { id: n.to_string(), accepted: true, ..CommandReply::default() }, Some("pause"));
         }
         assert_eq!(cache.answers.len(), CAPACITY);
-        assert!(cache.get("9").is_none() && cache.get("10").is_some());
+        assert!(cache.get("9", "pause").is_none() && cache.get("10", "pause").is_some_and(|reply| reply.accepted));
+    }
+
+    #[test]
+    fn regress_an_id_of_another_kind_of_command_is_refused() {
+        let mut cache = ReplyCache::default();
+        let accepted = |id: &str| CommandReply { id: id.to_owned(), accepted: true, ..CommandReply::default() };
+        cache.insert(&accepted("a"), Some("torque"));
+        cache.insert(&accepted("resumed"), None);
+        assert!(cache.get("a", "pause").is_some_and(|reply| !reply.accepted && reply.reason.contains("torque")));
+        for (id, kind) in [("a", "torque"), ("resumed", "pause")] {
+            assert!(cache.get(id, kind).is_some_and(|reply| reply.accepted), "{id}");
+        }
     }
 }

@@ -21,7 +21,7 @@ pub use reporting::STATUS_PERIOD;
 pub(crate) use reporting::{unbalanced, warning};
 
 /// Simulated time between two checkpoints, s.
-const CHECKPOINT_PERIOD_S: f64 = 10.0;
+pub(crate) const CHECKPOINT_PERIOD_S: f64 = 10.0;
 /// Largest number of steps between two looks at the command queue.
 const BURST: u64 = 64;
 /// Largest number of commands taken before the next step. Commands that come faster wait, and are refused when the queue is full.
@@ -161,7 +161,7 @@ impl Stepper {
     /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`.
     pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
         self.epoch_start_s = epoch_start_s;
-        answers.iter().for_each(|answer| self.ports.shared.remember(answer));
+        answers.iter().for_each(|answer| self.ports.shared.remember(answer, None));
         self.resumed = true;
         self
     }

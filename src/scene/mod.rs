@@ -31,7 +31,11 @@ pub use key::KeyRow;
 pub use keys::{INTEGRATORS, MODELS, SHAPES, reference, reference_markdown};
 pub use types::*;
 
+use crate::text_file;
 use document::SceneText;
+
+/// Size limit of a scene, bytes: parsing takes two hundred times the memory.
+const SIZE_LIMIT: usize = 1024 * 1024;
 
 /// A validated scene and the text it came from.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +57,7 @@ impl SceneSource {
         if let Ok(scene) = builtin::find(name) {
             return Self::parse(name, scene.text, overrides);
         }
-        let text = std::fs::read_to_string(Path::new(name)).map_err(|error| match error.kind() {
+        let text = text_file::read(Path::new(name), SIZE_LIMIT).map_err(|error| match error.kind() {
             ErrorKind::NotFound => builtin::unknown(name, ", nor a file"),
             _ => SceneError {
                 place: name.to_owned(),
@@ -70,6 +74,14 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] when anything in it is refused.
     pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        if text.len() > SIZE_LIMIT {
+            return Err(SceneError {
+                place: origin.to_owned(),
+                key: String::new(),
+                value: None,
+                problem: format!("a scene has at most {} KiB, and this has {}", SIZE_LIMIT / 1024, text.len() / 1024),
+            });
+        }
         let text = SceneText::new(origin, text, overrides)?;
         let raw = parse::parse(&text)?;
         let scene = validate::validate(&raw, &text)?;

@@ -274,11 +274,11 @@ impl OutputWorker {
     /// Replies to a command, and publishes it if it took effect.
     fn answer(&mut self, answer: Answer) {
         let Answer { mut reply, reply_to, mut request, stamp } = answer;
-        if let Some(Request::Control(action)) = request.as_ref().filter(|request| request.is_of_recording()) {
+        if let Some(of_recording) = request.as_ref().filter(|request| request.is_of_recording()) {
             // A retry may have come while the first was queued.
-            match self.shared.reply_to_retry(&reply.id) {
+            match self.shared.reply_to_retry(&reply.id, of_recording) {
                 Some(reply_again) => (reply, request) = (reply_again, None),
-                None => reply = self.control_recording(action, reply),
+                None => reply = self.control_recording(of_recording, reply),
             }
         }
         self.shared.answered();
@@ -290,15 +290,15 @@ impl OutputWorker {
     }
 
     /// Starts or stops a recording; returns the reply.
-    fn control_recording(&mut self, action: &Action, reply: CommandReply) -> CommandReply {
-        let done = match action {
-            Action::StartRecording(start) => self.start_recording(&start.name),
+    fn control_recording(&mut self, request: &Request, reply: CommandReply) -> CommandReply {
+        let done = match request {
+            Request::Control(Action::StartRecording(start)) => self.start_recording(&start.name),
             _ => self.stop_recording(),
         };
         match done {
             Ok(path) => {
                 let reply = CommandReply { reason: path.display().to_string(), ..reply };
-                self.shared.remember(&reply);
+                self.shared.remember(&reply, Some(request));
                 reply
             }
             Err(reason) => {

@@ -1,7 +1,11 @@
 //! Numbers in named columns, and words that name the rows: what studies produce, files hold and plots draw.
 
+use crate::text_file;
 use crate::whole_file::WholeFile;
 use std::path::{Path, PathBuf};
+
+/// Size limit of a table that is read, bytes.
+const SIZE_LIMIT: usize = 256 * 1024 * 1024;
 
 /// Columns of equal length; units are in the names, as in `piston_acceleration_m_per_s2`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -78,7 +82,8 @@ impl Table {
     /// [`TableError`] when the file cannot be read as CSV.
     pub fn read_csv(path: &Path) -> Result<Self, TableError> {
         let error = |cause| TableError { path: path.to_owned(), cause };
-        let mut reader = csv::Reader::from_path(path).map_err(error)?;
+        let text = text_file::read(path, SIZE_LIMIT).map_err(|cause| error(cause.into()))?;
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
         let names = reader.headers().map_err(error)?.clone();
         let mut cells: Vec<(String, Vec<String>)> = names.iter().map(|name| (name.to_owned(), Vec::new())).collect();
         for record in reader.records() {

@@ -4,7 +4,11 @@ mod attacked;
 #[path = "../common/mod.rs"]
 mod common;
 mod descriptors;
+mod devices;
 mod long_names;
+mod memory;
+mod resumed;
+mod whole;
 
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
@@ -43,4 +47,9 @@ fn connect(endpoint: &str) -> Outcome<Session> {
             Ok(session) => return Ok(session),
         }
     }
+}
+
+/// A recording that comes with the program.
+fn sample(name: &str) -> String {
+    format!("{}/recordings/{name}", env!("CARGO_MANIFEST_DIR"))
 }

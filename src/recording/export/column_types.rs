@@ -72,7 +72,10 @@ pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String], 
     for columns in topics.values_mut() {
         columns.retain(|name, _| is_time(name) || wanted.iter().any(|wanted| is_part(name, wanted)));
     }
-    topics.retain(|_, columns| columns.keys().any(|name| !is_time(name)));
+    // Times alone are asked for of every topic.
+    if wanted.iter().any(|wanted| !is_time(wanted)) {
+        topics.retain(|_, columns| columns.keys().any(|name| !is_time(name)));
+    }
     Ok(())
 }
 

@@ -56,7 +56,7 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
         Ok(())
     })?;
     if topics.is_empty() {
-        return Err(empty(recording, export)?);
+        return Err(empty(recording, export, decoder)?);
     }
     select(&mut topics, &export.columns, recording)?;
     let mut tables = BTreeMap::new();
@@ -68,15 +68,15 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
     for table in tables.into_values() {
         table.finish(&mut written)?;
     }
-    Ok(Exported { tables: written, cut_off, skipped: decoder.skipped })
+    Ok(Exported { tables: written, cut_off, skipped: decoder.skipped.into_iter().collect() })
 }
 
 /// The error for an export without rows: the recording has none at the requested times, or none at all.
-fn empty(recording: &Path, export: &Export) -> Result<RecordingError, RecordingError> {
+fn empty(recording: &Path, export: &Export, decoder: Decoder) -> Result<RecordingError, RecordingError> {
     let (path, from_s, to_s) = (recording.to_owned(), export.from_s, export.to_s);
     let duration_s = RecordingFile::open(recording)?.duration_s();
     let outside = from_s > duration_s || to_s.is_some_and(|to_s| to_s < from_s);
-    Ok(if outside { RecordingError::Outside { path, from_s, to_s, duration_s } } else { RecordingError::Empty { path } })
+    Ok(if outside { RecordingError::Outside { path, from_s, to_s, duration_s } } else { decoder.no_rows() })
 }
 
 /// A table file.

@@ -4,12 +4,12 @@ mod salvage;
 mod scan;
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::Path;
 
 use mcap::records::op;
 
 use super::RecordingError;
+use super::open::open;
 use super::summary::summary;
 use salvage::{Salvage, Tally};
 use scan::{Piece, Scanner};
@@ -52,8 +52,8 @@ impl Loss {
     }
 }
 
-/// Writes all readable messages of `broken` into a new file with a new index; overwrites nothing. Memory is bounded by the
-/// largest chunk, at most 64 MiB.
+/// Writes all readable messages of `broken` into a new file with a new index; overwrites nothing. The new file gets its name when
+/// it is whole. Memory is bounded by the largest chunk, at most 64 MiB, and the schemas.
 ///
 /// `progress` is called with the bytes done and the total.
 ///
@@ -61,14 +61,11 @@ impl Loss {
 /// [`RecordingError::Empty`] if no message can be recovered (no file is left then), [`RecordingError`] if a file cannot be read
 /// or written.
 pub fn recover(broken: &Path, output: &Path, progress: impl FnMut(u64, u64)) -> Result<Recovered, RecordingError> {
-    let mut scanner = Scanner::open(broken).map_err(RecordingError::file(broken))?;
-    let salvage = Salvage::create(output)?;
-    let recovered = run(&mut scanner, salvage, (broken, output), progress);
-    if recovered.is_err() {
-        // Half a file is useless, and the original is still there.
-        std::fs::remove_file(output).map_err(RecordingError::file(output))?;
+    if output.exists() {
+        return Err(RecordingError::Exists(output.to_owned()));
     }
-    recovered
+    let mut scanner = Scanner::new(open(broken)?).map_err(RecordingError::file(broken))?;
+    run(&mut scanner, Salvage::create(output)?, (broken, output), progress)
 }
 
 fn run(
@@ -79,7 +76,7 @@ fn run(
 ) -> Result<Recovered, RecordingError> {
     let unread = || RecordingError::file(broken);
     // A damaged summary counts as absent: it only helps.
-    let mut file = File::open(broken).map_err(unread())?;
+    let mut file = open(broken)?;
     salvage.learn(summary(&mut file).unwrap_or_default());
     let mut loss = Loss::default();
     let mut closed = false;
@@ -126,6 +123,6 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
     loss.seconds = (salvage.hole_ns + ends) as f64 * 1e-9;
     let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());
-    salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?;
+    salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?.finish().map_err(RecordingError::file(output))?;
     Ok(Recovered { messages, unchecked, span_s: (last - first) as f64 * 1e-9, loss })
 }

@@ -1,18 +1,19 @@
 //! Recovered messages are written to the new file, and missing ones are counted.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, IntoInnerError};
 use std::path::Path;
 
 use mcap::records::{self, Record, op};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapResult, Writer};
 
+use crate::recording::definitions::DefinitionsSize;
 use crate::recording::parse::parse;
 use crate::recording::records::Chunk;
-use crate::recording::writer::{create_new, options};
+use crate::recording::writer::options;
 use crate::recording::{RecordingError, build_info};
+use crate::whole_file::WholeFile;
 
 /// Name of the metadata record that states what a file was recovered from.
 const METADATA: &str = "flexcrank-recovered";
@@ -29,9 +30,10 @@ pub(super) struct Tally {
 
 /// The new file, and what is known of the damaged one.
 pub(super) struct Salvage {
-    mcap: Writer<NoSeek<BufWriter<File>>>,
+    mcap: Writer<NoSeek<BufWriter<WholeFile>>>,
     schemas: HashMap<u16, (records::SchemaHeader, Vec<u8>)>,
     channels: HashMap<u16, records::Channel>,
+    definitions: DefinitionsSize,
     /// Channel ids in the new file, by those in the damaged one.
     channel_ids: HashMap<u16, u16>,
     pub tallies: BTreeMap<String, Tally>,
@@ -53,11 +55,12 @@ pub(super) struct Salvage {
 impl Salvage {
     /// Creates the new file; overwrites nothing.
     pub(super) fn create(path: &Path) -> Result<Self, RecordingError> {
-        let file = BufWriter::new(create_new(path)?);
+        let file = BufWriter::new(WholeFile::create(path).map_err(RecordingError::file(path))?);
         Ok(Salvage {
             mcap: options().create(NoSeek::new(file)).map_err(RecordingError::mcap(path))?,
             schemas: HashMap::new(),
             channels: HashMap::new(),
+            definitions: DefinitionsSize::default(),
             channel_ids: HashMap::new(),
             tallies: BTreeMap::new(),
             statistics: None,
@@ -72,25 +75,29 @@ impl Salvage {
 
     /// Reads channels and counts from the summary.
     pub(super) fn learn(&mut self, summary: Vec<Record<'_>>) {
-        summary.into_iter().for_each(|record| self.define(record));
+        // Definitions beyond the limit are left out here, and are damage where they are read.
+        summary.into_iter().for_each(|record| _ = self.define(record));
         // A summary need not repeat the schemas.
         for channel in self.channels.values_mut().filter(|channel| !self.schemas.contains_key(&channel.schema_id)) {
             channel.schema_id = 0;
         }
     }
 
-    fn define(&mut self, record: Record<'_>) {
+    fn define(&mut self, record: Record<'_>) -> McapResult<()> {
         match record {
             Record::Schema { header, data } => {
+                self.definitions.add_schema(&header, &data)?;
                 self.schemas.insert(header.id, (header, data.into_owned()));
             }
             Record::Channel(channel) => {
+                self.definitions.add_channel(&channel)?;
                 self.channel_ids.remove(&channel.id);
                 self.channels.insert(channel.id, channel);
             }
             Record::Statistics(statistics) => self.statistics = Some(statistics),
             _ => {}
         }
+        Ok(())
     }
 
     /// Adds a record of the damaged file; returns `false` if it is damaged.
@@ -151,7 +158,7 @@ impl Salvage {
                 media_type: header.media_type,
                 data,
             })?,
-            record => self.define(record),
+            record => return Ok(self.define(record).is_ok()),
         }
         Ok(true)
     }
@@ -205,8 +212,8 @@ impl Salvage {
         }
     }
 
-    /// Records the origin in the new file, and closes it.
-    pub(super) fn finish(mut self, from: &Path, lost_messages: Option<u64>) -> McapResult<()> {
+    /// Records the origin in the new file, and completes its contents.
+    pub(super) fn finish(mut self, from: &Path, lost_messages: Option<u64>) -> McapResult<WholeFile> {
         let lost = lost_messages.map_or("unknown".to_owned(), |lost| lost.to_string());
         let facts = [
             ("from", from.display().to_string()),
@@ -217,7 +224,6 @@ impl Salvage {
         let metadata = facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         self.mcap.write_metadata(&records::Metadata { name: METADATA.to_owned(), metadata })?;
         self.mcap.finish()?;
-        std::io::Write::flush(&mut self.mcap.into_inner().into_inner())?;
-        Ok(())
+        Ok(self.mcap.into_inner().into_inner().into_inner().map_err(IntoInnerError::into_error)?)
     }
 }

@@ -3,7 +3,6 @@
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::ops::Range;
-use std::path::Path;
 
 use mcap::MAGIC;
 use mcap::records::op;
@@ -12,6 +11,8 @@ use crate::recording::format::{ChunkHead, RECORD_HEAD, RECORD_LIMIT, is_closed, 
 
 /// Block size of the search, bytes.
 const BLOCK: usize = 64 * 1024;
+/// Size of the first block of a search, bytes.
+const FIRST_BLOCK: usize = 256;
 /// Bytes that identify a chunk: its header up to the content, with the longest name of a compression.
 const CHUNK_MARK: usize = RECORD_HEAD + 8 + 8 + 8 + 4 + 4 + 4 + 8;
 
@@ -43,8 +44,8 @@ pub(super) struct Scanner {
 }
 
 impl Scanner {
-    pub(super) fn open(path: &Path) -> std::io::Result<Self> {
-        let mut file = BufReader::with_capacity(BLOCK, File::open(path)?);
+    pub(super) fn new(file: File) -> std::io::Result<Self> {
+        let mut file = BufReader::with_capacity(BLOCK, file);
         let (length, closed) = (file.get_ref().metadata()?.len(), is_closed(&mut file)?);
         let mut scanner = Scanner { file, at: 0, length, closed };
         if scanner.peek(0, MAGIC.len())? == MAGIC {
@@ -129,12 +130,16 @@ impl Scanner {
 
     /// Finds the start of the next chunk from `from` on.
     fn find_chunk(&mut self, from: u64) -> std::io::Result<Option<u64>> {
-        for at in (from..self.length).step_by(BLOCK) {
-            let bytes = self.peek(at, BLOCK + CHUNK_MARK)?;
+        // Small blocks first: a file may be full of false heads.
+        let (mut at, mut size) = (from, FIRST_BLOCK);
+        while at < self.length {
+            let bytes = self.peek(at, size + CHUNK_MARK)?;
             let is_chunk = |start: &usize| self.chunk(at + *start as u64, &bytes[*start..]).is_some();
-            if let Some(found) = (0..bytes.len().min(BLOCK)).find(is_chunk) {
+            if let Some(found) = (0..bytes.len().min(size)).find(is_chunk) {
                 return Ok(Some(at + found as u64));
             }
+            at += size as u64;
+            size = (2 * size).min(BLOCK);
         }
         Ok(None)
     }

@@ -16,7 +16,7 @@ impl Stepper {
     pub(super) fn handle_command(&mut self, command: Command) {
         let Command { id, request, reply: reply_to } = command;
         let stamp = self.stamp();
-        if let Some(reply) = self.ports.shared.reply_to_retry(&id) {
+        if let Some(reply) = self.ports.shared.reply_to_retry(&id, &request) {
             return self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: None, stamp })));
         }
         let verdict = match &request {
@@ -39,7 +39,7 @@ impl Stepper {
             self.ports.shared.count_rejected();
         } else if !request.is_of_recording() {
             // The output thread decides and remembers commands that start or stop a recording.
-            self.ports.shared.remember(&reply);
+            self.ports.shared.remember(&reply, Some(&request));
         }
         if let (true, Request::Torque(pulse), Some(shadow)) = (reply.accepted, &request, &mut self.shadow) {
             shadow.add_pulse(pulse);
@@ -65,7 +65,12 @@ impl Stepper {
     /// Applies an action. Returns why it changed nothing, if so, or why it is refused.
     fn control(&mut self, action: &Action) -> Result<&'static str, String> {
         match action {
-            Action::Pause(_) if self.run.paused => return Ok("was paused already"),
+            Action::Pause(_) if self.run.paused => {
+                return Ok(match std::mem::take(&mut self.run.pending_single_steps) {
+                    0 => "was paused already",
+                    _ => "was paused already; the remaining steps are cancelled",
+                });
+            }
             Action::Resume(_) if !self.run.paused => return Ok("was running already"),
             Action::Step(_) if !self.run.paused => return Err("steps are counted only when paused: pause first".to_owned()),
             Action::Step(Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {

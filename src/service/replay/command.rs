@@ -31,6 +31,23 @@ pub enum ReplayAction {
     Stop,
 }
 
+impl ReplayAction {
+    /// Its kind, in a word.
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            ReplayAction::Pause => "pause",
+            ReplayAction::Resume => "resume",
+            ReplayAction::Toggle => "toggle",
+            ReplayAction::Seek(_) => "seek",
+            ReplayAction::Skip(_) => "skip",
+            ReplayAction::Rate(_) => "rate",
+            ReplayAction::Faster(_) => "faster",
+            ReplayAction::Next(_) => "next",
+            ReplayAction::Stop => "stop",
+        }
+    }
+}
+
 impl TryFrom<replay_control::Action> for ReplayAction {
     type Error = String;
 

@@ -240,15 +240,16 @@ impl<'a> Player<'a> {
 
     fn handle_command(&mut self, command: ReplayCommand) -> Result<(), ServiceError> {
         let ReplayCommand { id, action, reply } = command;
-        if let Some(answer) = self.replies.get(&id) {
+        if let Some(answer) = self.replies.get(&id, action.kind()) {
             reply(answer);
             return Ok(());
         }
+        let kind = action.kind();
         match self.apply(action)? {
             Ok(reason) => {
                 let at_s = self.position_s();
                 let answer = CommandReply { id, accepted: true, reason, effective_step: 0, effective_sim_time_s: at_s };
-                self.replies.insert(&answer);
+                self.replies.insert(&answer, Some(kind));
                 reply(answer);
             }
             Err(reason) => refuse(id, reason, reply),

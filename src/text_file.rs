@@ -1,0 +1,18 @@
+//! Text files of bounded size: a device may have no end.
+
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read as _, Result};
+use std::path::Path;
+
+/// Reads a text of at most `limit` bytes.
+///
+/// # Errors
+/// Fails if the file cannot be read, is larger, or is not UTF-8.
+pub(crate) fn read(path: &Path, limit: usize) -> Result<String> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit as u64 + 1).read_to_end(&mut bytes)?;
+    if bytes.len() > limit {
+        return Err(Error::new(ErrorKind::FileTooLarge, format!("is larger than {} KiB", limit / 1024)));
+    }
+    String::from_utf8(bytes).map_err(|_| Error::new(ErrorKind::InvalidData, "is not text"))
+}

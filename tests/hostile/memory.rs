@@ -1,0 +1,107 @@
+//! Files that would take memory without bound: each command answers within a limit of it.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use flexcrank::wire;
+use mcap::records::MessageHeader;
+
+use crate::common::Outcome;
+
+/// Memory that reading any of these files may take, KiB of address space.
+const LIMIT_KIB: u64 = 1_200_000;
+
+type Writer = mcap::Writer<File>;
+
+fn header(channel_id: u16, sequence: u32, log_time: u64) -> MessageHeader {
+    MessageHeader { channel_id, sequence, log_time, publish_time: log_time }
+}
+
+fn writer(path: &Path) -> Outcome<Writer> {
+    let options = mcap::WriteOptions::new().compression(Some(mcap::Compression::Zstd)).repeat_schemas(false);
+    Ok(options.chunk_size(None).create(File::create(path)?)?)
+}
+
+/// Sixteen schemas of 48 MB, each in a chunk of a few kilobytes.
+fn schemas(writer: &mut Writer) -> Outcome {
+    let zeros = vec![0; 48_000_000];
+    for number in 0..16_u32 {
+        let mut zeros = zeros.clone();
+        zeros[..4].copy_from_slice(&number.to_le_bytes());
+        let schema = writer.add_schema(&format!("s{number}"), "protobuf", &zeros)?;
+        let channel = writer.add_channel(schema, &format!("t{number}"), "protobuf", &BTreeMap::new())?;
+        writer.write_to_known_channel(&header(channel, 0, u64::from(number)), b"")?;
+        writer.flush()?;
+    }
+    Ok(())
+}
+
+/// Twenty chunks of 48 MB that all begin and end at the same times.
+fn overlapping(writer: &mut Writer) -> Outcome {
+    let schema = writer.add_schema("flexcrank.v1.Angles", "protobuf", wire::EVERY_DESCRIPTOR_SET)?;
+    let channel = writer.add_channel(schema, "t", "protobuf", &BTreeMap::new())?;
+    for number in 0..20 {
+        for (sequence, data, log_time) in [(0, &vec![0; 48_000_000], 1_000), (1, &Vec::new(), 0)] {
+            writer.write_to_known_channel(&header(channel, 2 * number + sequence, log_time), data)?;
+        }
+        writer.flush()?;
+    }
+    Ok(())
+}
+
+/// A thousand topics of one schema.
+fn topics(writer: &mut Writer) -> Outcome {
+    let schema = writer.add_schema("flexcrank.v1.Angles", "protobuf", wire::EVERY_DESCRIPTOR_SET)?;
+    for number in 0..1_000 {
+        let channel = writer.add_channel(schema, &format!("t{number}"), "protobuf", &BTreeMap::new())?;
+        writer.write_to_known_channel(&header(channel, 0, number), b"")?;
+    }
+    Ok(())
+}
+
+/// A million messages without a byte, in one chunk.
+fn empty_messages(writer: &mut Writer) -> Outcome {
+    let schema = writer.add_schema("flexcrank.v1.Angles", "protobuf", wire::EVERY_DESCRIPTOR_SET)?;
+    let channel = writer.add_channel(schema, "t", "protobuf", &BTreeMap::new())?;
+    for number in 0..1_000_000 {
+        writer.write_to_known_channel(&header(channel, number, number.into()), b"")?;
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_no_file_takes_memory_without_bound() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let files: [(&str, fn(&mut Writer) -> Outcome, u64); 4] = [
+        ("schemas.mcap", schemas, LIMIT_KIB),
+        ("overlapping.mcap", overlapping, LIMIT_KIB),
+        ("topics.mcap", topics, LIMIT_KIB / 3),
+        ("empty.mcap", empty_messages, LIMIT_KIB),
+    ];
+    for (name, fill, limit_kib) in files {
+        let mut writer = writer(&folder.path().join(name))?;
+        fill(&mut writer)?;
+        writer.finish()?;
+        let all: [&[&str]; 6] = [
+            &["verify", name],
+            &["recover", name, "-o", "whole.mcap"],
+            &["export", name, "--csv", "tables"],
+            &["info", name],
+            &["plot", name, "-o", "plots"],
+            &["run", "--no-bus", "--resume", name],
+        ];
+        for words in all {
+            let script = format!("ulimit -v {limit_kib}; exec timeout 120 \"$0\" \"$@\"");
+            let mut command = Command::new("sh");
+            command.args(["-c", &script, env!("CARGO_BIN_EXE_flexcrank")]).args(words).current_dir(folder.path());
+            let output = command.stdin(Stdio::null()).output()?;
+            let said = String::from_utf8_lossy(&output.stderr);
+            // Out of memory, a process aborts.
+            assert!(matches!(output.status.code(), Some(0..=3)), "{words:?}: {:?} {said}", output.status);
+            let _ = std::fs::remove_file(folder.path().join("whole.mcap"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,102 @@
+//! Commands that fail leave nothing under the final name.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::common::Outcome;
+use crate::{flexcrank, sample};
+
+/// Exit code and standard error of the program in a folder.
+fn ended(folder: &Path, words: &[&str]) -> Outcome<(Option<i32>, String)> {
+    let output = flexcrank(words).current_dir(folder).stdin(Stdio::null()).output()?;
+    Ok((output.status.code(), String::from_utf8(output.stderr)?))
+}
+
+fn files(folder: &Path) -> Outcome<Vec<String>> {
+    let names = std::fs::read_dir(folder)?.map(|file| Ok(file?.file_name().to_string_lossy().into_owned()));
+    names.collect()
+}
+
+#[test]
+fn regress_a_what_if_that_is_refused_leaves_nothing() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = sample("sample-three-pulses.mcap");
+    for (pulse, why) in
+        [("300:5:0.1", "t = 300 s is not in the recording"), ("3:1e9:0.1", "the pulse added at t = 3 s is refused")]
+    {
+        let (code, said) = ended(folder.path(), &["what-if", &sample, "--add-pulse", pulse, "--record", "w.mcap"])?;
+        assert!(code == Some(2) && said.contains(why) && !said.contains("recorded pulse"), "{pulse}: {code:?} {said}");
+        assert!(files(folder.path())?.is_empty(), "{:?}", files(folder.path())?);
+    }
+    let (code, said) = ended(folder.path(), &["what-if", &sample, "--add-pulse", "3:5:0.1", "--record", "w.mcap"])?;
+    assert_eq!((code, files(folder.path())?), (Some(0), vec!["w.mcap".to_owned()]), "{said}");
+    let (code, said) = ended(folder.path(), &["what-if", &sample, "--add-pulse", "3:5:0.1", "--record", "w.mcap"])?;
+    assert!(code == Some(1) && said.contains("exists already"), "{said}");
+    assert_eq!(ended(folder.path(), &["verify", "w.mcap"])?.0, Some(0));
+    Ok(())
+}
+
+/// Exit code and standard error where files may have at most this many blocks of 512 bytes, as on a full disk.
+fn on_a_full_disk(folder: &Path, blocks: u32, words: &[&str]) -> Outcome<(Option<i32>, String)> {
+    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_flexcrank")]).args(words).current_dir(folder);
+    let output = command.stdin(Stdio::null()).output()?;
+    Ok((output.status.code(), String::from_utf8(output.stderr)?))
+}
+
+#[test]
+fn regress_a_full_disk_is_named_and_leaves_nothing() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = sample("sample-three-pulses.mcap");
+    for (blocks, words) in [
+        (20, &["recover", &sample, "-o", "whole.mcap"][..]),
+        (20, &["what-if", &sample, "--add-pulse", "3:5:0.1", "--record", "w.mcap"]),
+        (0, &["run", "--no-bus", "--until", "1", "--pace", "max", "--record", "run.mcap"]),
+    ] {
+        let (code, said) = on_a_full_disk(folder.path(), blocks, words)?;
+        assert!(code == Some(1) && said.contains("File too large"), "{words:?}: {code:?} {said}");
+        assert!(files(folder.path())?.is_empty(), "{words:?}: {:?}", files(folder.path())?);
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_recover_replaces_nothing_and_creates_no_folder() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("there.mcap"), "mine")?;
+    let sample = sample("sample-truncated.mcap");
+    let (code, said) = ended(folder.path(), &["recover", &sample, "-o", "there.mcap"])?;
+    assert!(code == Some(1) && said.contains("exists already"), "{said}");
+    assert_eq!(std::fs::read(folder.path().join("there.mcap"))?, b"mine");
+    let (code, said) = ended(folder.path(), &["recover", &sample, "-o", "nosuch/whole.mcap"])?;
+    assert!(code == Some(1) && said.contains("nosuch/whole.mcap: No such file"), "{said}");
+    assert_eq!(files(folder.path())?, ["there.mcap"]);
+    Ok(())
+}
+
+#[test]
+fn regress_an_export_of_times_alone_has_tables() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = sample("sample-three-pulses.mcap");
+    let (code, said) = ended(folder.path(), &["export", &sample, "--csv", "t", "--columns", "log_time"])?;
+    assert_eq!(code, Some(0), "{said}");
+    let angles = std::fs::read_to_string(folder.path().join("t/flexcrank.crank.angles.csv"))?;
+    assert_eq!(angles.lines().next(), Some("log_time,publish_time"));
+    Ok(())
+}
+
+#[test]
+fn regress_a_recording_without_protobuf_is_named_so() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let mut writer = mcap::Writer::new(std::fs::File::create(folder.path().join("robot.mcap"))?)?;
+    let channel_id = writer.add_channel(0, "/log", "json", &Default::default())?;
+    writer
+        .write_to_known_channel(&mcap::records::MessageHeader { channel_id, sequence: 0, log_time: 1, publish_time: 1 }, b"{}")?;
+    writer.finish()?;
+    for words in [&["export", "robot.mcap", "--csv", "t"][..], &["plot", "robot.mcap", "-o", "p"]] {
+        let (code, said) = ended(folder.path(), words)?;
+        assert!(code == Some(1) && said.contains("no topic is protobuf, so none can be decoded: /log"), "{words:?}: {said}");
+    }
+    Ok(())
+}
