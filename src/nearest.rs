@@ -18,9 +18,31 @@ pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a 
     nearest(given, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
 }
 
+/// Columns by topic for a refusal, a line each: numbers in names become N, and stamps are left out.
+pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
+    let is_data = |name: &&str| !name.starts_with("stamp.") && !["log_time", "publish_time"].contains(name);
+    let numbered = |part: &'a str| if part.bytes().all(|byte| byte.is_ascii_digit()) { "N" } else { part };
+    let plain = |name: &'a str| name.split('.').map(numbered).collect::<Vec<_>>().join(".");
+    let line = |(topic, names): (&str, N)| {
+        let mut names: Vec<String> = names.into_iter().filter(is_data).map(plain).collect();
+        names.sort();
+        names.dedup();
+        let topic = topic.rsplit('/').next().unwrap_or(topic);
+        if names.is_empty() { String::new() } else { format!("\n  {topic}: {}", names.join(", ")) }
+    };
+    topics.into_iter().map(line).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{columns_by_topic, nearest};
+
+    #[test]
+    fn val_columns_are_listed_by_topic() {
+        let loads = ["log_time", "stamp.step", "driving_torque_nm", "elements.rod.0.axial_n", "elements.rod.10.axial_n"];
+        let listed = columns_by_topic([("flexcrank/crank/loads", loads.as_slice().iter().copied())]);
+        assert_eq!(listed, "\n  loads: driving_torque_nm, elements.rod.N.axial_n");
+    }
 
     #[test]
     fn prop_only_what_is_near_is_suggested() {

@@ -9,10 +9,21 @@ use std::path::Path;
 /// # Errors
 /// Fails if the file cannot be read, is larger, or is not UTF-8.
 pub(crate) fn read(path: &Path, limit: usize) -> Result<String> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(limit as u64 + 1).read_to_end(&mut bytes)?;
+    let bytes = beginning(path, limit)?;
     if bytes.len() > limit {
-        return Err(Error::new(ErrorKind::FileTooLarge, format!("is larger than {} KiB", limit / 1024)));
+        return Err(too_large(limit));
     }
     String::from_utf8(bytes).map_err(|_| Error::new(ErrorKind::InvalidData, "is not text"))
+}
+
+/// Reads a file, or the first `limit` bytes and one more of a larger one.
+pub(crate) fn beginning(path: &Path, limit: usize) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The error of a file that is larger than `limit` bytes.
+pub(crate) fn too_large(limit: usize) -> Error {
+    Error::new(ErrorKind::FileTooLarge, format!("is larger than {} KiB", limit / 1024))
 }

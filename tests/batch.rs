@@ -203,3 +203,24 @@ fn regress_a_file_cut_off_between_two_records_is_said_to_be_cut_off() -> Tried {
     }
     Ok(())
 }
+
+#[test]
+fn regress_an_interrupted_sweep_keeps_the_cells_so_far() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let maps = folder.path().join("maps");
+    let path = maps.to_str().ok_or("a path that is no text")?;
+    let mut sweep = flexcrank(&["stability", "crank-slider", "--jobs", "1", "--csv", path]).stdout(Stdio::null()).spawn()?;
+    let patience = Instant::now() + Duration::from_secs(20);
+    while !maps.exists() {
+        assert!(Instant::now() < patience && sweep.try_wait()?.is_none(), "the sweep begins");
+        std::thread::yield_now();
+    }
+    kill_process(Pid::from_raw(i32::try_from(sweep.id())?).ok_or("no process id")?, Signal::INT)?;
+    let ended = sweep.wait_with_output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("warning: interrupted: ") && said.contains("cells were not run"), "{said}");
+    let cells = std::fs::read_to_string(maps.join("cells.csv"))?;
+    assert!(cells.contains("not run"), "{} lines", cells.lines().count());
+    Ok(())
+}

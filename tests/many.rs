@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use common::{Outcome, Service, linked_sessions, scene};
-use flexcrank::bus::{self, BusOptions, Name, ServiceEndpoint, Topic, client};
+use flexcrank::bus::{self, About, BusOptions, Name, ServiceEndpoint, Topic, client};
 use flexcrank::runtime::{Ending, Pace, Spin, SteppingOptions, ThreadOptions};
 use flexcrank::service::{self, LiveSimulation};
 use flexcrank::simulation::{PublishRate, Simulation};
@@ -98,7 +98,7 @@ fn wait_until(what: &str, holds: impl Fn() -> bool) -> Outcome {
 fn prop_a_topic_has_subscribers_while_a_client_subscribes() -> Outcome {
     let (session, client) = linked_sessions()?;
     let name: Name = "test".parse()?;
-    let endpoint = ServiceEndpoint::declare(&session, &name, "", Vec::new())?;
+    let endpoint = ServiceEndpoint::declare(&session, &name, ("", &About::default()), Vec::new())?;
     client::wait_for_service(&client, &name)?;
     for round in 0..50 {
         assert!(!endpoint.has_subscribers(Topic::Angles), "round {round}");
@@ -164,7 +164,7 @@ fn prop_an_earlier_subscriber_receives_the_first_message_through_a_router() -> O
         // The router's answer comes after it has received the subscription.
         client::services(&client, Duration::ZERO, |_| true)?;
         let session = options.open_service()?;
-        let endpoint = ServiceEndpoint::declare(&session, &name, "", Vec::new())?;
+        let endpoint = ServiceEndpoint::declare(&session, &name, ("", &About::default()), Vec::new())?;
         for payload in [vec![1], vec![2]] {
             endpoint.publish(Topic::Angles, payload);
         }

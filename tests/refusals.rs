@@ -85,7 +85,7 @@ fn regress_incomplete_arguments() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--set", "rod.length_m=1.2m"], 2, &["--set rod.length_m=1.2m: not TOML: "])?;
     refused(&["run", "--set", "solver.model=modla"], 2, &["did you mean \"modal\"?"])?;
     refused(&["pulse", "crank"], 2, &["--torque <NM>|--from <FILE>"])?;
-    refused(&["pulse", "crank", "--torque", "1"], 2, &["--duration <S>"])?;
+    refused(&["pulse", "crank", "--torque", "1"], 2, &["--duration <TIME>"])?;
     refused(&["watch", "crank", "--plain", "--signals", "nosuch.field"], 2, &["cannot be used with", "--signals"])?;
     refused(&["what-if", SAMPLE], 2, &["--add-pulse <START:TORQUE:DURATION>|--set <KEY=VALUE>"])?;
     refused(&["what-if", SAMPLE, "--add-pulse", "1:1"], 2, &["three numbers START:TORQUE:DURATION"])
@@ -101,4 +101,68 @@ fn regress_a_quantity_that_a_change_leaves_alone_is_the_same() -> Result<(), Box
     assert!(code == Some(0) && told("crank angle, rad").contains("differs by at most"), "{out}");
     assert!(told("driving torque, N·m").ends_with("is the same"), "{out}");
     Ok(())
+}
+
+#[test]
+fn regress_numbers_and_times_are_refused_in_words() -> Result<(), Box<dyn Error>> {
+    let time = "in seconds or with a unit: 10, 0.5, 200ms, 10min";
+    refused(&["run", "--until", "nan"], 2, &["a time from 1ns to 1e9 s", time])?;
+    refused(&["run", "--flush", "2h"], 2, &["a time from 1ms to 1h", time])?;
+    refused(&["replay", SAMPLE, "--delay", "soon"], 2, &["a time from 0 to 1e9 s", time])?;
+    refused(&["pulse", "--torque", "5Nm", "--duration", "1"], 2, &["a number in N·m without its unit"])?;
+    refused(&["control", "crank", "step", "-5"], 2, &["a whole number from 1"])?;
+    refused(&["stability", "crank-slider", "--jobs", "0"], 2, &["a whole number from 1"])?;
+    refused(&["run", "--set", "rod.length_m=\"80 mm\""], 2, &["rod.length_m = \"80 mm\": must be a number without its unit"])?;
+    refused(&["run", "--shadow", "foo"], 2, &["error: --shadow foo: must be one of rigid"])?;
+    let (_, _, said) = flexcrank(&["run", "--shadow", "foo"])?;
+    assert!(!said.contains("--set"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_wrong_column_lists_the_columns_of_each_topic() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let into = folder.path().to_str().ok_or("a path that is no text")?;
+    for words in [&["export", SAMPLE, "--csv", into, "--columns", "xyz"][..], &["plot", SAMPLE, "--y", "xyz", "-o", into]] {
+        refused(words, 2, &["no column `xyz`; there are", "\n  angles: links.crank.", "\n  loads: driving_torque_nm"])?;
+        let (_, _, said) = flexcrank(words)?;
+        assert!(said.len() < 4000 && !said.contains("log_time"), "{} characters: {said}", said.len());
+    }
+    refused(&["plot", SAMPLE, "--y", "driving_torque", "-o", into], 2, &["did you mean `driving_torque_nm`?"])
+}
+
+#[test]
+fn regress_a_port_in_use_and_tls_without_tls_name_the_remedy() -> Result<(), Box<dyn Error>> {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0")?;
+    let endpoint = format!("tcp/{}", taken.local_addr()?);
+    let run = ["run", "--no-record", "--until", "0.1", "--listen", &endpoint];
+    refused(&run, 1, &[&format!("cannot listen on {endpoint}: another program has the port"), "or port 0 for any free one"])?;
+    if cfg!(feature = "tls") {
+        return Ok(());
+    }
+    for command in [&["run", "--no-record"][..], &["list"]] {
+        let words =
+            [command, &["--zenoh-config", if command.len() > 1 { "src/files/gate.json5" } else { "src/files/member.json5" }]];
+        refused(&words.concat(), 2, &["this build has no TLS", "`--features tls`"])?;
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_places_that_cannot_be_written_are_refused_before_the_work() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let absent = folder.path().join("absent/x.mcap");
+    let path = absent.to_str().ok_or("a path that is no text")?;
+    refused(&["run", "--no-bus", "--until", "1", "--record", path], 1, &["absent does not exist"])?;
+    refused(&["what-if", SAMPLE, "--add-pulse", "1:1:1", "--record", path], 1, &["absent does not exist"])?;
+    refused(&["trade", "--csv", path], 1, &[path, "No such file"])?;
+    refused(&["trade", "--plot", &path.replace(".mcap", ".svg")], 1, &["No such file"])?;
+    assert_eq!(std::fs::read_dir(folder.path())?.count(), 0, "nothing is created");
+    Ok(())
+}
+
+#[test]
+fn regress_a_scene_that_cannot_start_names_file_line_and_key() -> Result<(), Box<dyn Error>> {
+    let step = ["run", "--set", "solver.integrator=runge-kutta", "--set", "solver.step_s=0.1"];
+    refused(&step, 2, &["crank-slider:", "solver.step_s = 0.1: the modal model cannot compute this scene"])
 }

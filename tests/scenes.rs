@@ -41,10 +41,13 @@ fn regress_refusals_name_file_line_key_value_and_allowed_range() {
         (with("length_m = 0.5", "lenght_m = 0.5"), "scene.toml:5: crank.lenght_m = 0.5: unknown key; did you mean `length_m`?"),
         (with("length_m = 0.5", "length_m = -1"), "scene.toml:5: crank.length_m = -1: must be a number from 1e-9 to 1e6"),
         (with("length_m = 0.5", "length_m = nan"), "scene.toml:5: crank.length_m = nan: must be a number"),
-        (with("length_m = 0.5", "length_m = \"long\""), "scene.toml:5: crank.length_m = \"long\": invalid type"),
+        (
+            with("length_m = 0.5", "length_m = \"long\""),
+            "scene.toml:5: crank.length_m = \"long\": must be a number without its unit",
+        ),
         (with("length_m = 1.5", "length_m = 0.5"), "scene.toml:15: rod.length_m = 0.5: must be longer than crank.length_m = 0.5"),
         (with("[slider]", "[silder]"), "scene.toml:24: silder: unknown key; did you mean `slider`?"),
-        (with("length_m = 0.5\n", ""), "scene.toml:4: crank: missing field `length_m`"),
+        (with("length_m = 0.5\n", ""), "scene.toml:4: crank: missing key `length_m`"),
         (with("density_kg_per_m3 = 7700.0\n", ""), "scene.toml:4: crank: missing key `density_kg_per_m3`"),
         (with("\"modal\"", "\"modla\""), "scene.toml:35: solver.model = \"modla\": must be one of"),
         (with("\"modal\"", "\"modla\""), "did you mean \"modal\"?"),
@@ -200,4 +203,61 @@ fn val_the_scene_in_the_guide_runs() {
     let text = chapter.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let source = SceneSource::parse("guide", text, &[]).unwrap();
     Simulation::new(&source.scene).unwrap().step().unwrap();
+}
+
+fn changed(overrides: &[&str]) -> String {
+    let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+    match SceneSource::open("crank-slider", &overrides) {
+        Ok(_) => "accepted".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn regress_overrides_of_lists_are_refused_in_words() {
+    for (given, expected) in [
+        ("pulse.0=1", "pulse.0 is a table: set one of its keys"),
+        ("pulse.3.torque_nm=5", "`pulse` has entries 0 to 0, and none numbered 3"),
+        ("nosuch.0.key=1", "`nosuch` has no entries"),
+        ("crank=1", "crank = 1: must be a table"),
+        ("rod.elements=\"four\"", "must be a whole number"),
+        ("rod.axial=1", "must be true or false"),
+        ("rod.elements=1.5", "must be a whole number"),
+        (&format!("{}=1", vec!["a"; 20_000].join(".")), "no key has more than 16 parts"),
+    ] {
+        let said = changed(&[given]);
+        assert!(said.contains(expected) && said.len() < 600, "{}: {said}", &given[..given.len().min(50)]);
+    }
+    assert_eq!(changed(&["pulse.0.torque_nm=5"]), "accepted");
+}
+
+#[test]
+fn regress_refusals_escape_control_characters_and_cut_long_values() {
+    let said = refused(&with("length_m = 0.5", "\"\\u001b[31mred\" = 1\nlength_m = 0.5"));
+    assert!(said.contains("\\u{1b}[31mred") && !said.contains('\u{1b}'), "{said}");
+    let said = refused(&with("length_m = 0.5", &format!("length_m = \"{}\"", "x".repeat(1_000_000))));
+    assert!(said.len() < 1000 && said.contains("… (1000002 characters)"), "{} characters", said.len());
+}
+
+#[test]
+fn regress_start_and_drive_that_contradict_each_other_are_refused() {
+    let drive = |more: &[&str]| changed(&[&["pulse=[]"], more].concat());
+    let said = drive(&["drive.speed_rad_per_s=5", "start.rate_rad_per_s=4"]);
+    assert!(said.contains("start.rate_rad_per_s = 4: contradicts drive.speed_rad_per_s = 5.0"), "{said}");
+    assert_eq!(drive(&["drive.speed_rad_per_s=5", "start.rate_rad_per_s=5", "start.angle_rad=1"]), "accepted");
+    assert_eq!(drive(&["drive.ramp={to_rad_per_s=5.0, over_s=1.0}", "start.rate_rad_per_s=4"]), "accepted");
+    let said = drive(&["drive.table=[[0.0, 0.0], [1.0, 2.0]]", "start.angle_rad=1"]);
+    assert!(said.contains("start.angle_rad = 1: drive.table prescribes angle and rate"), "{said}");
+}
+
+#[test]
+fn regress_files_that_are_no_scenes_are_refused_with_a_remedy() {
+    let open = |file: &str| SceneSource::open(file, &[]).err().map(|error| error.to_string()).unwrap_or_default();
+    let said = open("recordings/sample-three-pulses.mcap");
+    assert!(said.contains("is a recording, not a scene") && said.contains("flexcrank replay"), "{said}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, b"[crank]\nlength_m = \xff\n").unwrap();
+    let said = open(file.to_str().unwrap());
+    assert!(said.contains("scene.toml:2: not text in UTF-8; a scene is a TOML file"), "{said}");
 }

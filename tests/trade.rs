@@ -18,7 +18,7 @@ fn ask(selection: Selection, outputs: &[OutputGroup], budget_s: f64) -> Question
 }
 
 fn answer(source: &SceneSource, question: &Question) -> Study {
-    study(&source.scene, question, &mut |_| {}).unwrap()
+    study(&source.scene, question, &mut |_| std::ops::ControlFlow::Continue(())).unwrap()
 }
 
 /// Everything of a study but what a clock had to do with.
@@ -254,4 +254,21 @@ fn val_exit_codes() {
     let (code, said) = run(&[&little[..], &["--tolerance", "1e-2", "--real-time-factor", "1e8"]].concat());
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("real-time factor fails"), "{said}");
+}
+
+#[test]
+fn regress_an_interrupted_study_keeps_its_rows() {
+    let source = open("ref-r2s", &[]);
+    let selection = Selection { models: vec![ModelKind::Rigid], steps_s: vec![1e-3, 5e-4, 1e-4], ..Selection::default() };
+    let question = Question { until_s: Some(0.02), ..ask(selection, &[OutputGroup::Angle], 5.0) };
+    let whole = answer(&source, &question);
+    let mut measured = 0;
+    let part = study(&source.scene, &question, &mut |progress| {
+        measured += u32::from(!progress.reference);
+        if measured > 2 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+    });
+    let part = part.unwrap();
+    assert!(part.interrupted && !whole.interrupted);
+    assert_eq!(part.rows.len(), 2);
+    assert_eq!(timeless(&part)[..2], timeless(&whole)[..2]);
 }

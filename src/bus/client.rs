@@ -1,17 +1,20 @@
 //! A client on the bus: it finds services, sends commands, subscribes to topics and queries snapshots.
 
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use prost::{Message as _, Name as _};
 use zenoh::handlers::{FifoChannel, FifoChannelHandler, RingChannel, RingChannelHandler};
 use zenoh::pubsub::Subscriber;
+use zenoh::query::QueryTarget;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::BusError;
+use super::about::About;
 use super::encoding::{protobuf, protobuf_of};
-use super::keys::{Name, every_presence};
-use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, Topic, TorquePulse, status::State};
+use super::keys::{Name, every, every_presence};
+use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, Status, Topic, TorquePulse, status::State};
 
 /// Time for a service to be found after a session was opened.
 pub const DISCOVERY_TIMEOUT: Duration = Duration::from_millis(2000);
@@ -41,6 +44,51 @@ pub fn services(session: &Session, patience: Duration, enough: impl Fn(&[Name]) 
         }
         std::thread::sleep(POLL_PERIOD);
     }
+}
+
+/// Returns how many sessions are linked with this one.
+pub fn link_count(session: &Session) -> usize {
+    session.info().peers_zid().wait().count() + session.info().routers_zid().wait().count()
+}
+
+/// A service with its facts and its last status, as far as it answered.
+#[derive(Debug, Clone)]
+pub struct Described {
+    /// Its name.
+    pub name: Name,
+    /// Its facts.
+    pub about: Option<About>,
+    /// Its last status.
+    pub status: Option<Status>,
+}
+
+/// Describes services. All are asked at once; the answer is complete when all have replied, at the latest after three seconds.
+///
+/// # Errors
+/// [`BusError`] if zenoh fails.
+pub fn describe(session: &Session, names: &[Name]) -> Result<Vec<Described>, BusError> {
+    let ask = |chunk| {
+        let query = session.get(every(chunk)).target(QueryTarget::All).timeout(REPLY_TIMEOUT);
+        query.wait().map_err(BusError::failed)
+    };
+    let (snapshots, facts) = (ask("snapshot")?, ask("about")?);
+    let (mut statuses, mut abouts) = (HashMap::new(), HashMap::new());
+    while let Ok(reply) = snapshots.recv() {
+        let Ok(sample) = reply.into_result() else { continue };
+        let Some((name, _)) = Name::split(sample.key_expr().as_str()) else { continue };
+        statuses.insert(name, Snapshot::decode(&*sample.payload().to_bytes()).ok().and_then(|snapshot| snapshot.status));
+    }
+    while let Ok(reply) = facts.recv() {
+        let Ok(sample) = reply.into_result() else { continue };
+        let Some((name, _)) = Name::split(sample.key_expr().as_str()) else { continue };
+        abouts.insert(name, serde_json::from_slice::<About>(&sample.payload().to_bytes()).ok());
+    }
+    let described = |name: &Name| Described {
+        name: name.clone(),
+        about: abouts.remove(name).flatten(),
+        status: statuses.remove(name).flatten(),
+    };
+    Ok(names.iter().map(described).collect())
 }
 
 /// Waits until the service is on the bus.

@@ -22,6 +22,12 @@ pub enum BusError {
     /// The session could not be opened.
     #[error("cannot open a zenoh session: {0}")]
     Open(String),
+    /// The configuration needs TLS, and this build has none.
+    #[error("this build has no TLS, which {0} needs: build it with `--features tls`")]
+    NoTls(String),
+    /// A port to listen on is in use.
+    #[error("cannot listen on {0}: another program has the port; end it, or give another port, or port 0 for any free one")]
+    InUse(String),
     /// No endpoint admitted the client.
     #[error("{0}: absent, or not permitted")]
     NotAdmitted(String),

@@ -57,6 +57,10 @@ impl Name {
     pub fn scene(&self) -> String {
         self.key("scene")
     }
+    /// Key of the facts about the service.
+    pub fn about(&self) -> String {
+        self.key("about")
+    }
     /// Key of the descriptor set.
     pub fn schema(&self) -> String {
         self.key("schema")
@@ -108,6 +112,11 @@ pub fn key_of_topic(topic: &str) -> Result<String, String> {
 /// Matches the presence of every service.
 pub fn every_presence() -> String {
     format!("{ROOT}/*")
+}
+
+/// Matches the key of every service that ends in `chunk`.
+pub fn every(chunk: &str) -> String {
+    format!("{ROOT}/*/{chunk}")
 }
 
 #[cfg(test)]

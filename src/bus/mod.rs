@@ -1,5 +1,6 @@
 //! The bus: key expressions, sessions, services and clients. Only this layer uses zenoh.
 
+mod about;
 mod address;
 pub mod client;
 mod commands;
@@ -17,6 +18,7 @@ mod subscriptions;
 mod zenoh_messages;
 
 pub use crate::wire::Topic;
+pub use about::About;
 pub use address::{Address, BadAddress};
 pub use commands::{CommandKey, replay_commands, service_commands};
 pub use error::BusError;

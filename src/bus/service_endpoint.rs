@@ -12,6 +12,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::BusError;
+use super::about::About;
 use super::commands::CommandKey;
 use super::encoding::{answer, protobuf, protobuf_of};
 use super::keys::Name;
@@ -33,11 +34,16 @@ pub struct ServiceEndpoint {
 }
 
 impl ServiceEndpoint {
-    /// Declares topics, scene, schema and snapshot of a service whose command keys are declared already; presence last.
+    /// Declares topics, scene, facts, schema and snapshot of a service whose command keys are declared already; presence last.
     ///
     /// # Errors
     /// [`BusError`] if zenoh refuses a declaration.
-    pub fn declare(session: &Session, name: &Name, scene: &str, commands: Vec<CommandKey>) -> Result<Self, BusError> {
+    pub fn declare(
+        session: &Session,
+        name: &Name,
+        (scene, about): (&str, &About),
+        commands: Vec<CommandKey>,
+    ) -> Result<Self, BusError> {
         let (mut publishers, mut subscription_states) = (BTreeMap::new(), BTreeMap::new());
         for &topic in Topic::ALL.iter().filter(|topic| topic.is_published()) {
             let publisher = session
@@ -53,6 +59,7 @@ impl ServiceEndpoint {
         let latest: Arc<Mutex<SnapshotCache>> = Arc::default();
         let queryables = vec![
             fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
+            fixed(session, name.about(), serde_json::to_vec(about).unwrap_or_default(), Encoding::APPLICATION_JSON)?,
             fixed(session, name.schema(), wire::EVERY_DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
             snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&subscription_states))?,
         ];

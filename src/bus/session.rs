@@ -80,10 +80,14 @@ impl BusOptions {
         let mut retries = PORT_RETRIES;
         let (config, session) = loop {
             let config = self.service_config()?;
+            needs_no_tls(&config)?;
             match zenoh::open(config.clone()).wait() {
                 Ok(session) => break (config, session),
                 // Another service that starts at this instant may have taken the port that was free a moment ago.
                 Err(_) if retries > 0 && self.chooses_port() => retries -= 1,
+                Err(error) if message_of(&error).contains("Address already in use") => {
+                    return Err(BusError::InUse(endpoints_of(&config).join(", ")));
+                }
                 Err(error) => return Err(BusError::open(error)),
             }
             std::thread::sleep(POLL_PERIOD);
@@ -143,8 +147,14 @@ impl BusOptions {
     /// be opened.
     pub fn open_client(&self) -> Result<Session, BusError> {
         let config = self.client_config()?;
+        needs_no_tls(&config)?;
         let refused = if is_client(&config) { BusError::not_admitted } else { BusError::open };
         zenoh::open(config).wait().map_err(refused)
+    }
+
+    /// Number of sessions that a client of these options is linked with in the end: one per endpoint, or per local service.
+    pub fn expected_links(&self) -> usize {
+        if self.connect.is_empty() { neighbours().len() } else { self.connect.len() }
     }
 
     /// Returns the first of `names` that is taken beyond the endpoints to connect to: a service behind a router does not see the
@@ -233,6 +243,15 @@ fn loopback(port: u16) -> SocketAddr {
 
 fn free_port() -> Result<SocketAddr, BusError> {
     PORTS.map(loopback).find(|address| TcpListener::bind(address).is_ok()).ok_or(BusError::NoPort)
+}
+
+/// Refuses TLS endpoints in a build without TLS, before zenoh reports them as absent.
+fn needs_no_tls(config: &Config) -> Result<(), BusError> {
+    let endpoints = [LISTEN, CONNECT].map(|key| config.get_json(key).unwrap_or_default()).concat();
+    match endpoints.split('"').find(|endpoint| endpoint.starts_with("tls/") && !cfg!(feature = "tls")) {
+        Some(endpoint) => Err(BusError::NoTls(endpoint.to_owned())),
+        None => Ok(()),
+    }
 }
 
 /// Host and options of an endpoint that leaves the port to the system, port 0: the parts before and after the port.

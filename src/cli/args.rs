@@ -2,8 +2,6 @@
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use super::bus_args::BusArgs;
-
 const EXAMPLES: &str = "\
 Examples:
   flexcrank                                    run the default scene in real time
@@ -56,7 +54,7 @@ pub(super) enum Command {
     WhatIf(super::what_if::Args),
     /// List the services on the bus.
     #[command(after_help = super::list::EXAMPLES)]
-    List(BusArgs),
+    List(super::list::Args),
     /// Send a torque pulse to a service and print its reply.
     #[command(after_help = super::pulse::EXAMPLES)]
     Pulse(super::pulse::Args),
@@ -66,6 +64,9 @@ pub(super) enum Command {
     /// Show a service in the terminal: the mechanism in motion, charts, state; or its values as lines.
     #[command(after_help = super::watch::EXAMPLES)]
     Watch(super::watch::Args),
+    /// Check a scene, and show what it would cost: unknowns, frequencies, time per step, a suggested step.
+    #[command(after_help = super::check::EXAMPLES)]
+    Check(super::check::Args),
     /// Describe recordings: duration, topics with rates and sizes, scene, build, how the session ended.
     #[command(after_help = super::info::EXAMPLES)]
     Info(super::info::Args),

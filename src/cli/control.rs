@@ -2,9 +2,11 @@
 
 use clap::Subcommand;
 
-use super::bus_args::BusArgs;
+use super::client_args::ClientArgs;
 use super::failure::{CommandResult, Failure};
+use super::replay::rate;
 use super::replies::{fresh_id, send_and_print};
+use super::values::{count, time};
 use crate::bus::{BusError, Name, client};
 use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
@@ -15,7 +17,10 @@ Examples:
   flexcrank control crank step 100
   flexcrank control crank start-recording take-2
   flexcrank control ghost seek 3.5
-  flexcrank control ghost rate 2";
+  flexcrank control ghost rate 2
+  flexcrank control crank pause --wait=10s --json
+
+--json prints id, accepted, reason, effective_step, effective_sim_time_s.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -23,8 +28,11 @@ pub(super) struct Args {
     pub name: Name,
     #[command(subcommand)]
     pub action: Action,
+    /// Print the reply as one line of JSON.
+    #[arg(long, global = true)]
+    pub json: bool,
     #[command(flatten)]
-    pub bus: BusArgs,
+    pub client: ClientArgs,
 }
 
 #[derive(Debug, Clone, Subcommand)]
@@ -36,7 +44,7 @@ pub(super) enum Action {
     /// While paused, advance by COUNT steps; a replay advances by COUNT messages.
     Step {
         /// Number of steps or messages.
-        #[arg(default_value_t = 1)]
+        #[arg(default_value = "1", value_parser = count)]
         count: u64,
     },
     /// Return to the start of the scene, or of the recording.
@@ -52,24 +60,26 @@ pub(super) enum Action {
     StopRecording,
     /// Replay only: jump to a recorded time.
     Seek {
-        /// Recorded time since the first message, s.
+        /// Recorded time since the first message.
+        #[arg(value_parser = time)]
         time: f64,
     },
     /// Replay only: set the rate.
     Rate {
         /// Recorded seconds per second.
+        #[arg(value_parser = rate)]
         factor: f64,
     },
     /// Replay only: while paused, play COUNT messages.
     Next {
         /// Number of messages.
-        #[arg(default_value_t = 1)]
+        #[arg(default_value = "1", value_parser = count)]
         count: u64,
     },
 }
 
 pub(super) fn control(args: Args) -> CommandResult {
-    let action = match args.action {
+    let action = match args.action.clone() {
         Action::Pause => control::Action::Pause(wire::Pause {}),
         Action::Resume => control::Action::Resume(wire::Resume {}),
         Action::Step { count } => control::Action::Step(wire::Steps { count }),
@@ -80,19 +90,20 @@ pub(super) fn control(args: Args) -> CommandResult {
         }
         Action::StopRecording => control::Action::StopRecording(wire::StopRecording {}),
         Action::Seek { time } => {
-            return control_replay(&args.bus, &args.name, replay_control::Action::Seek(Seek { time_s: time }));
+            return control_replay(&args, replay_control::Action::Seek(Seek { time_s: time }));
         }
-        Action::Rate { factor } => return control_replay(&args.bus, &args.name, replay_control::Action::Rate(Rate { factor })),
-        Action::Next { count } => return control_replay(&args.bus, &args.name, replay_control::Action::Next(Next { count })),
+        Action::Rate { factor } => return control_replay(&args, replay_control::Action::Rate(Rate { factor })),
+        Action::Next { count } => return control_replay(&args, replay_control::Action::Next(Next { count })),
     };
     let message = Control { id: fresh_id(), action: Some(action) };
-    send_and_print(&args.bus, &args.name, |session| Ok(client::control(session, &args.name, &message)?))
+    send_and_print(&args.client, &args.name, args.json, |session| Ok(client::control(session, &args.name, &message)?))
 }
 
 /// Sends a command that only a replay accepts.
-fn control_replay(bus: &BusArgs, name: &Name, action: replay_control::Action) -> CommandResult {
+fn control_replay(args: &Args, action: replay_control::Action) -> CommandResult {
+    let name = &args.name;
     let message = ReplayControl { id: fresh_id(), action: Some(action) };
-    send_and_print(bus, name, |session| {
+    send_and_print(&args.client, name, args.json, |session| {
         client::replay_control(session, name, &message).map_err(|error| match error {
             BusError::NoReply(_) => {
                 Failure::Failed(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay: {error}"))

@@ -7,7 +7,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::may_be_folder;
 use super::output::output;
-use super::values::{not_negative, positive};
+use super::values::{positive_time, time};
 use crate::recording::{self, Exported};
 
 /// Shown by `--help`.
@@ -28,14 +28,14 @@ pub(super) struct Args {
     /// Folder for Parquet tables, one per topic.
     #[arg(long, value_name = "DIR")]
     pub parquet: Option<PathBuf>,
-    /// Start at this recorded time, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    /// Start at this recorded time.
+    #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
     pub from: f64,
-    /// End at this recorded time, s.
-    #[arg(long, value_name = "S", value_parser = not_negative)]
+    /// End at this recorded time.
+    #[arg(long, value_name = "TIME", value_parser = time)]
     pub to: Option<f64>,
-    /// Keep one row per topic in each period of this recorded time, s: the first.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    /// Keep one row per topic in each period of this recorded time: the first.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub every: Option<f64>,
     /// Only these columns, by name or prefix: stamp.sim_time_s, links.crank. Times are always included.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]

@@ -82,7 +82,7 @@ macro_rules! usage {
 usage! {
     BadName: |_| true,
     BuildError: |_| true,
-    BusError: |error| matches!(error, BusError::Config(_) | BusError::File { .. }),
+    BusError: |error| matches!(error, BusError::Config(_) | BusError::File { .. } | BusError::NoTls(_)),
     CycleError: |_| true,
     HistoryError: |_| false,
     NoMap: |_| true,

@@ -1,6 +1,8 @@
 //! Output folders.
 
 use super::failure::{CommandResult, Failure};
+use crate::recording::paths;
+use crate::whole_file::WholeFile;
 use std::path::Path;
 
 pub(super) fn may_be_folder(path: &Path) -> CommandResult<()> {
@@ -8,6 +10,21 @@ pub(super) fn may_be_folder(path: &Path) -> CommandResult<()> {
         return Err(Failure::Failed(format!("{}: is a file, and a folder is needed", path.display())));
     }
     Ok(())
+}
+
+/// Refuses a file that could not be written at the end of the work, before it begins.
+pub(super) fn must_be_writable(path: &Path) -> CommandResult<()> {
+    WholeFile::create(path).map(drop).map_err(Failure::file(path))
+}
+
+/// Refuses a file in a folder that does not exist: only a default folder is created unasked.
+pub(super) fn must_have_folder(path: &Path) -> CommandResult<()> {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() && folder != Path::new(paths::FOLDER) => {
+            Err(Failure::Failed(format!("{}: the folder {} does not exist", path.display(), folder.display())))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Creates an output folder, unless it exists.

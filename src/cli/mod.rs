@@ -2,13 +2,16 @@
 
 /// Prints a line to standard error; `error: …` and `warning: …` show its level.
 macro_rules! say {
-    ($($said:tt)*) => { super::log::say(&format!($($said)*)) };
+    ($($said:tt)*) => { $crate::cli::log::say(&format!($($said)*)) };
 }
 
 mod aligned_table;
 mod args;
 mod async_runtime;
+mod building;
 mod bus_args;
+mod check;
+mod client_args;
 mod control;
 mod cycle;
 mod exit_status;
@@ -70,10 +73,11 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Run(run) => run::run(*run),
         Command::Replay(args) => replay::replay(*args),
         Command::WhatIf(args) => what_if::what_if(args),
-        Command::List(bus) => list::list(&bus),
+        Command::List(args) => list::list(&args),
         Command::Pulse(pulse) => pulse::pulse(pulse),
         Command::Control(control) => control::control(control),
         Command::Watch(target) => watch::watch(&target),
+        Command::Check(args) => check::check(&args),
         Command::Info(args) => info::info(&args),
         Command::Verify(args) => verify::verify(&args),
         Command::Recover(args) => recover::recover(&args),

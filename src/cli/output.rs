@@ -1,5 +1,6 @@
 //! Standard output that outlives its reader.
 
+use serde::Serialize;
 use std::io::{self, ErrorKind, Stdout, Write};
 
 /// Standard output. Once its reader has closed it, as `head` does, output is dropped: the work goes on, and its exit code counts.
@@ -25,4 +26,9 @@ fn unless_closed<T>(written: io::Result<T>, dropped: T) -> io::Result<T> {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(dropped),
         written => written,
     }
+}
+
+/// Prints a value as one line of JSON.
+pub(super) fn print_json(value: &impl Serialize) -> io::Result<()> {
+    writeln!(output(), "{}", serde_json::to_string(value)?)
 }

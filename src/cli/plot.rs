@@ -10,7 +10,7 @@ use super::folders::make_folder;
 use super::output::output;
 use super::plot_source::Source;
 use super::thesis_figures::write_thesis;
-use super::values::{not_negative, number};
+use super::values::{number, time};
 use crate::plot::{self, Entry, Figure, Format, MechanismPicture};
 use crate::whole_file::write_whole;
 
@@ -45,11 +45,11 @@ pub(super) struct Args {
     /// Title of the figures.
     #[arg(long)]
     pub title: Option<String>,
-    /// Draw from this simulated time on, s.
-    #[arg(long, value_name = "S", value_parser = not_negative)]
+    /// Draw from this simulated time on.
+    #[arg(long, value_name = "TIME", value_parser = time)]
     pub from: Option<f64>,
-    /// Draw up to this simulated time, s.
-    #[arg(long, value_name = "S", value_parser = not_negative)]
+    /// Draw up to this simulated time.
+    #[arg(long, value_name = "TIME", value_parser = time)]
     pub to: Option<f64>,
     /// Lay the files over one another: a panel for each signal, a curve for each file.
     #[arg(long, conflicts_with_all = ["animation", "thesis"])]

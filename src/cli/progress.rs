@@ -2,8 +2,12 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+
+/// Time between two redraws.
+const TICK: Duration = Duration::from_millis(200);
 
 /// A bar of this length and template; `{left}` is the remaining time.
 pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
@@ -11,6 +15,8 @@ pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.with_key("left", left));
     }
+    // Elapsed time runs on while nothing is reported.
+    bar.enable_steady_tick(TICK);
     bar
 }
 

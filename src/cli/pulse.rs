@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::bus_args::BusArgs;
+use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
-use super::failure::{CommandResult, Failure};
-use super::output::output;
-use super::replies::{fresh_id, send_and_print};
+use super::failure::CommandResult;
+use super::output::{output, print_json};
+use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
+use super::values::{positive_time, time, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
-use crate::shown::shown_s;
 use crate::simulation::PulseRequest;
 use crate::wire;
 
@@ -22,7 +22,12 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank pulse crank --torque 5 --duration 0.1
   flexcrank pulse crank --torque -2 --duration 0.5 --delay 1 --shape raised-cosine
-  flexcrank pulse crank --from pulses.csv";
+  flexcrank pulse crank --from pulses.csv
+  flexcrank pulse crank --torque 5 --duration 100ms --wait=10s --json
+
+--from stops at the first pulse that is refused; those before it stay in effect.
+
+--json prints line (with --from), id, accepted, reason, effective_step, effective_sim_time_s.";
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("pulses").args(["torque", "from"]).required(true))]
@@ -31,16 +36,16 @@ pub(super) struct Args {
     #[arg(default_value = "crank")]
     pub name: Name,
     /// Mean torque, N·m, positive counter-clockwise.
-    #[arg(long, value_name = "NM", requires = "duration")]
+    #[arg(long, value_name = "NM", requires = "duration", value_parser = torque)]
     pub torque: Option<f64>,
-    /// Duration, s.
-    #[arg(long, value_name = "S", requires = "torque")]
+    /// Duration.
+    #[arg(long, value_name = "TIME", requires = "torque", value_parser = positive_time)]
     pub duration: Option<f64>,
     /// Send the pulses of a CSV file one after another; columns torque_nm, duration_s, and optionally delay_s, shape, id.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "delay", "shape", "id"])]
     pub from: Option<PathBuf>,
-    /// Simulated time until the pulse begins, s.
-    #[arg(long, value_name = "S", default_value = "0")]
+    /// Simulated time until the pulse begins.
+    #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
     pub delay: f64,
     /// Shape of the pulse; both shapes have the impulse torque × duration.
     #[arg(long, default_value = "rectangular")]
@@ -48,8 +53,11 @@ pub(super) struct Args {
     /// Id of the command; a retry under the same id is not applied again.
     #[arg(long)]
     pub id: Option<String>,
+    /// Print each reply as one line of JSON.
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
-    pub bus: BusArgs,
+    pub client: ClientArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -69,7 +77,7 @@ impl From<Shape> for PulseShape {
 
 pub(super) fn pulse(args: Args) -> CommandResult {
     if let Some(file) = &args.from {
-        return sequence(&args.bus, &args.name, file);
+        return sequence(&args, file);
     }
     let request = PulseRequest {
         torque_nm: args.torque.unwrap_or_default(),
@@ -77,39 +85,35 @@ pub(super) fn pulse(args: Args) -> CommandResult {
         delay_s: args.delay,
         shape: args.shape.into(),
     };
-    let message = wire::pulse_message(&args.id.unwrap_or_else(fresh_id), &request);
-    send_and_print(&args.bus, &args.name, |session| Ok(client::pulse(session, &args.name, &message)?))
+    let message = wire::pulse_message(&args.id.clone().unwrap_or_else(fresh_id), &request);
+    send_and_print(&args.client, &args.name, args.json, |session| Ok(client::pulse(session, &args.name, &message)?))
 }
 
 /// Sends the pulses of a file in order; stops at the first refusal.
-fn sequence(bus: &BusArgs, name: &Name, file: &Path) -> CommandResult {
+fn sequence(args: &Args, file: &Path) -> CommandResult {
     let pulses = sequence::read(file)?;
-    let session = bus.options().open_client()?;
-    let done = client::wait_for_service(&session, name).map_err(Failure::from).and_then(|()| send_all(&session, name, &pulses));
+    let session = args.client.open(&args.name)?;
+    let done = send_all(&session, args, &pulses);
     bus::close(&session)?;
     done
 }
 
-fn send_all(session: &Session, name: &Name, pulses: &[ListedPulse]) -> CommandResult {
+fn send_all(session: &Session, args: &Args, pulses: &[ListedPulse]) -> CommandResult {
     let own = fresh_id();
     for ListedPulse { line, id, request } in pulses {
         let id = id.clone().unwrap_or_else(|| format!("{own}-{line}"));
         let message = wire::pulse_message(&id, request);
         // A retry under the same id is not applied again if only the reply was lost.
-        let again = |_| client::pulse(session, name, &message);
-        let reply = client::pulse(session, name, &message).or_else(again).or_else(again)?;
-        let mut out = output();
+        let again = |_| client::pulse(session, &args.name, &message);
+        let reply = client::pulse(session, &args.name, &message).or_else(again).or_else(again)?;
+        if args.json {
+            print_json(&ReplyLine::new(&reply, Some(*line)))?;
+        } else {
+            writeln!(output(), "line {line}: {}", format_reply(&reply))?;
+        }
         if !reply.accepted {
-            writeln!(out, "line {line}: refused: {}", reply.reason)?;
             return Ok(ExitStatus::Refused);
         }
-        let reason = if reply.reason.is_empty() { String::new() } else { format!(" ({})", reply.reason) };
-        writeln!(
-            out,
-            "line {line}: takes effect in step {}, at t = {} s{reason}",
-            reply.effective_step,
-            shown_s(reply.effective_sim_time_s)
-        )?;
     }
     Ok(ExitStatus::Success)
 }

@@ -15,7 +15,7 @@ use super::keyboard::Keyboard;
 use super::progress::bar;
 use super::service_names::on_the_bus;
 use super::signals::interrupted;
-use super::values::{not_negative, number, positive};
+use super::values::{number, positive_time, time};
 use crate::bus::{self, BusOptions, Name};
 use crate::runtime::DurationQuantiles;
 use crate::service::{self, OnStatus, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
@@ -45,17 +45,17 @@ pub(super) struct ReplayArgs {
     /// Start again at the end, until interrupted.
     #[arg(long = "loop", short)]
     pub looped: bool,
-    /// Skip this recorded time at the start, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    /// Skip this recorded time at the start.
+    #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
     pub start_offset: f64,
-    /// Play only this recorded time, s.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    /// Play only this recorded time.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub duration: Option<f64>,
     /// Start paused.
     #[arg(long)]
     pub start_paused: bool,
-    /// Wait for this time before the first message, s.
-    #[arg(long, value_name = "S", default_value = "0", value_parser = not_negative)]
+    /// Wait for this time before the first message.
+    #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
     pub delay: f64,
     /// Play only these recorded topics, by name or last chunks: angles, /tf.
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
@@ -73,8 +73,8 @@ pub(super) struct ReplayArgs {
     /// count as one.
     #[arg(long, value_name = "N", default_value = "0")]
     pub wait_for: usize,
-    /// Wait at most this long for --wait-for, s.
-    #[arg(long, value_name = "S", default_value = "60", value_parser = not_negative)]
+    /// Wait at most this long for --wait-for.
+    #[arg(long, value_name = "TIME", default_value = "1min", value_parser = time)]
     pub wait_timeout: f64,
     /// Replay even if another service on the bus has this name.
     #[arg(long)]
@@ -83,13 +83,14 @@ pub(super) struct ReplayArgs {
     pub bus: BusArgs,
 }
 
-fn rate(text: &str) -> Result<f64, String> {
+/// A rate within the limits of replays.
+pub(super) fn rate(text: &str) -> Result<f64, String> {
     number(text, *RATES.start(), *RATES.end())
 }
 
 pub(super) fn replay(args: ReplayArgs) -> CommandResult {
     let bus = BusOptions { sees_subscriptions: args.wait_for > 1, ..args.bus.options() };
-    let replay = service::ReplayOptions {
+    let mut replay = service::ReplayOptions {
         file: args.file,
         rate: args.rate,
         looped: args.looped,
@@ -104,6 +105,7 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         wait_for: args.wait_for,
         wait_timeout: Duration::from_secs_f64(args.wait_timeout),
         force: args.force,
+        endpoints: Vec::new(),
     };
     let (sender, commands) = channel();
     let bar = bar(0, "{bar:30} {msg}");
@@ -113,6 +115,7 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         // Dropping the keyboard restores the terminal, however the replay ends.
         let _keyboard = Keyboard::listen(&sender);
         let (session, endpoints) = bus.open_listening()?;
+        replay.endpoints.clone_from(&endpoints);
         let (player, own) = (session.clone(), sender.clone());
         let file = replay.file.display().to_string();
         let on_the_bus = move |name: &Name| -> OnStatus {

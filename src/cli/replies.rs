@@ -3,26 +3,62 @@
 use std::io::Write as _;
 use std::time::SystemTime;
 
-use super::bus_args::BusArgs;
+use serde::Serialize;
+
+use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
-use super::failure::{CommandResult, Failure};
-use super::output::output;
-use crate::bus::{self, Name, Session, client};
+use super::failure::CommandResult;
+use super::output::{output, print_json};
+use crate::bus::{self, Name, Session};
 use crate::shown::shown_s;
 use crate::wire::CommandReply;
 
-/// Finds the service, sends one command, prints the reply.
+/// Finds the service, sends one command, prints the reply, as JSON if asked.
 pub(super) fn send_and_print(
-    bus: &BusArgs,
+    client: &ClientArgs,
     name: &Name,
+    json: bool,
     send: impl FnOnce(&Session) -> CommandResult<CommandReply>,
 ) -> CommandResult {
-    let session = bus.options().open_client()?;
-    let reply = client::wait_for_service(&session, name).map_err(Failure::from).and_then(|()| send(&session));
+    let session = client.open(name)?;
+    let reply = send(&session);
     bus::close(&session)?;
     let reply = reply?;
-    writeln!(output(), "{}", format_reply(&reply))?;
+    if json {
+        print_json(&ReplyLine::new(&reply, None))?;
+    } else {
+        writeln!(output(), "{}", format_reply(&reply))?;
+    }
     Ok(if reply.accepted { ExitStatus::Success } else { ExitStatus::Refused })
+}
+
+/// A reply as JSON.
+#[derive(Serialize)]
+pub(super) struct ReplyLine<'a> {
+    /// Line of the file of pulses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u64>,
+    id: &'a str,
+    accepted: bool,
+    reason: &'a str,
+    /// Step in which the command takes effect; absent if it was refused, and for a replay.
+    effective_step: Option<u64>,
+    /// Time at which it takes effect: simulated time, or that of the recording.
+    effective_sim_time_s: Option<f64>,
+}
+
+impl<'a> ReplyLine<'a> {
+    pub(super) fn new(reply: &'a CommandReply, line: Option<u64>) -> Self {
+        let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply;
+        ReplyLine {
+            line,
+            id,
+            accepted: *accepted,
+            reason,
+            effective_step: Some(*effective_step).filter(|step| *accepted && *step > 0),
+            effective_sim_time_s: accepted.then_some(*effective_sim_time_s),
+        }
+    }
 }
 
 /// Formats a reply, with its command's id if it has one.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::failure::CommandResult;
 use super::progress::over_file;
-use super::values::positive;
+use super::values::positive_time;
 use crate::bus::Name;
 use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::scene::SceneSource;
@@ -18,8 +18,8 @@ pub(super) struct ResumeArgs {
     /// never stopped.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "count", "overrides", "shadow"])]
     pub resume: Option<PathBuf>,
-    /// Resume at this simulated time of the session instead, s.
-    #[arg(long, value_name = "S", requires = "resume", value_parser = positive)]
+    /// Resume at this simulated time of the session instead.
+    #[arg(long, value_name = "TIME", requires = "resume", value_parser = positive_time)]
     pub at: Option<f64>,
 }
 

@@ -2,28 +2,29 @@
 
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::str::FromStr as _;
 use std::time::{Duration, SystemTime};
 
 use clap::{Parser, ValueEnum};
 
 use super::async_runtime::runtime;
+use super::building::build;
 use super::bus_args::BusArgs;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
+use super::folders::must_have_folder;
 use super::resume::{self, ResumeArgs, RunStart};
 use super::run_conclusion::conclude;
 use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 use super::supervise::supervise;
-use super::values::{flush_period, frames, pace, positive, recording_size, split};
+use super::values::{flush_period, frames, pace, positive_time, recording_size, spin, split};
 use crate::bus::{self, BusOptions, Name, Session};
 use crate::recording::{RecordingError, Split, paths};
 use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions};
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
-use crate::simulation::{PublishRate, PublishRates, Simulation};
+use crate::simulation::{PublishRate, PublishRates};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -53,8 +54,8 @@ pub(super) struct Args {
     /// Pace: real, max, or simulated seconds per second.
     #[arg(long, default_value = "real", value_parser = pace)]
     pub pace: Pace,
-    /// Finish at this simulated time, s.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    /// Finish at this simulated time: 10, 0.5, 200ms, 10min.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub until: Option<f64>,
     /// Publishing rate: samples per simulated second, or all; or by topic (displacements, angles, loads, energies):
     /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or the rate of the resumed session.
@@ -65,7 +66,7 @@ pub(super) struct Args {
     pub overrun: Overruns,
     /// Busy-wait for this long before each deadline instead of sleeping (0 disables it). auto adapts, so that one wake-up in a
     /// thousand is later; at most 200us and a fifth of the period. Default: auto for one service, 0 for several.
-    #[arg(long, value_name = "TIME", value_parser = Spin::from_str)]
+    #[arg(long, value_name = "TIME", value_parser = spin)]
     pub spin: Option<Spin>,
     /// Do not request real-time scheduling, locked memory and processors that stay awake.
     #[arg(long)]
@@ -145,9 +146,10 @@ pub(super) fn run(mut args: Args) -> CommandResult {
             args.resume = ResumeArgs { resume: Some(file), at: None };
         }
     }
+    args.record.as_deref().map_or(Ok(()), must_have_folder)?;
     let (fixed, starts) = starts(&args)?;
     let bus = BusOptions { isolated: args.no_bus, ..args.bus.options() };
-    let status_line = StatusLine::new(starts.len());
+    let status_line = StatusLine::new(starts.len(), args.until);
     let was_interrupted = Cell::new(false);
     let reports = runtime()?.block_on(async {
         // From here on, before anything is recorded, a signal no longer ends the process by itself.
@@ -185,7 +187,7 @@ async fn serve(
     shutdown: impl Future<Output = ()>,
 ) -> CommandResult<Vec<LiveReport>> {
     let count = starts.len();
-    let member = |(index, (name, start))| member(args, name, start, (index, count), status_line);
+    let member = |(index, (name, start))| member(args, name, start, (index, count), (endpoints, status_line));
     let members = starts.enumerate().map(member).collect::<CommandResult<Vec<_>>>()?;
     if let Some(LiveSimulation { live, .. }) = members.first() {
         let bus = if args.no_bus { "not on the bus".to_owned() } else { on_the_bus(&live.name, endpoints) };
@@ -210,7 +212,7 @@ fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
     for scene in &args.scene {
         let scene = SceneSource::open(scene, &args.overrides)?;
         for _ in 0..args.count {
-            let simulation = Simulation::new(&scene.scene)?;
+            let simulation = build(&scene)?;
             all.push(RunStart { scene: scene.clone(), simulation, publish, resumption: None });
         }
     }
@@ -223,7 +225,7 @@ fn member(
     name: Name,
     start: RunStart,
     (index, count): (usize, usize),
-    status_line: &StatusLine,
+    (endpoints, status_line): (&[String], &StatusLine),
 ) -> CommandResult<LiveSimulation> {
     let RunStart { scene, simulation, publish, resumption } = start;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
@@ -254,6 +256,7 @@ fn member(
         // The name is checked already.
         force: true,
         resumed: resumption,
+        endpoints: endpoints.to_vec(),
     };
     Ok(LiveSimulation { live, simulation, shadow })
 }
@@ -263,8 +266,12 @@ fn shadow(scene: &SceneSource, model: &str) -> CommandResult<ShadowSimulation> {
     let mut overrides = vec![format!("solver.model={model}")];
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));
+    let Some(kind) = kind else {
+        let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
+        return Err(Failure::Usage(format!("--shadow {model}: must be one of {}", words.join(", "))));
+    };
     let scene = SceneSource::parse(&format!("--shadow {model}"), &scene.text, &overrides)?;
-    Ok(ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?))
+    Ok(ShadowSimulation::new(kind, build(&scene)?))
 }
 
 fn first_file(record: &Path, split: Option<Split>) -> PathBuf {

@@ -1,8 +1,13 @@
 //! Shutdown signals.
 
 use std::future::poll_fn;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Poll;
 
+use super::async_runtime::runtime;
+use super::failure::CommandResult;
+use tokio::runtime::Runtime;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// File in which Linux lists, among others, the signals that this process ignores.
@@ -18,6 +23,43 @@ pub(super) fn interrupted() -> impl Future<Output = ()> {
         true => Poll::Ready(()),
         false => Poll::Pending,
     })
+}
+
+/// An interruption of long work that keeps what is done: the first signal asks the work to end, the second ends the process.
+pub(super) struct Interruption {
+    asked: Arc<AtomicBool>,
+    keeps: Arc<AtomicBool>,
+    /// Signals are handled as long as the runtime lives.
+    _runtime: Runtime,
+}
+
+impl Interruption {
+    /// Handles signals from now on.
+    pub(super) fn watch() -> CommandResult<Self> {
+        let (asked, keeps, runtime) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default(), runtime()?);
+        let (told, keeping) = (Arc::clone(&asked), Arc::clone(&keeps));
+        runtime.spawn(async move {
+            loop {
+                interrupted().await;
+                if told.swap(true, Ordering::Relaxed) || !keeping.load(Ordering::Relaxed) {
+                    say!("interrupted");
+                    std::process::exit(130);
+                }
+                say!("interrupted: ends after what runs now; once more ends at once");
+            }
+        });
+        Ok(Interruption { asked, keeps, _runtime: runtime })
+    }
+
+    /// Sets whether there is something to keep; if not, a signal ends the process at once.
+    pub(super) fn keeps(&self, keeps: bool) {
+        self.keeps.store(keeps, Ordering::Relaxed);
+    }
+
+    /// Whether the work is to end.
+    pub(super) fn is_asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
 }
 
 /// Whether this process was started with a signal ignored. If that cannot be determined, the signal is left alone.

@@ -2,6 +2,7 @@
 
 use std::io::Write as _;
 use std::num::NonZero;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -11,6 +12,8 @@ use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
 use super::output::output;
 use super::progress::bar;
+use super::signals::Interruption;
+use super::values::count;
 use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
@@ -34,7 +37,8 @@ Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverg
     much for it. Scenes that run at one step and fail at the next finer one are listed. CSV files number the categories from 0 \
     in that order; cells.csv tells of every cell what was said and how to reach it again, finer-fails.csv holds that list.
 
-Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene.";
+Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene, \
+    130 interrupted: cells that were not run are blank, and number 7 in CSV.";
 
 /// Time limit of a cell, which only one that hangs exceeds.
 const LIMIT: Duration = Duration::from_secs(600);
@@ -61,21 +65,24 @@ pub(super) struct Args {
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,
     /// Number of cells to run at a time. Default: one per core.
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<NonZero<usize>>,
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub jobs: Option<u64>,
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     pub overrides: Vec<String>,
 }
 
 pub(super) fn stability(args: &Args) -> CommandResult {
+    // From here on, so that no signal leaves an empty folder.
+    let interruption = Interruption::watch()?;
     let extent = if args.quick { Extent::Quick } else { Extent::Whole };
     let plan = args.scene.as_ref().map(|scene| plan(scene, args, extent)).transpose()?;
+    interruption.keeps(plan.is_some());
     [&args.csv, &args.plot].into_iter().flatten().try_for_each(|folder| make_folder(folder))?;
     if args.schemes || plan.is_none() {
         schemes(args)?;
     }
-    plan.map_or(Ok(ExitStatus::Success), |(base, plan)| extremes(&base, plan, args))
+    plan.map_or(Ok(ExitStatus::Success), |(base, plan)| extremes(&base, plan, args, &interruption))
 }
 
 fn plan(scene: &str, args: &Args, extent: Extent) -> CommandResult<(BaseScene, MapPlan)> {
@@ -196,10 +203,15 @@ fn short(value: f64) -> String {
     if value < 1000.0 { format!("{value:.4}") } else { format!("{value:.2e}") }
 }
 
-fn extremes(base: &BaseScene, plan: MapPlan, args: &Args) -> CommandResult {
+fn extremes(base: &BaseScene, plan: MapPlan, args: &Args, interruption: &Interruption) -> CommandResult {
     let bar = bar(plan.len() as u64, "{wide_bar} {pos}/{len} cells{left}");
-    let threads = args.jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
-    let swept = sweep(base, plan, threads, LIMIT, |done| bar.set_position(done as u64));
+    let jobs = args.jobs.and_then(|jobs| NonZero::new(usize::try_from(jobs).ok()?));
+    let threads = jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
+    let swept = sweep(base, plan, threads, LIMIT, |done| {
+        bar.set_position(done as u64);
+        if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    interruption.keeps(false);
     bar.finish_and_clear();
     for map in &swept {
         show_map(map)?;
@@ -268,6 +280,10 @@ fn conclude(swept: &[Swept]) -> CommandResult {
     for (end, cell) in unclean {
         bad += 1;
         say!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
+    }
+    if bad == 0 && counts[Category::NotRun.number()] > 0 {
+        say!("warning: interrupted: {} of {total} cells were not run", counts[Category::NotRun.number()]);
+        return Ok(ExitStatus::Interrupted);
     }
     if bad > 0 { Err(Failure::Failed(format!("{bad} of {total} cells did not end cleanly"))) } else { Ok(ExitStatus::Success) }
 }

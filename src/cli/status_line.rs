@@ -1,11 +1,15 @@
 //! The status line in the terminal: the status of one service, or a summary of many.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use crate::service::OnStatus;
 use crate::wire::{Status, status::State};
+
+/// Columns of the narrowest terminal.
+const WIDTH: usize = 80;
 
 /// A line on the terminal that is overwritten; invisible without a terminal.
 #[derive(Clone)]
@@ -19,18 +23,23 @@ struct StatusLineState {
     heading: Option<String>,
     /// The newest status of each service, and whether its warning was printed.
     newest: Newest,
+    /// Simulated time at which the run finishes, s.
+    until_s: Option<f64>,
 }
 
 type Newest = Vec<(Option<Status>, bool)>;
 
 impl StatusLine {
     /// Creates a status line for `count` services.
-    pub(super) fn new(count: usize) -> Self {
+    pub(super) fn new(count: usize, until_s: Option<f64>) -> Self {
         let line = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{msg}") {
             line.set_style(style);
         }
-        StatusLine { line, told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, false); count] })) }
+        StatusLine {
+            line,
+            told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, false); count], until_s })),
+        }
     }
 
     /// Sets the heading to print with the first status: by then services run and record.
@@ -46,7 +55,7 @@ impl StatusLine {
 
     fn take(&self, index: usize, name: &str, status: &Status) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        let StatusLineState { heading, newest } = &mut *told;
+        let StatusLineState { heading, newest, until_s } = &mut *told;
         if let Some(heading) = heading.take() {
             self.line.suspend(|| say!("{heading}"));
         }
@@ -60,7 +69,7 @@ impl StatusLine {
         }
         *kept = Some(status.clone());
         match many {
-            false => self.line.set_message(describe(status)),
+            false => self.line.set_message(describe(status, *until_s)),
             // One summary per round of statuses.
             true if index == 0 => self.line.set_message(summary(newest)),
             true => {}
@@ -73,21 +82,26 @@ impl StatusLine {
     }
 }
 
-/// Formats a status as one line.
-pub(super) fn describe(status: &Status) -> String {
+/// Formats a status as one line of at most 80 characters; of a run with an end, with the part that is done.
+pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
     let state = State::try_from(status.state).unwrap_or_default();
     let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
-    format!(
-        "{:<8} t {time:9.3} s{}{}{}{}{}{}{}",
-        state.as_str_name(),
-        optional("rtf", status.real_time_factor.map(|factor| format!("{factor:.4}"))),
-        optional("late p50", status.lateness_p50_s.map(milliseconds)),
-        optional("p99", status.lateness_p99_s.map(milliseconds)),
-        optional("age p99", status.sample_age_p99_s.map(milliseconds)),
-        optional("spin", status.spin_s.map(milliseconds)),
-        optional("", status.kinetic_j.map(|kinetic| format!("{:.4} J", kinetic + status.strain_j.unwrap_or(0.0)))),
-        if status.dropped_samples > 0 { format!("  dropped {}", status.dropped_samples) } else { String::new() },
-    )
+    let energy_j = status.kinetic_j.map(|kinetic_j| kinetic_j + status.strain_j.unwrap_or(0.0));
+    let parts = [
+        left(status, until_s),
+        (status.dropped_samples > 0).then(|| format!("dropped {}", status.dropped_samples)),
+        status.real_time_factor.map(|factor| format!("rtf {}", significant(factor))),
+        status.lateness_p99_s.map(|late_s| format!("late p99 {}", milliseconds(late_s))),
+        status.sample_age_p99_s.map(|age_s| format!("age p99 {}", milliseconds(age_s))),
+        energy_j.map(|energy_j| format!("energy {} J", significant(energy_j))),
+    ];
+    let mut line = format!("{:<8} t {time:.3} s", state.as_str_name());
+    for part in parts.into_iter().flatten() {
+        if line.chars().count() + 2 + part.chars().count() <= WIDTH {
+            line = format!("{line}  {part}");
+        }
+    }
+    line
 }
 
 /// Summarizes many services by the slowest and the latest.
@@ -106,10 +120,56 @@ fn summary(newest: &[(Option<Status>, bool)]) -> String {
     )
 }
 
+/// The part of the run that is done, and the time left at the present speed.
+fn left(status: &Status, until_s: Option<f64>) -> Option<String> {
+    let time_s = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
+    let until_s = until_s.filter(|until_s| *until_s > 0.0)?;
+    let percent = (100.0 * time_s / until_s).min(100.0);
+    let left_s = status.real_time_factor.map(|factor| (until_s - time_s).max(0.0) / factor).filter(|left_s| *left_s < 1e9);
+    let left = left_s.map_or(String::new(), |left_s| format!(", {} left", HumanDuration(Duration::from_secs_f64(left_s))));
+    Some(format!("{percent:.0} %{left}"))
+}
+
+/// Four significant digits: `0.9998`, `123.4`, `6.543e6`.
+fn significant(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        magnitude if !(1e-3..1e5).contains(&magnitude) => format!("{value:.3e}"),
+        magnitude => format!("{value:.*}", (3 - magnitude.log10().floor() as i32).max(0) as usize),
+    }
+}
+
 fn optional(name: &str, value: Option<String>) -> String {
     value.map_or(String::new(), |value| format!("  {name} {value}"))
 }
 
 fn milliseconds(value: f64) -> String {
     format!("{:.2} ms", value * 1e3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::Stamp;
+
+    #[test]
+    fn regress_the_status_line_fits_80_columns_and_shows_what_is_left() {
+        let status = Status {
+            stamp: Some(Stamp { sim_time_s: 12345.678, ..Stamp::default() }),
+            state: State::Running.into(),
+            real_time_factor: Some(123.456),
+            lateness_p50_s: Some(1e-5),
+            lateness_p99_s: Some(12.345e-3),
+            spin_s: Some(2e-4),
+            kinetic_j: Some(-12.8514),
+            strain_j: Some(0.01),
+            ..Status::default()
+        };
+        let line = describe(&status, Some(20000.0));
+        assert!(line.starts_with("RUNNING  t 12345.678 s  62 %, ") && line.contains("left  rtf 123.5"), "{line}");
+        assert!(line.chars().count() <= 80, "{line}");
+        let endless = describe(&status, None);
+        assert_eq!(endless, "RUNNING  t 12345.678 s  rtf 123.5  late p99 12.35 ms  energy -12.84 J");
+        assert_eq!([0.99984, 1e-9, 6.5432e6, 99.999].map(significant), ["0.9998", "1.000e-9", "6.543e6", "100.00"]);
+    }
 }

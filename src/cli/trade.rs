@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::Write as _;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -10,9 +11,11 @@ use indicatif::ProgressBar;
 use super::aligned_table::print;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::output::output;
+use super::folders::must_be_writable;
+use super::output::{output, print_json};
 use super::progress::bar;
-use super::values::{number, positive};
+use super::signals::Interruption;
+use super::values::{positive, positive_time, step};
 use crate::plot::{Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
@@ -33,7 +36,7 @@ Errors are relative: crank angle in rad, slider over its stroke, deflection of e
     Energy errors grow over time: if energy is among the outputs, --tolerance also checks the choice over ten minutes \
     of the scene, and --budget does not bound that check.
 
-Columns: s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
+Columns (all of them with --wide, --csv and --json): s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
     against the next longer step, mesh the one against the next coarser mesh. `*` marks the front: no other \
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
@@ -50,8 +53,8 @@ pub(super) struct Args {
     /// Only these integrators.
     #[arg(long, value_name = "INTEGRATOR,…", value_delimiter = ',', value_parser = integrator)]
     integrators: Vec<IntegratorKind>,
-    /// Only these steps, s. Default: from the sampling interval down, while shorter steps gain accuracy.
-    #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = step)]
+    /// Only these steps. Default: from the sampling interval down, while shorter steps gain accuracy.
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = step)]
     steps: Vec<f64>,
     /// Elements per link for finite-element; even, so that there is a middle node.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = elements)]
@@ -59,14 +62,14 @@ pub(super) struct Args {
     /// Modes for modal, of the slowest link; the other links get those up to the same frequency.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
-    /// Simulated duration, s. Default: 2 s, or a second after the last pulse, or two turns of a prescribed motion.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    /// Simulated duration. Default: 2 s, or a second after the last pulse, or two turns of a prescribed motion.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
     until: Option<f64>,
     /// Outputs whose errors count; energy counts over ten minutes with --tolerance.
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
     outputs: Vec<OutputGroupWord>,
-    /// Time budget, s; the reference takes up to a third of it.
-    #[arg(long, value_name = "SECONDS", default_value = "240", value_parser = positive)]
+    /// Time budget; the reference takes up to a third of it.
+    #[arg(long, value_name = "TIME", default_value = "4min", value_parser = positive_time)]
     budget: f64,
     /// Choose the cheapest settings with errors within this tolerance, or explain why there are none.
     #[arg(long, value_name = "ERROR", value_parser = positive)]
@@ -80,6 +83,12 @@ pub(super) struct Args {
     /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Print all columns: 170 characters a line.
+    #[arg(long, conflicts_with = "json")]
+    wide: bool,
+    /// Print each row of the complete table as one line of JSON, instead of the table.
+    #[arg(long)]
+    json: bool,
     /// Draw the work–precision diagram to this file, .svg or .png.
     #[arg(long, value_name = "FILE", value_parser = picture)]
     plot: Option<PathBuf>,
@@ -114,16 +123,35 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
         return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
-    let bar = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
-    let study = study(&source.scene, &question(args), &mut |progress| show(&bar, &progress))?;
-    let demands = args.tolerance.map(|tolerance| Demands { tolerance, real_time_factor: args.real_time_factor });
-    let choice = demands.map(|demands| {
-        choose(&source.scene, &study, &demands, args.budget, &mut |running| bar.set_message(format!("verifying: {running}")))
-    });
-    bar.finish_and_clear();
-    print_study(&args.scene, &study)?;
+    [&args.write, &args.csv, &args.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
+    let interruption = Interruption::watch()?;
+    let families = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
+    let study = study(&source.scene, &question(args), &mut |progress| {
+        // Without a reference, there is nothing to keep.
+        interruption.keeps(!progress.reference);
+        show(&families, &progress);
+        if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    interruption.keeps(false);
+    families.finish_and_clear();
+    show_study(args, &study)?;
     write(args, &study)?;
-    choice.map_or(Ok(ExitStatus::Success), |choice| decide(args, &source, &choice))
+    if study.interrupted {
+        say!("warning: interrupted: the table is a part, {} configurations", study.rows.len());
+        return Ok(ExitStatus::Interrupted);
+    }
+    let Some(tolerance) = args.tolerance else { return Ok(ExitStatus::Success) };
+    let demands = Demands { tolerance, real_time_factor: args.real_time_factor };
+    let verifying = bar(0, "verifying, {elapsed}  {wide_msg}");
+    let mut show = |running: &Configuration| verifying.set_message(running.to_string());
+    let choice = choose(&source.scene, &study, &demands, args.budget, &mut show);
+    verifying.finish_and_clear();
+    decide(args, &source, &choice)
+}
+
+/// Prints the study, as a table or as JSON.
+fn show_study(args: &Args, study: &Study) -> CommandResult<()> {
+    if args.json { Ok(table(study).rows_as_json().iter().try_for_each(print_json)?) } else { print_study(args, study) }
 }
 
 fn write(args: &Args, study: &Study) -> CommandResult<()> {
@@ -230,9 +258,16 @@ const HEAD: [&str; 20] = [
     "note",
 ];
 
-fn print_study(name: &str, study: &Study) -> CommandResult<()> {
+/// The columns of [`HEAD`] that are always printed: configuration, cost and errors of the motion.
+const NARROW: [usize; 9] = [0, 1, 2, 3, 4, 5, 10, 11, 12];
+
+fn print_study(args: &Args, study: &Study) -> CommandResult<()> {
+    let name = &args.scene;
     let mut rows = vec![HEAD.map(str::to_owned).to_vec()];
     rows.extend(study.measured().map(|(row, measured)| line(study, row, measured)));
+    if !args.wide {
+        rows.iter_mut().for_each(|row| *row = narrow(row));
+    }
     let mut out = output();
     let grid = &study.grid;
     writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
@@ -256,6 +291,11 @@ fn print_study(name: &str, study: &Study) -> CommandResult<()> {
         say!("warning: the time budget ran out: another run may compute more or fewer configurations");
     }
     Ok(())
+}
+
+/// The columns that fit 80 characters, without the units that the first line explains.
+fn narrow(row: &[String]) -> Vec<String> {
+    NARROW.iter().filter_map(|column| row.get(*column)).map(|cell| cell.replace("finite-element", "finite-el.")).collect()
 }
 
 /// One row of the table: a configuration with its measurements.
@@ -324,10 +364,6 @@ fn find<T: Copy>(word: &str, words: &[(&str, T)]) -> Result<T, String> {
 fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     Format::of(&path).map(|_| path).ok_or_else(|| "a picture ends in .svg or .png".to_owned())
-}
-
-fn step(text: &str) -> Result<f64, String> {
-    number(text, 1e-9, 10.0)
 }
 
 fn elements(text: &str) -> Result<usize, String> {

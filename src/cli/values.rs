@@ -3,7 +3,10 @@
 use std::time::Duration;
 
 use crate::recording::Split;
-use crate::runtime::Pace;
+use crate::runtime::{BadSpin, Pace, Spin};
+
+/// A year, s.
+const YEAR_S: f64 = 366.0 * 24.0 * 3600.0;
 
 pub(super) fn pace(text: &str) -> Result<Pace, String> {
     match text {
@@ -23,15 +26,12 @@ pub(super) fn frames(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn flush_period(text: &str) -> Result<Duration, String> {
-    let period = humantime::parse_duration(text).map_err(|error| format!("{error}; a time such as 200ms"))?;
-    let allowed = Duration::from_millis(1)..=Duration::from_secs(3600);
-    if allowed.contains(&period) { Ok(period) } else { Err("a time from 1ms to 1h".to_owned()) }
+    time_within(text, 1e-3, 3600.0, "1ms to 1h").map(Duration::from_secs_f64)
 }
 
 pub(super) fn split(text: &str) -> Result<Split, String> {
-    if let Ok(time) = humantime::parse_duration(text) {
-        let allowed = Duration::from_secs(1)..=Duration::from_secs(366 * 24 * 3600);
-        return if allowed.contains(&time) { Ok(Split::Time(time)) } else { Err("a time from 1s to 1year".to_owned()) };
+    if seconds(text).is_some() {
+        return time_within(text, 1.0, YEAR_S, "1s to 366d").map(|time_s| Split::Time(Duration::from_secs_f64(time_s)));
     }
     match text.parse::<bytesize::ByteSize>() {
         Ok(size) if size >= bytesize::ByteSize::mb(1) => Ok(Split::Bytes(size.as_u64())),
@@ -40,15 +40,106 @@ pub(super) fn split(text: &str) -> Result<Split, String> {
     }
 }
 
+pub(super) fn spin(text: &str) -> Result<Spin, String> {
+    let text = if finite(text).is_some() { format!("{text}s") } else { text.to_owned() };
+    text.parse().map_err(|bad: BadSpin| bad.to_string())
+}
+
+/// A time above zero, s.
+pub(super) fn positive_time(text: &str) -> Result<f64, String> {
+    time_within(text, 1e-9, 1e9, "1ns to 1e9 s")
+}
+
+/// A time from zero, s.
+pub(super) fn time(text: &str) -> Result<f64, String> {
+    time_within(text, 0.0, 1e9, "0 to 1e9 s")
+}
+
+/// The step of an integrator, s.
+pub(super) fn step(text: &str) -> Result<f64, String> {
+    time_within(text, 1e-9, 10.0, "1ns to 10s")
+}
+
+fn time_within(text: &str, low_s: f64, high_s: f64, range: &str) -> Result<f64, String> {
+    let time_s = seconds(text).filter(|time_s| (low_s..=high_s).contains(time_s));
+    time_s.ok_or_else(|| format!("a time from {range}, in seconds or with a unit: 10, 0.5, 200ms, 10min"))
+}
+
+/// The seconds of a time: a number of seconds, or one with a unit.
+pub(super) fn seconds(text: &str) -> Option<f64> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.or_else(|| humantime::parse_duration(text).ok().map(|time| time.as_secs_f64()))
+}
+
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, 1e-9, 1e9)
 }
 
-pub(super) fn not_negative(text: &str) -> Result<f64, String> {
-    number(text, 0.0, 1e9)
+/// A torque, N·m. Its limits are the scene's.
+pub(super) fn torque(text: &str) -> Result<f64, String> {
+    finite(text).ok_or_else(|| "a number in N·m without its unit, such as -2.5".to_owned())
+}
+
+pub(super) fn finite(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// A number of steps, messages or threads.
+pub(super) fn count(text: &str) -> Result<u64, String> {
+    text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "a whole number from 1".to_owned())
 }
 
 pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
-    number.ok_or_else(|| format!("a number from {low:?} to {high:?}"))
+    number.ok_or_else(|| format!("a number from {} to {}", short(low), short(high)))
+}
+
+/// A limit as people write it: `1e9`, `0.001`.
+fn short(limit: f64) -> String {
+    let magnitude = limit.abs();
+    if magnitude == 0.0 || (1e-3..1e5).contains(&magnitude) { limit.to_string() } else { format!("{limit:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_times_have_a_unit_or_are_in_seconds() {
+        for (text, time_s) in [
+            ("10", 10.0),
+            ("0.5", 0.5),
+            ("1e-3", 1e-3),
+            ("200ms", 0.2),
+            ("50us", 50e-6),
+            ("4.2s", 4.2),
+            ("10min", 600.0),
+            ("1h 30min", 5400.0),
+        ] {
+            assert_eq!(positive_time(text), Ok(time_s), "{text}");
+        }
+        for text in ["nan", "inf", "-1", "0", "", "ms", "10 parsecs", "1e300", "5Nm"] {
+            let problem = positive_time(text).err().unwrap_or_default();
+            assert_eq!(problem, "a time from 1ns to 1e9 s, in seconds or with a unit: 10, 0.5, 200ms, 10min", "{text}");
+        }
+        assert_eq!(time("0"), Ok(0.0));
+        assert_eq!(split("600"), split("10min"));
+        assert_eq!(flush_period("0.2"), Ok(Duration::from_millis(200)));
+    }
+
+    #[test]
+    fn val_a_spin_is_auto_or_a_time() {
+        assert_eq!(spin("auto"), Ok(Spin::Auto));
+        assert_eq!(spin("0"), Ok(Spin::NONE));
+        assert_eq!(spin("50us"), Ok(Spin::Fixed(Duration::from_micros(50))));
+        assert_eq!(spin("0.001"), Ok(Spin::Fixed(Duration::from_millis(1))));
+        for text in ["11ms", "-1us", "50", "5kg", ""] {
+            assert!(spin(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn val_limits_read_as_people_write_them() {
+        assert_eq!([0.0, 1e-9, 0.001, 1000.0, 1e9, -1e12].map(short), ["0", "1e-9", "0.001", "1000", "1e9", "-1e12"]);
+    }
 }

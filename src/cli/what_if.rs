@@ -6,8 +6,10 @@ use std::time::SystemTime;
 
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::folders::must_have_folder;
 use super::output::output;
 use super::progress::over_file;
+use super::values::{finite, positive_time, time};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
 
@@ -22,7 +24,7 @@ Examples:
 pub(super) struct Args {
     /// The recording.
     pub file: PathBuf,
-    /// Add a pulse; START in simulated s since the session began, TORQUE in N·m, DURATION in s.
+    /// Add a pulse; START in simulated time since the session began, TORQUE in N·m, DURATION: 3:5:100ms.
     #[arg(long, value_name = "START:TORQUE:DURATION", value_parser = added_pulse)]
     pub add_pulse: Vec<AddedPulse>,
     /// Override a key of the scene.
@@ -34,16 +36,17 @@ pub(super) struct Args {
 }
 
 fn added_pulse(text: &str) -> Result<AddedPulse, String> {
-    let wrong = || "three numbers START:TORQUE:DURATION, such as 3.0:5:0.1; START from 0".to_owned();
-    let numbers: Vec<f64> = text.split(':').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong())?;
-    match numbers[..] {
-        [start_s, torque_nm, duration_s] if start_s >= 0.0 => Ok(AddedPulse { start_s, torque_nm, duration_s }),
-        _ => Err(wrong()),
-    }
+    let added = || {
+        let [start, torque, duration] = text.split(':').collect::<Vec<_>>().try_into().ok()?;
+        let start_s = time(start).ok()?;
+        Some(AddedPulse { start_s, torque_nm: finite(torque)?, duration_s: positive_time(duration).ok()? })
+    };
+    added().ok_or_else(|| "three numbers START:TORQUE:DURATION, such as 3.0:5:0.1; START from 0".to_owned())
 }
 
 pub(super) fn what_if(args: Args) -> CommandResult {
     let Args { file, add_pulse, overrides, record } = args;
+    record.as_deref().map_or(Ok(()), must_have_folder)?;
     let source = RecordedSession::open(&file)?;
     let command_line = std::env::args().collect::<Vec<_>>().join(" ");
     let change = Change { pulses: add_pulse, overrides, command_line };

@@ -3,7 +3,7 @@
 use super::error::PlotError;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
 use super::quantity;
-use crate::nearest::nearest;
+use crate::nearest::{columns_by_topic, nearest};
 use crate::study::Table;
 
 /// Column of the simulated time.
@@ -126,10 +126,11 @@ pub(super) fn runs(values: &[f64]) -> Vec<(f64, std::ops::Range<usize>)> {
 }
 
 fn unknown(place: &str, tables: &[Named], name: &str) -> PlotError {
-    let known = || tables.iter().flat_map(|named| named.table.columns().map(|(column, _)| column));
-    let hint = match nearest(name, known()) {
+    let columns: Vec<(&str, Vec<&str>)> =
+        tables.iter().map(|named| (named.name.as_str(), named.table.columns().map(|(column, _)| column).collect())).collect();
+    let hint = match nearest(name, columns.iter().flat_map(|(_, names)| names.iter().copied())) {
         Some(near) => format!("; did you mean `{near}`?"),
-        None => format!(" (there are {})", known().collect::<Vec<_>>().join(", ")),
+        None => format!("; there are{}", columns_by_topic(columns)),
     };
     PlotError::Request(format!("{place}: no column `{name}`{hint}"))
 }

@@ -81,8 +81,10 @@ pub enum RecordingError {
         duration_s: f64,
     },
     /// No message has the requested column.
-    #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or(String::new(), |name| format!("; did you mean `{name}`?")))]
+    #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or_else(|| format!("; there are{columns}"), |name| format!("; did you mean `{name}`?")))]
     Column {
+        /// The columns by topic.
+        columns: String,
         /// The recording.
         path: PathBuf,
         /// The requested column.

@@ -97,16 +97,33 @@ fn child<'a>(item: &'a Item, part: &str) -> Option<&'a Item> {
     }
 }
 
+/// Most parts of a dotted key: more than any key has.
+const MOST_PARTS: usize = 16;
+
 /// Sets `path` (dotted, numbers index arrays of tables) in `item`, making tables on the way.
 fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
+    if path.split('.').count() > MOST_PARTS {
+        return Err(format!("no key has more than {MOST_PARTS} parts"));
+    }
     let mut parts = path.split('.').peekable();
+    let mut parent = "";
     while let Some(part) = parts.next() {
         if part.is_empty() {
             return Err("expected KEY=VALUE with a KEY such as rod.length_m".to_owned());
         }
         let indexed = part.parse::<usize>();
         let next = match indexed {
-            Ok(index) => item.get_mut(index).ok_or_else(|| format!("there is no entry {index}; the first is 0"))?,
+            Ok(index) => {
+                let entries = entries(item);
+                if parts.peek().is_none() && item.is_array_of_tables() {
+                    return Err(format!("{path} is a table: set one of its keys, such as {path}.KEY={value}"));
+                }
+                let missing = || match entries {
+                    0 => format!("`{parent}` has no entries; give all of them, as in --set '{parent}=[{{ … }}]'"),
+                    entries => format!("`{parent}` has entries 0 to {}, and none numbered {index}", entries - 1),
+                };
+                item.get_mut(index).ok_or_else(missing)?
+            }
             Err(_) => {
                 let table = item.as_table_like_mut().ok_or_else(|| format!("`{part}` is not in a table"))?;
                 if parts.peek().is_some() && !table.contains_key(part) {
@@ -119,9 +136,14 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
             *next = Item::Value(value);
             return Ok(());
         }
-        item = next;
+        (item, parent) = (next, part);
     }
     Err("expected KEY=VALUE".to_owned())
+}
+
+/// Number of entries of a list or of an array of tables; 0 for anything else.
+fn entries(item: &Item) -> usize {
+    item.as_array_of_tables().map(|tables| tables.len()).or(item.as_array().map(|list| list.len())).unwrap_or(0)
 }
 
 fn key_span(item: &Item, path: &[&str]) -> Option<Range<usize>> {

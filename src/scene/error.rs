@@ -17,12 +17,28 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.place)?;
+        write!(f, "{}: ", Shown(&self.place, 300))?;
         match (&*self.key, &self.value) {
             ("", _) => {}
-            (key, Some(value)) => write!(f, "{key} = {value}: ")?,
-            (key, None) => write!(f, "{key}: ")?,
+            (key, Some(value)) => write!(f, "{} = {}: ", Shown(key, 100), Shown(value, 100))?,
+            (key, None) => write!(f, "{}: ", Shown(key, 100))?,
         }
-        f.write_str(&self.problem)
+        Shown(&self.problem, 1000).fmt(f)
+    }
+}
+
+/// Text from outside in a message: with control characters escaped, and cut after so many characters.
+struct Shown<'a>(&'a str, usize);
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Shown(text, most) = self;
+        for c in text.chars().take(*most) {
+            if c.is_control() { write!(f, "{}", c.escape_default())? } else { write!(f, "{c}")? }
+        }
+        match text.chars().nth(*most) {
+            Some(_) => write!(f, "… ({} characters)", text.chars().count()),
+            None => Ok(()),
+        }
     }
 }

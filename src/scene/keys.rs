@@ -119,8 +119,14 @@ pub(super) const GRAVITY_X: Number = number("x_m_per_s2", "m/s²", [-1e9, 1e9], 
 pub(super) const GRAVITY_Y: Number =
     number("y_m_per_s2", "m/s²", [-1e9, 1e9], Value(0.0), "acceleration of gravity along y; −9.81 on Earth");
 pub(super) const START_ANGLE: Number =
-    number("angle_rad", "rad", [-1e6, 1e6], Value(0.0), "crank angle from x, counter-clockwise");
-pub(super) const START_RATE: Number = number("rate_rad_per_s", "rad/s", [-1e6, 1e6], Value(0.0), "crank rate");
+    number("angle_rad", "rad", [-1e6, 1e6], Value(0.0), "crank angle from x, counter-clockwise; not with `drive.table`");
+pub(super) const START_RATE: Number = number(
+    "rate_rad_per_s",
+    "rad/s",
+    [-1e6, 1e6],
+    Value(0.0),
+    "crank rate; with `drive.ramp` the rate that it begins with; no other `[drive]` allows another rate",
+);
 pub(super) const STATIC_EQUILIBRIUM: Boolean = Boolean {
     name: "static_equilibrium",
     default: false,
@@ -140,7 +146,8 @@ const DRIVE_TABLE: Form = Form {
     form: "list of `[time_s, angle_rad]`",
     unit: "s, rad",
     range: "two rows or more; times ascending",
-    meaning: "angle over time by a natural cubic spline; the last rate continues",
+    meaning: "angle over time by a natural cubic spline, instead of `[start]`; before the first and after the last row, the rate \
+              there continues",
 };
 pub(super) const RAMP_TO: Number = number("to_rad_per_s", "rad/s", [-1e6, 1e6], Required, "final speed");
 pub(super) const RAMP_OVER: Number = number("over_s", "s", [1e-9, 1e9], Required, "duration of the change");

@@ -36,6 +36,8 @@ use document::SceneText;
 
 /// Size limit of a scene, bytes: parsing takes two hundred times the memory.
 const SIZE_LIMIT: usize = 1024 * 1024;
+/// First bytes of a recording.
+const RECORDING: &[u8] = b"\x89MCAP";
 
 /// A validated scene and the text it came from.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,16 +59,32 @@ impl SceneSource {
         if let Ok(scene) = builtin::find(name) {
             return Self::parse(name, scene.text, overrides);
         }
-        let text = text_file::read(Path::new(name), SIZE_LIMIT).map_err(|error| match error.kind() {
+        let refused = |place: String, problem: String| SceneError { place, key: String::new(), value: None, problem };
+        let bytes = text_file::beginning(Path::new(name), SIZE_LIMIT).map_err(|error| match error.kind() {
             ErrorKind::NotFound => builtin::unknown(name, ", nor a file"),
-            _ => SceneError {
-                place: name.to_owned(),
-                key: String::new(),
-                value: None,
-                problem: format!("cannot be read: {error}"),
-            },
+            _ => refused(name.to_owned(), format!("cannot be read: {error}")),
+        })?;
+        if bytes.starts_with(RECORDING) {
+            let problem = "is a recording, not a scene: play it with `flexcrank replay`, or go on with `flexcrank run --resume`";
+            return Err(refused(name.to_owned(), problem.to_owned()));
+        }
+        if bytes.len() > SIZE_LIMIT {
+            return Err(refused(name.to_owned(), text_file::too_large(SIZE_LIMIT).to_string()));
+        }
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let (whole, _) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
+            let line = 1 + whole.iter().filter(|byte| **byte == b'\n').count();
+            refused(format!("{name}:{line}"), "not text in UTF-8; a scene is a TOML file".to_owned())
         })?;
         Self::parse(name, &text, overrides)
+    }
+
+    /// A refusal of the value of `key`, with the line that it stands in.
+    pub fn refusal(&self, key: &str, problem: String) -> SceneError {
+        match SceneText::new(&self.origin, &self.text, &[]) {
+            Ok(text) => SceneError { place: text.place(key), key: key.to_owned(), value: text.value(key), problem },
+            Err(error) => error,
+        }
     }
 
     /// Validates `text`; `origin` names it in errors.

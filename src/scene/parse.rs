@@ -19,8 +19,29 @@ fn describe(message: &str) -> String {
             let hint = did_you_mean(given, expected.iter().copied());
             format!("unknown {}{hint} (known here: {})", kind(message), expected.join(", "))
         }
-        _ => message.trim().replace('\n', " "),
+        _ => in_words(&message.trim().replace('\n', " ")),
     }
+}
+
+/// Wrong types and missing keys in the words of scene files; other messages stay as they are.
+fn in_words(message: &str) -> String {
+    if let Some(key) = message.strip_prefix("missing field ") {
+        return format!("missing key {key}");
+    }
+    let Some((_, expected)) = message.strip_prefix("invalid type: ").and_then(|rest| rest.rsplit_once(", expected ")) else {
+        return message.to_owned();
+    };
+    let needed = match expected {
+        "f64" => "a number without its unit, which the key names",
+        "i64" => "a whole number",
+        "a boolean" => "true or false",
+        "a string" => "a word in quotes",
+        "a sequence" => "a list",
+        other if other.contains("array") || other.contains("tuple") => "a list of lists of numbers",
+        other if other.contains("struct") || other.contains("enum") || other.contains("map") => "a table",
+        other => other,
+    };
+    format!("must be {needed}")
 }
 
 fn kind(message: &str) -> &'static str {

@@ -91,13 +91,23 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
         return Err(check.refuse("drive", "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]"));
     }
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
-        (Some(speed), None, None) => Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed)?),
+        (Some(speed), None, None) => {
+            if raw.start.rate_rad_per_s.is_some_and(|rate| rate != *speed) {
+                let problem = format!("contradicts drive.speed_rad_per_s = {speed:?}, which prescribes the rate: leave it out");
+                return Err(check.refuse("start.rate_rad_per_s", problem));
+            }
+            Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed)?)
+        }
         (None, Some(ramp), None) => Motion::Ramp {
             to_rad_per_s: check.number(&keys::RAMP_TO, "drive.ramp", ramp.to_rad_per_s)?,
             over_s: check.number(&keys::RAMP_OVER, "drive.ramp", ramp.over_s)?,
         },
         (None, None, Some(table)) => {
             ascending(check, "drive.table", table)?;
+            let given = [("start.angle_rad", raw.start.angle_rad), ("start.rate_rad_per_s", raw.start.rate_rad_per_s)];
+            if let Some((key, _)) = given.iter().find(|(_, value)| value.is_some()) {
+                return Err(check.refuse(key, "drive.table prescribes angle and rate from the start on: leave it out"));
+            }
             Motion::Table(table.clone())
         }
         _ => return Err(check.refuse("drive", "give exactly one of speed_rad_per_s, ramp, table")),

@@ -13,7 +13,7 @@ use super::ServiceError;
 use super::drop_ledger::DropLedger;
 use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingTarget, serve};
 use super::scene_update_timer::SceneUpdateTimer;
-use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
+use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
     Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
@@ -60,6 +60,8 @@ pub struct LiveOptions {
     pub force: bool,
     /// The session to resume, if any.
     pub resumed: Option<Resumption>,
+    /// Endpoints that the session listens on, for [`About`].
+    pub endpoints: Vec<String>,
 }
 
 /// A recorded session to resume.
@@ -270,7 +272,8 @@ fn output_worker(
     };
     let recorder = live.record.map(|path| target.start(&path)).transpose()?;
     let commands = bus::service_commands(session, &live.name, inbox)?;
-    let endpoint = ServiceEndpoint::declare(session, &live.name, &live.scene.text, commands)?;
+    let about = About::new(&live.scene.origin, &live.endpoints);
+    let endpoint = ServiceEndpoint::declare(session, &live.name, (&live.scene.text, &about), commands)?;
     Ok(OutputWorker {
         name: live.name,
         endpoint,

@@ -14,7 +14,7 @@ use crate::mechanics::{
 use crate::scene::{Chain, Drive, End, IntegratorKind, Link, ModelKind, Scene, Solver, System};
 
 pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
-    let refuse = |why: &'static str| BuildError { model: scene.solver.model.as_str(), why: why.into() };
+    let refuse = |why: &'static str| BuildError { key: "solver.model", model: scene.solver.model.as_str(), why: why.into() };
     let chain = match &scene.system {
         System::Chain(chain) => chain,
         System::Oscillator(oscillator) => return integrated(Oscillator::new(oscillator), scene, law),
@@ -43,14 +43,14 @@ fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>
 }
 
 fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
-    let refuse = |why| BuildError { model: scene.solver.model.as_str(), why };
-    let no_equilibrium = |NoEquilibrium| refuse("no static equilibrium was found (start.static_equilibrium)".into());
+    let refuse = |key, why| BuildError { key, model: scene.solver.model.as_str(), why };
+    let no_equilibrium = |NoEquilibrium| refuse("start.static_equilibrium", "no static equilibrium was found".into());
     if scene.solver.integrator == IntegratorKind::RungeKutta {
         let (input, n) = (law.input(0.0), mechanism.degrees_of_freedom());
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         mechanism.start(&input, &mut q, &mut v).map_err(no_equilibrium)?;
         if let Some(limit) = step_limit(&mut mechanism, &input, &q).filter(|limit| scene.solver.step_s > limit.longest_s) {
-            return Err(refuse(beyond(&limit, &scene.solver).into()));
+            return Err(refuse("solver.step_s", beyond(&limit, &scene.solver).into()));
         }
     }
     let integrator = integrator(&scene.solver, mechanism.degrees_of_freedom());

@@ -15,6 +15,14 @@ pub(super) trait Engine: Send {
     fn local_error(&self, h_s: f64) -> Option<[Term; 2]>;
     /// Energies at `t_s`, where the last step ended.
     fn energy(&mut self, law: &DriveLaw, t_s: f64) -> Energy;
+    /// Number of unknowns; `None` if the model has no such number.
+    fn unknowns(&self) -> Option<usize> {
+        None
+    }
+    /// Eigenvalues of small undamped motion about the start, 1/s; `None` if the model has no tangent, or they are not found.
+    fn eigenvalues(&mut self, _law: &DriveLaw) -> Option<Vec<[f64; 2]>> {
+        None
+    }
     /// Whether the balance of these energies tells how well a step was taken. The thesis's method drops strain in every step.
     fn keeps_energy(&self) -> bool;
     /// Fills `out` for `t_s`, where the last step ended.

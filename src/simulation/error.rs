@@ -9,6 +9,8 @@ use crate::shown::shown_s;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the {model} model cannot compute this scene: {why}")]
 pub struct BuildError {
+    /// The key of the scene that the refusal is about.
+    pub key: &'static str,
     /// The model asked for.
     pub model: &'static str,
     /// The reason.

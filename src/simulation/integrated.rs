@@ -3,6 +3,7 @@
 use super::drive::DriveLaw;
 use super::engine::Engine;
 use super::error_estimate::Term;
+use super::step_limit::eigenvalues;
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
@@ -81,6 +82,14 @@ impl<M: Mechanism> Engine for Integrated<M> {
             };
             Term { measure: self.mechanism.measure(&self.state.q, vector), factor, power }
         }))
+    }
+
+    fn unknowns(&self) -> Option<usize> {
+        Some(self.mechanism.degrees_of_freedom())
+    }
+
+    fn eigenvalues(&mut self, law: &DriveLaw) -> Option<Vec<[f64; 2]>> {
+        eigenvalues(&mut self.mechanism, &law.input(0.0), &self.start.q, false)
     }
 
     fn energy(&mut self, law: &DriveLaw, t_s: f64) -> Energy {

@@ -26,6 +26,7 @@ mod load;
 mod pulses;
 mod rate;
 mod sample;
+mod small_motion;
 mod step_limit;
 mod telemetry;
 
@@ -37,6 +38,7 @@ pub use load::{DeliveredImpulse, PulseRequest};
 pub use pulses::Pulses;
 pub use rate::{BadRate, PublishRate};
 pub use sample::{Account, Sample, Stamp};
+pub use small_motion::SmallMotion;
 pub use telemetry::{PerTelemetry, PublishRates};
 
 use std::time::SystemTime;
@@ -126,6 +128,7 @@ impl Simulation {
         };
         simulation.engine.save(&mut simulation.saved);
         simulation.begin().map_err(|_| BuildError {
+            key: "start",
             model: scene.solver.model.as_str(),
             why: "its start has no finite accelerations".into(),
         })?;
@@ -142,6 +145,17 @@ impl Simulation {
         self.ledger = Ledger::new(self.observed.last.energy);
         self.error = self.engine.local_error(self.step_s).map(|_| ErrorEstimate::default());
         Ok(())
+    }
+
+    /// Number of unknowns, the degrees of freedom; `None` if the model has no such number.
+    pub fn unknowns(&self) -> Option<usize> {
+        self.engine.unknowns()
+    }
+
+    /// Vibrations about the start; `None` if the model has too many unknowns or no tangent.
+    pub fn small_motion(&mut self) -> Option<SmallMotion> {
+        let unknowns = self.unknowns()?;
+        (unknowns <= small_motion::MOST_UNKNOWNS).then(|| self.engine.eigenvalues(&self.law)).flatten().map(SmallMotion::new)
     }
 
     /// Back to t = 0 with the scene's own pulses; raises the epoch.

@@ -33,10 +33,7 @@ pub(super) struct StepLimit {
 /// the step h with every `hμ` inside the scheme's region. `None` where nothing limits it, or the eigenvalues are not found.
 /// Frequencies that change over a turn are those of the start.
 pub(super) fn step_limit<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64]) -> Option<StepLimit> {
-    let motion = linearised(mechanism, input, q)?;
-    let rows = motion.nrows();
-    let eigenvalues = Schur::try_new(motion, f64::EPSILON, ITERATIONS * rows)?.complex_eigenvalues();
-    let limit = |(re, im): (f64, f64)| {
+    let limit = |[re, im]: [f64; 2]| {
         let fastest_per_s = re.hypot(im);
         if re > GROWING * fastest_per_s || fastest_per_s == 0.0 {
             return None;
@@ -44,11 +41,21 @@ pub(super) fn step_limit<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f6
         let longest_s = RungeKutta::stable_to(im.abs().atan2(re.min(0.0))) / fastest_per_s;
         longest_s.is_finite().then_some(StepLimit { longest_s, fastest_per_s })
     };
-    eigenvalues.iter().filter_map(|x| limit((x.re, x.im))).min_by(|one, other| one.longest_s.total_cmp(&other.longest_s))
+    let limits = eigenvalues(mechanism, input, q, true)?.into_iter().filter_map(limit);
+    limits.min_by(|one, other| one.longest_s.total_cmp(&other.longest_s))
+}
+
+/// The eigenvalues μ of small motion about `q`, `damped` or with D = 0, as `[real part, imaginary part]`, 1/s; `None` if they are
+/// not found.
+pub(super) fn eigenvalues<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped: bool) -> Option<Vec<[f64; 2]>> {
+    let motion = linearised(mechanism, input, q, damped)?;
+    let rows = motion.nrows();
+    let eigenvalues = Schur::try_new(motion, f64::EPSILON, ITERATIONS * rows)?.complex_eigenvalues();
+    Some(eigenvalues.iter().map(|x| [x.re, x.im]).collect())
 }
 
 /// The matrix of `(s x, ẋ)˙ = [0, s; −M⁻¹K/s, −M⁻¹D] (s x, ẋ)`, `s² = |M⁻¹K|`, with its rows and columns scaled alike.
-fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64]) -> Option<DMatrix<f64>> {
+fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped: bool) -> Option<DMatrix<f64>> {
     let n = q.len();
     let (rest, mut scratch) = (vec![0.0; n], vec![0.0; n]);
     mechanism.residual(input, q, &rest, &rest, &mut scratch);
@@ -80,7 +87,9 @@ fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64]) -> Opti
         motion.view_mut((0, n), (n, n)).fill_diagonal(scale);
         motion.view_mut((n, 0), (n, n)).copy_from(&(stiffness / -scale));
     }
-    motion.view_mut((n, n), (n, n)).copy_from(&-damping);
+    if damped {
+        motion.view_mut((n, n), (n, n)).copy_from(&-damping);
+    }
     if n == 0 || !motion.iter().all(|entry| entry.is_finite()) {
         return None;
     }

@@ -76,6 +76,21 @@ impl Table {
         file.finish().map_err(|cause| error(cause.into()))
     }
 
+    /// The rows as JSON objects by column; numbers that are not finite, and empty words, are null.
+    pub fn rows_as_json(&self) -> Vec<serde_json::Value> {
+        let word = |words: &[String], row: usize| match words.get(row).filter(|word| !word.is_empty()) {
+            Some(word) => serde_json::Value::from(word.as_str()),
+            None => serde_json::Value::Null,
+        };
+        let number = |values: &[f64], row: usize| serde_json::Value::from(values.get(row).copied().unwrap_or(f64::NAN));
+        let row = |row: usize| {
+            let words = self.words.iter().map(|(name, words)| (name.clone(), word(words, row)));
+            let numbers = self.columns.iter().map(|(name, values)| (name.clone(), number(values, row)));
+            words.chain(numbers).collect()
+        };
+        (0..self.rows()).map(row).collect()
+    }
+
     /// Reads what [`Table::write_csv`] wrote: columns without a number are words; elsewhere, a cell that is not a number is NaN.
     ///
     /// # Errors

@@ -58,6 +58,7 @@ pub fn live(scene: SceneSource, folder: &Path) -> Result<LiveOptions, Box<dyn Er
         on_status: Box::new(|_| {}),
         force: false,
         resumed: None,
+        endpoints: Vec::new(),
     })
 }
 

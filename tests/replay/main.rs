@@ -297,7 +297,7 @@ fn prop_a_looped_part_comes_again_and_again() -> Outcome {
 fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     let (file, _folder) = recording()?;
     let (live, player) = common::linked_sessions()?;
-    let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, "", Vec::new())?;
+    let service = bus::ServiceEndpoint::declare(&live, &"test".parse()?, ("", &bus::About::default()), Vec::new())?;
     client::wait_for_service(&player, &"test".parse()?)?;
     let plan = ReplayOptions { file, rate: 1e3, ..ReplayOptions::default() };
     let refused = replay(&player, &plan, channel(), |_| Box::new(|_| {}));

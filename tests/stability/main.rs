@@ -105,7 +105,7 @@ fn prop_every_extreme_ends_cleanly() -> Tried {
     let base = BaseScene::new(&SceneSource::open("crank-slider", &[])?)?;
     let plan = MapPlan::extremes(&base, Extent::Quick);
     let cells = plan.len();
-    let swept = sweep(&base, plan, NonZero::new(2).unwrap(), Duration::from_secs(60), |_| ());
+    let swept = sweep(&base, plan, NonZero::new(2).unwrap(), Duration::from_secs(60), |_| std::ops::ControlFlow::Continue(()));
     for map in &swept {
         for (end, cell) in map.outcomes.iter().zip(&map.map.cells) {
             assert!(end.category.is_clean(), "{}: {end:?} {:?}", map.map.name, cell.overrides);

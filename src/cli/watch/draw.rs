@@ -4,6 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize as _};
 use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::View;
 use super::{chart, mechanism};
@@ -16,12 +17,21 @@ const SILENCE_S: f64 = 2.0;
 
 const KEYS: &str = "space pause  r reset  p pulse  Tab ↑↓ signal  ←→ window  + - a bending  q quit";
 
+/// Most lines of the service's message.
+const MESSAGE_LINES: u16 = 4;
+
 /// Draws a frame.
 pub(super) fn draw(frame: &mut Frame, view: &mut View) {
-    let areas: [Rect; 4] =
-        Layout::vertical([Constraint::Length(1), Constraint::Length(1), Constraint::Min(0), Constraint::Length(2)])
-            .areas(frame.area());
-    let [first, second, middle, last] = areas;
+    let message = view.status.as_ref().map(|status| status.message.clone()).unwrap_or_default();
+    // Words wrap early, so that a line is not full.
+    let full = usize::from(frame.area().width * 4 / 5).max(1);
+    let lines = u16::try_from(message.chars().count().div_ceil(full)).unwrap_or(MESSAGE_LINES).min(MESSAGE_LINES);
+    let message = Paragraph::new(message.yellow()).wrap(Wrap { trim: true });
+    let heights = [1, 1, lines].map(Constraint::Length);
+    let areas: [Rect; 5] =
+        Layout::vertical(heights.into_iter().chain([Constraint::Min(0), Constraint::Length(2)])).areas(frame.area());
+    let [first, second, third, middle, last] = areas;
+    frame.render_widget(message, third);
     frame.render_widget(headline(view), first);
     frame.render_widget(figures(view.status.as_ref()), second);
     let (drawing, charts) = split(middle);
@@ -59,9 +69,6 @@ fn headline(view: &View) -> Line<'_> {
     if let Some(recording) = &status.recording {
         line.push_span(format!("  rec {}", recording.rsplit('/').next().unwrap_or(recording)).dim());
     }
-    if !status.message.is_empty() {
-        line.push_span(format!("  {}", status.message).yellow());
-    }
     line
 }
 
@@ -85,9 +92,9 @@ fn colour(state: State) -> Color {
 fn figures(status: Option<&Status>) -> Line<'static> {
     let Some(status) = status else { return Line::default() };
     let mut parts = Vec::new();
-    parts.extend(status.real_time_factor.map(|factor| format!("real time {factor:.4}")));
+    parts.extend(status.real_time_factor.map(|factor| format!("rtf {factor:.4}")));
     if let (Some(p50), Some(p99), Some(max)) = (status.lateness_p50_s, status.lateness_p99_s, status.lateness_max_s) {
-        parts.push(format!("late {:.2}/{:.2}/{:.1} ms", 1e3 * p50, 1e3 * p99, 1e3 * max));
+        parts.push(format!("late p50/p99/max {:.2}/{:.2}/{:.1} ms", 1e3 * p50, 1e3 * p99, 1e3 * max));
     }
     parts.push(format!("overruns {}", status.overruns));
     if status.dropped_samples > 0 {

@@ -24,13 +24,14 @@ struct Field {
 pub(super) fn draw(frame: &mut Frame, area: Rect, view: &View) {
     let factor = view.magnification.factor;
     let how = if view.magnification.automatic { " (automatic)" } else { "" };
-    let block = Block::new().borders(Borders::TOP).title(format!(" bending drawn {factor} times{how} "));
+    let block = Block::new().borders(Borders::TOP);
     let inner = block.inner(area);
     let nodes = view.displacements.as_ref().map_or(&[][..], |all| &all.nodes);
     let Some(shown) = reach(nodes).and_then(|reach| reach.to_scale(inner)) else {
-        frame.render_widget(block.title_bottom("nothing to draw yet"), area);
+        frame.render_widget(block.title(" nothing to draw yet "), area);
         return;
     };
+    let block = block.title(format!(" bending drawn {factor} times{how} "));
     let canvas = Canvas::default().block(block).x_bounds(shown.x).y_bounds(shown.y).paint(|context| {
         let dot = (shown.x[1] - shown.x[0]) / (2.0 * f64::from(inner.width.max(1)));
         if nodes.first().is_some_and(|node| node.link == "mass") {

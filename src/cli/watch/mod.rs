@@ -14,7 +14,7 @@ mod subscribers;
 #[cfg(test)]
 mod tests;
 
-use std::io::{IsTerminal as _, Write as _};
+use std::io::IsTerminal as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -24,11 +24,12 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 
 use super::async_runtime::runtime;
-use super::bus_args::BusArgs;
+use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::replies::{format_reply, fresh_id};
 use super::signals::interrupted;
+use super::values::{positive_time, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
@@ -48,7 +49,10 @@ Examples:
   flexcrank watch crank --plain | tee log.txt
 
 Keys: space pauses and resumes, r resets, p sends a pulse; Tab goes to the next chart, up and down choose its signal, left and \
-    right what the charts span; + and - change how much bending is magnified, a lets it be chosen; q quits.";
+    right what the charts span; + and - change how much bending is magnified, a lets it be chosen; q quits.
+
+The second line shows the real-time factor (rtf), how late steps begin (half of them, 99 % of them, the worst), missed deadlines \
+    (overruns), and the energy balance: energy that the computation lost or gained, which should be near 0.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -59,21 +63,24 @@ pub(super) struct Args {
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
     pub signals: Vec<String>,
     /// Mean torque of the pulse that the key p sends, N·m.
-    #[arg(long, value_name = "NM", default_value = "5")]
+    #[arg(long, value_name = "NM", default_value = "5", value_parser = torque)]
     pub torque: f64,
-    /// Duration of that pulse, s.
-    #[arg(long, value_name = "S", default_value = "0.1")]
+    /// Duration of that pulse.
+    #[arg(long, value_name = "TIME", default_value = "0.1", value_parser = positive_time)]
     pub duration: f64,
     /// Print lines, as without a terminal: no charts, no keys.
     #[arg(long, conflicts_with_all = ["signals", "torque", "duration"])]
     pub plain: bool,
+    /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, and all signals by name.
+    #[arg(long, requires = "plain")]
+    pub json: bool,
     #[command(flatten)]
-    pub bus: BusArgs,
+    pub client: ClientArgs,
 }
 
 pub(super) fn watch(args: &Args) -> CommandResult {
-    let session = args.bus.options().open_client()?;
-    let watched = client::wait_for_service(&session, &args.name).map_err(Failure::from).and_then(|()| show(&session, args));
+    let session = args.client.open(&args.name)?;
+    let watched = show(&session, args);
     bus::close(&session)?;
     watched
 }
@@ -81,8 +88,7 @@ pub(super) fn watch(args: &Args) -> CommandResult {
 fn show(session: &Session, args: &Args) -> CommandResult {
     let subscribers = Subscribers::subscribe(session, &args.name)?;
     if args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
-        plain::print(&subscribers)?;
-        writeln!(std::io::stdout(), "flexcrank/{} has ended", args.name)?;
+        plain::print(&subscribers, args)?;
         return Ok(ExitStatus::Success);
     }
     let mut view = View::new(args.name.clone(), args.signals.clone());

@@ -1,9 +1,18 @@
 //! Plain output for files and pipes: a block of lines a second.
 
+use std::collections::BTreeMap;
 use std::io::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+
+use super::super::async_runtime::runtime;
 use super::super::failure::CommandResult;
+use super::super::signals::interrupted;
+use super::Args;
+use super::signals::Signals;
 use super::subscribers::Subscribers;
 use crate::cli::status_line::describe;
 use crate::wire::{Angles, Displacements, Energies, Loads, Status, status::State};
@@ -15,7 +24,7 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// Silence after which a service is gone.
 const GONE: Duration = Duration::from_secs(3);
 
-/// The newest message of each topic.
+/// The newest message of each topic, and all signals by name.
 #[derive(Default)]
 struct Seen {
     angles: Option<Angles>,
@@ -23,43 +32,92 @@ struct Seen {
     loads: Option<Loads>,
     energies: Option<Energies>,
     status: Option<Status>,
+    signals: Signals,
 }
 
-/// Prints until the service has ended.
-pub(super) fn print(subscribers: &Subscribers) -> CommandResult<()> {
+/// Prints until the service has ended or a signal arrives.
+pub(super) fn print(subscribers: &Subscribers, args: &Args) -> CommandResult<()> {
+    let over = Arc::new(AtomicBool::new(false));
+    let told = Arc::clone(&over);
+    // Signals are handled as long as the runtime lives.
+    let signals = runtime()?;
+    signals.spawn(async move {
+        interrupted().await;
+        told.store(true, Ordering::Relaxed);
+    });
     let mut seen = Seen::default();
     let (mut heard, mut printed) = (Instant::now(), None::<Instant>);
     while heard.elapsed() < GONE {
-        seen.angles = subscribers.angles().last().or(seen.angles);
-        seen.displacements = subscribers.displacements().last().or(seen.displacements);
-        seen.loads = subscribers.loads().last().or(seen.loads);
-        seen.energies = subscribers.energies().last().or(seen.energies);
-        if let Some(status) = subscribers.statuses().last() {
+        if over.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        if let Some(status) = seen.take(subscribers) {
             heard = Instant::now();
-            let over = [State::Finished, State::Diverged].contains(&status.state());
-            seen.status = Some(status);
-            if over {
+            if [State::Finished, State::Diverged].contains(&status) {
                 break;
             }
         }
         if printed.is_none_or(|printed| printed.elapsed() >= PERIOD) && seen.status.is_some() {
-            seen.print()?;
+            seen.print(args.json, false)?;
             printed = Some(Instant::now());
         }
         std::thread::sleep(REFRESH);
     }
-    seen.print()
+    seen.print(args.json, true)?;
+    if !args.json {
+        writeln!(std::io::stdout(), "flexcrank/{} has ended", args.name)?;
+    }
+    Ok(())
+}
+
+/// A line of JSON.
+#[derive(Serialize)]
+struct Line<'a> {
+    state: Option<String>,
+    sim_time_s: Option<f64>,
+    real_time_factor: Option<f64>,
+    message: Option<&'a str>,
+    /// Whether the service has ended; this is the last line then.
+    ended: bool,
+    signals: BTreeMap<&'a str, f64>,
 }
 
 impl Seen {
-    fn print(&self) -> CommandResult<()> {
-        writeln!(std::io::stdout(), "{}", self.lines().join("\n"))?;
-        Ok(())
+    /// Takes all new messages; returns the state in the newest status, if one came.
+    fn take(&mut self, subscribers: &Subscribers) -> Option<State> {
+        self.loads = subscribers.loads().inspect(|loads| self.signals.loads(loads)).last().or(self.loads.take());
+        self.energies = subscribers.energies().inspect(|all| self.signals.energies(all)).last().or(self.energies.take());
+        self.angles = subscribers.angles().inspect(|angles| self.signals.angles(angles)).last().or(self.angles.take());
+        let displacements = subscribers.displacements().inspect(|all| self.signals.displacements(all)).last();
+        self.displacements = displacements.or(self.displacements.take());
+        let status = subscribers.statuses().inspect(|status| self.signals.status(status)).last()?;
+        let state = status.state();
+        self.status = Some(status);
+        Some(state)
+    }
+
+    fn print(&self, json: bool, ended: bool) -> CommandResult<()> {
+        let text =
+            if json { serde_json::to_string(&self.line(ended)).map_err(std::io::Error::from)? } else { self.lines().join("\n") };
+        Ok(writeln!(std::io::stdout(), "{text}")?)
+    }
+
+    fn line(&self, ended: bool) -> Line<'_> {
+        let status = self.status.as_ref();
+        let now = |name| Some((name, self.signals.find(name)?.now));
+        Line {
+            state: status.map(|status| status.state().as_str_name().to_lowercase()),
+            sim_time_s: status.and_then(|status| Some(status.stamp.as_ref()?.sim_time_s)),
+            real_time_factor: status.and_then(|status| status.real_time_factor),
+            message: status.map(|status| status.message.as_str()).filter(|message| !message.is_empty()),
+            ended,
+            signals: self.signals.names().filter_map(now).collect(),
+        }
     }
 
     fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
-        lines.extend(self.status.as_ref().map(describe));
+        lines.extend(self.status.as_ref().map(|status| describe(status, None)));
         for link in self.angles.iter().flat_map(|angles| &angles.links) {
             lines.push(format!(
                 "{:<12} angle {:>12.6} rad   rate {:>12.6} rad/s   turns {}",

@@ -182,3 +182,21 @@ fn prop_energies_come_from_their_own_topic_or_else_from_the_status() -> Outcome 
     assert_eq!(now(&view), Some((6.0, 2)));
     Ok(())
 }
+
+#[test]
+fn regress_a_long_message_is_shown_whole() -> Outcome {
+    let mut view = sampled(&[], 500)?;
+    let message =
+        "diverged in step 35501 at t = 1.42 s: the energy grew to 1e9 J; before it there were 12.3 J; try a shorter step";
+    view.status(Status { state: State::Diverged.into(), message: message.to_owned(), ..Status::default() });
+    let all = picture(&mut view, 80, 24)?.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+    assert!(all.contains(message), "{all}");
+    Ok(())
+}
+
+#[test]
+fn regress_no_letters_are_left_behind_in_a_small_terminal() -> Outcome {
+    let lines = picture(&mut view(&[])?, 20, 5)?;
+    assert!(lines.iter().any(|line| line.trim_matches(['─', ' ']) == "nothing to draw yet"), "{lines:?}");
+    Ok(())
+}

@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, SendError, Sender};
 use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
-use crate::bus::{self, BusError, Name, ServiceEndpoint, Session, client};
+use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::RecordingFile;
 use crate::runtime::{DurationQuantiles, ReplyTo};
 use crate::wire::replay_control;
@@ -54,6 +54,8 @@ pub struct ReplayOptions {
     pub wait_timeout: Duration,
     /// Use the name even if another service has it.
     pub force: bool,
+    /// Endpoints that the session listens on, for [`About`].
+    pub endpoints: Vec<String>,
 }
 
 impl Default for ReplayOptions {
@@ -74,6 +76,7 @@ impl Default for ReplayOptions {
             wait_for: 0,
             wait_timeout: Duration::from_secs(60),
             force: false,
+            endpoints: Vec::new(),
         }
     }
 }
@@ -134,7 +137,8 @@ pub fn replay(
     };
     let command_keys = bus::replay_commands(session, &name, handle)?;
     let scene = format!("# replayed from {}\n", player::file_name(&replay.file));
-    let endpoint = ServiceEndpoint::declare(session, &name, &scene, command_keys)?;
+    let about = About::new(replay.file.display().to_string(), &replay.endpoints);
+    let endpoint = ServiceEndpoint::declare(session, &name, (&scene, &about), command_keys)?;
     let on_status = on_the_bus(&name);
     let mut player = Player::new(session, replay, source, (endpoint, routes), commands, on_status)?;
     let played = player.play();

@@ -71,7 +71,8 @@ impl Builder<'_> {
         let resonance = self.base.rod_resonance_rad_per_s;
         for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("crank-speed", method, &speeds, |part| {
-                vec!["pulse=[]".to_owned(), set("drive.speed_rad_per_s", part * resonance)]
+                let speed = |key| set(key, part * resonance);
+                vec!["pulse=[]".to_owned(), speed("start.rate_rad_per_s"), speed("drive.speed_rad_per_s")]
             });
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::simulation::{Cause, EnergyVerdict};
 
-/// The end of a cell. The first four are clean ends; the others are faults of the program.
+/// The end of a cell. The first four are clean ends, and the last is none; the others are faults of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Category {
     /// Ran to its end, within the bound of its reference.
@@ -19,11 +19,13 @@ pub enum Category {
     Panicked,
     /// The cell exceeded the time limit.
     Hung,
+    /// The sweep was interrupted before it.
+    NotRun,
 }
 
 impl Category {
     /// All categories; tables use the index.
-    pub const ALL: [Category; 7] = [
+    pub const ALL: [Category; 8] = [
         Category::Stable,
         Category::Wrong,
         Category::Diverged,
@@ -31,6 +33,7 @@ impl Category {
         Category::NotFinite,
         Category::Panicked,
         Category::Hung,
+        Category::NotRun,
     ];
 
     /// Name of the category.
@@ -43,6 +46,7 @@ impl Category {
             Category::NotFinite => "not finite",
             Category::Panicked => "panicked",
             Category::Hung => "hung",
+            Category::NotRun => "not run",
         }
     }
 
@@ -54,6 +58,7 @@ impl Category {
             Category::Diverged => 'D',
             Category::Refused => 'r',
             Category::NotFinite | Category::Panicked | Category::Hung => '!',
+            Category::NotRun => ' ',
         }
     }
 
@@ -64,7 +69,7 @@ impl Category {
 
     /// Whether the program behaved correctly.
     pub fn is_clean(self) -> bool {
-        self <= Category::Refused
+        self <= Category::Refused || self == Category::NotRun
     }
 }
 

@@ -86,7 +86,7 @@ fn row_fails_finer(swept: &Swept, row: usize, value: f64) -> impl Iterator<Item 
     let ends = swept.outcomes.iter().skip(row * steps.len());
     let finer = ends.clone().zip(steps);
     finer.zip(ends.zip(steps).take(steps.len()).skip(1)).filter_map(move |((finer, finer_step_s), (end, step_s))| {
-        let fails = !matches!(finer.category, Category::Stable | Category::Refused);
+        let fails = !matches!(finer.category, Category::Stable | Category::Refused | Category::NotRun);
         (fails && end.category == Category::Stable).then_some(FailsFiner {
             map,
             value,

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::num::NonZero;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -30,13 +31,14 @@ struct Work {
     references: Vec<(Cell, OnceLock<Trajectory>)>,
 }
 
-/// Runs all cells, `threads` at a time, none longer than `limit`. `progress` is called with the number of finished cells.
+/// Runs all cells, `threads` at a time, none longer than `limit`. `progress` is called with the number of
+/// finished cells; after [`ControlFlow::Break`], the remaining cells are not run.
 pub fn sweep(
     base: &BaseScene,
     plan: MapPlan,
     threads: NonZero<usize>,
     limit: Duration,
-    progress: impl Fn(usize) + Sync,
+    progress: impl Fn(usize) -> ControlFlow<()> + Sync,
 ) -> Vec<Swept> {
     let MapPlan { maps, references } = plan;
     let work = Arc::new(Work {
@@ -56,12 +58,16 @@ pub fn sweep(
                     }
                     let outcome = run_guarded(&work, index, limit);
                     ends.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(outcome);
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+                    if progress(done.fetch_add(1, Ordering::Relaxed) + 1).is_break() {
+                        next.store(work.cells.len(), Ordering::Relaxed);
+                    }
                 }
             });
         }
     });
-    let mut ends = ends.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().flatten();
+    let not_run = || failed(Category::NotRun, String::new());
+    let ends = ends.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut ends = ends.into_iter().map(|outcome| outcome.unwrap_or_else(not_run));
     let gather = |map: Map| Swept { outcomes: ends.by_ref().take(map.cells.len()).collect(), map };
     maps.into_iter().map(gather).collect()
 }

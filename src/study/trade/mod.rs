@@ -17,6 +17,7 @@ mod selection;
 mod sweep;
 mod table;
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::scene::Scene;
@@ -64,6 +65,8 @@ pub struct Study {
     pub left_out: usize,
     /// Whether the clock ran out, so that another run may compute more or less.
     pub cut_short: bool,
+    /// Whether it was interrupted, so that the rows are a part.
+    pub interrupted: bool,
 }
 
 /// Progress of a study.
@@ -101,11 +104,15 @@ const REFERENCE_PART: f64 = 0.15;
 /// Agreement required of the reference if no accuracy is requested.
 const FINE: f64 = 1e-7;
 
-/// Runs the study.
+/// Runs the study. `progress` is called before every run; [`ControlFlow::Break`] ends the study with the rows so far.
 ///
 /// # Errors
 /// [`TradeError`] when the scene or the question leaves nothing to measure.
-pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Study, TradeError> {
+pub fn study(
+    scene: &Scene,
+    question: &Question,
+    progress: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
+) -> Result<Study, TradeError> {
     let begin = Instant::now();
     let chain = scene.chain().ok_or(TradeError::Oscillator)?;
     let steps_s = descending(&question.selection.steps_s);
@@ -116,7 +123,10 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
         return Err(TradeError::Nothing);
     }
     let target = question.enough.unwrap_or(FINE) / WELL_RESOLVED;
-    let mut telling = |running: &Configuration| progress(Progress { done: 0, of: families.len(), running, reference: true });
+    let mut interrupted = false;
+    let mut telling = |running: &Configuration| {
+        interrupted |= progress(Progress { done: 0, of: families.len(), running, reference: true }).is_break();
+    };
     let wanted = (question.outputs.as_slice(), target);
     let reference = Reference::converge(scene, chain, &grid, wanted, REFERENCE_PART * question.budget_s, &mut telling)
         .map_err(TradeError::NoReference)?;
@@ -135,13 +145,20 @@ pub fn study(scene: &Scene, question: &Question, progress: &mut dyn FnMut(Progre
     };
     let expired = || begin.elapsed().as_secs_f64() > question.budget_s;
     for (done, family) in families.iter().enumerate() {
-        let mut telling = |running: &Configuration| progress(Progress { done, of: families.len(), running, reference: false });
+        if interrupted {
+            break;
+        }
+        let mut telling = |running: &Configuration| {
+            let flow = progress(Progress { done, of: families.len(), running, reference: false });
+            interrupted |= flow.is_break();
+            flow
+        };
         sweep.family(family, &expired, &mut telling);
     }
     let (mut rows, left_out) = (sweep.rows, sweep.left_out);
     mark(&mut rows);
     let cut_short = expired() || reference.cut_short;
-    Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short, reference })
+    Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short, interrupted, reference })
 }
 
 impl Study {

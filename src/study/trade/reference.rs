@@ -57,7 +57,8 @@ impl Reference {
         let (outputs, target) = wanted;
         let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
         let mut last_s = 0.0;
-        let mut failure = Failed::from(BuildError { model: "finite-element", why: "the budget leaves no time for it".into() });
+        let mut failure =
+            Failed::from(BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() });
         for k in 0..=REFINEMENTS {
             let configuration = level(chain, grid, k);
             if k >= LEAST && nominal_s(&configuration, grid) > share_s {

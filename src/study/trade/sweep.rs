@@ -1,5 +1,7 @@
 //! Families of configurations: each from its longest step down, until finer steps gain nothing.
 
+use std::ops::ControlFlow;
+
 use super::configuration::{Configuration, Family};
 use super::effort::RunEffort;
 use super::errors::Errors;
@@ -72,7 +74,12 @@ pub(super) struct Sweep<'a> {
 
 impl Sweep<'_> {
     /// Runs one family. `expired` returns whether the time budget has run out; `progress` is called before every run.
-    pub fn family(&mut self, family: &Family, expired: &dyn Fn() -> bool, progress: &mut dyn FnMut(&Configuration)) {
+    pub fn family(
+        &mut self,
+        family: &Family,
+        expired: &dyn Fn() -> bool,
+        progress: &mut dyn FnMut(&Configuration) -> ControlFlow<()>,
+    ) {
         if self.prune && self.is_settled(family) {
             return;
         }
@@ -85,7 +92,9 @@ impl Sweep<'_> {
                 self.left_out += steps_s.len() - place;
                 return;
             }
-            progress(&configuration);
+            if progress(&configuration).is_break() {
+                return;
+            }
             self.measure(configuration, first);
             let [.., last] = self.rows.as_slice() else { return };
             let Ok(measured) = &last.outcome else { continue };

@@ -1,0 +1,187 @@
+//! `check`: validates a scene, and shows what it would cost.
+
+use std::f64::consts::TAU;
+use std::io::Write as _;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::aligned_table::figure;
+use super::building::build;
+use super::exit_status::ExitStatus;
+use super::failure::CommandResult;
+use super::output::{output, print_json};
+use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene, SceneSource, builtin};
+use crate::simulation::Simulation;
+
+/// Shown by `--help`.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank check mine.toml
+  flexcrank check crank-slider --set solver.model=finite-element --set rod.elements=16 --json
+
+Frequencies are those of small vibrations about the start position, at rest. The cost is measured for a fraction of a second on \
+    this machine. The suggested step resolves the lowest frequency, and a turn at the speed of the start or the drive, finely \
+    enough for about 0.1 % of error; `trade` measures which step suffices.
+
+--json prints one object: scene, model, integrator, step_s, unknowns, vibrations, lowest_hz, highest_hz, step_cost_s, \
+    real_time_factor, suggested_step_s, reason; null for what does not exist.
+
+Exit codes: 0 the scene is sound, 2 it is refused, 4 it diverged within the measurement.";
+
+/// Longest measurement of the cost.
+const MEASURED: Duration = Duration::from_millis(300);
+/// Most steps of the measurement.
+const MOST_STEPS: u32 = 20_000;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A built-in scene or a TOML file.
+    #[arg(default_value = builtin::DEFAULT)]
+    pub scene: String,
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The result of a check.
+#[derive(Serialize)]
+struct Checked {
+    scene: String,
+    model: &'static str,
+    integrator: &'static str,
+    step_s: f64,
+    unknowns: Option<usize>,
+    vibrations: Option<usize>,
+    lowest_hz: Option<f64>,
+    highest_hz: Option<f64>,
+    step_cost_s: Option<f64>,
+    real_time_factor: Option<f64>,
+    suggested_step_s: Option<f64>,
+    reason: String,
+}
+
+pub(super) fn check(args: &Args) -> CommandResult {
+    let source = SceneSource::open(&args.scene, &args.overrides)?;
+    let scene = &source.scene;
+    let mut simulation = build(&source)?;
+    let motion = simulation.small_motion();
+    let frequencies_hz = motion.and_then(|motion| motion.frequencies_hz);
+    let measured = cost_s(&mut simulation);
+    let step_cost_s = measured.as_ref().ok().copied();
+    let (suggested_step_s, reason) = suggestion(scene, frequencies_hz.map(|[lowest_hz, _]| lowest_hz));
+    let checked = Checked {
+        scene: source.origin.clone(),
+        model: scene.solver.model.as_str(),
+        integrator: scene.solver.integrator.as_str(),
+        step_s: scene.solver.step_s,
+        unknowns: simulation.unknowns(),
+        vibrations: motion.map(|motion| motion.vibrations),
+        lowest_hz: frequencies_hz.map(|[lowest_hz, _]| lowest_hz),
+        highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
+        step_cost_s,
+        real_time_factor: step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
+        suggested_step_s,
+        reason,
+    };
+    if args.json {
+        print_json(&checked)?
+    } else {
+        checked.print()?
+    }
+    if let Err(diverged) = measured {
+        say!("error: {diverged}");
+        return Ok(ExitStatus::Diverged);
+    }
+    Ok(ExitStatus::Success)
+}
+
+/// Mean wall time of a step, s.
+fn cost_s(simulation: &mut Simulation) -> Result<f64, crate::simulation::Diverged> {
+    let begun = Instant::now();
+    let mut steps = 0;
+    while steps < MOST_STEPS && (steps == 0 || begun.elapsed() < MEASURED) {
+        simulation.step()?;
+        steps += 1;
+    }
+    Ok(begun.elapsed().as_secs_f64() / f64::from(steps))
+}
+
+/// A step for about 0.1 % of error, s, with its reason.
+///
+/// A method of second order with a step h stretches the period of a vibration by about (ω h)²/12: 0.1 % at 2π/(ω h) = 57 steps. A
+/// method of fourth order errs by about (ω h)⁴/120 and less: 0.1 % at 11 steps. Both are rounded up, to 60 and 12.
+fn suggestion(scene: &Scene, lowest_hz: Option<f64>) -> (Option<f64>, String) {
+    if scene.solver.model == ModelKind::Incremental {
+        return (None, "the incremental model is of first order, so that its error only falls with the step itself".to_owned());
+    }
+    let steps = if scene.solver.integrator.order() >= 4 { 12.0 } else { 60.0 };
+    let vibration = lowest_hz.map(|hz| (1.0 / hz, "period of the lowest frequency"));
+    let turn = Some(speed_rad_per_s(scene)).filter(|speed| *speed > 0.0).map(|speed| (TAU / speed, "turn"));
+    let shortest = vibration.into_iter().chain(turn).min_by(|one, other| one.0.total_cmp(&other.0));
+    let Some((period_s, what)) = shortest else {
+        return (None, "nothing vibrates or turns at the start".to_owned());
+    };
+    let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
+    let limit = if explicit { "; runge-kutta also has a stability limit, which refuses longer steps" } else { "" };
+    (Some(one_digit(period_s / steps)), format!("{steps} steps per {what}, {} s{limit}", figure(period_s)))
+}
+
+/// The largest angular speed that the scene prescribes or starts with, rad/s.
+fn speed_rad_per_s(scene: &Scene) -> f64 {
+    let start = scene.chain().map_or(0.0, |chain| chain.start.rate_rad_per_s.abs());
+    match &scene.drive {
+        Drive::Motion(Motion::Speed(rad_per_s)) => start.max(rad_per_s.abs()),
+        Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => start.max(to_rad_per_s.abs()),
+        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => start,
+    }
+}
+
+/// The next smaller number with one digit: 0.0037 becomes 0.003.
+fn one_digit(value: f64) -> f64 {
+    let power = 10.0_f64.powf(value.log10().floor());
+    let text = format!("{:e}", (value / power).floor() * power);
+    // Parsing back removes what the multiplication added.
+    let (digit, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let digit = digit.parse::<f64>().unwrap_or(1.0).round();
+    format!("{digit}e{exponent}").parse().unwrap_or(value)
+}
+
+impl Checked {
+    fn print(&self) -> std::io::Result<()> {
+        let mut out = output();
+        let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
+        writeln!(out, "{scene}: sound")?;
+        writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
+        let unknowns = unknowns.map_or("not counted for this model".to_owned(), |count| format!("{count} (degrees of freedom)"));
+        writeln!(out, "  unknowns     {unknowns}")?;
+        let frequencies = match (self.lowest_hz, self.highest_hz, vibrations) {
+            (Some(lowest_hz), Some(highest_hz), Some(count)) => {
+                format!("{} Hz to {} Hz, {count} in all", figure(lowest_hz), figure(highest_hz))
+            }
+            (_, _, Some(_)) => "nothing vibrates".to_owned(),
+            _ => "not computed for this model or so many unknowns".to_owned(),
+        };
+        writeln!(out, "  frequencies  {frequencies}")?;
+        if let (Some(cost_s), Some(factor)) = (self.step_cost_s, self.real_time_factor) {
+            writeln!(out, "  cost         {:.1} µs a step, {} times real time", 1e6 * cost_s, figure(factor))?;
+        }
+        let suggested = self.suggested_step_s.map_or("none".to_owned(), |step_s| format!("{step_s} s"));
+        writeln!(out, "  suggested    {suggested}: {reason}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::one_digit;
+
+    #[test]
+    fn val_a_suggested_step_has_one_digit() {
+        for (value, digit) in [(0.0037, 0.003), (9.99e-5, 9e-5), (0.001, 0.001), (2.5, 2.0)] {
+            assert_eq!(one_digit(value), digit);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Options of commands to one service: the bus, and how long to wait for the service.
+
+use std::time::{Duration, Instant};
+
+use super::bus_args::BusArgs;
+use super::failure::{CommandResult, Failure};
+use super::values::positive_time;
+use crate::bus::{self, BusError, Name, Session, client};
+
+/// Time between two looks for a service that is not there yet.
+const RETRY_PERIOD: Duration = Duration::from_millis(100);
+
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(super) struct ClientArgs {
+    /// Wait until the service is on the bus, at most this time (a minute if none is given), instead of failing.
+    #[arg(long, global = true, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "1min")]
+    #[arg(value_parser = positive_time)]
+    wait: Option<f64>,
+    #[command(flatten)]
+    pub bus: BusArgs,
+}
+
+impl ClientArgs {
+    /// Opens a session on which the service is present.
+    pub(super) fn open(&self, name: &Name) -> CommandResult<Session> {
+        let begun = Instant::now();
+        loop {
+            match (self.try_open(name), self.wait) {
+                (Err(error), Some(wait_s)) if may_appear(&error) => {
+                    if begun.elapsed().as_secs_f64() > wait_s {
+                        return Err(Failure::Failed(format!("`{name}` did not appear in {wait_s} s: {error}")));
+                    }
+                    std::thread::sleep(RETRY_PERIOD);
+                }
+                (opened, _) => return Ok(opened?),
+            }
+        }
+    }
+
+    fn try_open(&self, name: &Name) -> Result<Session, BusError> {
+        let session = self.bus.options().open_client()?;
+        match client::wait_for_service(&session, name) {
+            Ok(()) => Ok(session),
+            Err(absent) => {
+                bus::close(&session)?;
+                Err(absent)
+            }
+        }
+    }
+}
+
+/// Whether a service that starts later would mend the error.
+fn may_appear(error: &BusError) -> bool {
+    matches!(error, BusError::NoLocalService | BusError::NoSuchService { .. } | BusError::NotAdmitted(_))
+}

@@ -1,0 +1,156 @@
+//! Clients of a running service: listing, waiting, commands, and their output as JSON.
+
+use std::error::Error;
+use std::io::{BufRead as _, BufReader};
+use std::net::TcpListener;
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+
+type Tried<T = ()> = Result<T, Box<dyn Error>>;
+
+fn flexcrank(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// An endpoint that nobody listens on yet.
+fn free_endpoint() -> Tried<String> {
+    Ok(format!("tcp/{}", TcpListener::bind("127.0.0.1:0")?.local_addr()?))
+}
+
+/// A service with an endpoint of its own, ended with the test.
+struct Service {
+    child: Child,
+    endpoint: String,
+}
+
+impl Service {
+    /// Starts a service, and waits until it is on the bus.
+    fn start(name: &str, more: &[&str]) -> Tried<Self> {
+        let endpoint = free_endpoint()?;
+        let run = ["run", "--name", name, "--listen", &endpoint, "--until", "100"];
+        let mut child = flexcrank(&[&run, more].concat()).spawn()?;
+        let lines = BufReader::new(child.stderr.take().ok_or("no standard error")?).lines();
+        let started = lines.map_while(Result::ok).find(|line| line.contains(&format!("flexcrank/{name} at {endpoint};")));
+        let service = Service { child, endpoint };
+        started.map(|_| service).ok_or_else(|| "no start line with name and endpoint".into())
+    }
+
+    fn ask(&self, arguments: &[&str]) -> Tried<Output> {
+        Ok(flexcrank(&[arguments, &["--connect", &self.endpoint]].concat()).output()?)
+    }
+
+    /// Asks for JSON, one object per line.
+    fn json(&self, arguments: &[&str]) -> Tried<Vec<Value>> {
+        json(&self.ask(&[arguments, &["--json"]].concat())?)
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn json(ended: &Output) -> Tried<Vec<Value>> {
+    let text = String::from_utf8(ended.stdout.clone())?;
+    text.lines().map(|line| serde_json::from_str(line).map_err(|error| format!("{line}: {error}").into())).collect()
+}
+
+#[test]
+fn regress_list_describes_a_service() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("a-recording-with-a-long-name-that-does-not-fit.mcap");
+    let path = file.to_str().ok_or("a path that is no text")?;
+    let service = Service::start("listed", &["--record", path])?;
+    let listed = service.json(&["list"])?;
+    let [listed] = listed.as_slice() else { return Err(format!("{listed:?}").into()) };
+    assert_eq!(listed["name"], "listed");
+    assert_eq!([&listed["kind"], &listed["state"], &listed["scene"]], ["live", "running", "crank-slider"]);
+    assert_eq!(listed["endpoints"], Value::from(vec![service.endpoint.clone()]));
+    assert_eq!([&listed["recording"], &listed["version"]], [path, env!("CARGO_PKG_VERSION")]);
+    assert!(listed["sim_time_s"].as_f64().is_some_and(|time_s| time_s >= 0.0), "{listed}");
+    let table = String::from_utf8(service.ask(&["list"])?.stdout)?;
+    assert!(table.lines().count() == 2 && table.lines().all(|line| line.chars().count() <= 80), "{table}");
+    for part in ["listed", "live", "running", "crank-slider", &service.endpoint, "fit.mcap"] {
+        assert!(table.contains(part), "{part} in {table}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_replies_are_printed_as_json() -> Tried {
+    let service = Service::start("replies", &["--no-record"])?;
+    let pulse = service.json(&["pulse", "replies", "--torque", "1", "--duration", "100ms", "--id", "one"])?;
+    assert_eq!([&pulse[0]["id"], &pulse[0]["reason"]], ["one", ""]);
+    assert!(pulse[0]["accepted"] == true && pulse[0]["effective_step"].is_u64() && pulse[0]["effective_sim_time_s"].is_f64());
+    let refused = service.ask(&["pulse", "replies", "--torque", "1e9", "--duration", "1", "--json"])?;
+    let [reply] = &json(&refused)?[..] else { return Err("not one line".into()) };
+    assert!(refused.status.code() == Some(1) && reply["accepted"] == false && reply["effective_step"].is_null(), "{reply}");
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("pulses.csv");
+    std::fs::write(&file, "torque_nm,duration_s\n1,0.1\n1e9,0.1\n1,0.1\n")?;
+    let replies = service.json(&["pulse", "replies", "--from", file.to_str().ok_or("a path that is no text")?])?;
+    let lines: Vec<_> = replies.iter().map(|reply| (reply["line"].as_u64(), reply["accepted"].as_bool())).collect();
+    assert_eq!(lines, [(Some(2), Some(true)), (Some(3), Some(false))], "a refused pulse ends the sequence");
+    let paused = service.json(&["control", "replies", "pause"])?;
+    assert!(paused[0]["accepted"] == true && paused[0]["reason"] == "", "{paused:?}");
+    Ok(())
+}
+
+#[test]
+fn regress_watched_values_are_printed_as_json() -> Tried {
+    let service = Service::start("watched", &["--no-record"])?;
+    let watch = ["watch", "watched", "--plain", "--json", "--connect", &service.endpoint];
+    let mut watch = flexcrank(&watch).spawn()?;
+    let mut lines = BufReader::new(watch.stdout.take().ok_or("no standard output")?).lines();
+    let first: Value = serde_json::from_str(&lines.next().ok_or("no line")??)?;
+    assert!(first["state"] == "running" && first["ended"] == false && first["sim_time_s"].is_f64(), "{first}");
+    let signals = loop {
+        let next: Value = serde_json::from_str(&lines.next().ok_or("no line with signals")??)?;
+        if next["signals"]["crank.chord_rad"].is_f64() {
+            break next["signals"].clone();
+        }
+    };
+    assert!(signals["driving_torque_nm"].is_f64(), "{signals}");
+    service.ask(&["control", "watched", "stop"])?;
+    let last = lines.map_while(Result::ok).last().ok_or("no last line")?;
+    assert!(serde_json::from_str::<Value>(&last)?["ended"] == true, "{last}");
+    assert_eq!(watch.wait()?.code(), Some(0));
+    Ok(())
+}
+
+#[test]
+fn regress_clients_wait_for_a_service() -> Tried {
+    let absent = free_endpoint()?;
+    let pause = ["control", "waited-for", "pause", "--connect", &absent];
+    let ended = flexcrank(&[&pause[..], &["--wait=200ms"]].concat()).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert!(ended.status.code() == Some(1) && said.contains("`waited-for` did not appear in 0.2 s"), "{said}");
+    let early = flexcrank(&[&pause[..], &["--wait=60"]].concat()).spawn()?;
+    let run = ["run", "--name", "waited-for", "--listen", &absent, "--until", "100", "--no-record"];
+    let mut service = flexcrank(&run).stderr(Stdio::null()).spawn()?;
+    let ended = early.wait_with_output();
+    service.kill()?;
+    service.wait()?;
+    let ended = ended?;
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    Ok(())
+}
+
+#[test]
+fn regress_a_watch_in_lines_is_ended_by_an_interruption() -> Tried {
+    let service = Service::start("interrupted", &["--no-record"])?;
+    let mut watch = flexcrank(&["watch", "interrupted", "--plain", "--connect", &service.endpoint]).spawn()?;
+    let mut lines = BufReader::new(watch.stdout.take().ok_or("no standard output")?).lines();
+    lines.next().ok_or("no line")??;
+    let process = rustix::process::Pid::from_raw(i32::try_from(watch.id())?).ok_or("no process id")?;
+    rustix::process::kill_process(process, rustix::process::Signal::INT)?;
+    assert!(lines.map_while(Result::ok).all(|line| !line.contains("has ended")), "the service has not ended");
+    assert_eq!(watch.wait()?.code(), Some(0));
+    Ok(())
+}
