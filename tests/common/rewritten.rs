@@ -102,12 +102,17 @@ impl Contents {
         let mut channels = HashMap::new();
         for Entry { topic, encoding, schema, schema_data, sequence, log_time, publish_time, data } in &self.messages {
             let key = (topic, encoding, schema);
-            if !channels.contains_key(&key) {
-                let schema = writer.add_schema(schema, "protobuf", schema_data)?;
-                channels.insert(key, writer.add_channel(schema, topic, encoding, &BTreeMap::new())?);
-            }
+            let channel_id = match channels.get(&key) {
+                Some(id) => *id,
+                None => {
+                    let schema = writer.add_schema(schema, "protobuf", schema_data)?;
+                    let id = writer.add_channel(schema, topic, encoding, &BTreeMap::new())?;
+                    channels.insert(key, id);
+                    id
+                }
+            };
             let (sequence, log_time, publish_time) = (*sequence, *log_time, *publish_time);
-            let header = mcap::records::MessageHeader { channel_id: channels[&key], sequence, log_time, publish_time };
+            let header = mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time };
             writer.write_to_known_channel(&header, data)?;
         }
         if let Some(end) = &self.end {
