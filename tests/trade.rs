@@ -221,7 +221,8 @@ fn val_every_model_is_on_the_front_of_the_default_scene() {
         steps_s: vec![2e-3, 5e-4],
         ..Selection::default()
     };
-    let question = Question { until_s: Some(0.5), ..ask(selection, &OutputGroup::DEFAULT, 60.0) };
+    let asked = ask(selection, &[OutputGroup::Angle], 60.0);
+    let question = Question { until_s: Some(0.5), enough: Some(1e-3), ..asked };
     let told = answer(&open("crank-slider", &[]), &question);
     let on_front: Vec<ModelKind> = told.front().iter().map(|(row, _)| row.configuration.family.model).collect();
     assert!(models.iter().all(|model| on_front.contains(model)), "{on_front:?}");

@@ -13,8 +13,8 @@ SCENE = "ref-r2s"
 REFERENCE = Path(__file__).parent / "data" / "R2s.csv"
 UNTIL_S, PER_S = 2, 100
 WITHIN = 0.2
-LEAST = 64  # 2 models of 2 sizes at 2 steps, 4 channels, 2 kinds of error
-ASKED = ["--models", "modal,finite-element", "--integrators", "generalized-alpha", "--modes", "1,2", "--elements", "2,4",
+LEAST = 128  # 2 integrators, 2 models of 2 sizes at 2 steps, 4 channels, 2 kinds of error
+ASKED = ["--models", "modal,finite-element", "--integrators", "generalized-alpha,esdirk", "--modes", "1,2", "--elements", "2,4",
          "--steps", "2e-3,1e-3", "--until", str(UNTIL_S), "--budget", "120"]
 # Channel of trade, column of the reference, topic and column of an export (MIDDLE is the number of the middle node).
 CHANNELS = [
