@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use clap::{Parser, ValueEnum};
+use rustix::process::{Signal, set_parent_process_death_signal};
 
 use super::async_runtime::runtime;
 use super::building::build;
@@ -142,6 +143,8 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         }
         let Some(record) = args.supervised_record.take() else { return supervise(&args) };
         args.record = Some(record);
+        // Without its supervisor, the service ends in order.
+        set_parent_process_death_signal(Some(Signal::TERM)).map_err(std::io::Error::from)?;
         if let Some(file) = args.supervised_resume.take() {
             args.resume = ResumeArgs { resume: Some(file), at: None };
         }

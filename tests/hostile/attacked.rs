@@ -140,6 +140,25 @@ fn recovered(file: &Path, folder: &Path) -> Outcome<Vec<Angles>> {
 }
 
 #[test]
+fn prop_a_service_without_its_supervisor_ends_in_order() -> Outcome {
+    let (folder, endpoint) = (tempfile::tempdir()?, endpoint()?);
+    let file = folder.path().join("run.mcap");
+    let arguments = ["run", "crank-slider", "--supervise", "--name", "victim", "--listen", &endpoint, "--record"];
+    let mut supervisor = Victim(flexcrank(&arguments).arg(&file).stderr(Stdio::null()).spawn()?);
+    let client = connect(&endpoint)?;
+    steps(&Listener::new(&client, &"victim".parse()?)?, 20)?;
+    let service = child_of(&supervisor)?;
+    supervisor.0.kill()?;
+    supervisor.0.wait()?;
+    let begun = std::time::Instant::now();
+    // Whoever adopts the service may not have reaped it yet.
+    while verify(&file)? != Some(0) {
+        assert!(begun.elapsed() < PATIENCE, "{service:?} goes on");
+    }
+    Ok(())
+}
+
+#[test]
 fn regress_a_supervisor_ends_as_its_service_ends() -> Outcome {
     let folder = tempfile::tempdir()?;
     let ended = |more: &[&str]| -> Outcome<Option<i32>> {

@@ -5,6 +5,8 @@ mod attacked;
 mod common;
 mod descriptors;
 mod devices;
+mod growing;
+mod index;
 mod long_names;
 mod memory;
 mod resumed;

@@ -14,6 +14,8 @@ use crate::common::Outcome;
 const LIMIT_KIB: u64 = 1_200_000;
 
 type Writer = mcap::Writer<File>;
+/// Writes the contents of a file.
+type Fill = fn(&mut Writer) -> Outcome;
 
 fn header(channel_id: u16, sequence: u32, log_time: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence, log_time, publish_time: log_time }
@@ -74,7 +76,7 @@ fn empty_messages(writer: &mut Writer) -> Outcome {
 #[test]
 fn regress_no_file_takes_memory_without_bound() -> Outcome {
     let folder = tempfile::tempdir()?;
-    let files: [(&str, fn(&mut Writer) -> Outcome, u64); 4] = [
+    let files: [(&str, Fill, u64); 4] = [
         ("schemas.mcap", schemas, LIMIT_KIB),
         ("overlapping.mcap", overlapping, LIMIT_KIB),
         ("topics.mcap", topics, LIMIT_KIB / 3),
