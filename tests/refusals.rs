@@ -166,3 +166,24 @@ fn regress_a_scene_that_cannot_start_names_file_line_and_key() -> Result<(), Box
     let step = ["run", "--set", "solver.integrator=runge-kutta", "--set", "solver.step_s=0.1"];
     refused(&step, 2, &["crank-slider:", "solver.step_s = 0.1: the modal model cannot compute this scene"])
 }
+
+#[test]
+fn regress_one_picture_of_several_files_needs_overlay() -> Result<(), Box<dyn Error>> {
+    let words = ["plot", SAMPLE, SAMPLE, "--y", "driving_torque_nm", "-o", "two.svg"];
+    refused(&words, 2, &["would hold 2 figures", "lay the files over one another with --overlay"])
+}
+
+#[test]
+fn regress_a_session_that_is_past_its_end_is_not_resumed() -> Result<(), Box<dyn Error>> {
+    let words = ["run", "--no-bus", "--no-record", "--resume", SAMPLE, "--until", "5"];
+    refused(&words, 2, &["goes on from t = 6 s, which is not before --until 5"])
+}
+
+#[test]
+fn val_exit_codes_of_runs_that_end_badly() -> Result<(), Box<dyn Error>> {
+    let run = ["run", "--no-bus", "--no-record", "--no-realtime"];
+    let run = |more: &[&str], code, why: &str| refused(&[&run, more].concat(), code, &[why]);
+    run(&["--pace", "max", "--until", "5", "--set", "pulse.0.torque_nm=1e9"], 4, "error: diverged in step")?;
+    run(&["--pace", "1e6", "--until", "100", "--overrun", "stop"], 5, "missed its deadline")?;
+    run(&["--pace", "max", "--until", "100", "--set", "solver.step_s=0.1"], 6, "warning: not to be trusted")
+}

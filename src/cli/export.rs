@@ -7,6 +7,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::may_be_folder;
 use super::output::output;
+use super::progress::elapsed;
 use super::values::{positive_time, time};
 use crate::recording::{self, Exported};
 
@@ -46,7 +47,10 @@ pub(super) fn export(args: Args) -> CommandResult {
     let Args { file, csv, parquet, from, to, every, columns } = args;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
-    let Exported { tables, cut_off, skipped } = recording::export(&file, &what)?;
+    let progress = elapsed("exporting");
+    let exported = recording::export(&file, &what);
+    progress.finish_and_clear();
+    let Exported { tables, cut_off, skipped } = exported?;
     for table in tables {
         writeln!(output(), "{} ({} rows)", table.path.display(), table.messages)?;
     }

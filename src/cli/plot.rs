@@ -9,6 +9,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
 use super::output::output;
 use super::plot_source::Source;
+use super::progress::{bar, elapsed};
 use super::thesis_figures::write_thesis;
 use super::values::{number, time};
 use crate::plot::{self, Entry, Figure, Format, MechanismPicture};
@@ -80,7 +81,10 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         return Err(refused("--overlay needs two files or more".to_owned()));
     }
     let open = |file: &PathBuf| Source::open(file, args.from, args.to);
-    let mut sources = args.files.iter().map(open).collect::<CommandResult<Vec<_>>>()?;
+    let progress = elapsed("reading");
+    let sources = args.files.iter().map(open).collect::<CommandResult<Vec<_>>>();
+    progress.finish_and_clear();
+    let mut sources = sources?;
     let names: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
     if args.overlay && names.len() < sources.len() {
         sources.iter_mut().zip(1..).for_each(|(source, number)| source.stem = format!("{}-{number}", source.stem));
@@ -137,7 +141,8 @@ fn write_file(args: &Args, entries: &[Entry]) -> CommandResult<()> {
     };
     let [entry] = entries else {
         let count = entries.len();
-        return Err(refused(format!("{name} would hold {count} figures: name a folder with -o, or choose one figure with --y")));
+        let one = if args.y.is_empty() { "choose one figure with --y" } else { "lay the files over one another with --overlay" };
+        return Err(refused(format!("{name} would hold {count} figures: name a folder with -o, or {one}")));
     };
     if entry.picture.formats(&[format]) != [format] {
         return Err(refused(format!("{name}: an animation ends in .svg")));
@@ -156,9 +161,13 @@ fn write_folder(args: &Args, entries: &[Entry]) -> CommandResult<()> {
         return Err(refused(why));
     }
     make_folder(&args.output)?;
+    let progress = bar(entries.len() as u64, "{wide_bar} {pos}/{len} figures{left}");
     for entry in entries {
-        entry.write(&args.output, &args.format)?.iter().try_for_each(|path| print(args, path, entry))?;
+        let written = entry.write(&args.output, &args.format)?;
+        progress.suspend(|| written.iter().try_for_each(|path| print(args, path, entry)))?;
+        progress.inc(1);
     }
+    progress.finish_and_clear();
     Ok(())
 }
 

@@ -20,6 +20,13 @@ pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
     bar
 }
 
+/// Elapsed time of work whose length is unknown.
+pub(super) fn elapsed(what: &'static str) -> ProgressBar {
+    let spinner = bar(0, "{spinner} {msg}, {elapsed}");
+    spinner.set_message(what);
+    spinner
+}
+
 /// A bar over `readings` readings of a file.
 pub(super) fn over_file(file: &Path, readings: u64) -> ProgressBar {
     let bytes = std::fs::metadata(file).map_or(0, |file| file.len());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::failure::CommandResult;
+use super::failure::{CommandResult, Failure};
 use super::progress::over_file;
 use super::values::positive_time;
 use crate::bus::Name;
@@ -37,11 +37,17 @@ pub(super) fn start_from(
     at_s: Option<f64>,
     name: Option<Name>,
     publish: Option<PublishRates>,
+    until_s: Option<f64>,
 ) -> CommandResult<(Name, RunStart)> {
     let source = RecordedSession::open(file)?;
     let name = name.map_or_else(|| source.name.parse(), Ok)?;
     let publish = publish.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
     let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, at_s)?;
+    let time_s = simulation.time_s();
+    if let Some(until_s) = until_s.filter(|until_s| *until_s <= time_s) {
+        let time_s = shown_s(time_s);
+        return Err(Failure::Usage(format!("the session goes on from t = {time_s} s, which is not before --until {until_s}")));
+    }
     let of = format!(
         "{} at step {} of epoch {}, t = {} s",
         file.display(),

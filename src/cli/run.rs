@@ -207,7 +207,7 @@ async fn serve(
 /// The starts of all services: `count` of every scene, or a resumed session; with the name that the user or the session gave.
 fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
     if let Some(file) = &args.resume.resume {
-        let (name, start) = resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz)?;
+        let (name, start) = resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz, args.until)?;
         return Ok((Some(name), vec![start]));
     }
     let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());

@@ -72,7 +72,7 @@ class Deployment:
             environment = {**os.environ, "RUST_LOG": "trace"}
             process = subprocess.Popen(command, cwd=self.folder, env=environment, stderr=output)
             try:
-                wait_for(lambda: self.ask("control", "list")[0].stdout.split() == ["crank"], "the service is up")
+                wait_for(lambda: "crank" in self.ask("control", "list")[0].stdout.split(), "the service is up")
                 yield
             finally:
                 process.terminate()

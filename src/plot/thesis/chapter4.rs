@@ -131,9 +131,12 @@ fn path(
 
 fn by_ratio(table: &Table, figure: Figure, columns: [&str; 2]) -> Figure {
     let [xs, ys] = columns.map(|column| table.column(column).unwrap_or_default());
+    // The thesis counts the rod's angle clockwise.
+    let sign = if columns[1].starts_with("rod_") { -1.0 } else { 1.0 };
+    let ys: Vec<f64> = ys.iter().map(|y| sign * y).collect();
     let ratios = runs(table.column("ratio").unwrap_or_default());
     ratios.into_iter().fold(figure, |figure, (ratio, rows)| {
         let part = |values: &[f64]| values.get(rows.clone()).unwrap_or_default().to_vec();
-        figure.line(format!("λ = {ratio}"), &part(xs), &part(ys))
+        figure.line(format!("λ = {ratio}"), &part(xs), &part(&ys))
     })
 }

@@ -5,15 +5,16 @@ use super::setup::Setup;
 use super::units::{QuantityKind, Units};
 use crate::study::Table;
 
+// The thesis counts the rod's angle φ clockwise; columns count it counter-clockwise, as the bus and recordings do.
 type Column = (&'static str, QuantityKind, fn(&Setup, &CycleInstant) -> f64);
 
 const COLUMNS: [Column; 27] = [
     ("ratio", QuantityKind::Number, |setup, _| setup.ratio),
     ("crank_angle", QuantityKind::Angle, |_, now| now.crank[0]),
     ("crank_rate", QuantityKind::Rate, |_, now| now.crank[1]),
-    ("rod_angle", QuantityKind::Angle, |_, now| now.rod[0]),
-    ("rod_rate", QuantityKind::Rate, |_, now| now.rod[1]),
-    ("rod_acceleration", QuantityKind::AngularAcceleration, |_, now| now.rod[2]),
+    ("rod_angle", QuantityKind::Angle, |_, now| 0.0 - now.rod[0]),
+    ("rod_rate", QuantityKind::Rate, |_, now| 0.0 - now.rod[1]),
+    ("rod_acceleration", QuantityKind::AngularAcceleration, |_, now| 0.0 - now.rod[2]),
     ("piston_position", QuantityKind::Length, |_, now| now.piston[0]),
     ("piston_velocity", QuantityKind::Velocity, |_, now| now.piston[1]),
     ("piston_acceleration", QuantityKind::Acceleration, |_, now| now.piston[2]),

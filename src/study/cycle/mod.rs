@@ -26,9 +26,9 @@
 //! | `ratio` | – | – | `λ = l₁/l₂` |
 //! | `crank_angle` | `_rad` | `_rad` | `θ`, from 0 to a full turn in the direction of motion, both ends included |
 //! | `crank_rate` | `_rad_per_s` | `_over_omega` | `θ̇` |
-//! | `rod_angle` | `_rad` | `_rad` | `φ`, below the x axis |
-//! | `rod_rate` | `_rad_per_s` | `_over_omega` | `φ̇` |
-//! | `rod_acceleration` | `_rad_per_s2` | `_over_omega2` | `φ̈` |
+//! | `rod_angle` | `_rad` | `_rad` | `−φ`: counter-clockwise from x, as `chord_rad` on the bus; the thesis's `φ` is clockwise |
+//! | `rod_rate` | `_rad_per_s` | `_over_omega` | `−φ̇` |
+//! | `rod_acceleration` | `_rad_per_s2` | `_over_omega2` | `−φ̈` |
 //! | `piston_position`, `piston_velocity`, `piston_acceleration` | `_m`, `_m_per_s`, `_m_per_s2` | `_over_l2`, `_over_l2_omega`, `_over_l2_omega2` | `x_E`, `v_E`, `a_E` |
 //! | `centre_of_mass_x`, `…_y`, `centre_of_mass_velocity_x`, `…_y`, `centre_of_mass_acceleration_x`, `…_y` | the same | the same | of crank, rod and slider together |
 //! | `force_o_x`, `force_o_y` | `_n` | `_over_m3_l2_omega2` | of the ground on the crank, at O |
