@@ -187,3 +187,33 @@ fn val_exit_codes_of_runs_that_end_badly() -> Result<(), Box<dyn Error>> {
     run(&["--pace", "1e6", "--until", "100", "--overrun", "stop"], 5, "missed its deadline")?;
     run(&["--pace", "max", "--until", "100", "--set", "solver.step_s=0.1"], 6, "warning: not to be trusted")
 }
+
+#[test]
+fn regress_recordings_that_cannot_be_written_name_the_options() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("recordings"), "a file")?;
+    let run = ["run", "--no-bus", "--pace", "max", "--until", "0.1"];
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(run).current_dir(folder.path()).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert!(ended.status.code() == Some(1) && said.contains("--record, or not at all with --no-record"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_completions_know_scenes_and_recordings() -> Result<(), Box<dyn Error>> {
+    let (code, script, _) = flexcrank(&["completions", "bash"])?;
+    assert!(code == Some(0) && script.contains("FLEXCRANK_COMPLETE"), "{script}");
+    let complete = |words: &[&str]| -> Result<String, Box<dyn Error>> {
+        let output = Command::new(env!("CARGO_BIN_EXE_flexcrank"))
+            .args(["--", "flexcrank"])
+            .args(words)
+            .envs([("FLEXCRANK_COMPLETE", "bash"), ("_CLAP_IFS", "\n"), ("_CLAP_COMPLETE_INDEX", &words.len().to_string())])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()?;
+        Ok(String::from_utf8(output.stdout)?)
+    };
+    assert!(complete(&["check", "ref-"])?.lines().any(|line| line == "ref-r2s"), "{}", complete(&["check", "ref-"])?);
+    assert!(complete(&["verify", "recordings/sample-tr"])?.contains("recordings/sample-truncated.mcap"));
+    assert!(complete(&["run", "--shadow", "fin"])?.contains("finite-element"));
+    Ok(())
+}

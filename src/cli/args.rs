@@ -1,5 +1,7 @@
 //! The root of the command line: its commands, each with its arguments.
 
+use clap_complete::engine::ArgValueCompleter;
+
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 const EXAMPLES: &str = "\
@@ -27,9 +29,14 @@ pub(super) struct Cli {
 }
 
 impl Cli {
+    /// All commands with their options.
+    pub(super) fn complete_command() -> clap::Command {
+        numbers_may_be_negative(Cli::command())
+    }
+
     /// Parses the arguments of the process; exits with an error if they are invalid.
     pub(super) fn of_process() -> Cli {
-        let matches = numbers_may_be_negative(Cli::command()).get_matches();
+        let matches = Cli::complete_command().get_matches();
         Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
     }
 }
@@ -97,6 +104,7 @@ pub(super) enum Command {
     )]
     Scenes {
         /// The scene to print.
+        #[arg(add = ArgValueCompleter::new(super::completions::scenes))]
         name: Option<String>,
         /// Print every key that a scene may have: type, unit, default, range and meaning.
         #[arg(long, conflicts_with = "name")]

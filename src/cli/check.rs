@@ -4,10 +4,12 @@ use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
+use clap_complete::engine::ArgValueCompleter;
 use serde::Serialize;
 
 use super::aligned_table::figure;
 use super::building::build;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
@@ -37,7 +39,7 @@ const MOST_STEPS: u32 = 20_000;
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// A built-in scene or a TOML file.
-    #[arg(default_value = builtin::DEFAULT)]
+    #[arg(default_value = builtin::DEFAULT, add = ArgValueCompleter::new(completions::scenes))]
     pub scene: String,
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -1,8 +1,10 @@
 //! `control`: sends control commands to a service or replay.
 
 use clap::Subcommand;
+use clap_complete::engine::ArgValueCandidates;
 
 use super::client_args::ClientArgs;
+use super::completions;
 use super::failure::{CommandResult, Failure};
 use super::replay::rate;
 use super::replies::{fresh_id, send_and_print};
@@ -25,6 +27,7 @@ Examples:
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Name of the service or replay.
+    #[arg(add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
     #[command(subcommand)]
     pub action: Action,

@@ -3,6 +3,9 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use clap_complete::engine::ArgValueCompleter;
+
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::may_be_folder;
@@ -22,6 +25,7 @@ Examples:
 #[command(group = clap::ArgGroup::new("format").args(["csv", "parquet"]).required(true).multiple(true))]
 pub(super) struct Args {
     /// The recording.
+    #[arg(add = ArgValueCompleter::new(completions::recordings))]
     pub file: PathBuf,
     /// Folder for CSV tables, one per topic.
     #[arg(long, value_name = "DIR")]

@@ -1,11 +1,8 @@
-//! `scenes`, `guide`, `files` and `completions`: what the program has to print.
+//! `scenes`, `guide` and `files`: what the program has to print.
 
 use std::io::Write as _;
 
-use clap::CommandFactory as _;
-
 use super::aligned_table;
-use super::args::Cli;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::output;
@@ -57,13 +54,5 @@ pub(super) fn files(name: Option<&str>) -> CommandResult {
         None => files::FILES.iter().try_for_each(|file| writeln!(out, "{:<22} {}", file.name, file.summary))?,
         Some(name) => write!(out, "{}", files::find(name)?.text)?,
     }
-    Ok(ExitStatus::Success)
-}
-
-/// Prints the completion script for a shell.
-pub(super) fn completions(shell: clap_complete::Shell) -> CommandResult {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "flexcrank", &mut script);
-    output().write_all(&script)?;
     Ok(ExitStatus::Success)
 }

@@ -9,6 +9,9 @@ use prost::Message as _;
 use serde::Serialize;
 
 use super::aligned_table;
+use clap_complete::engine::ArgValueCompleter;
+
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::formatting::counted;
@@ -29,7 +32,7 @@ Any MCAP file is described. Exit code 3 if a file ends early or is damaged.";
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// The recordings.
-    #[arg(required = true, value_name = "FILE")]
+    #[arg(required = true, value_name = "FILE", add = ArgValueCompleter::new(completions::recordings))]
     pub files: Vec<PathBuf>,
     /// Print one JSON object per file.
     #[arg(long)]

@@ -12,6 +12,7 @@ mod building;
 mod bus_args;
 mod check;
 mod client_args;
+mod completions;
 mod control;
 mod cycle;
 mod exit_status;
@@ -59,6 +60,7 @@ use failure::CommandResult;
 /// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late, 6 finished, not to be
 /// trusted (energy), 130 interrupted before the end.
 pub fn main() -> ExitCode {
+    completions::answer_shell();
     let cli = Cli::of_process();
     log::begin(cli.log_format);
     match dispatch(cli) {
@@ -90,6 +92,6 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Scenes { name, .. } => files::scenes(name.as_deref()),
         Command::Guide { chapter } => files::guide(chapter.as_deref()),
         Command::Files { name } => files::files(name.as_deref()),
-        Command::Completions { shell } => files::completions(shell),
+        Command::Completions { shell } => completions::completions(shell),
     }
 }

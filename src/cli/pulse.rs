@@ -4,8 +4,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use clap_complete::engine::ArgValueCandidates;
 
 use super::client_args::ClientArgs;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
@@ -33,7 +35,7 @@ Examples:
 #[command(group = clap::ArgGroup::new("pulses").args(["torque", "from"]).required(true))]
 pub(super) struct Args {
     /// Name of the service.
-    #[arg(default_value = "crank")]
+    #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
     /// Mean torque, N·m, positive counter-clockwise.
     #[arg(long, value_name = "NM", requires = "duration", value_parser = torque)]

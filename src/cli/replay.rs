@@ -4,11 +4,13 @@ use std::path::PathBuf;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
+use clap_complete::engine::ArgValueCompleter;
 use indicatif::ProgressBar;
 use tokio::sync::oneshot;
 
 use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::keyboard::Keyboard;
@@ -38,6 +40,7 @@ Any MCAP file is replayed: its topics become keys, without a leading slash; payl
 #[derive(Debug, clap::Args)]
 pub(super) struct ReplayArgs {
     /// The recording.
+    #[arg(add = ArgValueCompleter::new(completions::recordings))]
     pub file: PathBuf,
     /// Recorded seconds per second.
     #[arg(long, short, default_value = "1", value_parser = rate)]

@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use clap::{Parser, ValueEnum};
+use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use rustix::process::{Signal, set_parent_process_death_signal};
 
 use super::async_runtime::runtime;
 use super::building::build;
 use super::bus_args::BusArgs;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::must_have_folder;
+use super::folders::{must_have_folder, must_hold_recordings};
 use super::resume::{self, ResumeArgs, RunStart};
 use super::run_conclusion::conclude;
 use super::service_names::{ServiceNames, on_the_bus};
@@ -41,7 +43,7 @@ Examples:
 #[derive(Debug, Parser)]
 pub(super) struct Args {
     /// Built-in scenes or TOML files. Several run side by side in one process.
-    #[arg(default_value = builtin::DEFAULT)]
+    #[arg(default_value = builtin::DEFAULT, add = ArgValueCompleter::new(completions::scenes))]
     pub scene: Vec<String>,
     /// Number of services to run per scene.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=999))]
@@ -97,7 +99,7 @@ pub(super) struct Args {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
     /// Run another model beside the first on the same commands, and publish the difference.
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", add = ArgValueCandidates::new(completions::models))]
     pub shadow: Option<String>,
     /// Run even if another service on the bus has this name.
     #[arg(long)]
@@ -237,7 +239,10 @@ fn member(
         (_, true) => None,
         (Some(path), _) if count > 1 => Some(paths::part(path, u32::try_from(index + 1).unwrap_or(u32::MAX))),
         (Some(path), _) => Some(path.clone()),
-        (None, _) => Some(paths::fresh(folder, &name.to_string(), SystemTime::now())),
+        (None, _) => {
+            must_hold_recordings(folder)?;
+            Some(paths::fresh(folder, &name.to_string(), SystemTime::now()))
+        }
     };
     if let Some(first) = path.as_ref().map(|path| first_file(path, args.split)).filter(|first| first.exists()) {
         return Err(RecordingError::Exists(first).into());

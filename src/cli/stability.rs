@@ -6,7 +6,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clap_complete::engine::ArgValueCompleter;
+
 use super::aligned_table::figure;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
@@ -48,6 +51,7 @@ const SHOWN: [f64; 5] = [0.1, 1.0, 2.0, 3.0, 100.0];
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// A crank-slider (built-in scene or TOML file) to take to its extremes. Default: the schemes on one mass.
+    #[arg(add = ArgValueCompleter::new(completions::scenes))]
     pub scene: Option<String>,
     /// Also run the schemes on one mass.
     #[arg(long)]

@@ -6,9 +6,11 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use indicatif::ProgressBar;
 
 use super::aligned_table::print;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::must_be_writable;
@@ -45,13 +47,13 @@ Columns (all with --wide, --csv and --json): error is the largest that counts. s
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// A built-in scene or a TOML file.
-    #[arg(default_value = builtin::DEFAULT)]
+    #[arg(default_value = builtin::DEFAULT, add = ArgValueCompleter::new(completions::scenes))]
     scene: String,
     /// Only these models.
-    #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = model)]
+    #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = model, add = ArgValueCandidates::new(completions::models))]
     models: Vec<ModelKind>,
     /// Only these integrators.
-    #[arg(long, value_name = "INTEGRATOR,…", value_delimiter = ',', value_parser = integrator)]
+    #[arg(long, value_name = "INTEGRATOR,…", value_delimiter = ',', value_parser = integrator, add = ArgValueCandidates::new(completions::integrators))]
     integrators: Vec<IntegratorKind>,
     /// Only these steps. Default: from the sampling interval down, while shorter steps gain accuracy.
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = step)]

@@ -4,6 +4,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use clap_complete::engine::ArgValueCompleter;
+
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::formatting::counted;
@@ -29,7 +32,7 @@ const SHOWN: usize = 20;
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// The recordings.
-    #[arg(required = true, value_name = "FILE")]
+    #[arg(required = true, value_name = "FILE", add = ArgValueCompleter::new(completions::recordings))]
     files: Vec<PathBuf>,
     /// Print one line of JSON per file.
     #[arg(long)]

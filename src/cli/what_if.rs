@@ -4,6 +4,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use clap_complete::engine::ArgValueCompleter;
+
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::must_have_folder;
@@ -23,6 +26,7 @@ Examples:
 #[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).required(true).multiple(true))]
 pub(super) struct Args {
     /// The recording.
+    #[arg(add = ArgValueCompleter::new(completions::recordings))]
     pub file: PathBuf,
     /// Add a pulse; START in simulated time since the session began, TORQUE in N·m, DURATION: 3:5:100ms.
     #[arg(long, value_name = "START:TORQUE:DURATION", value_parser = added_pulse)]

@@ -20,11 +20,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
+use clap_complete::engine::ArgValueCandidates;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 
 use super::async_runtime::runtime;
 use super::client_args::ClientArgs;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::replies::{format_reply, fresh_id};
@@ -57,7 +59,7 @@ The second line shows the real-time factor (rtf), how late steps begin (half of 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Name of the service.
-    #[arg(default_value = "crank")]
+    #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
     /// Draw these signals over time: named as by export, with or without the name of the list.
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
