@@ -11,7 +11,7 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-use flexcrank::recording::{Message, Recorder, SessionInfo, SessionWriter, Settings, WhenFull};
+use flexcrank::recording::{EndReason, Message, Recorder, SessionInfo, SessionWriter, Settings, WhenFull};
 use flexcrank::wire;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -93,7 +93,7 @@ fn writer(path: &Path, messages: &[Message]) -> Result<f64, Box<dyn Error>> {
     for message in messages {
         writer.write(message)?;
     }
-    writer.finish()?;
+    writer.finish(EndReason::RunEnded)?;
     Ok(begin.elapsed().as_secs_f64())
 }
 
@@ -103,7 +103,7 @@ fn recorder(path: &Path, messages: Vec<Message>) -> Result<f64, Box<dyn Error>> 
     for message in messages {
         recorder.record(message);
     }
-    for written in recorder.finish() {
+    for written in recorder.finish(EndReason::RunEnded) {
         written?;
     }
     Ok(begin.elapsed().as_secs_f64())
