@@ -38,6 +38,12 @@ pub enum RecordingError {
         /// The reader's error.
         cause: mcap::McapError,
     },
+    /// Too many messages wait for earlier ones.
+    #[error("{}: so many chunks overlap in time that their messages cannot be put in order", path.display())]
+    Overlap {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file has no messages.
     #[error("{}: no messages", path.display())]
     Empty {

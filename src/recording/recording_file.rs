@@ -164,11 +164,14 @@ impl Iterator for InOrder {
             match self.chunks.front() {
                 Some(chunk) if first.is_none_or(|first| chunk.message_start_time <= first) => {
                     let chunk = self.chunks.pop_front()?;
-                    if let Err(cause) = self.load(&chunk) {
-                        self.chunks.clear();
-                        self.waiting.clear();
-                        return Some(Err(RecordingError::Chunk { path: self.path.clone(), at: chunk.chunk_start_offset, cause }));
-                    }
+                    let failed = match self.load(&chunk) {
+                        Ok(()) if self.waiting_bytes <= WAITING_LIMIT => continue,
+                        Ok(()) => RecordingError::Overlap { path: self.path.clone() },
+                        Err(cause) => RecordingError::Chunk { path: self.path.clone(), at: chunk.chunk_start_offset, cause },
+                    };
+                    self.chunks.clear();
+                    self.waiting.clear();
+                    return Some(Err(failed));
                 }
                 _ => {
                     let (_, message) = self.waiting.pop_first()?;
@@ -194,9 +197,6 @@ impl InOrder {
                 {
                     let message = message(header, data, self.channels.get(&header.channel_id).cloned())?;
                     self.waiting_bytes += memory_of(&message);
-                    if self.waiting_bytes > WAITING_LIMIT {
-                        return Err(McapError::Io(std::io::Error::other("too many chunks before it overlap in time")));
-                    }
                     if let Some(same) = self.waiting.insert((header.log_time, at, record.at), message) {
                         self.waiting_bytes -= memory_of(&same);
                     }
