@@ -112,6 +112,8 @@ fn regress_numbers_and_times_are_refused_in_words() -> Result<(), Box<dyn Error>
     refused(&["pulse", "--torque", "5Nm", "--duration", "1"], 2, &["a number in N·m without its unit"])?;
     refused(&["control", "crank", "step", "-5"], 2, &["a whole number from 1"])?;
     refused(&["stability", "crank-slider", "--jobs", "0"], 2, &["a whole number from 1"])?;
+    refused(&["run", "--count", "many"], 2, &["a whole number from 1 to 999"])?;
+    refused(&["replay", SAMPLE, "--wait-for", "x"], 2, &["a whole number"])?;
     refused(&["run", "--set", "rod.length_m=\"80 mm\""], 2, &["rod.length_m = \"80 mm\": must be a number without its unit"])?;
     refused(&["run", "--shadow", "foo"], 2, &["error: --shadow foo: must be one of rigid"])?;
     let (_, _, said) = flexcrank(&["run", "--shadow", "foo"])?;

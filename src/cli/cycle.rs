@@ -3,7 +3,10 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use clap_complete::engine::ArgValueCompleter;
+
 use super::aligned_table::{figure, print};
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::output;
@@ -34,7 +37,7 @@ const LEFT_OUT: [&str; 5] =
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// A built-in scene or a TOML file.
-    #[arg(default_value = "thesis-compressor")]
+    #[arg(default_value = "thesis-compressor", add = ArgValueCompleter::new(completions::scenes))]
     scene: String,
     /// Crank-to-rod ratios: the crank's length changes, the rod stays. Default: the scene's ratio.
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = ratio)]

@@ -17,7 +17,7 @@ use super::keyboard::Keyboard;
 use super::progress::bar;
 use super::service_names::on_the_bus;
 use super::signals::interrupted;
-use super::values::{number, positive_time, time};
+use super::values::{number, positive_time, programs, time};
 use crate::bus::{self, BusOptions, Name};
 use crate::runtime::DurationQuantiles;
 use crate::service::{self, OnStatus, RATES, Remap, ReplayAction, ReplayCommand, ReplayReport, ServiceError};
@@ -74,7 +74,7 @@ pub(super) struct ReplayArgs {
     pub commands: bool,
     /// Wait until N programs subscribe to the played topics, and no subscription has come for 0.2 s. Programs behind one router
     /// count as one.
-    #[arg(long, value_name = "N", default_value = "0")]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = programs)]
     pub wait_for: usize,
     /// Wait at most this long for --wait-for.
     #[arg(long, value_name = "TIME", default_value = "1min", value_parser = time)]

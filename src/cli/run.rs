@@ -21,7 +21,7 @@ use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 use super::supervise::supervise;
-use super::values::{flush_period, frames, pace, positive_time, recording_size, spin, split};
+use super::values::{flush_period, frames, pace, positive_time, recording_size, services, spin, split};
 use crate::bus::{self, BusOptions, Name, Session};
 use crate::recording::{RecordingError, Split, paths};
 use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions};
@@ -46,7 +46,7 @@ pub(super) struct Args {
     #[arg(default_value = builtin::DEFAULT, add = ArgValueCompleter::new(completions::scenes))]
     pub scene: Vec<String>,
     /// Number of services to run per scene.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=999))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = services)]
     pub count: u32,
     #[command(flatten)]
     pub resume: super::resume::ResumeArgs,

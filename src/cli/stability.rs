@@ -147,23 +147,23 @@ fn omegas_h() -> Vec<f64> {
 fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, orders: &Table) -> CommandResult<()> {
     let mut out = output();
     let difference = radii.column("difference").unwrap_or_default().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-    writeln!(out, "{title}: spectral radius in theory and as run (largest difference {difference:.1e}), order")?;
+    writeln!(out, "{title}: spectral radius as run (at most {difference:.1e} from theory), order")?;
     write!(out, "{parameter:>13}")?;
     for omega_h in SHOWN {
-        write!(out, "  {:^17}", format!("ωh = {omega_h}"))?;
+        write!(out, "  {:>8}", format!("ωh {omega_h}"))?;
     }
-    writeln!(out, "  {:^13}", "order")?;
-    let columns = ["radius_in_theory", "radius_as_run", "omega_h"].map(|name| radii.column(name).unwrap_or_default());
+    writeln!(out, "  {:>13}", "order: theory")?;
+    let [as_run_radii, omegas_h] = ["radius_as_run", "omega_h"].map(|name| radii.column(name).unwrap_or_default());
     let [in_theory, as_run] = ["order_in_theory", "order_as_run"].map(|name| orders.column(name).unwrap_or_default());
     let count = radii.rows() / schemes.len().max(1);
     for (n, scheme) in schemes.iter().enumerate() {
         write!(out, "{:>13}", scheme.parameter().map(|value| value.to_string()).unwrap_or_default())?;
         for shown in SHOWN {
-            let row = (n * count..(n + 1) * count).find(|row| (columns[2][*row] / shown - 1.0).abs() < 1e-9);
+            let row = (n * count..(n + 1) * count).find(|row| (omegas_h[*row] / shown - 1.0).abs() < 1e-9);
             let Some(row) = row else { continue };
-            write!(out, "  {:>8} {:>8}", short(columns[0][row]), short(columns[1][row]))?;
+            write!(out, "  {:>8}", short(as_run_radii[row]))?;
         }
-        writeln!(out, "  {:>5.1} {:>7.3}", in_theory[n], as_run[n])?;
+        writeln!(out, "  {:>5.3} {:>7.1}", as_run[n], in_theory[n])?;
     }
     Ok(writeln!(out)?)
 }
@@ -171,10 +171,7 @@ fn show_scheme(title: &str, parameter: &str, schemes: &[Scheme], radii: &Table, 
 /// Prints the largest measured radius of every scheme on the left half-plane, and the conclusion.
 fn show_left_half_plane(parameter: &str, schemes: &[Scheme], plane: &Table) -> CommandResult<()> {
     let mut out = output();
-    writeln!(
-        out,
-        "{parameter:>13}  largest radius as run on the left half-plane, |z| = ωh from 1e-3 to 1e6, damping from 0 to beyond critical"
-    )?;
+    writeln!(out, "{parameter:>13}  largest radius as run on the left half-plane, |z| from 1e-3 to 1e6")?;
     let [magnitudes, angles, radii] =
         ["magnitude", "angle_deg", "radius_as_run"].map(|name| plane.column(name).unwrap_or_default());
     let count = plane.rows() / schemes.len().max(1);
@@ -235,7 +232,8 @@ fn show_map(swept: &Swept) -> CommandResult<()> {
     let mut out = output();
     let (map, columns) = (&swept.map, swept.map.x.values.len());
     let ends = [map.x.values.first(), map.x.values.last()].map(|end| figure(end.copied().unwrap_or(f64::NAN)));
-    writeln!(out, "{}: {} by {} from {} to {}", map.name, map.title, map.x.name, ends[0], ends[1])?;
+    writeln!(out, "{}: {}", map.name, map.title)?;
+    writeln!(out, "  by {} from {} to {}", map.x.name, ends[0], ends[1])?;
     for (row, value) in map.y.values.iter().enumerate().rev() {
         let cells = swept.outcomes.iter().skip(row * columns).take(columns);
         let symbols: Vec<String> = cells.clone().map(|end| end.category.symbol().to_string()).collect();

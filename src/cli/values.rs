@@ -89,6 +89,16 @@ pub(super) fn count(text: &str) -> Result<u64, String> {
     text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "a whole number from 1".to_owned())
 }
 
+/// A number of services of each scene.
+pub(super) fn services(text: &str) -> Result<u32, String> {
+    text.parse().ok().filter(|count| (1..=999).contains(count)).ok_or_else(|| "a whole number from 1 to 999".to_owned())
+}
+
+/// A number of programs, perhaps none.
+pub(super) fn programs(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| "a whole number".to_owned())
+}
+
 pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("a number from {} to {}", short(low), short(high)))
