@@ -6,7 +6,6 @@ use std::time::{Duration, SystemTime};
 
 use clap::{Parser, ValueEnum};
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
-use rustix::process::{Signal, set_parent_process_death_signal};
 
 use super::async_runtime::runtime;
 use super::building::build;
@@ -145,8 +144,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         }
         let Some(record) = args.supervised_record.take() else { return supervise(&args) };
         args.record = Some(record);
-        // Without its supervisor, the service ends in order.
-        set_parent_process_death_signal(Some(Signal::TERM)).map_err(std::io::Error::from)?;
+        end_with_parent()?;
         if let Some(file) = args.supervised_resume.take() {
             args.resume = ResumeArgs { resume: Some(file), at: None };
         }
@@ -180,6 +178,13 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     let unfinished = reports.iter().any(|report| report.ending == Ending::Stopped);
     let early = args.until.is_some() && was_interrupted.get() && unfinished;
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
+}
+
+/// Lets this process end in order when its supervisor dies.
+fn end_with_parent() -> CommandResult<()> {
+    #[cfg(target_os = "linux")]
+    rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM)).map_err(std::io::Error::from)?;
+    Ok(())
 }
 
 /// Runs the services under their names until they end.

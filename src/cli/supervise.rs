@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
+use std::pin::{Pin, pin};
 use std::process::{Child, Command, ExitStatus as ProcessStatus};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -24,21 +25,29 @@ const PANICKED: i32 = 101;
 
 /// Starts the service as often as it dies, and ends as it ends.
 pub(super) fn supervise(args: &Args) -> CommandResult {
-    let mut recordings = vec![first_recording(args)];
+    runtime()?.block_on(watch_over(args))
+}
+
+async fn watch_over(args: &Args) -> CommandResult {
+    let mut signal = pin!(interrupted());
+    let in_parts = args.split.is_some();
+    let (mut recordings, mut resumed) = (vec![first_recording(args)], None);
     let mut deaths = VecDeque::new();
-    loop {
-        let resumed = recordings.iter().rev().find_map(|base| last_resumable(base, args.split.is_some()));
-        let (ended, asked) = watch(start(recordings.last().map_or(Path::new(""), PathBuf::as_path), resumed.as_deref())?)?;
+    while let Some(record) = recordings.last() {
+        let (ended, asked) = watch(start(record, resumed.as_deref())?, signal.as_mut()).await?;
         if asked || !died(ended) {
             return Ok(ended.code().map_or(ExitStatus::Interrupted, |code| ExitStatus::OfService(code as u8)));
         }
-        say!("error: the service died ({ended}); it resumes from its recording");
+        resumed = recordings.iter().rev().find_map(|base| last_resumable(base, in_parts));
+        let goes_on = if resumed.is_some() { "resumes from its recording" } else { "starts again: it has recorded nothing yet" };
+        say!("error: the service died ({ended}); it {goes_on}");
         deaths.push_back(Instant::now());
         if deaths.len() == DEATHS && deaths.pop_front().is_some_and(|first| first.elapsed() < PERIOD) {
-            return Err(Failure::Failed(format!("the service died {DEATHS} times within {} s: given up", PERIOD.as_secs())));
+            break;
         }
-        recordings.push(next_recording(&recordings[0], recordings.len()));
+        recordings.push(next_recording(&recordings[0], in_parts));
     }
+    Err(Failure::Failed(format!("the service died {DEATHS} times within {} s: given up", PERIOD.as_secs())))
 }
 
 fn first_recording(args: &Args) -> PathBuf {
@@ -46,10 +55,12 @@ fn first_recording(args: &Args) -> PathBuf {
     args.record.clone().unwrap_or_else(|| paths::fresh(Path::new(paths::FOLDER), &name, SystemTime::now()))
 }
 
-/// The recording after a number of deaths: `take.mcap` is followed by `take-resumed-1.mcap`.
-fn next_recording(first: &Path, deaths: usize) -> PathBuf {
+/// The next recording of the session: `take.mcap` is followed by `take-resumed-1.mcap`, or the next number that is free.
+fn next_recording(first: &Path, in_parts: bool) -> PathBuf {
     let stem = first.file_stem().unwrap_or_default().to_string_lossy();
-    first.with_file_name(format!("{stem}-resumed-{deaths}.mcap"))
+    let named = |number: u32| first.with_file_name(format!("{stem}-resumed-{number}.mcap"));
+    let is_free = |path: &PathBuf| !if in_parts { paths::part(path, 1) } else { path.clone() }.exists();
+    (1..).map(named).find(is_free).unwrap_or_else(|| first.to_owned())
 }
 
 /// The last file of a recording that a session can be resumed from, if it has one.
@@ -73,22 +84,19 @@ fn start(record: &Path, resume: Option<&Path>) -> CommandResult<Child> {
 }
 
 /// Waits until the service ends, and passes a request to end on to it. Returns whether there was one.
-fn watch(mut service: Child) -> CommandResult<(ProcessStatus, bool)> {
+async fn watch(mut service: Child, signal: Pin<&mut impl Future<Output = ()>>) -> CommandResult<(ProcessStatus, bool)> {
     let id = Pid::from_child(&service);
-    runtime()?.block_on(async {
-        let signal = interrupted();
-        let mut waiting = tokio::task::spawn_blocking(move || service.wait());
-        let (ended, asked) = tokio::select! {
-            ended = &mut waiting => (ended, false),
-            () = signal => {
-                // It may have ended already.
-                let _ = kill_process(id, Signal::TERM);
-                (waiting.await, true)
-            }
-        };
-        let failed = |cause: std::io::Error| Failure::Failed(format!("cannot wait for the service: {cause}"));
-        Ok((ended.map_err(|error| failed(error.into()))?.map_err(failed)?, asked))
-    })
+    let mut waiting = tokio::task::spawn_blocking(move || service.wait());
+    let (ended, asked) = tokio::select! {
+        ended = &mut waiting => (ended, false),
+        () = signal => {
+            // It may have ended already.
+            let _ = kill_process(id, Signal::TERM);
+            (waiting.await, true)
+        }
+    };
+    let failed = |cause: std::io::Error| Failure::Failed(format!("cannot wait for the service: {cause}"));
+    Ok((ended.map_err(|error| failed(error.into()))?.map_err(failed)?, asked))
 }
 
 fn died(ended: ProcessStatus) -> bool {
@@ -100,7 +108,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_recordings_are_numbered_by_deaths() {
-        assert_eq!(next_recording(Path::new("r/take.mcap"), 2), Path::new("r/take-resumed-2.mcap"));
+    fn prop_the_next_recording_replaces_none() -> std::io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let take = folder.path().join("take.mcap");
+        assert_eq!(next_recording(&take, false), folder.path().join("take-resumed-1.mcap"));
+        std::fs::write(folder.path().join("take-resumed-1.mcap"), "of another session")?;
+        assert_eq!(next_recording(&take, false), folder.path().join("take-resumed-2.mcap"));
+        std::fs::write(folder.path().join("take-resumed-1-001.mcap"), "of another session")?;
+        assert_eq!(next_recording(&take, true), folder.path().join("take-resumed-2.mcap"));
+        Ok(())
     }
 }

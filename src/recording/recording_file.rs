@@ -118,9 +118,9 @@ impl RecordingFile {
         self.cut_off
     }
 
-    /// Messages from a log time on. With an index they come in order of log time, then of file position, and the chunks
-    /// that overlap must fit into 256 MiB. Without an index they come in file order. Ends at the first damage, with the error; a file that
-    /// is cut off ends without one.
+    /// Messages from a log time on. With an index they come in order of log time, then of file position; the messages that wait
+    /// because chunks overlap have at most 256 MiB. Without an index they come in file order. Ends at the first damage, with the
+    /// error; a file that is cut off ends without one.
     ///
     /// # Errors
     /// [`RecordingError`] if the file cannot be opened.

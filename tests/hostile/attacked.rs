@@ -112,7 +112,7 @@ fn regress_a_supervised_service_that_dies_resumes_its_own_recording() -> Outcome
     }
     let client = connect(&endpoint)?;
     let after = steps(&Listener::new(&client, &name)?, 300)?;
-    assert!(died_at[0] >= 299 && died_at[1] > died_at[0] && after.last() > died_at.last(), "{died_at:?} {after:?}");
+    assert!(died_at[0] > 0 && died_at[1] > died_at[0] && after.last() > died_at.last(), "{died_at:?} {after:?}");
     bus::close(&client)?;
     kill_process(Pid::from_child(&supervisor.0), Signal::TERM)?;
     assert_eq!(supervisor.0.wait()?.code(), Some(0));
