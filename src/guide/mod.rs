@@ -22,6 +22,7 @@ chapters! {
     analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";
     exit_codes: "exit-codes", "exit_codes.md", "The code that each command ends with";
     library: "library", "library.md", "Two Rust programs; the modules";
+    evidence: "evidence", "evidence.md", "Measured: beside Exudyn and IDA, lateness, a flood of commands";
     development: "development", "development.md", "Tests, trials and benchmarks";
 }
 
