@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct About {
-    /// The scene: a built-in one by name, or a file; of a replay, the recording.
+    /// The scene, a built-in one by name or a file; or the recording that a replay plays.
     pub scene: String,
     /// Endpoints that the service listens on, such as `tcp/127.0.0.1:7447`.
     pub endpoints: Vec<String>,

@@ -36,7 +36,7 @@ struct Listed {
     name: String,
     kind: Option<&'static str>,
     state: Option<String>,
-    /// Of a replay, the recording that it plays.
+    /// The recording that a replay plays.
     scene: Option<String>,
     sim_time_s: Option<f64>,
     endpoints: Option<Vec<String>>,

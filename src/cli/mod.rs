@@ -45,6 +45,7 @@ mod status_line;
 mod supervise;
 mod thesis_figures;
 mod trade;
+mod trade_table;
 mod values;
 mod verify;
 mod watch;

@@ -9,7 +9,6 @@ use clap::ValueEnum;
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use indicatif::ProgressBar;
 
-use super::aligned_table::print;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
@@ -17,12 +16,12 @@ use super::folders::must_be_writable;
 use super::output::{output, print_json};
 use super::progress::bar;
 use super::signals::Interruption;
+use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
 use crate::plot::{Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
 use crate::study::trade::{
-    Choice, Chosen, Configuration, Demands, Measured, OutputGroup, Progress, Question, Row, Selection, Study, choose, study,
-    table,
+    Choice, Chosen, Configuration, Demands, OutputGroup, Progress, Question, Selection, Study, choose, study, table,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -153,7 +152,11 @@ pub(super) fn trade(args: &Args) -> CommandResult {
 
 /// Prints the study, as a table or as JSON.
 fn show_study(args: &Args, study: &Study) -> CommandResult<()> {
-    if args.json { Ok(table(study).rows_as_json().iter().try_for_each(print_json)?) } else { print_study(args, study) }
+    if args.json {
+        Ok(table(study).rows_as_json().iter().try_for_each(print_json)?)
+    } else {
+        print_study(&args.scene, study, args.wide)
+    }
 }
 
 fn write(args: &Args, study: &Study) -> CommandResult<()> {
@@ -168,10 +171,6 @@ fn write(args: &Args, study: &Study) -> CommandResult<()> {
         say!("wrote {}", path.display());
     }
     Ok(())
-}
-
-fn words(outputs: &[OutputGroup]) -> String {
-    outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", ")
 }
 
 fn question(args: &Args) -> Question {
@@ -237,123 +236,6 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     text
 }
 
-const HEAD: [&str; 20] = [
-    "",
-    "model",
-    "integrator",
-    "links",
-    "step s",
-    "s/s",
-    "±",
-    "steps/s",
-    "p99.9 µs",
-    "worst µs",
-    "angle",
-    "slider",
-    "deflection",
-    "forces",
-    "energy",
-    "order",
-    "mesh",
-    "newton",
-    "factor",
-    "note",
-];
-
-fn print_study(args: &Args, study: &Study) -> CommandResult<()> {
-    let name = &args.scene;
-    let row = |(row, measured): (&Row, &Measured)| {
-        let all = line(study, row, measured);
-        if args.wide { all } else { narrow(&all, measured.error) }
-    };
-    let head = if args.wide { &HEAD[..] } else { &NARROW_HEAD[..] };
-    let head = head.iter().map(|&name| name.to_owned()).collect();
-    let rows: Vec<Vec<String>> = std::iter::once(head).chain(study.measured().map(row)).collect();
-    let mut out = output();
-    let grid = &study.grid;
-    writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
-    let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
-    writeln!(out, "reference: {}", study.reference.configuration)?;
-    writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
-    print(&rows, 4)?;
-    for row in &study.rows {
-        if let Err(failed) = &row.outcome {
-            writeln!(out, "  {}: {failed}", row.configuration)?;
-        }
-    }
-    writeln!(out, "\nfront, by {}:", words(&study.outputs))?;
-    for (row, measured) in study.front() {
-        writeln!(out, "  {:>9.2e} s/s  error {:.1e}  {}", measured.timing.seconds_per_s, measured.error, row.configuration)?;
-    }
-    if study.left_out > 0 {
-        writeln!(out, "{} finer configurations were skipped: --budget allows no more", study.left_out)?;
-    }
-    if study.cut_short {
-        say!("warning: the time budget ran out: another run may compute more or fewer configurations");
-    }
-    Ok(())
-}
-
-/// The head of the table that fits 80 columns.
-const NARROW_HEAD: [&str; 8] = ["", "model", "integrator", "links", "step s", "s/s", "error", "angle"];
-
-/// The cells that fit 80 columns: configuration, cost, the largest error that counts, and that of the crank angle. `row` has all.
-fn narrow(row: &[String], error: f64) -> Vec<String> {
-    let cell = |head: &str| HEAD.iter().position(|other| *other == head).and_then(|place| row.get(place)).cloned();
-    let short = |head: &str| {
-        let cell = cell(head).unwrap_or_default();
-        [("finite-element", "FE"), ("generalized-alpha", "gen.-alpha"), ("elements", "el.")]
-            .iter()
-            .fold(cell, |cell, (long, short)| cell.replace(long, short))
-    };
-    let error = format!("{error:.1e}");
-    NARROW_HEAD.iter().map(|head| if *head == "error" { error.clone() } else { short(head) }).collect()
-}
-
-/// One row of the table: a configuration with its measurements.
-fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
-    let Configuration { family, step_s } = &row.configuration;
-    let error = |output: OutputGroup| {
-        let (error, estimate) = (m.errors.of(output), study.reference.estimate.of(output));
-        match error {
-            error if error < estimate => format!("<{estimate:.1e}"),
-            error if error < 10.0 * estimate => format!("~{error:.1e}"),
-            error => format!("{error:.1e}"),
-        }
-    };
-    let timing = &m.timing;
-    let spread = 50.0 * (timing.slowest_per_s - timing.quickest_per_s) / timing.seconds_per_s;
-    let order = |order: Option<f64>| order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}"));
-    let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
-    let [angle, slider, deflection, forces, energy] = OutputGroup::ALL.map(error);
-    vec![
-        if m.on_front { "*".to_owned() } else { String::new() },
-        family.model.as_str().to_owned(),
-        family.integrator.as_str().to_owned(),
-        family.discretization(),
-        format!("{step_s:.2e}"),
-        format!("{:.2e}", timing.seconds_per_s),
-        format!("{spread:.0}%"),
-        format!("{:.0}", 1.0 / (step_s * timing.seconds_per_s)),
-        format!("{:.1}", 1e6 * timing.step_p999_s),
-        format!("{:.0}", 1e6 * timing.step_worst_s),
-        angle,
-        slider,
-        deflection,
-        forces,
-        energy,
-        order(m.order),
-        order(m.mesh_order),
-        per_step(m.effort.newton_iterations),
-        per_step(m.effort.factorizations),
-        match (m.out_of_range, m.effort.retried) {
-            (true, _) => "out of range".to_owned(),
-            (_, 0) => String::new(),
-            (_, retried) => format!("{retried} retried"),
-        },
-    ]
-}
-
 fn show(bar: &ProgressBar, progress: &Progress<'_>) {
     bar.set_length(progress.of as u64);
     bar.set_position(progress.done as u64);
@@ -385,27 +267,4 @@ fn elements(text: &str) -> Result<usize, String> {
 
 fn modes(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|number| (1..=20).contains(number)).ok_or_else(|| "a whole number from 1 to 20".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regress_the_table_fits_80_columns() {
-        let longest = |head: &str| match head {
-            "" => "*",
-            "model" => "finite-element",
-            "integrator" => "generalized-alpha",
-            "links" => "16 elements, crank rigid",
-            "step s" => "2.50e-4",
-            "s/s" => "1.23e-2",
-            _ => "<1.2e-8",
-        };
-        let row: Vec<String> = HEAD.iter().map(|head| longest(head).to_owned()).collect();
-        let cells = narrow(&row, 1.2e-8);
-        let width: usize = cells.iter().zip(NARROW_HEAD).map(|(cell, head)| 2 + cell.chars().count().max(head.len())).sum();
-        assert!(width <= 80, "{width}: {cells:?}");
-        assert_eq!(cells[1..4], ["FE", "gen.-alpha", "16 el., crank rigid"]);
-    }
 }

@@ -147,17 +147,6 @@ impl Simulation {
         Ok(())
     }
 
-    /// Number of unknowns, the degrees of freedom; `None` if the model has no such number.
-    pub fn unknowns(&self) -> Option<usize> {
-        self.engine.unknowns()
-    }
-
-    /// Vibrations about the start; `None` if the model has too many unknowns or no tangent.
-    pub fn small_motion(&mut self) -> Option<SmallMotion> {
-        let unknowns = self.unknowns()?;
-        (unknowns <= small_motion::MOST_UNKNOWNS).then(|| self.engine.eigenvalues(&self.law)).flatten().map(SmallMotion::new)
-    }
-
     /// Back to t = 0 with the scene's own pulses; raises the epoch.
     ///
     /// # Errors

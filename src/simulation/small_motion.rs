@@ -2,8 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use super::Simulation;
+
 /// Most unknowns for which all eigenvalues are computed; the effort grows with the third power.
-pub(super) const MOST_UNKNOWNS: usize = 250;
+const MOST_UNKNOWNS: usize = 250;
 /// Eigenvalues below this part of the largest are free motion: the crank turns, and nothing vibrates. Differences leave them at
 /// some 1e-6 of the largest instead of 0.
 const FREE: f64 = 3e-5;
@@ -18,8 +20,21 @@ pub struct SmallMotion {
     pub vibrations: usize,
 }
 
+impl Simulation {
+    /// Number of unknowns, the degrees of freedom; `None` if the model has no such number.
+    pub fn unknowns(&self) -> Option<usize> {
+        self.engine.unknowns()
+    }
+
+    /// Vibrations about the start; `None` if the model has too many unknowns or no tangent.
+    pub fn small_motion(&mut self) -> Option<SmallMotion> {
+        let few = self.unknowns()? <= MOST_UNKNOWNS;
+        few.then(|| self.engine.eigenvalues(&self.law)).flatten().map(SmallMotion::new)
+    }
+}
+
 impl SmallMotion {
-    pub(super) fn new(eigenvalues: Vec<[f64; 2]>) -> Self {
+    fn new(eigenvalues: Vec<[f64; 2]>) -> Self {
         let magnitude = |[re, im]: &[f64; 2]| re.hypot(*im);
         let largest = eigenvalues.iter().map(magnitude).fold(0.0, f64::max);
         // One of each conjugate pair.
@@ -33,7 +48,6 @@ impl SmallMotion {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Simulation;
     use super::*;
     use crate::scene::SceneSource;
 

@@ -1,0 +1,153 @@
+//! The table of a study in the terminal.
+
+use std::io::Write as _;
+
+use super::aligned_table::print;
+use super::failure::CommandResult;
+use super::output::output;
+use crate::study::trade::{Configuration, Measured, OutputGroup, Row, Study};
+
+const HEAD: [&str; 20] = [
+    "",
+    "model",
+    "integrator",
+    "links",
+    "step s",
+    "s/s",
+    "±",
+    "steps/s",
+    "p99.9 µs",
+    "worst µs",
+    "angle",
+    "slider",
+    "deflection",
+    "forces",
+    "energy",
+    "order",
+    "mesh",
+    "newton",
+    "factor",
+    "note",
+];
+
+/// Prints a study: all columns if `wide`, or those that fit 80 columns.
+pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResult<()> {
+    let row = |(row, measured): (&Row, &Measured)| {
+        let all = line(study, row, measured);
+        if wide { all } else { narrow(&all, measured.error) }
+    };
+    let head = if wide { &HEAD[..] } else { &NARROW_HEAD[..] };
+    let head = head.iter().map(|&name| name.to_owned()).collect();
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(study.measured().map(row)).collect();
+    let mut out = output();
+    let grid = &study.grid;
+    writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
+    let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
+    writeln!(out, "reference: {}", study.reference.configuration)?;
+    writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
+    print(&rows, 4)?;
+    for row in &study.rows {
+        if let Err(failed) = &row.outcome {
+            writeln!(out, "  {}: {failed}", row.configuration)?;
+        }
+    }
+    writeln!(out, "\nfront, by {}:", words(&study.outputs))?;
+    for (row, measured) in study.front() {
+        writeln!(out, "  {:>9.2e} s/s  error {:.1e}  {}", measured.timing.seconds_per_s, measured.error, row.configuration)?;
+    }
+    if study.left_out > 0 {
+        writeln!(out, "{} finer configurations were skipped: --budget allows no more", study.left_out)?;
+    }
+    if study.cut_short {
+        say!("warning: the time budget ran out: another run may compute more or fewer configurations");
+    }
+    Ok(())
+}
+
+/// The head of the table that fits 80 columns.
+const NARROW_HEAD: [&str; 8] = ["", "model", "integrator", "links", "step s", "s/s", "error", "angle"];
+
+/// The cells that fit 80 columns: configuration, cost, the largest error that counts, and that of the crank angle. `row` has all.
+fn narrow(row: &[String], error: f64) -> Vec<String> {
+    let cell = |head: &str| HEAD.iter().position(|other| *other == head).and_then(|place| row.get(place)).cloned();
+    let short = |head: &str| {
+        let cell = cell(head).unwrap_or_default();
+        [("finite-element", "FE"), ("generalized-alpha", "gen.-alpha"), ("elements", "el.")]
+            .iter()
+            .fold(cell, |cell, (long, short)| cell.replace(long, short))
+    };
+    let error = format!("{error:.1e}");
+    NARROW_HEAD.iter().map(|head| if *head == "error" { error.clone() } else { short(head) }).collect()
+}
+
+/// One row of the table: a configuration with its measurements.
+fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
+    let Configuration { family, step_s } = &row.configuration;
+    let error = |output: OutputGroup| {
+        let (error, estimate) = (m.errors.of(output), study.reference.estimate.of(output));
+        match error {
+            error if error < estimate => format!("<{estimate:.1e}"),
+            error if error < 10.0 * estimate => format!("~{error:.1e}"),
+            error => format!("{error:.1e}"),
+        }
+    };
+    let timing = &m.timing;
+    let spread = 50.0 * (timing.slowest_per_s - timing.quickest_per_s) / timing.seconds_per_s;
+    let order = |order: Option<f64>| order.filter(|order| order.is_finite()).map_or(String::new(), |order| format!("{order:.1}"));
+    let per_step = |count: u64| format!("{:.2}", count as f64 / m.effort.steps.max(1) as f64);
+    let [angle, slider, deflection, forces, energy] = OutputGroup::ALL.map(error);
+    vec![
+        if m.on_front { "*".to_owned() } else { String::new() },
+        family.model.as_str().to_owned(),
+        family.integrator.as_str().to_owned(),
+        family.discretization(),
+        format!("{step_s:.2e}"),
+        format!("{:.2e}", timing.seconds_per_s),
+        format!("{spread:.0}%"),
+        format!("{:.0}", 1.0 / (step_s * timing.seconds_per_s)),
+        format!("{:.1}", 1e6 * timing.step_p999_s),
+        format!("{:.0}", 1e6 * timing.step_worst_s),
+        angle,
+        slider,
+        deflection,
+        forces,
+        energy,
+        order(m.order),
+        order(m.mesh_order),
+        per_step(m.effort.newton_iterations),
+        per_step(m.effort.factorizations),
+        match (m.out_of_range, m.effort.retried) {
+            (true, _) => "out of range".to_owned(),
+            (_, 0) => String::new(),
+            (_, retried) => format!("{retried} retried"),
+        },
+    ]
+}
+
+/// Names of outputs, as in a sentence.
+pub(super) fn words(outputs: &[OutputGroup]) -> String {
+    outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_the_table_fits_80_columns() {
+        let longest = |head: &str| match head {
+            "" => "*",
+            "model" => "finite-element",
+            "integrator" => "generalized-alpha",
+            "links" => "16 elements, crank rigid",
+            "step s" => "2.50e-4",
+            "s/s" => "1.23e-2",
+            _ => "<1.2e-8",
+        };
+        let row: Vec<String> = HEAD.iter().map(|head| longest(head).to_owned()).collect();
+        let cells = narrow(&row, 1.2e-8);
+        let width: usize = cells.iter().zip(NARROW_HEAD).map(|(cell, head)| 2 + cell.chars().count().max(head.len())).sum();
+        assert!(width <= 80, "{width}: {cells:?}");
+        assert_eq!(cells[1..4], ["FE", "gen.-alpha", "16 el., crank rigid"]);
+    }
+}
