@@ -13,7 +13,7 @@ pub(crate) fn read(path: &Path, limit: usize) -> Result<String> {
     if bytes.len() > limit {
         return Err(too_large(limit));
     }
-    String::from_utf8(bytes).map_err(|_| Error::new(ErrorKind::InvalidData, "is not text"))
+    String::from_utf8(bytes).map_err(|_| Error::new(ErrorKind::InvalidData, "is not text in UTF-8"))
 }
 
 /// Reads a file, or the first `limit` bytes and one more of a larger one.

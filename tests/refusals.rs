@@ -80,6 +80,21 @@ fn regress_files_for_folders_and_folders_for_files() -> Result<(), Box<dyn Error
 }
 
 #[test]
+fn regress_a_file_that_is_no_recording_is_said_to_be_none() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let out = folder.path().join("whole.mcap");
+    let out = out.to_str().ok_or("a path that is no text")?;
+    let none = &["README.md: not an MCAP file"];
+    refused(&["verify", "README.md"], 1, none)?;
+    refused(&["info", "README.md"], 1, none)?;
+    refused(&["replay", "README.md"], 1, none)?;
+    refused(&["export", "README.md", "--csv", "tables"], 1, none)?;
+    refused(&["recover", "README.md", "-o", out], 1, none)?;
+    refused(&["what-if", "README.md", "--add-pulse", "1:1:1", "--record", out], 1, none)?;
+    refused(&["run", "--resume", "README.md", "--no-record"], 1, none)
+}
+
+#[test]
 fn regress_incomplete_arguments() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--set", "pulse=[{"], 2, &["--set pulse=[{: not TOML: "])?;
     refused(&["run", "--set", "rod.length_m=1.2m"], 2, &["--set rod.length_m=1.2m: not TOML: "])?;

@@ -43,6 +43,23 @@ Columns (all with --wide, --csv and --json): error is the largest that counts. s
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
     less than ten times as large.";
 
+/// How and where the results are written.
+#[derive(Debug, clap::Args)]
+struct OutputArgs {
+    /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Print all columns: 170 characters a line.
+    #[arg(long, conflicts_with = "json")]
+    wide: bool,
+    /// Print each row of the complete table as one line of JSON, instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Draw the work–precision diagram to this file, .svg or .png.
+    #[arg(long, value_name = "FILE", value_parser = picture)]
+    plot: Option<PathBuf>,
+}
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// A built-in scene or a TOML file.
@@ -81,18 +98,8 @@ pub(super) struct Args {
     /// Write a copy of the scene with the chosen settings; the file must not exist.
     #[arg(long, value_name = "FILE", requires = "tolerance")]
     write: Option<PathBuf>,
-    /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts.
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print all columns: 170 characters a line.
-    #[arg(long, conflicts_with = "json")]
-    wide: bool,
-    /// Print each row of the complete table as one line of JSON, instead of the table.
-    #[arg(long)]
-    json: bool,
-    /// Draw the work–precision diagram to this file, .svg or .png.
-    #[arg(long, value_name = "FILE", value_parser = picture)]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputArgs,
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -124,7 +131,7 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
         return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
-    [&args.write, &args.csv, &args.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
+    [&args.write, &args.output.csv, &args.output.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
     let interruption = Interruption::watch()?;
     let families = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
     let study = study(&source.scene, &question(args), &mut |progress| {
@@ -152,21 +159,21 @@ pub(super) fn trade(args: &Args) -> CommandResult {
 
 /// Prints the study, as a table or as JSON.
 fn show_study(args: &Args, study: &Study) -> CommandResult<()> {
-    if args.json {
+    if args.output.json {
         Ok(table(study).rows_as_json().iter().try_for_each(print_json)?)
     } else {
-        print_study(&args.scene, study, args.wide)
+        print_study(&args.scene, study, args.output.wide)
     }
 }
 
 fn write(args: &Args, study: &Study) -> CommandResult<()> {
     let table = table(study);
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.output.csv {
         table.write_csv(path)?;
         say!("wrote {}", path.display());
     }
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
-    if let (Some(path), Some(figure)) = (&args.plot, work_precision(&title, &table)) {
+    if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&title, &table)) {
         figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
         say!("wrote {}", path.display());
     }

@@ -1,6 +1,6 @@
 //! Errors of recordings.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
 /// A recording could not be written or read.
@@ -114,6 +114,18 @@ fn why(path: &Path, cause: &std::io::Error) -> String {
 }
 
 impl RecordingError {
+    /// The error of a file in which no message is found.
+    pub(super) fn empty(path: &Path) -> Self {
+        let path = path.to_owned();
+        if begins_as_mcap(&path) { RecordingError::Empty { path } } else { RecordingError::NotMcap(path) }
+    }
+
+    /// The error of a file without metadata and scene.
+    pub(super) fn anonymous(path: &Path) -> Self {
+        let path = path.to_owned();
+        if begins_as_mcap(&path) { RecordingError::Anonymous { path } } else { RecordingError::NotMcap(path) }
+    }
+
     pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         |cause| RecordingError::File { path, cause }
@@ -128,4 +140,10 @@ impl RecordingError {
             cause => RecordingError::Mcap { path, cause },
         }
     }
+}
+
+/// Whether a file begins as MCAP files do.
+fn begins_as_mcap(path: &Path) -> bool {
+    let mut beginning = [0; mcap::MAGIC.len()];
+    std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut beginning)).is_ok() && beginning == mcap::MAGIC
 }

@@ -44,7 +44,7 @@ impl RecordingMetadata {
             if metadata.scene.is_some() && !metadata.facts.is_empty() { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
         })?;
         if metadata.scene.is_none() || metadata.facts.is_empty() {
-            return Err(RecordingError::Anonymous { path: path.to_owned() });
+            return Err(RecordingError::anonymous(path));
         }
         Ok(metadata)
     }

@@ -48,7 +48,7 @@ impl Overview {
         }
         match (overview.topics.is_empty(), overview.damage) {
             (true, Some(damage)) => Err(damage),
-            (true, None) => Err(RecordingError::Empty { path: path.to_owned() }),
+            (true, None) => Err(RecordingError::empty(path)),
             (false, damage) => Ok(Overview { damage, ..overview }),
         }
     }

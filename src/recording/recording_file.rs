@@ -83,7 +83,7 @@ impl RecordingFile {
             channels.entry(message.channel.id).or_insert(message.channel);
         }
         if channels.is_empty() {
-            return Err(RecordingError::Empty { path: path.to_owned() });
+            return Err(RecordingError::empty(path));
         }
         Ok(RecordingFile { path: path.to_owned(), channels, chunks: Vec::new(), begin_ns, end_ns, cut_off })
     }

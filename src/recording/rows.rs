@@ -100,7 +100,7 @@ impl Decoder {
     /// The error of a recording without rows.
     pub fn no_rows(self) -> RecordingError {
         match self.skipped.is_empty() {
-            true => RecordingError::Empty { path: self.path },
+            true => RecordingError::empty(&self.path),
             false => RecordingError::Foreign { path: self.path, topics: self.skipped.into_iter().collect() },
         }
     }

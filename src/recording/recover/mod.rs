@@ -109,7 +109,7 @@ fn run(
 }
 
 fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Path)) -> Result<Recovered, RecordingError> {
-    let Some((first, last)) = salvage.span_ns else { return Err(RecordingError::Empty { path: broken.to_owned() }) };
+    let Some((first, last)) = salvage.span_ns else { return Err(RecordingError::empty(broken)) };
     salvage.compare_with_statistics();
     loss.orphans = salvage.orphans;
     let numbered = salvage.ours && loss.places > 0;
