@@ -43,7 +43,7 @@ Columns (all with --wide, --csv and --json): error is the largest that counts. s
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
     less than ten times as large.";
 
-/// How and where the results are written.
+/// Where the results go, and in which form.
 #[derive(Debug, clap::Args)]
 struct OutputArgs {
     /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts.
