@@ -63,7 +63,7 @@ fn read(bytes: &[u8], folder: &Path) -> Outcome<Readings> {
     })?;
     let replayed = RecordingFile::open(&file).and_then(|recording| recording.messages_from(0)).map_or(Vec::new(), intact);
     let recovered = match recover(&file, &whole, |_, _| {}) {
-        Err(RecordingError::Empty { .. }) => Vec::new(),
+        Err(RecordingError::Empty { .. } | RecordingError::NotMcap(_)) => Vec::new(),
         recovered => {
             recovered?;
             let messages = Messages::open(&whole)?.collect::<Result<Vec<_>, _>>()?;
