@@ -19,6 +19,7 @@ pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a 
 }
 
 /// Columns by topic for a refusal, a line each: numbers in names become N, and stamps are left out.
+#[cfg(feature = "service")]
 pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
     let is_data = |name: &&str| !name.starts_with("stamp.") && !["log_time", "publish_time"].contains(name);
     let numbered = |part: &'a str| if part.bytes().all(|byte| byte.is_ascii_digit()) { "N" } else { part };

@@ -8,6 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Fails if the file cannot be read, is larger, or is not UTF-8.
+#[cfg(feature = "service")]
 pub(crate) fn read(path: &Path, limit: usize) -> Result<String> {
     let bytes = beginning(path, limit)?;
     if bytes.len() > limit {
