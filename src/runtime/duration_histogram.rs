@@ -50,7 +50,7 @@ impl DurationHistogram {
         (!self.nanoseconds.is_empty()).then(|| DurationQuantiles { p50_s: at(0.5), p99_s: at(0.99), p999_s: at(0.999), max_s })
     }
 
-    /// Returns the counts in [`BINS_PER_DOUBLING`] bins for each doubling from 1 ns on; `None` if the histogram is empty.
+    /// Returns the counts in four bins for each doubling from 1 ns on; `None` if the histogram is empty.
     pub fn histogram(&self) -> Option<wire::Histogram> {
         let mut counts = Vec::new();
         for recorded in self.nanoseconds.iter_recorded() {
