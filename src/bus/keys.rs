@@ -1,9 +1,7 @@
 //! All key expressions, formatted and parsed in one place.
 
+pub use crate::wire::ROOT;
 use crate::wire::Topic;
-
-/// First chunk of every key.
-pub const ROOT: &str = "flexcrank";
 
 /// A service's name: one chunk of a key.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::event::{schema, topic};
 use super::finding::Finding;
 use crate::recording::RecordedMessage;
-use crate::wire::{self, Topic};
+use crate::wire::{self, ROOT, Topic};
 
 /// Checks every message against its channel.
 pub(super) struct ChannelCheck {
@@ -30,7 +30,7 @@ struct ChannelTrack {
 
 impl ChannelCheck {
     pub(super) fn new(name: &str, own_build: bool) -> Self {
-        ChannelCheck { prefix: format!("flexcrank/{name}/"), own_build, tracks: BTreeMap::new(), findings: Vec::new() }
+        ChannelCheck { prefix: format!("{ROOT}/{name}/"), own_build, tracks: BTreeMap::new(), findings: Vec::new() }
     }
 
     /// Notes that part of the file is lost.

@@ -16,7 +16,7 @@ pub use rates::BadRates;
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};
 pub use telemetry::{TelemetryEncoder, stamp, timestamp};
-pub use topic::{Message, Topic};
+pub use topic::{Message, ROOT, Topic};
 
 pub use messages::*;
 

@@ -8,6 +8,9 @@ use super::foxglove::SceneUpdate;
 use super::messages::{Angles, AppliedCommand, Checkpoint, Displacements, Energies, Gap, Loads, Overruns, Shadow, Stamp, Status};
 use crate::simulation::PerTelemetry;
 
+/// First chunk of every key.
+pub const ROOT: &str = "flexcrank";
+
 /// Declares topics with a stamped message each, and then topics with messages for viewers, which have no stamp.
 macro_rules! catalogue {
     ($($(#[$doc:meta])* $topic:ident $chunk:literal $message:ty,)* ; $($(#[$viewer_doc:meta])* $viewer:ident $viewer_chunk:literal $viewer_message:ty,)*) => {

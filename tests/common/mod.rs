@@ -1,6 +1,7 @@
 //! A service in this process, a client beside it, and what was recorded.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test binary uses its own part; a test may fail")]
 
+pub mod process;
 pub mod rewritten;
 
 use std::collections::HashMap;

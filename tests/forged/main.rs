@@ -66,7 +66,7 @@ fn is_found(all: &Contents, path: &Path) -> Result<bool, Failure> {
 /// The names in the section of the guide that says what cannot be proved; `*` stands for any ending.
 fn not_provable() -> Result<BTreeSet<String>, Failure> {
     let guide = include_str!("../../src/guide/recordings.md");
-    let section = guide.split("## What `verify` cannot prove").nth(1).and_then(|rest| rest.split("\n## ").next());
+    let section = guide.split("## Limits of `verify`").nth(1).and_then(|rest| rest.split("\n## ").next());
     let names = section.ok_or("no such section")?.lines().filter(|line| line.starts_with("- ") || line.starts_with("  "));
     Ok(names.flat_map(|line| line.split('`').skip(1).step_by(2)).map(str::to_owned).collect())
 }

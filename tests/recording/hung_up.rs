@@ -7,8 +7,8 @@ use std::time::Duration;
 use flexcrank::bus::{Name, Topic};
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::common::process::{Victim, connect};
 use crate::common::{Listener, Outcome};
-use crate::killed::{Victim, connect};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 

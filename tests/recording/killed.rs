@@ -2,28 +2,19 @@
 
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use flexcrank::bus::{BusOptions, Name, Topic};
+use flexcrank::bus::{Name, Topic};
 use flexcrank::recording::{RecordingError, recover};
 use flexcrank::wire::Angles;
 use prost::Message as _;
 
+use crate::common::process::{Victim, connect};
 use crate::common::{self, Listener, Outcome};
 
 const FLUSH_S: f64 = 0.5;
 const STEP_S: f64 = 1e-3;
-
-/// Kills, and reaps, whatever happens.
-pub(crate) struct Victim(pub(crate) Child);
-
-impl Drop for Victim {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 fn last_s(angles: &[Vec<u8>]) -> f64 {
     angles.last().and_then(|bytes| Angles::decode(bytes.as_slice()).ok()).map_or(0.0, |angles| common::time_s(&angles.stamp))
@@ -66,18 +57,6 @@ fn lost_s(folder: &Path, kill_s: f64) -> Outcome<f64> {
     let steps: Vec<u64> = kept.iter().filter_map(|row| row.stamp.as_ref()).map(|stamp| stamp.step).collect();
     assert_eq!(steps, (0..steps.len() as u64).collect::<Vec<u64>>(), "nothing is missing before the end");
     Ok(seen_s - last_s(&common::payloads(&whole, "angles")?))
-}
-
-/// Connects as soon as the service is there.
-pub(crate) fn connect(endpoint: &str) -> Outcome<flexcrank::bus::Session> {
-    let begun = Instant::now();
-    loop {
-        match (BusOptions { connect: vec![endpoint.to_owned()], ..BusOptions::default() }).open_client() {
-            Err(error) if begun.elapsed() > Duration::from_secs(60) => return Err(error.into()),
-            Err(_) => std::thread::sleep(Duration::from_millis(20)),
-            Ok(session) => return Ok(session),
-        }
-    }
 }
 
 #[test]
