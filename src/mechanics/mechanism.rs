@@ -59,6 +59,12 @@ pub trait Mechanism: Send {
     fn residual_size(&self, r: &[f64]) -> f64;
     /// Factors `w.acceleration ∂r/∂a + w.velocity ∂r/∂v + w.position ∂r/∂q` at the state given.
     fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular>;
+    /// Hands the entries of that tangent to `entry(row, column, value)`; entries that are not handed over are 0, and those of one
+    /// place add up.
+    fn tangent(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64));
+    /// Velocities and accelerations as if every link kept its shape at `q` and the first one turned steadily, at `rate_rad_per_s`
+    /// or as motion is prescribed.
+    fn rigid_motion(&mut self, input: &Input, rate_rad_per_s: f64, q: &[f64], v: &mut [f64], a: &mut [f64]);
     /// Solves the last factored system for `x` in place.
     fn solve(&mut self, x: &mut [f64]);
     /// Fills `out` for the state given; `a` solves `residual = 0` at it.

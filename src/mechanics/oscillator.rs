@@ -81,6 +81,25 @@ impl Mechanism for Oscillator {
         self.lu.factor()
     }
 
+    fn tangent(
+        &mut self,
+        _input: &Input,
+        q: &[f64],
+        _v: &[f64],
+        _a: &[f64],
+        w: Weights,
+        entry: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let n = q.len();
+        self.stiffness.iter().enumerate().for_each(|(place, k)| entry(place / n, place % n, w.position * k));
+        self.masses_kg.iter().enumerate().for_each(|(i, mass_kg)| entry(i, i, w.acceleration * mass_kg));
+    }
+
+    fn rigid_motion(&mut self, _input: &Input, _rate_rad_per_s: f64, _q: &[f64], v: &mut [f64], a: &mut [f64]) {
+        v.fill(0.0);
+        a.fill(0.0);
+    }
+
     fn solve(&mut self, x: &mut [f64]) {
         self.lu.solve(x);
     }

@@ -199,6 +199,18 @@ impl Rigid {
         bodies + self.chain.base.torsion_spring_nm_per_rad + slider
     }
 
+    fn tangent_at(&mut self, [theta, rate, acceleration]: [f64; 3], w: Weights) -> f64 {
+        let mut tangent = w.acceleration * self.evaluate(theta, rate).equation.mass;
+        let pose = &self.last.pose;
+        if w.velocity != 0.0 {
+            tangent += w.velocity * self.viscosity(pose, rate);
+        }
+        if w.position != 0.0 {
+            tangent += w.position * self.stiffness(theta, rate, acceleration);
+        }
+        tangent
+    }
+
     fn viscosity(&self, pose: &Pose, rate: f64) -> f64 {
         let half_slope: f64 = pose
             .bodies
@@ -280,15 +292,20 @@ impl Mechanism for Rigid {
 
     fn factor(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular> {
         let [theta, rate, acceleration] = self.state(input, q, v, a);
-        self.tangent = w.acceleration * self.evaluate(theta, rate).equation.mass;
-        let pose = &self.last.pose;
-        if w.velocity != 0.0 {
-            self.tangent += w.velocity * self.viscosity(pose, rate);
-        }
-        if w.position != 0.0 {
-            self.tangent += w.position * self.stiffness(theta, rate, acceleration);
-        }
+        self.tangent = self.tangent_at([theta, rate, acceleration], w);
         if self.tangent == 0.0 || !self.tangent.is_finite() { Err(Singular) } else { Ok(()) }
+    }
+
+    fn tangent(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        if !q.is_empty() {
+            let state = self.state(input, q, v, a);
+            entry(0, 0, self.tangent_at(state, w));
+        }
+    }
+
+    fn rigid_motion(&mut self, _input: &Input, rate_rad_per_s: f64, _q: &[f64], v: &mut [f64], a: &mut [f64]) {
+        v.fill(rate_rad_per_s);
+        a.fill(0.0);
     }
 
     fn solve(&mut self, x: &mut [f64]) {

@@ -77,6 +77,17 @@ impl Band {
         }
     }
 
+    /// Hands every block to `each(row, column, block)`.
+    pub(super) fn for_each(&self, mut each: impl FnMut(usize, usize, &Matrix2<f64>)) {
+        for (k, pivot) in self.pivots[..self.slots].iter().enumerate() {
+            each(k, k, &pivot.diagonal);
+            for j in (0..REACH).take_while(|j| k + 1 + j < self.slots) {
+                each(k, k + 1 + j, &pivot.right[j]);
+                each(k + 1 + j, k, &pivot.below[j]);
+            }
+        }
+    }
+
     /// Takes one scalar unknown out: its row and column become those of the identity.
     pub(super) fn hold(&mut self, slot: usize, component: usize) {
         for other in slot.saturating_sub(REACH)..(slot + REACH + 1).min(self.slots) {

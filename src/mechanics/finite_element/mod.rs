@@ -152,6 +152,21 @@ impl Mechanism for FiniteElement {
         self.couple(w)
     }
 
+    fn tangent(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        self.evaluate(input, q, v, a);
+        self.assemble(w);
+        self.entries(w, entry);
+    }
+
+    fn rigid_motion(&mut self, input: &Input, rate_rad_per_s: f64, q: &[f64], v: &mut [f64], a: &mut [f64]) {
+        self.last.forget();
+        v.fill(0.0);
+        self.motion.load(&self.layout, input, q, v, v);
+        self.set_rates(input.motion.map_or(rate_rad_per_s, |[_, rate, _]| rate));
+        self.store(|motion| &motion.v, |polar| polar.du, v);
+        self.store(|motion| &motion.a, |polar| polar.ddu, a);
+    }
+
     fn solve(&mut self, x: &mut [f64]) {
         self.solve_unknown(x);
     }

@@ -69,10 +69,11 @@ impl Motion {
         }
     }
 
-    /// Sets the angular rate of a polar slot.
-    pub(super) fn set_polar_rate(&mut self, slot: usize, rate: f64) {
+    /// Sets angular rate and acceleration of a polar slot, its radius constant.
+    pub(super) fn set_polar_rate(&mut self, slot: usize, rate: f64, acceleration: f64) {
         for polar in self.polars.iter_mut().filter(|polar| polar.slot == slot) {
             polar.polar.du = Vector2::new(0.0, rate);
+            polar.polar.ddu = Vector2::new(0.0, acceleration);
         }
     }
 

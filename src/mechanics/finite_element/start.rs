@@ -5,6 +5,8 @@ use nalgebra::Vector2;
 use super::FiniteElement;
 use super::layout::Kind;
 use super::member::{Member, windows};
+use super::motion::Motion;
+use super::polar::Polar;
 use super::strain::left;
 use crate::mechanics::equilibrium::{Pivot, settle};
 use crate::mechanics::mechanism::{Input, Mechanism, NoEquilibrium};
@@ -20,17 +22,8 @@ impl FiniteElement {
             self.bend(input, angle)?;
         }
         self.set_rates(rate);
-        for (i, &place) in self.layout.active.iter().enumerate() {
-            let (slot, component) = (place / 2, place % 2);
-            (q[i], v[i]) = (self.motion.p[slot][component], self.motion.v[slot][component]);
-        }
-        for polar in &self.motion.polars {
-            for (i, &place) in self.layout.active.iter().enumerate() {
-                if place / 2 == polar.slot {
-                    (q[i], v[i]) = (polar.polar.u[place % 2], polar.polar.du[place % 2]);
-                }
-            }
-        }
+        self.store(|motion| &motion.p, |polar| polar.u, q);
+        self.store(|motion| &motion.v, |polar| polar.du, v);
         Ok(())
     }
 
@@ -74,7 +67,7 @@ impl FiniteElement {
         bent.motion.clone_from(&self.motion);
         let mut q = vec![0.0; bent.degrees_of_freedom()];
         let still = q.clone();
-        bent.store(&mut q);
+        bent.store(|motion| &motion.p, |polar| polar.u, &mut q);
         settle(&mut bent, &input, &mut q, Self::largest_turn)?;
         bent.motion.load(&bent.layout, &input, &q, &still, &still);
         self.motion.clone_from(&bent.motion);
@@ -87,20 +80,22 @@ impl FiniteElement {
         turns.fold(0.0, |most, (_, x)| if x.abs() <= most { most } else { x.abs() })
     }
 
-    fn store(&self, q: &mut [f64]) {
-        for (value, &place) in q.iter_mut().zip(&self.layout.active) {
+    /// Coordinates, or their rates, from `all` slots and from the `polar` ones.
+    pub(super) fn store(&self, all: fn(&Motion) -> &[Vector2<f64>], polar: fn(&Polar) -> Vector2<f64>, out: &mut [f64]) {
+        for (value, &place) in out.iter_mut().zip(&self.layout.active) {
             let (slot, component) = (place / 2, place % 2);
             *value = match self.motion.polar(slot) {
-                Some(polar) => polar.u[component],
-                None => self.motion.p[slot][component],
+                Some(own) => polar(own)[component],
+                None => all(&self.motion)[slot][component],
             };
         }
     }
 
-    /// Velocities as if every link were rigid in its present shape, the first turning at `rate`.
-    fn set_rates(&mut self, rate: f64) {
-        let mut pin: [Vector2<f64>; 2] = [Vector2::zeros(); 2];
-        let mut rate = rate;
+    /// Velocities and accelerations as if every link were rigid in its present shape, the first turning steadily at `rate`. With the
+    /// rod's vector e from pin to slider, `ẏ = 0` and `ÿ = 0` there give `β̇ = −ẏ_A/e_x`, `β̈ = (β̇² e_y − ÿ_A)/e_x`.
+    pub(super) fn set_rates(&mut self, rate: f64) {
+        let mut pin: [Vector2<f64>; 3] = [Vector2::zeros(); 3];
+        let (mut rate, mut acceleration) = (rate, 0.0);
         for i in 0..self.members.len() {
             let Some(first) = (match &self.members[i] {
                 Member::Flexible { first, .. } | Member::Rigid { first, .. } => Some(*first),
@@ -110,25 +105,30 @@ impl FiniteElement {
             };
             let m = &mut self.motion;
             if let (1, End::Slider(_), Some(end)) = (i, &self.chain.end, self.layout.end) {
-                rate = -pin[1].y / (m.p[end].x - pin[0].x);
+                let along = m.p[end] - pin[0];
+                rate = -pin[1].y / along.x;
+                acceleration = (rate * rate * along.y - pin[2].y) / along.x;
             }
+            let turn = |r: &Vector2<f64>| left(r) * acceleration - r * (rate * rate);
             match &self.members[i] {
                 Member::Flexible { elements, swapped, .. } => {
                     for window in windows(first, *elements, *swapped) {
                         let x = window.gather(&m.p);
                         let at = |x: &Vector2<f64>| pin[1] + left(&(x - pin[0])) * rate;
                         window.set(&mut m.v, [at(&x[0]), left(&x[1]) * rate, at(&x[2]), left(&x[3]) * rate]);
+                        let at = |x: &Vector2<f64>| pin[2] + turn(&(x - pin[0]));
+                        window.set(&mut m.a, [at(&x[0]), turn(&x[1]), at(&x[2]), turn(&x[3])]);
                     }
                     let end = first + 2 * elements + usize::from(*swapped);
-                    pin = [m.p[end], m.v[end]];
+                    pin = [m.p[end], m.v[end], m.a[end]];
                 }
                 _ => {
                     let a = m.p[first + 1];
-                    m.v[first + 1] = left(&a) * rate;
-                    pin = [pin[0] + a, pin[1] + left(&a) * rate];
+                    (m.v[first + 1], m.a[first + 1]) = (left(&a) * rate, turn(&a));
+                    pin = [pin[0] + a, pin[1] + left(&a) * rate, pin[2] + turn(&a)];
                 }
             }
-            m.set_polar_rate(first + 1, rate);
+            m.set_polar_rate(first + 1, rate, acceleration);
         }
     }
 }

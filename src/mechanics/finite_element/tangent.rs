@@ -7,7 +7,7 @@ use super::beam::{Beam, Blocks};
 use super::layout::{Layout, ROOT};
 use super::loads::EndLoad;
 use super::member::{Member, windows};
-use super::motion::Window;
+use super::motion::{Motion, Window};
 use super::polar::{Column, Polar};
 use super::rigid::Masses;
 use super::strain::StiffnessWeights;
@@ -159,20 +159,30 @@ impl FiniteElement {
     /// Prepares [`Coupling`].
     pub(super) fn couple(&mut self, w: Weights) -> Result<(), Singular> {
         let Some(coupling) = &mut self.coupling else { return Ok(()) };
-        let slope = self.end.resistance(&self.motion.p[coupling.pin]).1;
-        coupling.gradient = match self.motion.polar(coupling.pin) {
-            Some(polar) => polar.force(&slope),
-            None => slope,
-        } * w.position;
-        for place in self.layout.held.iter().filter(|place| **place / 2 == coupling.pin) {
-            coupling.gradient[place % 2] = 0.0;
-        }
+        coupling.gradient = gradient(coupling.pin, &self.end, &self.motion, &self.layout) * w.position;
         coupling.response.fill(Vector2::zeros());
         coupling.response[coupling.end].x = 1.0;
         self.band.solve(&mut coupling.response);
         let denominator = 1.0 + coupling.gradient.dot(&coupling.response[coupling.pin]);
         coupling.inverse = 1.0 / denominator;
         if denominator.is_normal() { Ok(()) } else { Err(Singular) }
+    }
+
+    /// Hands over the entries as assembled.
+    pub(super) fn entries(&self, w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        let mut block = |row: usize, column: usize, block: &Matrix2<f64>| {
+            for place in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let unknowns = self.layout.unknown(2 * row + place.0).zip(self.layout.unknown(2 * column + place.1));
+                if let Some((i, j)) = unknowns {
+                    entry(i, j, block[place]);
+                }
+            }
+        };
+        self.band.for_each(&mut block);
+        if let Some(coupling) = &self.coupling {
+            let gradient = gradient(coupling.pin, &self.end, &self.motion, &self.layout) * w.position;
+            block(coupling.end, coupling.pin, &Matrix2::new(gradient.x, gradient.y, 0.0, 0.0));
+        }
     }
 
     /// Solves for the unknowns in place.
@@ -192,4 +202,14 @@ impl FiniteElement {
             *value = self.unknown[place / 2][place % 2];
         }
     }
+}
+
+/// Derivative of the resistance by the coordinates of the crank's pin; nil in those that are held.
+fn gradient(pin: usize, end: &EndLoad, motion: &Motion, layout: &Layout) -> Vector2<f64> {
+    let slope = end.resistance(&motion.p[pin]).1;
+    let mut gradient = motion.polar(pin).map_or(slope, |polar| polar.force(&slope));
+    for place in layout.held.iter().filter(|place| **place / 2 == pin) {
+        gradient[place % 2] = 0.0;
+    }
+    gradient
 }

@@ -72,6 +72,20 @@ impl<const W: usize> Mechanism for Fitted<W> {
         self.tangent.factor()
     }
 
+    fn tangent(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        self.evaluate(input, q, v, a);
+        let matrix = self.tangent.assemble(&mut self.chain, a, w);
+        matrix.iter().enumerate().for_each(|(place, value)| entry(place / q.len(), place % q.len(), *value));
+    }
+
+    fn rigid_motion(&mut self, input: &Input, rate_rad_per_s: f64, _q: &[f64], v: &mut [f64], a: &mut [f64]) {
+        let rate_rad_per_s = input.motion.map_or(rate_rad_per_s, |[_, rate, _]| rate);
+        a.fill(0.0);
+        for (v, is_angle) in v.iter_mut().zip(&self.chain.is_angle) {
+            *v = if *is_angle { rate_rad_per_s } else { 0.0 };
+        }
+    }
+
     fn solve(&mut self, x: &mut [f64]) {
         self.tangent.solve(x);
     }

@@ -96,6 +96,14 @@ impl Mechanism for Modal {
         self.fitted.factor(input, q, v, a, w)
     }
 
+    fn tangent(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        self.fitted.tangent(input, q, v, a, w, entry);
+    }
+
+    fn rigid_motion(&mut self, input: &Input, rate_rad_per_s: f64, q: &[f64], v: &mut [f64], a: &mut [f64]) {
+        self.fitted.rigid_motion(input, rate_rad_per_s, q, v, a);
+    }
+
     fn solve(&mut self, x: &mut [f64]) {
         self.fitted.solve(x);
     }
