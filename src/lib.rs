@@ -31,6 +31,7 @@ pub mod scene;
 pub mod service;
 mod shown;
 pub mod simulation;
+pub mod small_motion;
 #[cfg(feature = "service")]
 pub mod study;
 mod text_file;

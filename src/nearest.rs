@@ -34,7 +34,7 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
     topics.into_iter().map(line).collect()
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "service"))]
 mod tests {
     use super::{columns_by_topic, nearest};
 

@@ -1,0 +1,64 @@
+//! Small motion about a state: natural frequencies, damping and shapes of the modes, state-space matrices, and the multipliers of
+//! periodic motion.
+//!
+//! Everything rests on the exact derivatives of the models' residual, [`Linearised`]: at rest, in steady rotation, or at an instant of
+//! a run ([`Point`]).
+
+mod band;
+mod linearised;
+mod mode;
+mod parts;
+mod point;
+mod shape;
+mod spectrum;
+mod subject;
+#[cfg(test)]
+mod tests;
+
+pub use band::{Band, BandLu};
+pub use linearised::Linearised;
+pub use mode::{Kind, Mode, Share, modes};
+pub use parts::Part;
+pub use point::Point;
+pub use shape::{LinkShape, likeness};
+pub use spectrum::{Eigenpair, lowest};
+pub use subject::{Crank, Subject};
+
+/// No modes can be told.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NoModes {
+    /// Rigid links whose crank is held.
+    #[error("nothing can move: the links are rigid, and the crank is held")]
+    NothingMoves,
+    /// A model without a tangent.
+    #[error("solver.model = \"{0}\" has no linearisation; modal, finite-element and rigid have")]
+    NotSuited(&'static str),
+    /// Torque or prescribed motion has no pivot to act on.
+    #[error("the scene has no crank: its modes have neither angle nor speed")]
+    NoCrank,
+    /// A rotation that is periodic.
+    #[error("only one link without weight turns steadily; other chains turn periodically: ask for --periodic")]
+    NotSteady,
+    /// A singular position.
+    #[error("the position is singular: the rod stands across the guide, or a link has no mass")]
+    Singular,
+    /// Weight and loads cannot be balanced.
+    #[error("no static equilibrium was found with the crank at {angle_deg}°")]
+    NoEquilibrium {
+        /// The crank's angle, degrees.
+        angle_deg: f64,
+    },
+    /// No steady rotation.
+    #[error(
+        "no steady rotation at {speed_rad_per_s} rad/s was found with the crank at {angle_deg}°: a critical speed is near, or the position is singular"
+    )]
+    NoSteadyRotation {
+        /// The crank's speed, rad/s.
+        speed_rad_per_s: f64,
+        /// Its angle, degrees.
+        angle_deg: f64,
+    },
+    /// The eigenvalue iteration failed.
+    #[error("the eigenvalues were not found")]
+    NotFound,
+}

@@ -1,0 +1,188 @@
+//! Modes, each named by where its energy is.
+
+use std::fmt;
+
+use nalgebra::{Complex, DVector};
+
+use super::NoModes;
+use super::band::Band;
+use super::linearised::Linearised;
+use super::parts::{Part, Parts};
+use super::point::Point;
+use super::shape::{Figure, LinkShape};
+use super::spectrum::lowest;
+use super::subject::Subject;
+use crate::mechanics::Mechanism;
+
+/// Strain energy below this part of the kinetic energy does not name a mode.
+const STRAINED: f64 = 0.05;
+/// A mode with more of its kinetic energy than this in turning of the chain as it is, is named after that.
+const RIGID: f64 = 0.5;
+
+/// A part of the mechanism and its share of a mode's strain energy, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// The part.
+    pub part: Part,
+    /// Its share.
+    pub share: f64,
+}
+
+/// Kind of a mode: the part that its energy is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// The chain turns as a whole, and nothing brings it back.
+    Rotation,
+    /// The chain swings as a whole: weight or the loads present bring it back.
+    Swing,
+    /// A link or the base vibrates.
+    Vibration(Part),
+    /// Masses on springs vibrate.
+    Masses,
+}
+
+/// One mode of small motion, `δq = Re(φ e^(λt))`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mode {
+    /// The kind, and the number of the mode among those of this kind, from 1 in order of frequency.
+    pub kind: Kind,
+    /// See `kind`.
+    pub number: usize,
+    /// λ, 1/s.
+    pub eigenvalue: Complex<f64>,
+    /// φ in the model's coordinates, with `φᴴ M φ = 1`.
+    pub shape: DVector<Complex<f64>>,
+    /// Shares of the strain energy, the largest first; empty where nothing is strained.
+    pub shares: Vec<Share>,
+    /// Part of the kinetic energy in turning of the chain with its links as they are, 0 to 1; 0 where the crank is held.
+    pub rigid_part: f64,
+    /// φ on the links' nodes; none of an oscillator.
+    pub links: Vec<LinkShape>,
+}
+
+impl Mode {
+    /// Frequency of the vibration as it decays, `|Im λ|/2π`, Hz.
+    pub fn frequency_hz(&self) -> f64 {
+        self.eigenvalue.im / std::f64::consts::TAU
+    }
+
+    /// Damping ratio `−Re λ/|λ|`; 0 of free motion.
+    pub fn damping_ratio(&self) -> f64 {
+        let size = self.eigenvalue.norm();
+        if size == 0.0 { 0.0 } else { -self.eigenvalue.re / size }
+    }
+
+    /// The name: kind and number, such as `rod bending 2`.
+    pub fn name(&self) -> String {
+        match self.kind {
+            Kind::Rotation => "chain rotation".to_owned(),
+            Kind::Swing if self.number == 1 => "chain swing".to_owned(),
+            Kind::Swing => format!("chain swing {}", self.number),
+            Kind::Vibration(Part::Base) => "crank torsion of the base".to_owned(),
+            Kind::Vibration(part) => format!("{part} {}", self.number),
+            Kind::Masses => format!("masses {}", self.number),
+        }
+    }
+
+    /// The name with the share of its strain energy that it is named after.
+    pub fn title(&self) -> String {
+        match self.shares.first() {
+            Some(first) if matches!(self.kind, Kind::Vibration(_)) => format!("{} ({:.0} %)", self.name(), 100.0 * first.share),
+            _ => self.name(),
+        }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Part::Bending(link) => write!(f, "{} bending", link.as_str()),
+            Part::Stretching(link) => write!(f, "{} stretching", link.as_str()),
+            Part::Base => f.write_str("base"),
+        }
+    }
+}
+
+/// The `count` lowest modes about a point.
+///
+/// # Errors
+/// [`NoModes`] where nothing can move, the position is singular, or eigenvalues are not found.
+pub fn modes(subject: &Subject, point: &Point, count: usize) -> Result<Vec<Mode>, NoModes> {
+    let mut mechanism = subject.mechanism();
+    let system = Linearised::new(mechanism.as_mut(), point);
+    if !system.is_finite() {
+        return Err(NoModes::Singular);
+    }
+    let pairs = lowest(&system, count)?;
+    let parts = Parts::new(subject).stiffness(point);
+    let rigid = RigidPart::new(subject, mechanism.as_mut(), point, &system);
+    let mut figure = Figure::new(subject);
+    let mut found: Vec<Mode> = Vec::new();
+    for pair in pairs {
+        let energies = energies(&parts, &pair.vector);
+        let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
+        let strained = strain >= STRAINED * pair.value.norm_sqr() && strain > 0.0;
+        let rigid_part = rigid.of(&pair.vector);
+        let links = figure.shape(mechanism.as_mut(), point, &pair.vector);
+        let kind = match energies.first() {
+            _ if subject.is_oscillator() => Kind::Masses,
+            _ if pair.value.norm() == 0.0 => Kind::Rotation,
+            Some((Part::Base, _)) if strained => Kind::Vibration(Part::Base),
+            Some((part, _)) if strained && rigid_part < RIGID => Kind::Vibration(as_it_moves(*part, &links)),
+            _ if pair.value.im == 0.0 => Kind::Rotation,
+            _ => Kind::Swing,
+        };
+        let number = 1 + found.iter().filter(|mode| mode.kind == kind).count();
+        let shares = energies.into_iter().filter(|_| strain > 0.0);
+        let shares = shares.map(|(part, energy)| Share { part, share: energy / strain }).collect();
+        found.push(Mode { kind, number, eigenvalue: pair.value, shape: pair.vector, shares, rigid_part, links });
+    }
+    Ok(found)
+}
+
+/// Of a link that the mode strains: stretching if its nodes move along it rather than across. Tension that a steady rotation brings
+/// about also resists bending, so that energy alone does not tell.
+fn as_it_moves(part: Part, links: &[LinkShape]) -> Part {
+    let (Part::Bending(name) | Part::Stretching(name)) = part else { return part };
+    let Some(shape) = links.iter().find(|shape| shape.link == name) else { return part };
+    let [along, across] = shape.off_chord();
+    if along > across { Part::Stretching(name) } else { Part::Bending(name) }
+}
+
+/// Turning of the chain with its links as they are.
+struct RigidPart {
+    inertia: Vec<f64>,
+    whole: f64,
+}
+
+impl RigidPart {
+    fn new(subject: &Subject, mechanism: &mut dyn Mechanism, point: &Point, system: &Linearised) -> Self {
+        let (mut rigid, mut scratch) = (vec![0.0; point.q.len()], vec![0.0; point.q.len()]);
+        if !subject.is_held() {
+            mechanism.rigid_motion(&point.input, 1.0, &point.q, &mut rigid, &mut scratch);
+        }
+        let inertia = system.mass.times(&rigid);
+        let whole = rigid.iter().zip(&inertia).map(|(v, p)| v * p).sum();
+        RigidPart { inertia, whole }
+    }
+
+    /// `|φᴴ M v|²/(vᵀ M v)` for `φᴴ M φ = 1`.
+    fn of(&self, shape: &DVector<Complex<f64>>) -> f64 {
+        let along: Complex<f64> = shape.iter().zip(&self.inertia).map(|(x, p)| x * *p).sum();
+        if self.whole > 0.0 { (along.norm_sqr() / self.whole).min(1.0) } else { 0.0 }
+    }
+}
+
+/// Twice the strain energy of each part, `φᴴ K φ`, the largest first.
+fn energies(parts: &[(Part, Band)], shape: &DVector<Complex<f64>>) -> Vec<(Part, f64)> {
+    let energy = |stiffness: &Band| -> f64 {
+        let half = |part: fn(&Complex<f64>) -> f64| -> f64 {
+            let x: Vec<f64> = shape.iter().map(part).collect();
+            stiffness.times(&x).iter().zip(&x).map(|(force, x)| force * x).sum()
+        };
+        (half(|x| x.re) + half(|x| x.im)).max(0.0)
+    };
+    let mut energies: Vec<(Part, f64)> = parts.iter().map(|(part, stiffness)| (*part, energy(stiffness))).collect();
+    energies.sort_by(|one, other| other.1.total_cmp(&one.1));
+    energies
+}
