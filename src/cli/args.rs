@@ -74,6 +74,9 @@ pub(super) enum Command {
     /// Check a scene, and show what it would cost: unknowns, frequencies, time per step, a suggested step.
     #[command(after_help = super::check::EXAMPLES)]
     Check(super::check::Args),
+    /// Find the natural frequencies, damping and shapes of a mechanism's modes, each named by where its energy is.
+    #[command(after_help = super::modes::EXAMPLES)]
+    Modes(super::modes::Args),
     /// Describe recordings: duration, topics with rates and sizes, scene, build, how the session ended.
     #[command(after_help = super::info::EXAMPLES)]
     Info(super::info::Args),

@@ -16,6 +16,7 @@ use crate::resimulation::ResimulationError;
 use crate::scene::SceneError;
 use crate::service::ServiceError;
 use crate::simulation::BuildError;
+use crate::small_motion::NoModes;
 use crate::study::cycle::CycleError;
 use crate::study::stability::{NoMap, NotSuited};
 use crate::study::trade::TradeError;
@@ -86,6 +87,7 @@ usage! {
     CycleError: |_| true,
     HistoryError: |_| false,
     NoMap: |_| true,
+    NoModes: |error| !matches!(error, NoModes::NotFound),
     NotSuited: |_| true,
     PlotError: |error| matches!(error, PlotError::Request(_)),
     RecordingError: |error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }),

@@ -25,6 +25,7 @@ mod info;
 mod keyboard;
 mod list;
 mod log;
+mod modes;
 mod open_files;
 mod output;
 mod plot;
@@ -40,6 +41,7 @@ mod run_conclusion;
 mod sequence;
 mod service_names;
 mod signals;
+mod small_motion_args;
 mod stability;
 mod status_line;
 mod supervise;
@@ -81,6 +83,7 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Control(control) => control::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Check(args) => check::check(&args),
+        Command::Modes(args) => modes::modes(&args),
         Command::Info(args) => info::info(&args),
         Command::Verify(args) => verify::verify(&args),
         Command::Recover(args) => recover::recover(&args),

@@ -3,7 +3,20 @@
 use super::drive::DriveLaw;
 use super::error_estimate::Term;
 use crate::integrate::{StepError, Taken};
-use crate::mechanics::{Energy, Observation};
+use crate::mechanics::{Energy, Input, Observation};
+
+/// A state of a model that is a system of second order, with its loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Torque and prescribed motion.
+    pub input: Input,
+    /// Coordinates, n.
+    pub q: Vec<f64>,
+    /// Velocities, n.
+    pub v: Vec<f64>,
+    /// Accelerations, n.
+    pub a: Vec<f64>,
+}
 
 /// One model of one scene, advanced in steps.
 pub(super) trait Engine: Send {
@@ -21,6 +34,11 @@ pub(super) trait Engine: Send {
     }
     /// Eigenvalues of small undamped motion about the start, 1/s; `None` if the model has no tangent, or they are not found.
     fn eigenvalues(&mut self, _law: &DriveLaw) -> Option<Vec<[f64; 2]>> {
+        None
+    }
+    /// The state and the loads at `t_s`, where the last step ended; `None` if the model is no system of second order, or has no finite
+    /// accelerations there.
+    fn motion(&mut self, _law: &DriveLaw, _t_s: f64) -> Option<Motion> {
         None
     }
     /// Whether the balance of these energies tells how well a step was taken. The thesis's method drops strain in every step.

@@ -1,7 +1,7 @@
 //! Models that are second-order systems, advanced by one of the integrators.
 
 use super::drive::DriveLaw;
-use super::engine::Engine;
+use super::engine::{Engine, Motion};
 use super::error_estimate::Term;
 use super::step_limit::eigenvalues;
 use crate::integrate::{
@@ -90,6 +90,14 @@ impl<M: Mechanism> Engine for Integrated<M> {
 
     fn eigenvalues(&mut self, law: &DriveLaw) -> Option<Vec<[f64; 2]>> {
         eigenvalues(&mut self.mechanism, &law.input(0.0), &self.start.q, false)
+    }
+
+    fn motion(&mut self, law: &DriveLaw, t_s: f64) -> Option<Motion> {
+        let State { q, v, .. } = self.state.clone();
+        let mut a = vec![0.0; q.len()];
+        let system = &mut Driven { mechanism: &mut self.mechanism, law };
+        solve_acceleration(system, t_s, &q, &v, &mut a, &mut self.scratch).ok()?;
+        Some(Motion { input: law.input(t_s), q, v, a })
     }
 
     fn energy(&mut self, law: &DriveLaw, t_s: f64) -> Energy {

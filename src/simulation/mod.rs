@@ -31,6 +31,7 @@ mod step_limit;
 mod telemetry;
 
 pub use checkpoint::Checkpoint;
+pub use engine::Motion;
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use error_estimate::ErrorEstimate;
 pub use ledger::{EnergyLedger, EnergyVerdict, LedgerEntries};
@@ -301,6 +302,12 @@ impl Simulation {
         }
         std::mem::swap(&mut self.observed.last, &mut self.observed.next);
         Ok(&self.observed.last)
+    }
+
+    /// The present state and loads; `None` if the model is no system of second order, or has no finite accelerations.
+    pub fn motion(&mut self) -> Option<Motion> {
+        let time_s = self.time_s();
+        self.engine.motion(&self.law, time_s)
     }
 
     /// Verdict of the energy balance on the epoch so far.

@@ -12,6 +12,7 @@ mod point;
 mod shape;
 mod spectrum;
 mod subject;
+mod sweep;
 #[cfg(test)]
 mod tests;
 
@@ -23,6 +24,7 @@ pub use point::Point;
 pub use shape::{LinkShape, likeness};
 pub use spectrum::{Eigenpair, lowest};
 pub use subject::{Crank, Subject};
+pub use sweep::{Branch, Crossing, crossings, follow};
 
 /// No modes can be told.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

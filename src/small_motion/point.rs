@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::linearised::Linearised;
 use super::{NoModes, Subject};
 use crate::mechanics::{Input, Mechanism};
+use crate::simulation::Motion;
 
 /// Relative residual at which steady rotation is found.
 const TOLERANCE: f64 = 1e-10;
@@ -26,6 +27,13 @@ pub struct Point {
     pub a: Vec<f64>,
     /// Speed of the frame that turns along with a steady rotation, rad/s; 0 where the frame stands.
     pub speed_rad_per_s: f64,
+}
+
+impl From<Motion> for Point {
+    /// The instant of a run. Where that moves, the point's derivatives are those of the instant, as though they stood.
+    fn from(Motion { input, q, v, a }: Motion) -> Self {
+        Point { input, q, v, a, speed_rad_per_s: 0.0 }
+    }
 }
 
 impl Subject {

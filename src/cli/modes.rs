@@ -1,0 +1,383 @@
+//! `modes`: natural frequencies, damping and shapes.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::aligned_table::{figure, print};
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::folders::make_folder;
+use super::output::{output, print_json};
+use super::progress::bar;
+use super::signals::Interruption;
+use super::small_motion_args::{Chosen, SubjectArgs, range};
+use super::values::count;
+use crate::plot::{self, Format, Picture};
+use crate::small_motion::{Branch, Mode, NoModes, crossings, follow, modes as find};
+use crate::study::Table;
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank modes                                      the default scene, at its start
+  flexcrank modes crank-slider --angle 57 --plot shapes
+  flexcrank modes crank-slider --angle 0:360:10 --csv angles.csv --plot angles
+  flexcrank modes spinning.toml --speed 0:300:10 --plot campbell
+  flexcrank modes recordings/crank.mcap@1.5
+
+The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. One link without \
+    weight may also turn steadily (--speed): the frequencies are those in the frame that turns along. An instant of a recording \
+    counts as though it stood still: in motion, only what vibrates much faster than the mechanism moves means something.
+
+A mode is named by the part that holds most of its strain energy, and numbered in the order of frequency. Along a sweep it is followed \
+    by its shape and keeps its name. `rigid` is the part of its kinetic energy in turning of the chain as it is.
+
+Exit codes: 0 done, 1 failed at some points, 2 usage, bad scene, or a state that has no modes, 130 interrupted: the rows done are \
+    written.";
+
+/// Modes beyond those asked for that are followed along a sweep, since they may cross.
+const BEYOND: usize = 4;
+/// Lowest orders of the crank's speed in a Campbell diagram.
+const ORDERS: usize = 6;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    pub subject: SubjectArgs,
+    /// Crank angles, degrees. Default: that of the scene's start.
+    #[arg(long, value_name = "DEG|FROM:TO:STEP", value_parser = Values::parse)]
+    pub angle: Option<Values>,
+    /// Crank speeds, rad/s.
+    #[arg(long, value_name = "RAD/S|FROM:TO:STEP", value_parser = Values::parse)]
+    pub speed: Option<Values>,
+    /// Number of modes.
+    #[arg(long, value_name = "N", default_value = "8", value_parser = count)]
+    pub count: u64,
+    /// Write every mode at every point to this file.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw into this folder, as SVG and PNG: the shapes of the modes, or their frequencies along a sweep.
+    #[arg(long, value_name = "DIR")]
+    pub plot: Option<PathBuf>,
+    /// Print one JSON object for every mode and point.
+    #[arg(long)]
+    pub json: bool,
+    /// Number of points to treat at a time. Default: one per core.
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub jobs: Option<u64>,
+}
+
+/// One value or a range of them.
+#[derive(Debug, Clone)]
+pub(super) struct Values(Vec<f64>);
+
+impl Values {
+    fn parse(text: &str) -> Result<Self, String> {
+        range(text).map(Values)
+    }
+}
+
+/// The quantity along a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Along {
+    Angle,
+    Speed,
+}
+
+/// Points and the modes found there.
+struct Swept {
+    along: Along,
+    /// Degrees or rad/s.
+    values: Vec<f64>,
+    /// The modes of each point; empty where there are none, or the point was not reached.
+    modes: Vec<Vec<Mode>>,
+    refusals: Vec<(f64, NoModes)>,
+}
+
+pub(super) fn modes(args: &Args) -> CommandResult {
+    let interruption = Interruption::watch()?;
+    let chosen = args.subject.choose()?;
+    chosen.check(args.angle.is_some(), args.speed.is_some())?;
+    let (along, values) = args.sweep(&chosen)?;
+    args.plot.as_deref().map_or(Ok(()), make_folder)?;
+    let swept = args.find(&chosen, along, values, &interruption)?;
+    let points = follow(&swept.modes, args.modes());
+    let sweeps = swept.values.len() > 1;
+    if let ([only], [(_, refusal)]) = (swept.values.as_slice(), swept.refusals.as_slice()) {
+        let _ = only;
+        return Err((*refusal).into());
+    }
+    let table = swept.table(&points);
+    match (args.json, sweeps) {
+        (true, _) => table.rows_as_json().iter().try_for_each(print_json)?,
+        (false, true) => swept.show(args, &points)?,
+        (false, false) => show(args, &chosen, &swept)?,
+    }
+    args.csv.as_deref().map_or(Ok(()), |path| table.write_csv(path))?;
+    if let Some(folder) = &args.plot {
+        for (name, picture) in if sweeps { swept.pictures(&points) } else { shapes(&swept) } {
+            draw(folder, &name, &picture)?;
+        }
+    }
+    swept.conclude(&interruption)
+}
+
+impl Args {
+    fn modes(&self) -> usize {
+        usize::try_from(self.count).unwrap_or(usize::MAX)
+    }
+
+    /// The quantity that is swept, and its values: one of them, the angle, where nothing is.
+    fn sweep(&self, chosen: &Chosen) -> CommandResult<(Along, Vec<f64>)> {
+        let many = |values: &Option<Values>| values.as_ref().is_some_and(|values| values.0.len() > 1);
+        if many(&self.angle) && many(&self.speed) {
+            return Err(Failure::Usage("one of --angle and --speed may be a range, not both".to_owned()));
+        }
+        let start_deg = chosen.angle_rad(None).to_degrees();
+        let values = |values: &Option<Values>| values.as_ref().map(|values| values.0.clone());
+        Ok(match (values(&self.angle), values(&self.speed)) {
+            (angle, Some(speeds)) if !many(&self.angle) && (many(&self.speed) || angle.is_none()) => (Along::Speed, speeds),
+            (angle, _) => (Along::Angle, angle.unwrap_or_else(|| vec![start_deg])),
+        })
+    }
+
+    /// Finds the modes at every point, on several threads.
+    fn find(&self, chosen: &Chosen, along: Along, values: Vec<f64>, interruption: &Interruption) -> CommandResult<Swept> {
+        let single = |values: &Option<Values>| values.as_ref().and_then(|values| values.0.first().copied());
+        let at = |value: f64| match along {
+            Along::Angle => chosen.point(Some(value), single(&self.speed).unwrap_or(0.0)),
+            Along::Speed => chosen.point(single(&self.angle), value),
+        };
+        let wanted = if values.len() > 1 { self.modes().saturating_add(BEYOND) } else { self.modes() };
+        let bar = bar(values.len() as u64, "{wide_bar} {pos}/{len} points{left}");
+        let (next, found) = (AtomicUsize::new(0), Mutex::new(vec![None; values.len()]));
+        interruption.keeps(values.len() > 1);
+        let work = || {
+            while !interruption.is_asked() {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let Some(value) = values.get(number) else { break };
+                let modes = at(*value).and_then(|point| find(&chosen.subject, &point, wanted));
+                // A thread that panicked has written nothing.
+                found.lock().unwrap_or_else(|poisoned| poisoned.into_inner())[number] = Some(modes);
+                bar.inc(1);
+            }
+        };
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = self.jobs.map_or(cores, |jobs| usize::try_from(jobs).unwrap_or(cores)).min(values.len());
+        std::thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
+        bar.finish_and_clear();
+        let found = found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let (mut modes, mut refusals) = (Vec::new(), Vec::new());
+        for (value, found) in values.iter().zip(found) {
+            modes.push(match found {
+                Some(Ok(found)) => found,
+                Some(Err(refusal)) => {
+                    refusals.push((*value, refusal));
+                    Vec::new()
+                }
+                None => Vec::new(),
+            });
+        }
+        Ok(Swept { along, values, modes, refusals })
+    }
+}
+
+fn hertz(mode: &Mode) -> String {
+    if mode.eigenvalue.norm() == 0.0 { "0".to_owned() } else { figure(mode.frequency_hz()) }
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.0} %", 100.0 * part)
+}
+
+/// Damping in per cent of the critical; of what does not vibrate, its rate.
+fn damping(mode: &Mode) -> String {
+    match (mode.eigenvalue.im, mode.eigenvalue.re) {
+        (_, 0.0) => "–".to_owned(),
+        (0.0, rate) => format!("e^({}t)", figure(rate)),
+        // Eigenvalues are found to some 1e-9.
+        _ if mode.damping_ratio().abs() < 1e-8 => "0 %".to_owned(),
+        _ => format!("{} %", short(100.0 * mode.damping_ratio())),
+    }
+}
+
+fn short(value: f64) -> String {
+    if value.abs() < 0.01 { format!("{value:.1e}") } else { format!("{value:.2}") }
+}
+
+/// Prints the modes of one point.
+fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
+    let crank = match (chosen.subject.is_oscillator(), chosen.subject.is_held()) {
+        (true, _) => String::new(),
+        (false, held) => format!(", crank {}", if held { "held" } else { "free" }),
+    };
+    let state = match (&chosen.instant, swept.values.first(), swept.along) {
+        (Some((_, time_s)), ..) => format!(" at t = {time_s} s"),
+        _ if chosen.subject.is_oscillator() => String::new(),
+        (None, Some(speed), Along::Speed) => format!(" turning at {} rad/s", figure(*speed)),
+        (None, Some(angle), Along::Angle) => format!(" at {}°", figure(*angle)),
+        _ => String::new(),
+    };
+    writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;
+    let mut rows = vec![["mode", "strain energy", "Hz", "damping", "rigid"].map(str::to_owned).to_vec()];
+    for mode in swept.modes.first().into_iter().flatten() {
+        let parts = mode.shares.iter().filter(|share| share.share >= 0.095).take(2);
+        let parts: Vec<String> = parts.map(|share| format!("{} {}", share.part, percent(share.share))).collect();
+        let strained = mode.shares.first().filter(|_| mode.eigenvalue.norm() > 0.0);
+        let parts = strained.map(|_| parts.join(", ")).unwrap_or_default();
+        rows.push(vec![mode.name(), parts, hertz(mode), damping(mode), percent(mode.rigid_part)]);
+    }
+    Ok(print(&rows, 2)?)
+}
+
+impl Swept {
+    fn unit(&self) -> (&'static str, &'static str) {
+        match self.along {
+            Along::Angle => ("angle_deg", "°"),
+            Along::Speed => ("speed_rad_per_s", " rad/s"),
+        }
+    }
+
+    /// A branch's modes with their points.
+    fn along<'a>(&'a self, branch: &'a Branch) -> impl Iterator<Item = (f64, &'a Mode)> {
+        let points = branch.places.iter().zip(&self.modes).zip(&self.values);
+        points.filter_map(|((place, modes), value)| Some((*value, modes.get((*place)?)?)))
+    }
+
+    /// Every branch at every point, by points.
+    fn table(&self, branches: &[Branch]) -> Table {
+        let mut words: [Vec<String>; 3] = Default::default();
+        let mut numbers: [Vec<f64>; 7] = Default::default();
+        for (point, value) in self.values.iter().enumerate() {
+            for branch in branches {
+                let place = branch.places.get(point).copied().flatten();
+                let Some(mode) = place.and_then(|place| self.modes[point].get(place)) else { continue };
+                let first = mode.shares.first();
+                let row = [branch.name.clone(), mode.name(), first.map(|share| share.part.to_string()).unwrap_or_default()];
+                words.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
+                let row = [
+                    *value,
+                    mode.frequency_hz(),
+                    mode.damping_ratio(),
+                    mode.eigenvalue.re,
+                    mode.eigenvalue.im,
+                    mode.rigid_part,
+                    first.map_or(f64::NAN, |share| share.share),
+                ];
+                numbers.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
+            }
+        }
+        let mut table = Table::default();
+        for (name, column) in ["mode", "mode_here", "part"].into_iter().zip(words) {
+            table.push_words(name, column);
+        }
+        let names = [
+            self.unit().0,
+            "frequency_hz",
+            "damping_ratio",
+            "eigenvalue_re_per_s",
+            "eigenvalue_im_per_s",
+            "rigid_part",
+            "part_share",
+        ];
+        names.into_iter().zip(numbers).for_each(|(name, column)| table.push(name, column));
+        table
+    }
+
+    /// Prints lowest and highest frequency of every branch, and the crossings.
+    fn show(&self, args: &Args, branches: &[Branch]) -> CommandResult<()> {
+        let (_, unit) = self.unit();
+        let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
+        writeln!(output(), "{}: {} points from {}{unit} to {}{unit}", args.subject.target, self.values.len(), ends[0], ends[1])?;
+        let mut rows = vec![["mode", "lowest Hz", "at", "highest Hz", "at", "damping"].map(str::to_owned).to_vec()];
+        for branch in branches {
+            let by_frequency = |one: &(f64, &Mode), other: &(f64, &Mode)| one.1.frequency_hz().total_cmp(&other.1.frequency_hz());
+            let (Some(low), Some(high)) = (self.along(branch).min_by(by_frequency), self.along(branch).max_by(by_frequency))
+            else {
+                continue;
+            };
+            let at = |value: f64| format!("{}{unit}", figure(value));
+            let most = self.along(branch).max_by(|one, other| one.1.damping_ratio().total_cmp(&other.1.damping_ratio()));
+            let damped = most.map(|(_, mode)| damping(mode)).unwrap_or_default();
+            rows.push(vec![branch.name.clone(), hertz(low.1), at(low.0), hertz(high.1), at(high.0), damped]);
+        }
+        print(&rows, 1)?;
+        for crossing in crossings(&self.modes, branches) {
+            let [one, other] = crossing.branches.map(|branch| branches[branch].name.as_str());
+            let [from, to] = [0, 1].map(|ahead| figure(self.values[crossing.after + ahead]));
+            writeln!(output(), "  {one} crosses {other} between {from}{unit} and {to}{unit}")?;
+        }
+        for branch in branches {
+            let last = self.along(branch).last().filter(|(_, mode)| !branch.name.starts_with(&kind(mode)));
+            if let Some((value, mode)) = last {
+                writeln!(output(), "  {} is {} at {}{unit}", branch.name, mode.title(), figure(value))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The frequencies along the sweep; over speed, with the orders of the crank.
+    fn pictures(&self, branches: &[Branch]) -> Vec<(String, plot::Figure)> {
+        let (name, title, x) = match self.along {
+            Along::Angle => ("frequencies", "Natural frequencies over the crank's angle", plot::Axis::new("crank angle", "°")),
+            Along::Speed => ("campbell", "Campbell diagram", plot::Axis::new("crank speed", "rad/s")),
+        };
+        let mut drawn = plot::Figure::new(title, x, plot::Axis::new("frequency", "Hz"));
+        let mut highest = 0.0_f64;
+        for branch in branches {
+            let (values, hertz): (Vec<f64>, Vec<f64>) =
+                self.along(branch).map(|(value, mode)| (value, mode.frequency_hz())).unzip();
+            highest = hertz.iter().fold(highest, |most, hz| most.max(*hz));
+            drawn = drawn.line(&branch.name, &values, &hertz);
+        }
+        if self.along == Along::Speed {
+            for order in 1..=ORDERS {
+                let hertz: Vec<f64> =
+                    self.values.iter().map(|speed| order as f64 * speed.abs() / std::f64::consts::TAU).collect();
+                let within: Vec<f64> = hertz.iter().map(|hz| if *hz <= highest { *hz } else { f64::NAN }).collect();
+                drawn = drawn.series(format!("order {order}"), &self.values, &within, plot::Mark::Dashes);
+            }
+        }
+        vec![(name.to_owned(), drawn)]
+    }
+
+    fn conclude(&self, interruption: &Interruption) -> CommandResult {
+        let done = self.modes.iter().filter(|modes| !modes.is_empty()).count();
+        let (_, unit) = self.unit();
+        for (value, refusal) in &self.refusals {
+            say!("warning: at {}{unit}: {refusal}", figure(*value));
+        }
+        if interruption.is_asked() && done + self.refusals.len() < self.values.len() {
+            say!("warning: interrupted: {done} of {} points were done", self.values.len());
+            return Ok(ExitStatus::Interrupted);
+        }
+        if self.refusals.is_empty() {
+            Ok(ExitStatus::Success)
+        } else {
+            Err(Failure::Failed(format!("{} of {} points have no modes", self.refusals.len(), self.values.len())))
+        }
+    }
+}
+
+/// The name without its number.
+fn kind(mode: &Mode) -> String {
+    mode.name().trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ').to_owned()
+}
+
+/// The mechanism at rest and bent as each mode bends it.
+fn shapes(swept: &Swept) -> Vec<(String, plot::Figure)> {
+    let modes = swept.modes.first().map(Vec::as_slice).unwrap_or_default();
+    let shape = |(number, mode): (usize, &Mode)| {
+        let title = format!("{}, {} Hz", mode.title(), hertz(mode));
+        (format!("mode-{}-{}", number + 1, mode.name().replace(' ', "-")), plot::mode_shape(&title, &mode.links))
+    };
+    modes.iter().enumerate().filter(|(_, mode)| !mode.links.is_empty()).map(shape).collect()
+}
+
+fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {
+    for format in [Format::Svg, Format::Png] {
+        picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
+    }
+    Ok(())
+}

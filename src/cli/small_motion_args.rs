@@ -1,0 +1,137 @@
+//! The mechanism and the state whose small motion is asked for: a scene, or an instant of a recording.
+
+use std::path::{Path, PathBuf};
+
+use clap_complete::engine::ArgValueCompleter;
+
+use super::completions;
+use super::failure::{CommandResult, Failure};
+use super::progress::over_file;
+use super::values::{finite, time};
+use crate::resimulation::{RecordedSession, resume};
+use crate::scene::{SceneSource, builtin};
+use crate::small_motion::{Crank, NoModes, Point, Subject};
+
+/// Most points of a sweep.
+const MOST_POINTS: usize = 100_000;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct SubjectArgs {
+    /// A built-in scene, a TOML file, or an instant of a recording.
+    #[arg(value_name = "SCENE|FILE@TIME", default_value = builtin::DEFAULT, add = ArgValueCompleter::new(completions::scenes))]
+    pub target: String,
+    /// Whether the crank turns freely or is held. Default: held where the scene prescribes its motion.
+    #[arg(long, value_name = "free|held", value_parser = crank)]
+    pub crank: Option<Crank>,
+    /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// A scene's mechanism, and its state where that is an instant of a recording.
+pub(super) struct Chosen {
+    pub source: SceneSource,
+    pub subject: Subject,
+    /// The instant's state, and its time, s.
+    pub instant: Option<(Point, f64)>,
+}
+
+impl SubjectArgs {
+    /// Reads the scene, or re-simulates the recording up to the instant.
+    pub(super) fn choose(&self) -> CommandResult<Chosen> {
+        let Some((file, time_s)) = self.instant() else {
+            let source = SceneSource::open(&self.target, &self.overrides)?;
+            let subject = Subject::new(&source.scene, self.crank)?;
+            return Ok(Chosen { source, subject, instant: None });
+        };
+        if !self.overrides.is_empty() || self.crank.is_some() {
+            return Err(Failure::Usage(
+                "an instant of a recording has its own scene: neither --set nor --crank goes with it".to_owned(),
+            ));
+        }
+        let session = RecordedSession::open(&file)?;
+        let subject = Subject::new(&session.scene.scene, None)?;
+        let bar = over_file(&file, 1);
+        let resumed = resume(&session, Some(time_s), &|position| bar.set_position(position));
+        bar.finish_and_clear();
+        let mut simulation = resumed?.simulation;
+        let point = simulation.motion().ok_or(NoModes::Singular)?;
+        Ok(Chosen { source: session.scene, subject, instant: Some((point.into(), simulation.time_s())) })
+    }
+
+    /// File and time of `FILE@TIME`.
+    fn instant(&self) -> Option<(PathBuf, f64)> {
+        let (file, at) = self.target.rsplit_once('@')?;
+        let whole_is_file = Path::new(&self.target).exists();
+        (!whole_is_file).then(|| Some((PathBuf::from(file), time(at).ok()?))).flatten()
+    }
+}
+
+impl Chosen {
+    /// The state at a crank angle and speed; without an angle, at the scene's start. An instant of a recording has its own.
+    pub(super) fn point(&self, angle_deg: Option<f64>, speed_rad_per_s: f64) -> Result<Point, NoModes> {
+        match &self.instant {
+            Some((point, _)) => Ok(point.clone()),
+            None => self.subject.turning(self.angle_rad(angle_deg), speed_rad_per_s),
+        }
+    }
+
+    /// An angle given, or that of the scene's start, rad.
+    pub(super) fn angle_rad(&self, angle_deg: Option<f64>) -> f64 {
+        let start_rad = self.source.scene.chain().map_or(0.0, |chain| chain.start.angle_rad);
+        angle_deg.map_or(start_rad, f64::to_radians)
+    }
+
+    /// Refuses an angle or a speed where neither means anything.
+    pub(super) fn check(&self, angle_given: bool, speed_given: bool) -> CommandResult<()> {
+        let given = angle_given || speed_given;
+        if given && self.instant.is_some() {
+            return Err(Failure::Usage("an instant of a recording has its own angle and speed".to_owned()));
+        }
+        if given && self.subject.is_oscillator() {
+            return Err(NoModes::NoCrank.into());
+        }
+        Ok(())
+    }
+}
+
+fn crank(text: &str) -> Result<Crank, String> {
+    match text {
+        "free" => Ok(Crank::Free),
+        "held" => Ok(Crank::Held),
+        _ => Err("free or held".to_owned()),
+    }
+}
+
+/// One value, or FROM:TO:STEP with both ends.
+pub(super) fn range(text: &str) -> Result<Vec<f64>, String> {
+    let numbers: Option<Vec<f64>> = text.split(':').map(finite).collect();
+    let wrong = || "a number, or FROM:TO:STEP, such as 0:360:10".to_owned();
+    match numbers.as_deref() {
+        Some([one]) => Ok(vec![*one]),
+        Some(&[from, to, step]) if step > 0.0 && to >= from => {
+            let steps = ((to - from) / step * (1.0 + 1e-12)).floor();
+            if steps < MOST_POINTS as f64 {
+                Ok((0..=steps as usize).map(|n| from + step * n as f64).collect())
+            } else {
+                Err(format!("at most {MOST_POINTS} points"))
+            }
+        }
+        _ => Err(wrong()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::range;
+
+    #[test]
+    fn val_ranges_have_both_ends() {
+        assert_eq!(range("0:1:0.25"), Ok(vec![0.0, 0.25, 0.5, 0.75, 1.0]));
+        assert_eq!(range("-3"), Ok(vec![-3.0]));
+        assert_eq!(range("0:360:10").map(|all| all.len()), Ok(37));
+        for bad in ["", "1:2", "0:1:0", "1:0:1", "0:1:-1", "0:1:1e-9", "0:nan:1", "a"] {
+            assert!(range(bad).is_err(), "{bad}");
+        }
+    }
+}

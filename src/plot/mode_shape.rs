@@ -1,0 +1,51 @@
+//! Shapes of modes on the mechanism.
+
+use super::figure::{Axis, Figure, Mark};
+use crate::small_motion::LinkShape;
+
+/// Largest displacement drawn, as a part of the mechanism's size.
+const LARGEST: f64 = 0.12;
+/// Points drawn on the curve between two nodes.
+const BETWEEN: usize = 8;
+
+/// The links at rest, dashed, and displaced as a mode displaces them, to both sides; the largest displacement is drawn as an eighth of the
+/// mechanism's size. Between nodes runs the cubic that has their displacements and turns.
+pub fn mode_shape(title: &str, links: &[LinkShape]) -> Figure {
+    let places = || links.iter().flat_map(|link| &link.at_m);
+    let size = places().fold(0.0, |most: f64, at| most.max(at[0].hypot(at[1])));
+    let largest = links.iter().flat_map(|link| &link.displacement).map(|[u, w]| u.re.hypot(w.re)).fold(0.0, f64::max);
+    let scale = if largest > 0.0 { LARGEST * size / largest } else { 0.0 };
+    let mut figure = Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m"));
+    figure.equal_aspect = true;
+    let [still, ahead, behind] = [0.0, scale, -scale].map(|scale| curve(links, scale));
+    figure = figure.series("at rest", &still.0, &still.1, Mark::Dashes);
+    figure.line("one way", &ahead.0, &ahead.1).line("the other way", &behind.0, &behind.1)
+}
+
+/// The links one after another, displaced by so many times the mode.
+fn curve(links: &[LinkShape], scale: f64) -> (Vec<f64>, Vec<f64>) {
+    links.iter().flat_map(|link| link_curve(link, scale)).map(|[x, y]| (x, y)).unzip()
+}
+
+fn link_curve(link: &LinkShape, scale: f64) -> Vec<[f64; 2]> {
+    let (sin, cos) = link.chord_rad.sin_cos();
+    let mut drawn = Vec::new();
+    for i in 0..link.at_m.len().saturating_sub(1) {
+        let [from, to] = [i, i + 1].map(|node| link.at_m[node]);
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let [[u0, w0], [u1, w1]] = [i, i + 1].map(|node| link.displacement[node].map(|part| part.re));
+        let [turn0, turn1] = [i, i + 1].map(|node| link.turn[node].re * length);
+        for k in 0..=BETWEEN {
+            let x = k as f64 / BETWEEN as f64;
+            let (square, cube) = (x * x, x * x * x);
+            let along = u0 + (u1 - u0) * x;
+            let across = w0 * (1.0 - 3.0 * square + 2.0 * cube)
+                + turn0 * (x - 2.0 * square + cube)
+                + w1 * (3.0 * square - 2.0 * cube)
+                + turn1 * (cube - square);
+            let at = [0, 1].map(|c| from[c] + (to[c] - from[c]) * x);
+            drawn.push([at[0] + scale * (along * cos - across * sin), at[1] + scale * (along * sin + across * cos)]);
+        }
+    }
+    drawn
+}
