@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use prost::{Message as _, Name as _};
+use zenoh::bytes::Encoding;
 use zenoh::handlers::{FifoChannel, FifoChannelHandler, RingChannel, RingChannelHandler};
 use zenoh::pubsub::Subscriber;
 use zenoh::query::QueryTarget;
@@ -142,6 +143,24 @@ fn command<M: prost::Name>(session: &Session, key: &str, command: &M) -> Result<
         expected: CommandReply::full_name(),
         cause: cause.to_string(),
     })
+}
+
+/// Asks a running service for its lowest modes and returns its answer, JSON.
+///
+/// # Errors
+/// [`BusError::Refused`] with the service's reason, [`BusError::NoReply`] if no answer comes, as from a replay.
+pub fn modes(session: &Session, name: &Name, count: u64, patience: Duration) -> Result<Vec<u8>, BusError> {
+    let key = name.modes();
+    let replies = session.get(format!("{key}?count={count}")).timeout(patience).wait().map_err(BusError::failed)?;
+    let reply = replies.recv().map_err(|_| BusError::NoReply(key.clone()))?;
+    match reply.into_result() {
+        Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
+        // zenoh's own error of a query that timed out has no words of the service.
+        Err(refused) if refused.encoding() == &Encoding::TEXT_PLAIN => {
+            Err(BusError::Refused { key, why: refused.payload().try_to_string().unwrap_or_default().into_owned() })
+        }
+        Err(_) => Err(BusError::NoReply(key)),
+    }
 }
 
 /// A subscriber to one topic of one service. Its queue keeps the newest samples.

@@ -54,6 +54,14 @@ pub enum BusError {
     /// A query got no reply.
     #[error("no reply from `{0}`: absent, or not permitted")]
     NoReply(String),
+    /// A query was refused.
+    #[error("`{key}` refuses: {why}")]
+    Refused {
+        /// The key that was queried.
+        key: String,
+        /// The reason.
+        why: String,
+    },
     /// A torque pulse was sent to a replay.
     #[error("`{0}` is a replay, and replays accept no torque: send the pulse to a running service")]
     Replay(Name),

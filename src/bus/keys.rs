@@ -59,6 +59,10 @@ impl Name {
     pub fn about(&self) -> String {
         self.key("about")
     }
+    /// Key of questions for the modes.
+    pub fn modes(&self) -> String {
+        self.key("modes")
+    }
     /// Key of the descriptor set.
     pub fn schema(&self) -> String {
         self.key("schema")

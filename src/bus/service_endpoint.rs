@@ -16,6 +16,7 @@ use super::about::About;
 use super::commands::CommandKey;
 use super::encoding::{answer, protobuf, protobuf_of};
 use super::keys::Name;
+use super::question::{self, Question};
 use super::snapshot_cache::{SnapshotCache, SnapshotEntry};
 use super::subscription_state::SubscriptionState;
 use crate::wire::{self, Snapshot, Topic};
@@ -96,6 +97,20 @@ impl ServiceEndpoint {
         if let Err(error) = publisher.put(payload.into()).attachment(number.to_le_bytes().to_vec()).wait() {
             tracing::warn!(topic = topic.chunk(), %error, "could not publish");
         }
+    }
+
+    /// Takes questions for the service's modes; `take` must return at once.
+    ///
+    /// # Errors
+    /// [`BusError`] if zenoh refuses.
+    pub fn take_questions_for_modes(
+        &mut self,
+        session: &Session,
+        name: &Name,
+        take: impl Fn(Question) + Send + Sync + 'static,
+    ) -> Result<(), BusError> {
+        self.queryables.push(question::receive(session, name.modes(), take)?);
+        Ok(())
     }
 
     /// The newest message of every topic.

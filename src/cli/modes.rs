@@ -4,8 +4,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use clap_complete::engine::ArgValueCandidates;
 
 use super::aligned_table::{figure, print};
+use super::client_args::ClientArgs;
+use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
@@ -14,8 +19,10 @@ use super::progress::bar;
 use super::signals::Interruption;
 use super::small_motion_args::{Chosen, SubjectArgs, range};
 use super::values::count;
+use crate::bus::{self, Name, client};
 use crate::plot::{self, Format, Picture};
-use crate::small_motion::{Branch, Mode, NoModes, crossings, follow, modes as find};
+use crate::shown::shown_s;
+use crate::small_motion::{Branch, LiveModes, Mode, ModeReport, NoModes, crossings, follow, modes as find};
 use crate::study::Table;
 
 pub(super) const EXAMPLES: &str = "\
@@ -24,7 +31,8 @@ Examples:
   flexcrank modes crank-slider --angle 57 --plot shapes
   flexcrank modes crank-slider --angle 0:360:10 --csv angles.csv --plot angles
   flexcrank modes spinning.toml --speed 0:300:10 --plot campbell
-  flexcrank modes recordings/crank.mcap@1.5
+  flexcrank modes recordings/sample-three-pulses.mcap@1.5
+  flexcrank modes --live crank
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. One link without \
     weight may also turn steadily (--speed): the frequencies are those in the frame that turns along. An instant of a recording \
@@ -36,6 +44,8 @@ A mode is named by the part that holds most of its strain energy, and numbered i
 Exit codes: 0 done, 1 failed at some points, 2 usage, bad scene, or a state that has no modes, 130 interrupted: the rows done are \
     written.";
 
+/// Time in which a service must answer.
+const PATIENCE: Duration = Duration::from_secs(10);
 /// Modes beyond those asked for that are followed along a sweep, since they may cross.
 const BEYOND: usize = 4;
 /// Lowest orders of the crank's speed in a Campbell diagram.
@@ -45,6 +55,11 @@ const ORDERS: usize = 6;
 pub(super) struct Args {
     #[command(flatten)]
     pub subject: SubjectArgs,
+    /// Ask a running service for the modes of its present state instead.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["angle", "speed", "csv", "plot", "overrides", "crank"], add = ArgValueCandidates::new(completions::services))]
+    pub live: Option<Name>,
+    #[command(flatten)]
+    pub client: ClientArgs,
     /// Crank angles, degrees. Default: that of the scene's start.
     #[arg(long, value_name = "DEG|FROM:TO:STEP", value_parser = Values::parse)]
     pub angle: Option<Values>,
@@ -96,6 +111,9 @@ struct Swept {
 }
 
 pub(super) fn modes(args: &Args) -> CommandResult {
+    if let Some(name) = &args.live {
+        return live(args, name);
+    }
     let interruption = Interruption::watch()?;
     let chosen = args.subject.choose()?;
     chosen.check(args.angle.is_some(), args.speed.is_some())?;
@@ -183,8 +201,26 @@ impl Args {
     }
 }
 
-fn hertz(mode: &Mode) -> String {
-    if mode.eigenvalue.norm() == 0.0 { "0".to_owned() } else { figure(mode.frequency_hz()) }
+/// Asks a service for its modes.
+fn live(args: &Args, name: &Name) -> CommandResult {
+    let session = args.client.open(name)?;
+    let answer = client::modes(&session, name, args.count, PATIENCE);
+    bus::close(&session)?;
+    let answer = answer?;
+    let found: LiveModes = serde_json::from_slice(&answer)
+        .map_err(|cause| Failure::Failed(format!("`{}` answered something that is not modes: {cause}", name.modes())))?;
+    if args.json {
+        found.modes.iter().try_for_each(print_json)?;
+        return Ok(ExitStatus::Success);
+    }
+    let turning = figure(found.crank_rate_rad_per_s);
+    writeln!(output(), "{name}: step {}, t = {} s, crank turning at {turning} rad/s", found.step, shown_s(found.sim_time_s))?;
+    print_modes(&found.modes)?;
+    Ok(ExitStatus::Success)
+}
+
+fn hertz(mode: &ModeReport) -> String {
+    if mode.eigenvalue_per_s == [0.0; 2] { "0".to_owned() } else { figure(mode.frequency_hz) }
 }
 
 fn percent(part: f64) -> String {
@@ -192,18 +228,15 @@ fn percent(part: f64) -> String {
 }
 
 /// Damping in per cent of the critical; of what does not vibrate, its rate.
-fn damping(mode: &Mode) -> String {
-    match (mode.eigenvalue.im, mode.eigenvalue.re) {
-        (_, 0.0) => "–".to_owned(),
-        (0.0, rate) => format!("e^({}t)", figure(rate)),
+fn damping(mode: &ModeReport) -> String {
+    match mode.eigenvalue_per_s {
+        [0.0, 0.0] => "–".to_owned(),
+        [rate, 0.0] => format!("e^({}t)", figure(rate)),
         // Eigenvalues are found to some 1e-9.
-        _ if mode.damping_ratio().abs() < 1e-8 => "0 %".to_owned(),
-        _ => format!("{} %", short(100.0 * mode.damping_ratio())),
+        _ if mode.damping_ratio.abs() < 1e-8 => "0 %".to_owned(),
+        _ if mode.damping_ratio.abs() < 1e-4 => format!("{:.1e} %", 100.0 * mode.damping_ratio),
+        _ => format!("{:.2} %", 100.0 * mode.damping_ratio),
     }
-}
-
-fn short(value: f64) -> String {
-    if value.abs() < 0.01 { format!("{value:.1e}") } else { format!("{value:.2}") }
 }
 
 /// Prints the modes of one point.
@@ -213,20 +246,23 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
         (false, held) => format!(", crank {}", if held { "held" } else { "free" }),
     };
     let state = match (&chosen.instant, swept.values.first(), swept.along) {
-        (Some((_, time_s)), ..) => format!(" at t = {time_s} s"),
+        (Some((_, time_s)), ..) => format!(" at t = {} s", shown_s(*time_s)),
         _ if chosen.subject.is_oscillator() => String::new(),
         (None, Some(speed), Along::Speed) => format!(" turning at {} rad/s", figure(*speed)),
         (None, Some(angle), Along::Angle) => format!(" at {}°", figure(*angle)),
         _ => String::new(),
     };
     writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;
+    print_modes(&swept.modes.first().into_iter().flatten().map(ModeReport::from).collect::<Vec<_>>())
+}
+
+fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {
     let mut rows = vec![["mode", "strain energy", "Hz", "damping", "rigid"].map(str::to_owned).to_vec()];
-    for mode in swept.modes.first().into_iter().flatten() {
-        let parts = mode.shares.iter().filter(|share| share.share >= 0.095).take(2);
-        let parts: Vec<String> = parts.map(|share| format!("{} {}", share.part, percent(share.share))).collect();
-        let strained = mode.shares.first().filter(|_| mode.eigenvalue.norm() > 0.0);
-        let parts = strained.map(|_| parts.join(", ")).unwrap_or_default();
-        rows.push(vec![mode.name(), parts, hertz(mode), damping(mode), percent(mode.rigid_part)]);
+    for mode in modes {
+        let vibrates = mode.eigenvalue_per_s != [0.0; 2];
+        let parts = mode.strain.iter().filter(|(_, share)| vibrates && *share >= 0.095).take(2);
+        let parts: Vec<String> = parts.map(|(part, share)| format!("{part} {}", percent(*share))).collect();
+        rows.push(vec![mode.name.clone(), parts.join(", "), hertz(mode), damping(mode), percent(mode.rigid_part)]);
     }
     Ok(print(&rows, 2)?)
 }
@@ -299,8 +335,9 @@ impl Swept {
             };
             let at = |value: f64| format!("{}{unit}", figure(value));
             let most = self.along(branch).max_by(|one, other| one.1.damping_ratio().total_cmp(&other.1.damping_ratio()));
-            let damped = most.map(|(_, mode)| damping(mode)).unwrap_or_default();
-            rows.push(vec![branch.name.clone(), hertz(low.1), at(low.0), hertz(high.1), at(high.0), damped]);
+            let damped = most.map(|(_, mode)| damping(&mode.into())).unwrap_or_default();
+            let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
+            rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), vec![damped]].concat());
         }
         print(&rows, 1)?;
         for crossing in crossings(&self.modes, branches) {
@@ -369,7 +406,7 @@ fn kind(mode: &Mode) -> String {
 fn shapes(swept: &Swept) -> Vec<(String, plot::Figure)> {
     let modes = swept.modes.first().map(Vec::as_slice).unwrap_or_default();
     let shape = |(number, mode): (usize, &Mode)| {
-        let title = format!("{}, {} Hz", mode.title(), hertz(mode));
+        let title = format!("{}, {} Hz", mode.title(), hertz(&mode.into()));
         (format!("mode-{}-{}", number + 1, mode.name().replace(' ', "-")), plot::mode_shape(&title, &mode.links))
     };
     modes.iter().enumerate().filter(|(_, mode)| !mode.links.is_empty()).map(shape).collect()

@@ -207,6 +207,10 @@ impl Stepper {
         self.status_if_due();
         self.report_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
+        if self.run.paused && self.ports.shared.take_checkpoint_wanted() {
+            // No step comes after which it would be made.
+            self.checkpoint();
+        }
         self.decide(more);
         self.deadlines.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }

@@ -11,7 +11,8 @@ use tokio::sync::oneshot;
 
 use super::ServiceError;
 use super::drop_ledger::DropLedger;
-use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingTarget, serve};
+use super::live_modes::ModesService;
+use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingHistory, RecordingTarget, serve};
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
@@ -273,7 +274,10 @@ fn output_worker(
     let recorder = live.record.map(|path| target.start(&path)).transpose()?;
     let commands = bus::service_commands(session, &live.name, inbox)?;
     let about = About::new(&live.scene.origin, &live.endpoints);
-    let endpoint = ServiceEndpoint::declare(session, &live.name, (&live.scene.text, &about), commands)?;
+    let modes = ModesService::new(live.scene.scene.clone(), inbox.shared());
+    let mut endpoint = ServiceEndpoint::declare(session, &live.name, (&live.scene.text, &about), commands)?;
+    let answering = Arc::clone(&modes);
+    endpoint.take_questions_for_modes(session, &live.name, move |question| answering.take(question))?;
     Ok(OutputWorker {
         name: live.name,
         endpoint,
@@ -283,13 +287,12 @@ fn output_worker(
         pool,
         shared: inbox.shared(),
         on_status: live.on_status,
-        finished_recordings: Vec::new(),
+        recordings: RecordingHistory::default(),
+        modes,
         statistics: OutputStatistics::new()?,
         drops: DropLedger::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
-        recording_failure: None,
         last_stamp: None,
-        recording_full: false,
     })
 }
 

@@ -3,6 +3,7 @@
 mod drop_ledger;
 mod error;
 mod live;
+mod live_modes;
 mod output_worker;
 mod replay;
 mod scene_update_timer;

@@ -9,6 +9,7 @@ use prost::Message as _;
 use tokio::sync::oneshot;
 
 use super::drop_ledger::DropLedger;
+use super::live_modes::ModesService;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
@@ -65,17 +66,25 @@ pub(super) struct OutputWorker {
     pub pool: SyncSender<Arc<Sample>>,
     pub shared: Arc<SharedState>,
     pub on_status: OnStatus,
-    pub finished_recordings: Vec<Result<Written, RecordingError>>,
+    pub recordings: RecordingHistory,
+    /// Answers questions for the modes.
+    pub modes: Arc<ModesService>,
     pub statistics: OutputStatistics,
     pub drops: DropLedger,
     /// Decides which samples are published as scene updates, if any are.
     pub scene_update_timer: Option<SceneUpdateTimer>,
-    /// Why the last recording ended early.
-    pub recording_failure: Option<String>,
     /// Stamp of the last message.
     pub last_stamp: Option<Stamp>,
-    /// Whether the recording had reached its part size at the last check.
-    pub recording_full: bool,
+}
+
+/// The recordings made so far.
+#[derive(Default)]
+pub(super) struct RecordingHistory {
+    pub finished: Vec<Result<Written, RecordingError>>,
+    /// Why the last one ended early.
+    pub failure: Option<String>,
+    /// Whether the present one had reached its part size at the last check.
+    pub was_full: bool,
 }
 
 /// Statistics over the whole run.
@@ -110,7 +119,7 @@ impl OutputWorker {
     fn close(mut self) -> Closed {
         self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
-        Closed { left: self.endpoint.close(), recordings: self.finished_recordings, angles, encoded: self.statistics.encoded }
+        Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, encoded: self.statistics.encoded }
     }
 
     fn handle(&mut self, output: Output) {
@@ -125,6 +134,7 @@ impl OutputWorker {
             Output::Answer(answer) => self.answer(*answer),
             Output::Checkpoint(checkpoint, stamp) => {
                 self.record(Topic::Checkpoint, wire::checkpoint(&checkpoint, &stamp).encode_to_vec(), &stamp);
+                self.modes.keep(*checkpoint, stamp);
             }
             Output::MissedSamples(missed, stamp) => self.missed(*missed, &stamp),
             Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
@@ -135,10 +145,10 @@ impl OutputWorker {
     /// When the file reaches its part size, requests a checkpoint: the recording goes on in a new file from there.
     fn check_recording_full(&mut self) {
         let recording_full = self.recorder.as_ref().is_some_and(Recorder::is_full);
-        if recording_full && !self.recording_full {
+        if recording_full && !self.recordings.was_full {
             self.shared.want_checkpoint();
         }
-        self.recording_full = recording_full;
+        self.recordings.was_full = recording_full;
     }
 
     fn sample(&mut self, sample: &Arc<Sample>, due: PerTelemetry<bool>, deadline: Option<Instant>) {
@@ -232,8 +242,8 @@ impl OutputWorker {
         };
         let recording_failure = format!("recording stopped: {why}");
         tracing::error!("{recording_failure}; the simulation goes on");
-        self.recording_failure = Some(recording_failure);
-        self.finished_recordings.extend(results);
+        self.recordings.failure = Some(recording_failure);
+        self.recordings.finished.extend(results);
         true
     }
 
@@ -317,7 +327,7 @@ impl OutputWorker {
             name => paths::named(&self.target.folder, name).map_err(|error| error.to_string())?,
         };
         self.recorder = Some(self.target.start(&path).map_err(|error| error.to_string())?);
-        self.recording_failure = None;
+        self.recordings.failure = None;
         Ok(self.recorder.as_ref().map_or(path, Recorder::path))
     }
 
@@ -336,7 +346,7 @@ impl OutputWorker {
             }
             self.endpoint.publish(Topic::Gaps, payload);
         }
-        self.finished_recordings.extend(recorder.finish(reason));
+        self.recordings.finished.extend(recorder.finish(reason));
     }
 }
 

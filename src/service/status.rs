@@ -23,7 +23,7 @@ impl OutputWorker {
             step_error_p99_rad: run.step_errors.map(|all| all.p99_rad),
             step_error_max_rad: run.step_errors.map(|all| all.max_rad),
             solver_iterations: run.newton_iterations,
-            message: self.recording_failure.clone().into_iter().chain(run.message).collect::<Vec<_>>().join("; "),
+            message: self.recordings.failure.clone().into_iter().chain(run.message).collect::<Vec<_>>().join("; "),
             commands_accepted: self.statistics.commands_accepted,
             commands_rejected: self.shared.rejected(),
             pulses_pending: u32::try_from(run.pulses_pending).unwrap_or(u32::MAX),

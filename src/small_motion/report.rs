@@ -1,0 +1,50 @@
+//! Modes in plain numbers and words, for messages and tables.
+
+use serde::{Deserialize, Serialize};
+
+use super::mode::Mode;
+
+/// One mode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModeReport {
+    /// Its name.
+    pub name: String,
+    /// Frequency of the vibration as it decays, Hz.
+    pub frequency_hz: f64,
+    /// `−Re λ/|λ|`.
+    pub damping_ratio: f64,
+    /// λ, 1/s: real and imaginary part.
+    pub eigenvalue_per_s: [f64; 2],
+    /// Part of the kinetic energy in turning of the chain as it is, 0 to 1.
+    pub rigid_part: f64,
+    /// Parts of the mechanism with their shares of the strain energy, the largest first.
+    pub strain: Vec<(String, f64)>,
+}
+
+/// The modes of a running service at an instant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LiveModes {
+    /// Steps since the epoch began.
+    pub step: u64,
+    /// The epoch.
+    pub epoch: u64,
+    /// Simulated time since the epoch began, s.
+    pub sim_time_s: f64,
+    /// Rate of the first link's chord, rad/s; 0 of an oscillator.
+    pub crank_rate_rad_per_s: f64,
+    /// The modes, lowest first.
+    pub modes: Vec<ModeReport>,
+}
+
+impl From<&Mode> for ModeReport {
+    fn from(mode: &Mode) -> Self {
+        ModeReport {
+            name: mode.name(),
+            frequency_hz: mode.frequency_hz(),
+            damping_ratio: mode.damping_ratio(),
+            eigenvalue_per_s: [mode.eigenvalue.re, mode.eigenvalue.im],
+            rigid_part: mode.rigid_part,
+            strain: mode.shares.iter().map(|share| (share.part.to_string(), share.share)).collect(),
+        }
+    }
+}
