@@ -4,6 +4,15 @@
 //! Everything rests on the exact derivatives of the models' residual, [`Linearised`]: at rest, in steady rotation, or at an instant of
 //! a run ([`Point`]).
 
+#[cfg(test)]
+mod examples;
+pub mod floquet;
+mod linear;
+pub mod orbit;
+pub mod periodic;
+mod recorded;
+pub mod scheme;
+pub mod variation;
 mod band;
 mod linearised;
 mod mode;

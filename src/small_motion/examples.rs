@@ -1,0 +1,72 @@
+//! Systems for tests.
+
+use super::periodic::PeriodicSystem;
+use crate::integrate::{Singular, System, Weights};
+use crate::mechanics::{FiniteElement, Modal};
+use crate::scene::{Chain, SceneSource};
+
+/// Hill's equation `ẍ + d ẋ + (a − 2 q cos 2t) x = 0`, of period π; Mathieu's for `d = 0` (DLMF 28.2.1).
+pub(super) struct Hill {
+    pub(super) a: f64,
+    pub(super) q: f64,
+    pub(super) damper: f64,
+    at_work: f64,
+    tangent: f64,
+}
+
+impl Hill {
+    pub(super) fn constant(stiffness: f64, damper: f64) -> Self {
+        Hill { a: stiffness, q: 0.0, damper, at_work: 0.0, tangent: 0.0 }
+    }
+
+    pub(super) fn mathieu(a: f64, q: f64) -> Self {
+        Hill { q, ..Hill::constant(a, 0.0) }
+    }
+
+    fn stiffness(&self, t_s: f64) -> f64 {
+        self.a - 2.0 * self.q * (2.0 * t_s).cos()
+    }
+}
+
+impl System for Hill {
+    fn degrees_of_freedom(&self) -> usize {
+        1
+    }
+    fn residual(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], r: &mut [f64]) {
+        let (viscous, elastic) = (self.damper * v[0], self.stiffness(t_s) * q[0]);
+        self.at_work = a[0].abs() + viscous.abs() + elastic.abs();
+        r[0] = a[0] + viscous + elastic;
+    }
+    fn residual_size(&self, r: &[f64]) -> f64 {
+        if r[0] == 0.0 { 0.0 } else { r[0].abs() / self.at_work }
+    }
+    fn factor(&mut self, t_s: f64, _: &[f64], _: &[f64], _: &[f64], w: Weights) -> Result<(), Singular> {
+        self.tangent = w.acceleration + w.velocity * self.damper + w.position * self.stiffness(t_s);
+        if self.tangent == 0.0 { Err(Singular) } else { Ok(()) }
+    }
+    fn solve(&mut self, x: &mut [f64]) {
+        x[0] /= self.tangent;
+    }
+}
+
+impl PeriodicSystem for Hill {
+    fn tangent(&mut self, t_s: f64, _: &[f64], _: &[f64], _: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        entry(0, 0, w.acceleration);
+        entry(0, 0, w.velocity * self.damper + w.position * self.stiffness(t_s));
+    }
+}
+
+/// The built-in crank-slider without its pulse, of `elements` a link.
+pub(super) fn crank_slider(elements: usize) -> Result<Chain, Box<dyn std::error::Error>> {
+    let overrides = [format!("crank.elements={elements}"), format!("rod.elements={elements}"), "pulse=[]".to_owned()];
+    let source = SceneSource::open("crank-slider", &overrides)?;
+    Ok(source.scene.chain().ok_or("no chain")?.clone())
+}
+
+pub(super) fn modal(chain: &Chain, prescribed: bool) -> Modal {
+    Modal::new(chain, prescribed)
+}
+
+pub(super) fn finite_elements(chain: &Chain, prescribed: bool) -> FiniteElement {
+    FiniteElement::new(chain, prescribed)
+}

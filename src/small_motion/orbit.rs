@@ -1,0 +1,388 @@
+//! Periodic motion of a system, found by shooting.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector, SVD};
+
+use super::linear::set_torque;
+use super::periodic::PeriodicSystem;
+use super::scheme::Scheme;
+use super::variation::{TIGHT, Trajectory};
+use crate::integrate::{NewtonSettings, StepError};
+
+/// Why no periodic motion, or no multipliers of it, were found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FloquetError {
+    /// The period or the number of steps is no positive, finite number.
+    #[error("the period must be positive and have at least one step")]
+    NoPeriod,
+    /// The guess has the wrong number of coordinates.
+    #[error("the guess has {given} coordinates or velocities instead of {needed}")]
+    WrongLength {
+        /// Length given.
+        given: usize,
+        /// Degrees of freedom.
+        needed: usize,
+    },
+    /// A step failed: the equations are singular there, or the motion leaves every bound.
+    #[error("the step at {time_s} s failed: {source}")]
+    Step {
+        /// Beginning of the step.
+        time_s: f64,
+        /// Reason.
+        source: StepError,
+    },
+    /// A free crank does not turn by whole turns in a period.
+    #[error("the crank turns by {turns:.3} turns in a period; a better guess or an explicit `advance` is needed")]
+    NoTurn {
+        /// Turns of the crank along the guess.
+        turns: f64,
+    },
+    /// Newton's method on the state did not converge.
+    #[error("no periodic motion was found: the state misses itself by {residual:.1e} after {iterations} iterations")]
+    NotConverged {
+        /// See [`Orbit::residual`].
+        residual: f64,
+        /// Iterations spent.
+        iterations: u32,
+    },
+    /// A number stopped being finite.
+    #[error("a number stopped being finite")]
+    NotFinite,
+    /// The eigenvalue iteration did not converge.
+    #[error("the eigenvalues of the monodromy matrix were not found")]
+    NoEigenvalues,
+}
+
+/// A period, divided into equal steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycle {
+    /// T.
+    pub period_s: f64,
+    /// N, with `N h = T`.
+    pub steps: u32,
+}
+
+impl Cycle {
+    /// The division whose step is nearest to `step_s`.
+    pub fn near(period_s: f64, step_s: f64) -> Self {
+        let steps = (period_s / step_s).round().clamp(1.0, f64::from(u32::MAX));
+        Self { period_s, steps: steps as u32 }
+    }
+
+    /// `h = T/N`.
+    pub fn step_s(&self) -> f64 {
+        self.period_s / f64::from(self.steps)
+    }
+
+    fn check(&self) -> Result<(), FloquetError> {
+        let usable = self.period_s.is_finite() && self.period_s > 0.0 && self.steps > 0;
+        if usable { Ok(()) } else { Err(FloquetError::NoPeriod) }
+    }
+}
+
+/// Where the search for a periodic motion begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guess {
+    /// Coordinates at `t = 0`. A free crank keeps the angle that they give it.
+    pub q: Vec<f64>,
+    /// Velocities at `t = 0`.
+    pub v: Vec<f64>,
+    /// Change of each coordinate over a period: multiples of 2π for angles that turn. If `None`, it is that of the motion from the
+    /// guess, rounded to whole turns.
+    pub advance: Option<Vec<f64>>,
+}
+
+/// When the search ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrbitSettings {
+    /// Largest [`Orbit::residual`].
+    pub tolerance: f64,
+    /// Most Newton corrections.
+    pub max_iterations: u32,
+    /// Newton's iteration within a step.
+    pub newton: NewtonSettings,
+}
+
+impl Default for OrbitSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_iterations: 25, newton: TIGHT }
+    }
+}
+
+/// A periodic motion of a system as a scheme computes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Orbit {
+    /// The period and its steps.
+    pub cycle: Cycle,
+    /// Coordinates at `t = 0`.
+    pub q: Vec<f64>,
+    /// Velocities at `t = 0`.
+    pub v: Vec<f64>,
+    /// Generalised-α's auxiliary accelerations at `t = 0`; empty with other schemes.
+    pub alpha: Vec<f64>,
+    /// Change of each coordinate over a period.
+    pub advance: Vec<f64>,
+    /// The constant torque that holds the mean speed, where it was unknown.
+    pub torque_nm: Option<f64>,
+    /// Largest component of `|q_T − q_0 − advance|`, `|v_T − v_0|/Ω` and `|α_T − α_0|/Ω²`, `Ω = 2π/T`, in the units of the coordinates.
+    pub residual: f64,
+    /// Newton corrections made.
+    pub iterations: u32,
+    /// Derivative of `(q, v, α)` after a period by the same at its beginning.
+    pub monodromy: DMatrix<f64>,
+}
+
+/// A motion over one period.
+struct Lap {
+    end: DVector<f64>,
+    map: DMatrix<f64>,
+    by_torque: Option<DVector<f64>>,
+}
+
+/// Finds the periodic motion near a guess by Newton's method on the state at `t = 0` (single shooting):
+///
+/// ```text
+/// x(T; x₀, τ) − x₀ − advance = 0      [Φ − I, ∂x_T/∂τ; g, 0] (δx₀, δτ) = −(x_T − x₀ − advance, g (q₀ − guess))
+/// ```
+///
+/// Φ is the monodromy matrix. If the system's torque τ is unknown, the row `g = −∂r/∂τ`, the derivative of the crank's angle by q,
+/// holds that angle at `t = 0`. Corrections are halved while they do not make the residual smaller.
+///
+/// On success the system keeps the torque found.
+///
+/// # Errors
+/// See [`FloquetError`].
+pub fn periodic_orbit<S: PeriodicSystem>(
+    system: &mut S,
+    scheme: Scheme,
+    cycle: Cycle,
+    guess: &Guess,
+    settings: &OrbitSettings,
+) -> Result<Orbit, FloquetError> {
+    cycle.check()?;
+    let mut search = Search::new(system, scheme, cycle, guess, settings)?;
+    search.run(settings)
+}
+
+struct Search<'a, S> {
+    system: &'a mut S,
+    cycle: Cycle,
+    trajectory: Trajectory,
+    unknowns: usize,
+    advance: DVector<f64>,
+    /// Derivative of the crank's angle by q, and that angle's coordinates at `t = 0`.
+    held: Option<(DVector<f64>, DVector<f64>)>,
+    /// The vectors carried, then the torque if it is unknown.
+    x: DVector<f64>,
+    lap: Lap,
+    residual: DVector<f64>,
+}
+
+impl<'a, S: PeriodicSystem> Search<'a, S> {
+    fn new(
+        system: &'a mut S,
+        scheme: Scheme,
+        cycle: Cycle,
+        guess: &Guess,
+        settings: &OrbitSettings,
+    ) -> Result<Self, FloquetError> {
+        let n = system.degrees_of_freedom();
+        let advance = guess.advance.as_deref().unwrap_or(&guess.q);
+        for given in [guess.q.len(), guess.v.len(), advance.len()] {
+            if given != n {
+                return Err(FloquetError::WrongLength { given, needed: n });
+            }
+        }
+        let mut trajectory = Trajectory::new(scheme, n, settings.newton);
+        let mut carried = [&guess.q[..], &guess.v].concat();
+        if trajectory.carried_len() > carried.len() {
+            let a = trajectory.accelerations(system, 0.0, &guess.q, &guess.v);
+            carried.extend(a.map_err(|source| FloquetError::Step { time_s: 0.0, source })?);
+        }
+        let held = crank_row(system, guess).map(|row| (row, DVector::from_column_slice(&guess.q)));
+        let lap = lap(system, &mut trajectory, cycle, &carried)?;
+        carried.extend(system.torque_nm().copied());
+        let x = DVector::from_vec(carried);
+        let mut search = Self {
+            system,
+            cycle,
+            unknowns: n,
+            advance: DVector::zeros(trajectory.carried_len()),
+            trajectory,
+            held,
+            residual: DVector::zeros(x.len()),
+            x,
+            lap,
+        };
+        search.set_advance(guess)?;
+        search.residual = search.residual_of(&search.x, &search.lap);
+        Ok(search)
+    }
+
+    fn set_advance(&mut self, guess: &Guess) -> Result<(), FloquetError> {
+        for i in 0..self.unknowns {
+            let turned = || ((self.lap.end[i] - self.x[i]) / TAU).round() * TAU;
+            self.advance[i] = guess.advance.as_ref().map_or_else(turned, |advance| advance[i]);
+        }
+        let Some((row, _)) = &self.held else { return Ok(()) };
+        let turns = row.dot(&self.advance.rows(0, self.unknowns)) / TAU;
+        let whole = turns != 0.0 && (turns - turns.round()).abs() < 1e-6;
+        if whole { Ok(()) } else { Err(FloquetError::NoTurn { turns }) }
+    }
+
+    fn run(mut self, settings: &OrbitSettings) -> Result<Orbit, FloquetError> {
+        let mut iterations = 0;
+        while self.residual.amax() > settings.tolerance {
+            if iterations >= settings.max_iterations {
+                return Err(FloquetError::NotConverged { residual: self.residual.amax(), iterations });
+            }
+            iterations += 1;
+            let correction = self.correction()?;
+            if !self.correct(&correction)? {
+                return Err(FloquetError::NotConverged { residual: self.residual.amax(), iterations });
+            }
+        }
+        Ok(self.orbit(iterations))
+    }
+
+    /// Least squares of least length, so that a direction in which the motion may be shifted at will does no harm.
+    fn correction(&self) -> Result<DVector<f64>, FloquetError> {
+        let (carried, size) = (self.advance.len(), self.x.len());
+        let mut matrix = DMatrix::zeros(size, size);
+        matrix.view_mut((0, 0), (carried, carried)).copy_from(&self.lap.map);
+        for i in 0..carried {
+            matrix[(i, i)] -= 1.0;
+        }
+        if let (Some((row, _)), Some(by_torque)) = (&self.held, &self.lap.by_torque) {
+            matrix.view_mut((0, carried), (carried, 1)).copy_from(by_torque);
+            matrix.view_mut((carried, 0), (1, self.unknowns)).copy_from(&row.transpose());
+        }
+        let scale = DVector::from_fn(size, |i, _| self.scale(i));
+        for (i, mut row) in matrix.row_iter_mut().enumerate() {
+            row *= scale[i];
+        }
+        for (j, mut column) in matrix.column_iter_mut().enumerate() {
+            column /= scale[j];
+        }
+        if !matrix.iter().all(|x| x.is_finite()) {
+            return Err(FloquetError::NotFinite);
+        }
+        let svd = SVD::try_new(matrix, true, true, f64::EPSILON, ITERATIONS * size).ok_or(FloquetError::NotFinite)?;
+        let smallest = SINGULAR * svd.singular_values.amax();
+        let correction = svd.solve(&-&self.residual, smallest).map_err(|_| FloquetError::NotFinite)?;
+        Ok(correction.component_div(&scale))
+    }
+
+    /// Corrects by as much as makes the residual smaller; whether any part of the correction did.
+    fn correct(&mut self, correction: &DVector<f64>) -> Result<bool, FloquetError> {
+        let mut part = 1.0;
+        while part > SMALLEST_PART {
+            let x = &self.x + correction * part;
+            if x.iter().all(|x| x.is_finite()) && self.attempt(&x) {
+                return Ok(true);
+            }
+            part *= 0.5;
+        }
+        if let Some(torque_nm) = self.torque(&self.x) {
+            set_torque(self.system, torque_nm);
+        }
+        if self.residual.amax().is_finite() { Ok(false) } else { Err(FloquetError::NotFinite) }
+    }
+
+    fn attempt(&mut self, x: &DVector<f64>) -> bool {
+        if let Some(torque_nm) = self.torque(x) {
+            set_torque(self.system, torque_nm);
+        }
+        let carried = &x.as_slice()[..self.advance.len()];
+        let Ok(lap) = lap(self.system, &mut self.trajectory, self.cycle, carried) else { return false };
+        let residual = self.residual_of(x, &lap);
+        let better = residual.amax() < self.residual.amax();
+        if better {
+            (self.x, self.lap, self.residual) = (x.clone(), lap, residual);
+        }
+        better
+    }
+
+    fn torque(&self, x: &DVector<f64>) -> Option<f64> {
+        x.get(self.advance.len()).copied()
+    }
+
+    fn residual_of(&self, x: &DVector<f64>, lap: &Lap) -> DVector<f64> {
+        let carried = self.advance.len();
+        let mut residual = DVector::zeros(x.len());
+        for i in 0..carried {
+            residual[i] = self.scale(i) * (lap.end[i] - x[i] - self.advance[i]);
+        }
+        if let Some((row, start)) = &self.held {
+            residual[carried] = row.dot(&(x.rows(0, self.unknowns) - start));
+        }
+        residual
+    }
+
+    /// `1`, `1/Ω` and `1/Ω²` of coordinates, velocities and α; 1 of the torque.
+    fn scale(&self, i: usize) -> f64 {
+        if i >= self.advance.len() {
+            return 1.0;
+        }
+        let order = i32::try_from(i / self.unknowns).unwrap_or(0);
+        (self.cycle.period_s / TAU).powi(order)
+    }
+
+    fn orbit(self, iterations: u32) -> Orbit {
+        let part = |which: usize| {
+            let of = which * self.unknowns..(which + 1) * self.unknowns;
+            if of.end <= self.advance.len() { self.x.as_slice()[of].to_vec() } else { Vec::new() }
+        };
+        Orbit {
+            cycle: self.cycle,
+            q: part(0),
+            v: part(1),
+            alpha: part(2),
+            advance: self.advance.as_slice()[..self.unknowns].to_vec(),
+            torque_nm: self.torque(&self.x),
+            residual: self.residual.amax(),
+            iterations,
+            monodromy: self.lap.map,
+        }
+    }
+}
+
+/// Most sweeps of an iteration for singular values, for each row.
+const ITERATIONS: usize = 100;
+/// Singular values below this part of the largest are nil.
+const SINGULAR: f64 = 1e-13;
+/// Corrections are halved down to this part.
+const SMALLEST_PART: f64 = 1e-3;
+
+/// Takes the steps of a period from the vectors carried.
+fn lap<S: PeriodicSystem>(
+    system: &mut S,
+    trajectory: &mut Trajectory,
+    cycle: Cycle,
+    carried: &[f64],
+) -> Result<Lap, FloquetError> {
+    let (mut time_s, h_s) = (0.0, cycle.step_s());
+    let failed = |time_s: f64| move |source: StepError| FloquetError::Step { time_s, source };
+    trajectory.begin(system, time_s, carried).map_err(failed(time_s))?;
+    for _ in 0..cycle.steps {
+        trajectory.step(system, time_s, h_s).map_err(failed(time_s))?;
+        // As schemes add it, so that a step begins at the very time at which the one before ended.
+        time_s += h_s;
+    }
+    Ok(Lap { end: trajectory.carried(), map: trajectory.map(), by_torque: trajectory.by_torque() })
+}
+
+/// `−∂r/∂τ` at the guess, where the torque is unknown.
+fn crank_row<S: PeriodicSystem>(system: &mut S, guess: &Guess) -> Option<DVector<f64>> {
+    let torque_nm = *system.torque_nm()?;
+    let n = guess.q.len();
+    let rest = vec![0.0; n];
+    let mut rows = [vec![0.0; n], vec![0.0; n]];
+    for (row, torque_nm) in rows.iter_mut().zip([0.0, 1.0]) {
+        set_torque(system, torque_nm);
+        system.residual(0.0, &guess.q, &rest, &rest, row);
+    }
+    set_torque(system, torque_nm);
+    Some(DVector::from_fn(n, |i, _| rows[0][i] - rows[1][i]))
+}
