@@ -1,1 +1,312 @@
-//! x
+//! Floquet multipliers: whether small motion about a periodic one dies away or grows.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix, DVector, Schur, linalg::balancing::balance_parlett_reinsch};
+
+use super::orbit::{Cycle, FloquetError, Guess, Orbit, OrbitSettings, periodic_orbit};
+use super::periodic::PeriodicSystem;
+use super::scheme::Scheme;
+
+/// An eigenvalue ρ of the monodromy matrix: small motion of that shape is multiplied by it in every period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Multiplier {
+    /// ρ.
+    pub value: Complex<f64>,
+    /// Estimated error of ρ: of the physics by halving the step, of a scheme by rounding alone.
+    pub error: f64,
+}
+
+/// Errors are estimates; a multiplier counts as unstable only beyond this many of them.
+const SAFETY: f64 = 2.0;
+/// A double multiplier of 1 is uncertain by the root of rounding, `√ε = 1.5e-8`: so is that of a crank that turns freely.
+const DOUBLE: f64 = 1e-7;
+
+impl Multiplier {
+    /// `ln|ρ|/T`: the rate of growth, negative for decay.
+    pub fn rate_per_s(&self, period_s: f64) -> f64 {
+        self.value.norm().ln() / period_s
+    }
+
+    /// `arg ρ/(2πT)`, from `−1/(2T)` to `1/(2T)`: the frequency, up to a multiple of `1/T`.
+    pub fn frequency_hz(&self, period_s: f64) -> f64 {
+        self.value.arg() / (TAU * period_s)
+    }
+
+    /// `|ρ|` above which it is unstable beyond doubt: 1 plus twice its error plus 1e-7, the uncertainty of a double multiplier.
+    pub fn unstable_above(&self) -> f64 {
+        1.0 + SAFETY * self.error + DOUBLE
+    }
+
+    /// Whether small motion of this shape grows.
+    pub fn is_unstable(&self) -> bool {
+        self.value.norm() > self.unstable_above()
+    }
+}
+
+/// A periodic motion and its multipliers, largest magnitude first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Floquet {
+    /// The periodic motion, with the period, its steps and the monodromy matrix.
+    pub orbit: Orbit,
+    /// The multipliers, as many as the scheme carries components.
+    pub multipliers: Vec<Multiplier>,
+}
+
+impl Floquet {
+    /// Whether any multiplier is unstable.
+    pub fn is_unstable(&self) -> bool {
+        self.multipliers.iter().any(Multiplier::is_unstable)
+    }
+
+    /// The largest error of a multiplier, relative to `max(1, |ρ|)`.
+    pub fn error(&self) -> f64 {
+        let relative = |multiplier: &Multiplier| multiplier.error / multiplier.value.norm().max(1.0);
+        self.multipliers.iter().map(relative).fold(0.0, f64::max)
+    }
+
+    /// The eigenvector of one multiplier; see [`eigenvector`].
+    pub fn mode(&self, multiplier: &Multiplier) -> Option<DVector<Complex<f64>>> {
+        eigenvector(&self.orbit.monodromy, multiplier.value)
+    }
+}
+
+/// How accurate the multipliers of the physics should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Change of every multiplier when the step is halved, relative to `max(1, |ρ|)`, that ends the halving.
+    pub tolerance: f64,
+    /// Steps of a period to begin with.
+    pub fewest_steps: u32,
+    /// Most steps of a period.
+    pub most_steps: u32,
+}
+
+impl Default for Accuracy {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, fewest_steps: 64, most_steps: 1 << 13 }
+    }
+}
+
+/// Multipliers of a scheme on its own periodic motion, at the step nearest to `step_s` that divides the period.
+///
+/// # Errors
+/// See [`FloquetError`].
+pub fn of_scheme<S: PeriodicSystem>(
+    system: &mut S,
+    scheme: Scheme,
+    cycle: Cycle,
+    guess: &Guess,
+    settings: &OrbitSettings,
+) -> Result<Floquet, FloquetError> {
+    let orbit = periodic_orbit(system, scheme, cycle, guess, settings)?;
+    let (values, rounding) = multipliers(&orbit.monodromy)?;
+    let multipliers = values.into_iter().map(|value| Multiplier { value, error: rounding }).collect();
+    Ok(Floquet { orbit, multipliers })
+}
+
+/// Multipliers of the system itself: those of ESDIRK, whose step is halved until they no longer change.
+///
+/// The error of each is its change by the last halving, which overestimates it (15 times where the order is 4). Where `most_steps` do not
+/// reach the tolerance the best is returned with its errors: those of vibrations that no step resolved are large, the others small.
+///
+/// # Errors
+/// See [`FloquetError`]. Coarse steps that fail are halved.
+pub fn of_physics<S: PeriodicSystem>(
+    system: &mut S,
+    period_s: f64,
+    guess: &Guess,
+    accuracy: &Accuracy,
+    settings: &OrbitSettings,
+) -> Result<Floquet, FloquetError> {
+    let (mut guess, mut steps) = (guess.clone(), accuracy.fewest_steps.max(1));
+    let mut coarse: Option<Floquet> = None;
+    loop {
+        let is_last = steps > accuracy.most_steps / 2;
+        match of_scheme(system, Scheme::Esdirk, Cycle { period_s, steps }, &guess, settings) {
+            Ok(mut fine) => {
+                set_errors(&mut fine.multipliers, coarse.as_ref().map_or(&[], |coarse| &coarse.multipliers));
+                if is_last || fine.error() <= accuracy.tolerance {
+                    return Ok(fine);
+                }
+                let Orbit { q, v, advance, .. } = fine.orbit.clone();
+                guess = Guess { q, v, advance: Some(advance) };
+                coarse = Some(fine);
+            }
+            Err(error) if is_last || coarse.is_some() => return Err(error),
+            Err(_) => (),
+        }
+        steps *= 2;
+    }
+}
+
+/// Pairs each multiplier with the nearest one that is left of those before; its error is infinite if there is none.
+fn set_errors(fine: &mut [Multiplier], coarse: &[Multiplier]) {
+    let mut left: Vec<Complex<f64>> = coarse.iter().map(|multiplier| multiplier.value).collect();
+    for multiplier in fine {
+        let distances = left.iter().map(|value| (value - multiplier.value).norm()).enumerate();
+        let nearest = distances.min_by(|(_, one), (_, other)| one.total_cmp(other));
+        multiplier.error = nearest.map_or(f64::INFINITY, |(_, distance)| distance.max(multiplier.error));
+        if let Some((place, _)) = nearest {
+            left.swap_remove(place);
+        }
+    }
+}
+
+/// Most sweeps of the eigenvalue iteration, for each row.
+const ITERATIONS: usize = 100;
+
+/// Eigenvalues of a monodromy matrix, largest magnitude first, and what rounding may do to a simple one: `n ε` of the balanced norm.
+fn multipliers(monodromy: &DMatrix<f64>) -> Result<(Vec<Complex<f64>>, f64), FloquetError> {
+    if monodromy.is_empty() {
+        return Ok((Vec::new(), 0.0));
+    }
+    if !monodromy.iter().all(|x| x.is_finite()) {
+        return Err(FloquetError::NotFinite);
+    }
+    let mut balanced = monodromy.clone();
+    balance_parlett_reinsch(&mut balanced);
+    let size = balanced.nrows();
+    let rounding = size as f64 * f64::EPSILON * balanced.norm();
+    let schur = Schur::try_new(balanced, f64::EPSILON, ITERATIONS * size).ok_or(FloquetError::NoEigenvalues)?;
+    let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
+    if !values.iter().all(|value| value.re.is_finite() && value.im.is_finite()) {
+        return Err(FloquetError::NoEigenvalues);
+    }
+    values.sort_by(|one, other| other.norm().total_cmp(&one.norm()).then(other.im.total_cmp(&one.im)));
+    Ok((values, rounding))
+}
+
+/// Distance from the eigenvalue at which its vector is solved for, relative to `max(1, |ρ|)`.
+const SHIFT: f64 = 1e-10;
+
+/// The eigenvector of an eigenvalue by inverse iteration, its largest component 1; `None` where it is not found.
+///
+/// It has the components of the vectors carried: q, v and with generalised-α also α.
+pub fn eigenvector(monodromy: &DMatrix<f64>, value: Complex<f64>) -> Option<DVector<Complex<f64>>> {
+    let size = monodromy.nrows();
+    let shifted = value + Complex::from(SHIFT * value.norm().max(1.0));
+    let mut matrix = monodromy.map(Complex::from);
+    for i in 0..size {
+        matrix[(i, i)] -= shifted;
+    }
+    let factors = matrix.lu();
+    // Components of no symmetry, so that no mode is orthogonal to them but by accident.
+    let mut vector = DVector::from_fn(size, |i, _| Complex::new(1.0, (1.7 * i as f64).sin()));
+    for _ in 0..4 {
+        vector = factors.solve(&vector)?;
+        let largest = vector.iter().copied().max_by(|one, other| one.norm().total_cmp(&other.norm()))?;
+        vector /= largest;
+    }
+    vector.iter().all(|x| x.re.is_finite() && x.im.is_finite()).then_some(vector)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::examples::{Hill, crank_slider, finite_elements, modal};
+    use super::super::periodic::{CrankDrive, DrivenMechanism};
+    use super::super::variation::{TIGHT, Trajectory};
+    use super::*;
+    use crate::integrate::System;
+    use crate::mechanics::{Mechanism, Rigid};
+    use std::f64::consts::PI;
+
+    type Tested = Result<(), Box<dyn std::error::Error>>;
+
+    fn at_rest() -> Guess {
+        Guess { q: vec![0.0], v: vec![0.0], advance: None }
+    }
+
+    /// Multipliers of Mathieu's equation over π.
+    fn mathieu(a: f64, q: f64, scheme: Scheme, steps: u32) -> Result<Floquet, FloquetError> {
+        let cycle = Cycle { period_s: PI, steps };
+        of_scheme(&mut Hill::mathieu(a, q), scheme, cycle, &at_rest(), &OrbitSettings::default())
+    }
+
+    /// The characteristic value of ce₁ (of se₁ for −q): the least eigenvalue of the tridiagonal matrix of DLMF 28.4.
+    fn characteristic(q: f64) -> f64 {
+        let matrix = DMatrix::from_fn(30, 30, |i, j| match i.abs_diff(j) {
+            0 => (2.0 * i as f64 + 1.0).powi(2) + if i == 0 { q } else { 0.0 },
+            1 => q,
+            _ => 0.0,
+        });
+        matrix.symmetric_eigenvalues().min()
+    }
+
+    /// A boundary of the first tongue between a stable and an unstable place.
+    fn boundary(q: f64, scheme: Scheme, steps: u32, stable: f64, unstable: f64) -> Result<f64, FloquetError> {
+        let (mut stable, mut unstable) = (stable, unstable);
+        while (unstable - stable).abs() > 1e-9 {
+            let middle = 0.5 * (stable + unstable);
+            *(if mathieu(middle, q, scheme, steps)?.is_unstable() { &mut unstable } else { &mut stable }) = middle;
+        }
+        Ok(0.5 * (stable + unstable))
+    }
+
+    #[test]
+    fn val_mathieu_first_tongue() -> Tested {
+        // DLMF 28.2 and Abramowitz & Stegun, table 20.1.
+        assert!((characteristic(1.0) - 1.859_108_072_5).abs() < 1e-9);
+        assert!((characteristic(-1.0) + 0.110_248_816_9).abs() < 1e-9);
+        let undamped = [
+            (Scheme::Esdirk, 256, 1e-6),
+            (Scheme::RungeKutta, 256, 1e-6),
+            (Scheme::TwoPoint(0.5), 1024, 1e-4),
+            (Scheme::GeneralizedAlpha(0.9), 1024, 1e-4),
+        ];
+        for (scheme, steps, tolerance) in undamped {
+            for q in [0.1, 0.5, 1.0, 2.0] {
+                let (upper, lower) = (characteristic(q), characteristic(-q));
+                let middle = 0.5 * (upper + lower);
+                for (exact, stable) in [(upper, upper + 0.3), (lower, lower - 0.1 * q.min(1.0))] {
+                    let found = boundary(q, scheme, steps, stable, middle)?;
+                    println!("{scheme:?} {q} {:e}", found - exact);
+                    assert!((found - exact).abs() < tolerance, "{scheme:?}, q = {q}: {found} for {exact}");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The multipliers of the physics keep their product, 1 without damping; their stated errors hold.
+    #[test]
+    fn val_multipliers_of_the_physics_state_their_error() -> Tested {
+        let (settings, accuracy) = (OrbitSettings::default(), Accuracy::default());
+        let found = of_physics(&mut Hill::mathieu(1.0, 1.0), PI, &at_rest(), &accuracy, &settings)?;
+        assert!(found.error() <= 1e-8 && found.is_unstable(), "{found:?}");
+        let product: Complex<f64> = found.multipliers.iter().map(|multiplier| multiplier.value).product();
+        assert!((product - 1.0).norm() < 1e-8, "{product}");
+        let fine = mathieu(1.0, 1.0, Scheme::Esdirk, 8192)?;
+        for (one, fine) in found.multipliers.iter().zip(&fine.multipliers) {
+            assert!((one.value - fine.value).norm() <= one.error, "{one:?} {fine:?}");
+        }
+        Ok(())
+    }
+
+    /// Implicit Euler with 32 steps of π stabilises a tongue: its first-order term damps like `d = h (a − 2 q cos 2t)`, by the rate `h a/2`.
+    #[test]
+    fn val_a_scheme_that_damps_has_multipliers_of_its_own() -> Tested {
+        let (a, q, steps) = (1.0, 0.05, 32);
+        let physics = of_physics(&mut Hill::mathieu(a, q), PI, &at_rest(), &Accuracy::default(), &OrbitSettings::default())?;
+        let euler = mathieu(a, q, Scheme::TwoPoint(1.0), steps)?;
+        assert!(physics.is_unstable() && !euler.is_unstable(), "{physics:?} {euler:?}");
+        // Growth of the tongue's middle, q/2 (Nayfeh & Mook, Nonlinear Oscillations, 5.2), less the damping of implicit Euler.
+        let growth = [&physics, &euler].map(|found| found.multipliers[0].rate_per_s(PI));
+        let h_s = PI / f64::from(steps);
+        assert!((growth[0] - 0.5 * q).abs() < 1e-3, "{growth:?}");
+        let damping = 0.5 * (1.0 + h_s * h_s).ln() / h_s;
+        assert!((growth[0] - growth[1] - damping).abs() < 0.1 * damping, "{growth:?} {damping}");
+        Ok(())
+    }
+
+    #[test]
+    fn prop_an_eigenvector_is_multiplied_by_its_multiplier() -> Tested {
+        let found = mathieu(1.7, 0.4, Scheme::Esdirk, 64)?;
+        for multiplier in &found.multipliers {
+            let mode = found.mode(multiplier).ok_or("no vector")?;
+            let after = found.orbit.monodromy.map(Complex::from) * &mode;
+            assert!((after - mode * multiplier.value).camax() < 1e-12, "{multiplier:?}");
+        }
+        Ok(())
+    }
+}

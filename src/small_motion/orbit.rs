@@ -161,7 +161,7 @@ pub fn periodic_orbit<S: PeriodicSystem>(
     settings: &OrbitSettings,
 ) -> Result<Orbit, FloquetError> {
     cycle.check()?;
-    let mut search = Search::new(system, scheme, cycle, guess, settings)?;
+    let search = Search::new(system, scheme, cycle, guess, settings)?;
     search.run(settings)
 }
 
