@@ -56,10 +56,10 @@ impl PeriodicSystem for Hill {
     }
 }
 
-/// The built-in crank-slider without its pulse, of `elements` a link.
-pub(super) fn crank_slider(elements: usize) -> Result<Chain, Box<dyn std::error::Error>> {
-    let overrides = [format!("crank.elements={elements}"), format!("rod.elements={elements}"), "pulse=[]".to_owned()];
-    let source = SceneSource::open("crank-slider", &overrides)?;
+/// The chain of a built-in scene, without pulses.
+pub(super) fn chain(scene: &str, overrides: &[&str]) -> Result<Chain, Box<dyn std::error::Error>> {
+    let overrides: Vec<String> = overrides.iter().chain(&["pulse=[]"]).map(|&given| given.to_owned()).collect();
+    let source = SceneSource::open(scene, &overrides)?;
     Ok(source.scene.chain().ok_or("no chain")?.clone())
 }
 

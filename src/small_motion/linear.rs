@@ -1,19 +1,46 @@
 //! The variational equations along recorded stages, as a linear system that the schemes integrate.
 
-use nalgebra::{DMatrix, DMatrixViewMut, Dyn, LU};
+use nalgebra::DMatrix;
 
+use super::factors::Factors;
 use super::periodic::PeriodicSystem;
 use super::recorded::{Stage, StageCounter};
 use crate::integrate::{Power, Singular, System, Weights};
 
-/// One place of the three matrices.
-#[derive(Debug, Clone, Copy)]
-struct Term {
-    row: usize,
-    column: usize,
-    mass: f64,
-    damping: f64,
-    stiffness: f64,
+/// A matrix, and its entries that are not 0 as `(row, column, value)`.
+#[derive(Debug, Clone)]
+struct Sparse {
+    dense: DMatrix<f64>,
+    entries: Vec<(usize, usize, f64)>,
+    largest: f64,
+}
+
+impl Sparse {
+    fn zeros(unknowns: usize) -> Self {
+        Self { dense: DMatrix::zeros(unknowns, unknowns), entries: Vec::new(), largest: 0.0 }
+    }
+
+    /// Collects the entries of `dense`, row by row.
+    fn collect(&mut self) {
+        let unknowns = self.dense.nrows();
+        self.entries.clear();
+        for place in 0..unknowns * unknowns {
+            let (row, column) = (place / unknowns, place % unknowns);
+            let value = self.dense[(row, column)];
+            if value != 0.0 {
+                self.entries.push((row, column, value));
+            }
+        }
+        self.largest = self.entries.iter().fold(0.0, |most: f64, (_, _, value)| most.max(value.abs()));
+    }
+
+    /// Adds its product with the rows of `x`, of `columns` each, to those of `r`.
+    fn add_product(&self, x: &[f64], columns: usize, r: &mut [f64]) {
+        for (row, column, value) in &self.entries {
+            let (x, r) = (&x[column * columns..][..columns], &mut r[row * columns..][..columns]);
+            r.iter_mut().zip(x).for_each(|(r, x)| *r += value * x);
+        }
+    }
 }
 
 /// `M = ∂r/∂a`, `D = ∂r/∂v`, `K = ∂r/∂q` and `b = ∂r/∂torque` at one stage.
@@ -21,23 +48,22 @@ struct Term {
 pub(super) struct Matrices {
     at: Stage,
     /// M, D and K.
-    dense: [DMatrix<f64>; 3],
-    terms: Vec<Term>,
+    parts: [Sparse; 3],
     load: Vec<f64>,
-    factors: Option<(Weights, LU<f64, Dyn, Dyn>)>,
+    factors: Option<(Weights, Factors)>,
 }
 
 impl Matrices {
     pub(super) fn new(unknowns: usize) -> Self {
-        let zero = DMatrix::zeros(unknowns, unknowns);
+        let zero = Sparse::zeros(unknowns);
         let at = Stage { t_s: f64::NAN, ..Stage::default() };
-        Self { at, dense: [zero.clone(), zero.clone(), zero], terms: Vec::new(), load: vec![0.0; unknowns], factors: None }
+        Self { at, parts: [zero.clone(), zero.clone(), zero], load: vec![0.0; unknowns], factors: None }
     }
 
     /// `M⁻¹ D`'s trace, or `None` if M is singular.
     #[cfg(test)]
     pub(super) fn damping_trace(&self) -> Option<f64> {
-        self.dense[0].clone().lu().solve(&self.dense[1]).map(|matrix| matrix.trace())
+        self.parts[0].dense.clone().lu().solve(&self.parts[1].dense).map(|matrix| matrix.trace())
     }
 
     /// Evaluates them at a stage, unless they are known there.
@@ -48,36 +74,23 @@ impl Matrices {
         self.at.clone_from(stage);
         self.factors = None;
         let Stage { t_s, q, v, a } = stage;
-        let parts = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        for (matrix, [acceleration, velocity, position]) in self.dense.iter_mut().zip(parts) {
-            matrix.fill(0.0);
+        let weights = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        for (part, [acceleration, velocity, position]) in self.parts.iter_mut().zip(weights) {
+            part.dense.fill(0.0);
             let w = Weights { acceleration, velocity, position };
-            system.tangent(*t_s, q, v, a, w, &mut |row, column, value| matrix[(row, column)] += value);
+            system.tangent(*t_s, q, v, a, w, &mut |row, column, value| part.dense[(row, column)] += value);
+            part.collect();
         }
-        self.set_terms();
         set_load(system, stage, &mut self.load);
     }
 
-    fn set_terms(&mut self) {
-        let [mass, damping, stiffness] = &self.dense;
-        let unknowns = mass.nrows();
-        self.terms.clear();
-        for place in 0..unknowns * unknowns {
-            let (row, column) = (place / unknowns, place % unknowns);
-            let [mass, damping, stiffness] = [mass, damping, stiffness].map(|matrix| matrix[(row, column)]);
-            if mass != 0.0 || damping != 0.0 || stiffness != 0.0 {
-                self.terms.push(Term { row, column, mass, damping, stiffness });
-            }
-        }
-    }
-
-    fn factor(&mut self, w: Weights) -> Result<&LU<f64, Dyn, Dyn>, Singular> {
-        let [mass, damping, stiffness] = &self.dense;
+    fn factor(&mut self, w: Weights) -> Result<&Factors, Singular> {
+        let [mass, damping, stiffness] = self.parts.each_ref().map(|part| &part.dense);
         if self.factors.as_ref().is_none_or(|(weights, _)| *weights != w) {
             let matrix = mass * w.acceleration + damping * w.velocity + stiffness * w.position;
-            self.factors = Some((w, matrix.lu()));
+            self.factors = Some((w, Factors::new(matrix)?));
         }
-        self.factors.as_ref().map(|(_, lu)| lu).filter(|lu| lu.is_invertible()).ok_or(Singular)
+        self.factors.as_ref().map(|(_, factors)| factors).ok_or(Singular)
     }
 }
 
@@ -102,12 +115,13 @@ pub(super) fn set_torque<S: PeriodicSystem>(system: &mut S, torque_nm: f64) {
     }
 }
 
-/// Several variations at once, one after the other in `δq`, `δv`, `δa`:
+/// Several variations at once:
 ///
 /// ```text
 /// M δa + D δv + K δq + b δτ = 0      M, D, K, b at the stages recorded in turn
 /// ```
 ///
+/// `δq`, `δv` and `δa` hold the first component of every variation, then the second of every one, and so on.
 /// Only the last variation has `δτ = 1`, and only where the torque is unknown.
 pub(super) struct Linear<'a, S> {
     pub(super) system: &'a mut S,
@@ -118,7 +132,7 @@ pub(super) struct Linear<'a, S> {
     /// Whether the last variation is by the torque.
     pub(super) by_torque: bool,
     counter: StageCounter,
-    /// Largest sum of magnitudes in the last residual, for each variation.
+    /// Bound of every term of the last residual, for each variation.
     at_work: Vec<f64>,
     weights: Weights,
     astray: bool,
@@ -149,34 +163,27 @@ impl<S: PeriodicSystem> System for Linear<'_, S> {
             Some(stage) => self.matrices.evaluate(self.system, stage),
             None => self.astray = true,
         }
-        let n = self.matrices.load.len();
-        let mut sizes = vec![0.0; n];
-        for (column, at_work) in self.at_work.iter_mut().enumerate() {
-            let of = column * n..(column + 1) * n;
-            let (q, v, a, r) = (&q[of.clone()], &v[of.clone()], &a[of.clone()], &mut r[of]);
-            r.fill(0.0);
-            sizes.fill(0.0);
-            if self.by_torque && column + 1 == self.columns {
-                r.copy_from_slice(&self.matrices.load);
-                sizes.iter_mut().zip(&*r).for_each(|(size, load)| *size = load.abs());
+        let (columns, last) = (self.columns, self.columns.saturating_sub(1));
+        r.fill(0.0);
+        self.at_work.fill(0.0);
+        if self.by_torque {
+            for (row, load) in r.chunks_exact_mut(columns).zip(&self.matrices.load) {
+                row[last] = *load;
+                self.at_work[last] = self.at_work[last].max(load.abs());
             }
-            for term in &self.matrices.terms {
-                let inertia = term.mass * a[term.column];
-                let rest = [term.damping * v[term.column], term.stiffness * q[term.column]];
-                r[term.row] += inertia + rest[0] + rest[1];
-                sizes[term.row] += inertia.abs() + rest[0].abs() + rest[1].abs();
+        }
+        for (part, x) in self.matrices.parts.iter().zip([a, v, q]) {
+            part.add_product(x, columns, r);
+            for row in x.chunks_exact(columns.max(1)) {
+                self.at_work.iter_mut().zip(row).for_each(|(at_work, x)| *at_work = at_work.max(part.largest * x.abs()));
             }
-            *at_work = sizes.iter().fold(0.0, |most: f64, size| most.max(*size));
         }
     }
 
     fn residual_size(&self, r: &[f64]) -> f64 {
-        let n = self.matrices.load.len().max(1);
-        let relative = |(r, at_work): (&[f64], &f64)| {
-            let largest = r.iter().fold(0.0, |most: f64, r| most.max(r.abs()));
-            if largest == 0.0 { 0.0 } else { largest / at_work }
-        };
-        r.chunks_exact(n).zip(&self.at_work).map(relative).fold(0.0, f64::max)
+        let rows = r.chunks_exact(self.columns.max(1));
+        let relative = |(r, at_work): (&f64, &f64)| if *r == 0.0 { 0.0 } else { r.abs() / at_work };
+        rows.flat_map(|row| row.iter().zip(&self.at_work).map(relative)).fold(0.0, f64::max)
     }
 
     fn factor(&mut self, _: f64, _: &[f64], _: &[f64], _: &[f64], w: Weights) -> Result<(), Singular> {
@@ -186,10 +193,9 @@ impl<S: PeriodicSystem> System for Linear<'_, S> {
 
     /// With the matrices of the present stage, whichever the scheme factored last: so one correction solves a stage.
     fn solve(&mut self, x: &mut [f64]) {
-        let (n, columns) = (self.matrices.load.len(), self.columns);
         match self.matrices.factor(self.weights) {
-            Ok(lu) if lu.solve_mut(&mut DMatrixViewMut::from_slice(x, n, columns)) => (),
-            _ => x.fill(f64::NAN),
+            Ok(factors) => factors.solve(x, self.columns),
+            Err(Singular) => x.fill(f64::NAN),
         }
     }
 

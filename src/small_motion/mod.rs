@@ -4,10 +4,14 @@
 //! Everything rests on the exact derivatives of the models' residual, [`Linearised`]: at rest, in steady rotation, or at an instant of
 //! a run ([`Point`]).
 
+pub mod error;
 #[cfg(test)]
 mod examples;
+mod factors;
 pub mod floquet;
 mod linear;
+#[cfg(test)]
+mod mechanisms;
 pub mod orbit;
 pub mod periodic;
 mod recorded;

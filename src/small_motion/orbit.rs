@@ -2,57 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector, SVD};
+use nalgebra::{DMatrix, DVector, Matrix2, SVD, Vector2};
 
+use super::error::FloquetError;
 use super::linear::set_torque;
 use super::periodic::PeriodicSystem;
 use super::scheme::Scheme;
 use super::variation::{TIGHT, Trajectory};
 use crate::integrate::{NewtonSettings, StepError};
-
-/// Why no periodic motion, or no multipliers of it, were found.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FloquetError {
-    /// The period or the number of steps is no positive, finite number.
-    #[error("the period must be positive and have at least one step")]
-    NoPeriod,
-    /// The guess has the wrong number of coordinates.
-    #[error("the guess has {given} coordinates or velocities instead of {needed}")]
-    WrongLength {
-        /// Length given.
-        given: usize,
-        /// Degrees of freedom.
-        needed: usize,
-    },
-    /// A step failed: the equations are singular there, or the motion leaves every bound.
-    #[error("the step at {time_s} s failed: {source}")]
-    Step {
-        /// Beginning of the step.
-        time_s: f64,
-        /// Reason.
-        source: StepError,
-    },
-    /// A free crank does not turn by whole turns in a period.
-    #[error("the crank turns by {turns:.3} turns in a period; a better guess or an explicit `advance` is needed")]
-    NoTurn {
-        /// Turns of the crank along the guess.
-        turns: f64,
-    },
-    /// Newton's method on the state did not converge.
-    #[error("no periodic motion was found: the state misses itself by {residual:.1e} after {iterations} iterations")]
-    NotConverged {
-        /// See [`Orbit::residual`].
-        residual: f64,
-        /// Iterations spent.
-        iterations: u32,
-    },
-    /// A number stopped being finite.
-    #[error("a number stopped being finite")]
-    NotFinite,
-    /// The eigenvalue iteration did not converge.
-    #[error("the eigenvalues of the monodromy matrix were not found")]
-    NoEigenvalues,
-}
 
 /// A period, divided into equal steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -216,6 +173,8 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
             lap,
         };
         search.set_advance(guess)?;
+        search.check_period()?;
+        search.settle_crank();
         search.residual = search.residual_of(&search.x, &search.lap);
         Ok(search)
     }
@@ -229,6 +188,46 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
         let turns = row.dot(&self.advance.rows(0, self.unknowns)) / TAU;
         let whole = turns != 0.0 && (turns - turns.round()).abs() < 1e-6;
         if whole { Ok(()) } else { Err(FloquetError::NoTurn { turns }) }
+    }
+
+    /// The accelerations at the beginning must balance the forces a period later.
+    fn check_period(&mut self) -> Result<(), FloquetError> {
+        let n = self.unknowns;
+        let (q, v) = (self.x.rows(0, n), self.x.rows(n, n));
+        let begun = self.trajectory.accelerations(self.system, 0.0, q.as_slice(), v.as_slice());
+        let a = begun.map_err(|source| FloquetError::Step { time_s: 0.0, source })?;
+        let (later, mut residual) = (q + self.advance.rows(0, n), vec![0.0; n]);
+        self.system.residual(self.cycle.period_s, later.as_slice(), v.as_slice(), &a, &mut residual);
+        let mismatch = self.system.residual_size(&residual);
+        if mismatch <= PERIODIC { Ok(()) } else { Err(FloquetError::NotPeriodic { mismatch }) }
+    }
+
+    /// Torque τ and a common factor s of all velocities that let a free crank end where it began, and as fast. Without this, coordinates
+    /// along a circle are corrected along its chord, and links would have to stretch.
+    fn settle_crank(&mut self) {
+        let (n, len) = (self.unknowns, self.advance.len());
+        let Some((row, _)) = self.held.clone() else { return };
+        let crank = |x: &DVector<f64>| Vector2::new(row.dot(&x.rows(0, n)), row.dot(&x.rows(n, n)));
+        for _ in 0..SETTLING {
+            let Some(by_torque) = &self.lap.by_torque else { return };
+            let start = self.x.rows(0, len).into_owned();
+            let missed = crank(&(&self.lap.end - &start - &self.advance));
+            if missed.x.abs() < SETTLED && missed.y.abs() * self.cycle.period_s < SETTLED {
+                return;
+            }
+            let mut faster = DVector::zeros(len);
+            faster.rows_mut(n, n).copy_from(&start.rows(n, n));
+            let columns = [crank(&(&self.lap.map * &faster - &faster)), crank(by_torque)];
+            let Some(correction) = Matrix2::from_columns(&columns).lu().solve(&-missed) else { return };
+            let mut x = self.x.clone();
+            x.rows_mut(n, n).scale_mut(1.0 + correction.x.clamp(-0.5, 0.5));
+            x[len] += correction.y;
+            set_torque(self.system, x[len]);
+            match lap(self.system, &mut self.trajectory, self.cycle, &x.as_slice()[..len]) {
+                Ok(lap) => (self.x, self.lap) = (x, lap),
+                Err(_) => return set_torque(self.system, self.x[len]),
+            }
+        }
     }
 
     fn run(mut self, settings: &OrbitSettings) -> Result<Orbit, FloquetError> {
@@ -348,6 +347,12 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
     }
 }
 
+/// Forces that differ by more than this part of those at work are not those of a period before.
+const PERIODIC: f64 = 1e-6;
+/// Most corrections of the torque and the rate of a free crank before all else.
+const SETTLING: usize = 8;
+/// Error of the crank's angle that is small enough to go on, rad.
+const SETTLED: f64 = 1e-3;
 /// Most sweeps of an iteration for singular values, for each row.
 const ITERATIONS: usize = 100;
 /// Singular values below this part of the largest are nil.

@@ -1,0 +1,149 @@
+//! Tests of periodic motion on mechanisms.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Complex;
+
+use super::error::FloquetError;
+use super::examples::{chain, finite_elements, modal};
+use super::floquet::{Accuracy, Floquet, of_physics};
+use super::orbit::{Cycle, Guess, OrbitSettings, periodic_orbit};
+use super::periodic::{CrankDrive, DrivenMechanism};
+use super::scheme::Scheme;
+use super::variation::{TIGHT, Trajectory};
+use crate::integrate::{State, System, Taken};
+use crate::mechanics::{Input, Mechanism, Rigid};
+
+type Tested = Result<(), Box<dyn std::error::Error>>;
+
+const SPEED: f64 = 12.0;
+const PERIOD_S: f64 = TAU / SPEED;
+const STEADY: CrankDrive = CrankDrive::Speed { start_rad: 0.3, speed_rad_per_s: SPEED };
+/// A crank-slider whose vibrations are slow enough for all of them to be resolved.
+const SLOW: [&str; 4] = ["crank.rigid=true", "rod.axial=false", "rod.damping_s=1e-4", "rod.modes=2"];
+
+/// As if the links were rigid and the crank turned at the speed.
+fn rigid_guess<M: Mechanism>(mechanism: &mut M, drive: CrankDrive) -> Result<Guess, Box<dyn std::error::Error>> {
+    let n = mechanism.degrees_of_freedom();
+    let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let input: Input = DrivenMechanism::new(mechanism, drive).input(0.0);
+    mechanism.start(&input, &mut q, &mut v).map_err(|_| "no start")?;
+    mechanism.rigid_motion(&input, SPEED, &q, &mut v, &mut a);
+    Ok(Guess { q, v, advance: None })
+}
+
+fn physics<M: Mechanism>(mechanism: &mut M, drive: CrankDrive) -> Result<Floquet, Box<dyn std::error::Error>> {
+    let guess = rigid_guess(mechanism, drive)?;
+    let (accuracy, settings) = (Accuracy { most_steps: 4096, ..Accuracy::default() }, OrbitSettings::default());
+    Ok(of_physics(&mut DrivenMechanism::new(mechanism, drive), PERIOD_S, &guess, &accuracy, &settings)?)
+}
+
+/// Liouville's formula: the product of the multipliers is `exp(−∫ tr(M⁻¹ D) dt)` over a period.
+#[test]
+fn val_the_product_of_multipliers_of_a_crank_slider_is_that_of_liouville() -> Tested {
+    let mut mechanism = modal(&chain("crank-slider", &SLOW)?, true);
+    let found = physics(&mut mechanism, STEADY)?;
+    assert!(found.orbit.residual <= 1e-10 && found.error() <= 1e-8, "{:e} {:e}", found.orbit.residual, found.error());
+    let product: Complex<f64> = found.multipliers.iter().map(|multiplier| multiplier.value).product();
+    let mut system = DrivenMechanism::new(&mut mechanism, STEADY);
+    let mut trajectory = Trajectory::new(Scheme::Esdirk, system.degrees_of_freedom(), TIGHT);
+    trajectory.begin(&mut system, 0.0, &[found.orbit.q.clone(), found.orbit.v.clone()].concat())?;
+    let (mut sum, h_s) = (0.0, found.orbit.cycle.step_s());
+    for step in 0..found.orbit.cycle.steps {
+        trajectory.step(&mut system, f64::from(step) * h_s, h_s)?;
+        // The trapezoidal rule over a period is as good as the motion.
+        sum += h_s * trajectory.damping_trace().ok_or("singular")?;
+    }
+    assert!((product / (-sum).exp() - 1.0).norm() < 1e-6, "{product} for {}", (-sum).exp());
+    Ok(())
+}
+
+/// Every scheme finds the motion of finite elements at a constant speed.
+#[test]
+fn val_orbits_of_finite_elements_repeat_to_rounding() -> Tested {
+    let mut mechanism = finite_elements(&chain("crank-slider", &["crank.elements=2", "rod.elements=2"])?, true);
+    let guess = rigid_guess(&mut mechanism, STEADY)?;
+    let mut system = DrivenMechanism::new(&mut mechanism, STEADY);
+    for scheme in [Scheme::Esdirk, Scheme::TwoPoint(0.5), Scheme::TwoPoint(1.0), Scheme::GeneralizedAlpha(0.6)] {
+        let cycle = Cycle { period_s: PERIOD_S, steps: 400 };
+        let orbit = periodic_orbit(&mut system, scheme, cycle, &guess, &OrbitSettings::default())?;
+        assert!(orbit.residual <= 1e-10, "{scheme:?}: {:e}", orbit.residual);
+    }
+    Ok(())
+}
+
+/// A free link without weight turns steadily under a torque `d Ω` against its damper.
+#[test]
+fn val_the_torque_of_a_rotating_link_is_that_of_its_damper() -> Tested {
+    let chain = chain("thesis-beam", &["base.damper_nm_s_per_rad=0.7", "base.torsion_spring_nm_per_rad=0"])?;
+    let drive = CrankDrive::Torque { torque_nm: 8.0 };
+    for (name, found) in
+        [("modal", physics(&mut modal(&chain, false), drive)), ("elements", physics(&mut finite_elements(&chain, false), drive))]
+    {
+        let found = found?;
+        assert!((found.orbit.torque_nm.ok_or("no torque")? - 0.7 * SPEED).abs() < 1e-6, "{name}");
+    }
+    Ok(())
+}
+
+/// The torque found puts in what friction takes; turning the crank on is a multiplier of 1.
+#[test]
+fn val_the_torque_of_a_crank_slider_balances_its_friction() -> Tested {
+    let chain = chain("crank-slider", &[&SLOW[..], &["slider.friction_n_s_per_m=2.0"]].concat())?;
+    let mut mechanism = modal(&chain, false);
+    let drive = CrankDrive::Torque { torque_nm: 0.0 };
+    let found = physics(&mut mechanism, drive)?;
+    let torque_nm = found.orbit.torque_nm.ok_or("no torque")?;
+    let mut system = DrivenMechanism::new(&mut mechanism, CrankDrive::Torque { torque_nm });
+    let mut integrator = Scheme::Esdirk.integrator(found.orbit.q.len(), TIGHT);
+    let mut state = State::new(found.orbit.q.clone(), found.orbit.v.clone());
+    integrator.begin(&mut system, 0.0, &mut state)?;
+    let (mut taken, h_s) = (Taken::default(), found.orbit.cycle.step_s());
+    for step in 0..found.orbit.cycle.steps {
+        taken += integrator.step(&mut system, f64::from(step) * h_s, h_s, &mut state)?;
+    }
+    assert!((TAU * torque_nm - taken.work.dissipated_j).abs() < 1e-7 * taken.work.dissipated_j, "{:?}", taken.work);
+    assert!(found.error() <= 1e-8, "{:e}", found.error());
+    let one = found.multipliers.iter().map(|multiplier| (multiplier.value - 1.0).norm()).fold(f64::INFINITY, f64::min);
+    assert!(one < 1e-7 && !found.is_unstable(), "{:?}", found.multipliers);
+    Ok(())
+}
+
+/// A spring that winds up is not the same after a turn, though a free state may repeat.
+#[test]
+fn regress_forces_that_do_not_repeat_are_refused() -> Tested {
+    let chain = chain("thesis-beam", &["base.damper_nm_s_per_rad=0.7"])?;
+    let found = physics(&mut modal(&chain, false), CrankDrive::Torque { torque_nm: 8.0 });
+    let error = found.err().ok_or("found")?.downcast::<FloquetError>()?;
+    assert!(matches!(*error, FloquetError::NotPeriodic { mismatch } if mismatch > 0.1), "{error}");
+    Ok(())
+}
+
+#[test]
+fn regress_hopeless_searches_end_in_errors() -> Tested {
+    let chain = chain("crank-slider", &SLOW)?;
+    let mut mechanism = modal(&chain, true);
+    let guess = rigid_guess(&mut mechanism, STEADY)?;
+    let mut system = DrivenMechanism::new(&mut mechanism, STEADY);
+    let mut search = |guess: &Guess, period_s, steps| {
+        let cycle = Cycle { period_s, steps };
+        periodic_orbit(&mut system, Scheme::Esdirk, cycle, guess, &OrbitSettings::default())
+    };
+    assert_eq!(search(&guess, 0.0, 10), Err(FloquetError::NoPeriod));
+    assert_eq!(search(&guess, f64::NAN, 10), Err(FloquetError::NoPeriod));
+    let short = Guess { q: Vec::new(), ..guess.clone() };
+    assert_eq!(search(&short, 1.0, 10), Err(FloquetError::WrongLength { given: 0, needed: guess.q.len() }));
+    let lost = Guess { q: vec![f64::NAN; guess.q.len()], ..guess.clone() };
+    assert!(matches!(search(&lost, PERIOD_S, 10), Err(FloquetError::Step { .. })));
+    // Half a turn is no period of a crank-slider.
+    assert!(matches!(search(&guess, 0.5 * PERIOD_S, 100), Err(FloquetError::NotPeriodic { .. })));
+    Ok(())
+}
+
+/// Rigid links at a prescribed speed have no unknowns, and nothing to perturb.
+#[test]
+fn regress_no_unknowns_have_no_multipliers() -> Tested {
+    let found = physics(&mut Rigid::new(&chain("crank-slider", &[])?, true), STEADY)?;
+    assert!(found.multipliers.is_empty() && !found.is_unstable() && found.orbit.residual == 0.0, "{found:?}");
+    Ok(())
+}
