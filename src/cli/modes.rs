@@ -124,7 +124,7 @@ pub(super) fn modes(args: &Args) -> CommandResult {
     let sweeps = swept.values.len() > 1;
     if let ([only], [(_, refusal)]) = (swept.values.as_slice(), swept.refusals.as_slice()) {
         let _ = only;
-        return Err((*refusal).into());
+        return Err(refusal.clone().into());
     }
     let table = swept.table(&points);
     match (args.json, sweeps) {

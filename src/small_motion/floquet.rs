@@ -324,6 +324,29 @@ mod tests {
         Ok(())
     }
 
+    /// On `ẍ + d ẋ + k x = 0`: `ρ = R(hμ)ᴺ`, and of the physics `ρ = exp(μT)`, so the rate is `Re μ` and the frequency `Im μ/2π`.
+    #[test]
+    fn val_multipliers_of_an_oscillator_are_those_of_the_theory() -> Tested {
+        let mu = Complex::new(-0.1, (2.25_f64 - 0.01).sqrt());
+        let (mut system, settings) = (Hill::constant(2.25, 0.2), OrbitSettings::default());
+        let cycle = Cycle { period_s: 1.7, steps: 10 };
+        let z = mu * cycle.step_s();
+        for (scheme, theory) in [
+            (Scheme::TwoPoint(1.0), 1.0 / (-z + 1.0)),
+            (Scheme::TwoPoint(0.5), (z * 0.5 + 1.0) / (-z * 0.5 + 1.0)),
+            (Scheme::RungeKutta, (((z / 4.0 + 1.0) * z / 3.0 + 1.0) * z / 2.0 + 1.0) * z + 1.0),
+        ] {
+            let found = of_scheme(&mut system, scheme, cycle, &at_rest(), &settings)?;
+            assert!((found.multipliers[0].value - theory.powi(10)).norm() < 1e-13, "{scheme:?} {found:?}");
+        }
+        let found = of_physics(&mut system, 1.7, &at_rest(), &Accuracy::default(), &settings)?.multipliers[0];
+        assert!((found.value - (mu * 1.7).exp()).norm() < found.error.max(1e-12), "{found:?}");
+        assert!((found.rate_per_s(1.7) - mu.re).abs() < 1e-8 && (found.frequency_hz(1.7) - mu.im / TAU).abs() < 1e-8);
+        assert!(!found.is_unstable() && Multiplier { value: Complex::from(1.1), error: 0.04 }.is_unstable());
+        assert!(!Multiplier { value: Complex::from(1.1), error: 0.06 }.is_unstable());
+        Ok(())
+    }
+
     #[test]
     fn prop_an_eigenvector_is_multiplied_by_its_multiplier() -> Tested {
         let found = mathieu(1.7, 0.4, Scheme::Esdirk, 64)?;

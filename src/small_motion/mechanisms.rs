@@ -109,6 +109,19 @@ fn val_the_torque_of_a_crank_slider_balances_its_friction() -> Tested {
     Ok(())
 }
 
+/// The rod of a rigid guess has no inertia bend: Newton alone gets nowhere from it.
+#[test]
+fn regress_a_rigid_guess_is_good_enough_for_finite_elements() -> Tested {
+    let mut mechanism = finite_elements(&chain("crank-slider", &[])?, true);
+    let guess = rigid_guess(&mut mechanism, STEADY)?;
+    let mut system = DrivenMechanism::new(&mut mechanism, STEADY);
+    let cycle = Cycle::near(PERIOD_S, 0.008);
+    assert_eq!(cycle.steps, 65);
+    let orbit = periodic_orbit(&mut system, Scheme::Esdirk, cycle, &guess, &OrbitSettings::default())?;
+    assert!(orbit.residual <= 1e-10, "{:e}", orbit.residual);
+    Ok(())
+}
+
 /// A spring that winds up is not the same after a turn, though a free state may repeat.
 #[test]
 fn regress_forces_that_do_not_repeat_are_refused() -> Tested {

@@ -4,36 +4,39 @@
 //! Everything rests on the exact derivatives of the models' residual, [`Linearised`]: at rest, in steady rotation, or at an instant of
 //! a run ([`Point`]).
 
+mod band;
 pub mod error;
 #[cfg(test)]
 mod examples;
 mod factors;
 pub mod floquet;
+mod lap;
 mod linear;
+mod linearised;
 #[cfg(test)]
 mod mechanisms;
-pub mod orbit;
-pub mod periodic;
-mod recorded;
-pub mod scheme;
-pub mod variation;
-mod band;
-mod linearised;
 mod mode;
+pub mod orbit;
 mod parts;
+pub mod periodic;
+mod periodic_modes;
 mod point;
+mod recorded;
 mod report;
+pub mod scheme;
 mod shape;
 mod spectrum;
 mod subject;
 mod sweep;
 #[cfg(test)]
 mod tests;
+pub mod variation;
 
 pub use band::{Band, BandLu};
 pub use linearised::Linearised;
 pub use mode::{Kind, Mode, Share, modes};
 pub use parts::Part;
+pub use periodic_modes::{PeriodicMode, PeriodicModes, SchemeMotion, SchemeStep};
 pub use point::Point;
 pub use report::{LiveModes, ModeReport};
 pub use shape::{LinkShape, likeness};
@@ -42,7 +45,7 @@ pub use subject::{Crank, Subject};
 pub use sweep::{Branch, Crossing, crossings, follow};
 
 /// No modes can be told.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoModes {
     /// Rigid links whose crank is held.
     #[error("nothing can move: the links are rigid, and the crank is held")]
@@ -56,6 +59,12 @@ pub enum NoModes {
     /// A rotation that is periodic.
     #[error("only one link without weight turns steadily; other chains turn periodically: ask for --periodic")]
     NotSteady,
+    /// No speed was given for a motion that turns.
+    #[error("a mechanism that turns needs a speed that is not 0")]
+    NoSpeed,
+    /// No periodic motion, or no multipliers of it.
+    #[error(transparent)]
+    NotPeriodic(#[from] error::FloquetError),
     /// A singular position.
     #[error("the position is singular: the rod stands across the guide, or a link has no mass")]
     Singular,

@@ -108,36 +108,67 @@ impl fmt::Display for Part {
 /// # Errors
 /// [`NoModes`] where nothing can move, the position is singular, or eigenvalues are not found.
 pub fn modes(subject: &Subject, point: &Point, count: usize) -> Result<Vec<Mode>, NoModes> {
-    let mut mechanism = subject.mechanism();
-    let system = Linearised::new(mechanism.as_mut(), point);
-    if !system.is_finite() {
-        return Err(NoModes::Singular);
+    let mut identifier = Identifier::new(subject, point)?;
+    let pairs = lowest(&identifier.system, count)?;
+    Ok(numbered(pairs.into_iter().map(|pair| identifier.identify(pair.value, pair.vector)).collect()))
+}
+
+/// Numbers the modes of each kind, in the order given.
+pub(super) fn numbered(mut modes: Vec<Mode>) -> Vec<Mode> {
+    for place in 0..modes.len() {
+        modes[place].number = 1 + modes[..place].iter().filter(|mode| mode.kind == modes[place].kind).count();
     }
-    let pairs = lowest(&system, count)?;
-    let parts = Parts::new(subject).stiffness(point);
-    let rigid = RigidPart::new(subject, mechanism.as_mut(), point, &system);
-    let mut figure = Figure::new(subject);
-    let mut found: Vec<Mode> = Vec::new();
-    for pair in pairs {
-        let energies = energies(&parts, &pair.vector);
+    modes
+}
+
+/// Tells of a shape about a point where its energy is.
+pub(super) struct Identifier {
+    mechanism: Box<dyn Mechanism>,
+    point: Point,
+    pub(super) system: Linearised,
+    parts: Vec<(Part, Band)>,
+    rigid: RigidPart,
+    figure: Figure,
+    oscillates: bool,
+}
+
+impl Identifier {
+    pub(super) fn new(subject: &Subject, point: &Point) -> Result<Self, NoModes> {
+        let mut mechanism = subject.mechanism();
+        let system = Linearised::new(mechanism.as_mut(), point);
+        if !system.is_finite() {
+            return Err(NoModes::Singular);
+        }
+        Ok(Identifier {
+            rigid: RigidPart::new(subject, mechanism.as_mut(), point, &system),
+            parts: Parts::new(subject).stiffness(point),
+            figure: Figure::new(subject),
+            oscillates: subject.is_oscillator(),
+            point: point.clone(),
+            mechanism,
+            system,
+        })
+    }
+
+    /// The mode of an eigenvalue and a shape with `φᴴ M φ = 1`, the first of its kind.
+    pub(super) fn identify(&mut self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>) -> Mode {
+        let energies = energies(&self.parts, &shape);
         let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
-        let strained = strain >= STRAINED * pair.value.norm_sqr() && strain > 0.0;
-        let rigid_part = rigid.of(&pair.vector);
-        let links = figure.shape(mechanism.as_mut(), point, &pair.vector);
+        let strained = strain >= STRAINED * eigenvalue.norm_sqr() && strain > 0.0;
+        let rigid_part = self.rigid.of(&shape);
+        let links = self.figure.shape(self.mechanism.as_mut(), &self.point, &shape);
         let kind = match energies.first() {
-            _ if subject.is_oscillator() => Kind::Masses,
-            _ if pair.value.norm() == 0.0 => Kind::Rotation,
+            _ if self.oscillates => Kind::Masses,
+            _ if eigenvalue.norm() == 0.0 => Kind::Rotation,
             Some((Part::Base, _)) if strained => Kind::Vibration(Part::Base),
             Some((part, _)) if strained && rigid_part < RIGID => Kind::Vibration(as_it_moves(*part, &links)),
-            _ if pair.value.im == 0.0 => Kind::Rotation,
+            _ if eigenvalue.im == 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };
-        let number = 1 + found.iter().filter(|mode| mode.kind == kind).count();
         let shares = energies.into_iter().filter(|_| strain > 0.0);
         let shares = shares.map(|(part, energy)| Share { part, share: energy / strain }).collect();
-        found.push(Mode { kind, number, eigenvalue: pair.value, shape: pair.vector, shares, rigid_part, links });
+        Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links }
     }
-    Ok(found)
 }
 
 /// Of a link that the mode strains: stretching if its nodes move along it rather than across. Tension that a steady rotation brings

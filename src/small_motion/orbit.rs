@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector, Matrix2, SVD, Vector2};
 
 use super::error::FloquetError;
+use super::lap::{Lap, crank_row, lap};
 use super::linear::set_torque;
 use super::periodic::PeriodicSystem;
 use super::scheme::Scheme;
 use super::variation::{TIGHT, Trajectory};
-use crate::integrate::{NewtonSettings, StepError};
+use crate::integrate::NewtonSettings;
 
 /// A period, divided into equal steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,13 +91,6 @@ pub struct Orbit {
     pub monodromy: DMatrix<f64>,
 }
 
-/// A motion over one period.
-struct Lap {
-    end: DVector<f64>,
-    map: DMatrix<f64>,
-    by_torque: Option<DVector<f64>>,
-}
-
 /// Finds the periodic motion near a guess by Newton's method on the state at `t = 0` (single shooting):
 ///
 /// ```text
@@ -104,7 +98,8 @@ struct Lap {
 /// ```
 ///
 /// Φ is the monodromy matrix. If the system's torque τ is unknown, the row `g = −∂r/∂τ`, the derivative of the crank's angle by q,
-/// holds that angle at `t = 0`. Corrections are halved while they do not make the residual smaller.
+/// holds that angle at `t = 0`. Corrections are halved twice if they do not make the residual smaller. Then the search goes on from the
+/// end of the lap instead, as friction and the scheme let vibrations fade that the guess set off.
 ///
 /// On success the system keeps the torque found.
 ///
@@ -231,15 +226,20 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
     }
 
     fn run(mut self, settings: &OrbitSettings) -> Result<Orbit, FloquetError> {
-        let mut iterations = 0;
+        let (mut iterations, mut relaxed) = (0, 0);
         while self.residual.amax() > settings.tolerance {
+            let failed = FloquetError::NotConverged { residual: self.residual.amax(), iterations };
             if iterations >= settings.max_iterations {
-                return Err(FloquetError::NotConverged { residual: self.residual.amax(), iterations });
+                return Err(failed);
             }
             iterations += 1;
             let correction = self.correction()?;
-            if !self.correct(&correction)? {
-                return Err(FloquetError::NotConverged { residual: self.residual.amax(), iterations });
+            if self.correct(&correction) {
+                continue;
+            }
+            relaxed += 1;
+            if relaxed > RELAXATIONS || !self.relax() {
+                return Err(failed);
             }
         }
         Ok(self.orbit(iterations))
@@ -274,19 +274,27 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
     }
 
     /// Corrects by as much as makes the residual smaller; whether any part of the correction did.
-    fn correct(&mut self, correction: &DVector<f64>) -> Result<bool, FloquetError> {
-        let mut part = 1.0;
-        while part > SMALLEST_PART {
-            let x = &self.x + correction * part;
-            if x.iter().all(|x| x.is_finite()) && self.attempt(&x) {
-                return Ok(true);
-            }
-            part *= 0.5;
-        }
-        if let Some(torque_nm) = self.torque(&self.x) {
+    fn correct(&mut self, correction: &DVector<f64>) -> bool {
+        let better = PARTS.iter().any(|part| {
+            let x = &self.x + correction * *part;
+            x.iter().all(|x| x.is_finite()) && self.attempt(&x)
+        });
+        if let (false, Some(torque_nm)) = (better, self.torque(&self.x)) {
             set_torque(self.system, torque_nm);
         }
-        if self.residual.amax().is_finite() { Ok(false) } else { Err(FloquetError::NotFinite) }
+        better
+    }
+
+    /// Goes on from the end of the lap, in which vibrations have faded that the guess set off; whether the next lap could be taken.
+    fn relax(&mut self) -> bool {
+        let len = self.advance.len();
+        let start = &self.lap.end - &self.advance;
+        let Ok(lap) = lap(self.system, &mut self.trajectory, self.cycle, start.as_slice()) else { return false };
+        self.x.rows_mut(0, len).copy_from(&start);
+        self.lap = lap;
+        self.settle_crank();
+        self.residual = self.residual_of(&self.x, &self.lap);
+        true
     }
 
     fn attempt(&mut self, x: &DVector<f64>) -> bool {
@@ -357,37 +365,7 @@ const SETTLED: f64 = 1e-3;
 const ITERATIONS: usize = 100;
 /// Singular values below this part of the largest are nil.
 const SINGULAR: f64 = 1e-13;
-/// Corrections are halved down to this part.
-const SMALLEST_PART: f64 = 1e-3;
-
-/// Takes the steps of a period from the vectors carried.
-fn lap<S: PeriodicSystem>(
-    system: &mut S,
-    trajectory: &mut Trajectory,
-    cycle: Cycle,
-    carried: &[f64],
-) -> Result<Lap, FloquetError> {
-    let (mut time_s, h_s) = (0.0, cycle.step_s());
-    let failed = |time_s: f64| move |source: StepError| FloquetError::Step { time_s, source };
-    trajectory.begin(system, time_s, carried).map_err(failed(time_s))?;
-    for _ in 0..cycle.steps {
-        trajectory.step(system, time_s, h_s).map_err(failed(time_s))?;
-        // As schemes add it, so that a step begins at the very time at which the one before ended.
-        time_s += h_s;
-    }
-    Ok(Lap { end: trajectory.carried(), map: trajectory.map(), by_torque: trajectory.by_torque() })
-}
-
-/// `−∂r/∂τ` at the guess, where the torque is unknown.
-fn crank_row<S: PeriodicSystem>(system: &mut S, guess: &Guess) -> Option<DVector<f64>> {
-    let torque_nm = *system.torque_nm()?;
-    let n = guess.q.len();
-    let rest = vec![0.0; n];
-    let mut rows = [vec![0.0; n], vec![0.0; n]];
-    for (row, torque_nm) in rows.iter_mut().zip([0.0, 1.0]) {
-        set_torque(system, torque_nm);
-        system.residual(0.0, &guess.q, &rest, &rest, row);
-    }
-    set_torque(system, torque_nm);
-    Some(DVector::from_fn(n, |i, _| rows[0][i] - rows[1][i]))
-}
+/// Parts of a correction that are tried.
+const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Most laps that are taken instead of a correction.
+const RELAXATIONS: u32 = 8;

@@ -1,0 +1,200 @@
+//! Modes of a mechanism that turns: how each one grows or fades over a turn, by itself and as a scheme computes it.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DVector};
+
+use super::error::FloquetError;
+use super::floquet::{Accuracy, Floquet, Multiplier, eigenvector, of_physics, of_scheme};
+use super::mode::{Identifier, Mode, numbered};
+use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
+use super::periodic::{CrankDrive, DrivenMechanism};
+use super::point::Point;
+use super::scheme::Scheme;
+use super::subject::Subject;
+use super::{Linearised, NoModes};
+use crate::integrate::{System as _, solve_acceleration};
+
+/// Multipliers below this are motion that is gone after a turn; nothing can be told of it.
+const GONE: f64 = 1e-6;
+/// Turns per vibration beyond which no whole number of turns is told from the next.
+const MOST_TURNS: f64 = 1e4;
+
+/// One mode of small motion about a turning mechanism.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeriodicMode {
+    /// Name, shape and energies at the beginning of the turn. Its eigenvalue is `ln ρ/T`, with as many whole turns added to its
+    /// frequency as bring it nearest to the ratio of the mode's velocities and displacements.
+    pub mode: Mode,
+    /// ρ of the physics, with its error.
+    pub multiplier: Multiplier,
+    /// ρ of the scheme at its step, for the shape that is most alike.
+    pub by_scheme: Option<Complex<f64>>,
+}
+
+/// A periodic motion with its modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeriodicModes {
+    /// The motion of the physics.
+    pub orbit: Orbit,
+    /// Its modes, those that fade least or grow fastest first.
+    pub modes: Vec<PeriodicMode>,
+    /// Period, steps and largest multiplier of the scheme's own motion; why there is none.
+    pub scheme: Option<Result<SchemeMotion, FloquetError>>,
+}
+
+/// A scheme's periodic motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SchemeMotion {
+    /// Its steps.
+    pub cycle: Cycle,
+    /// The multiplier of largest magnitude.
+    pub largest: Multiplier,
+    /// See [`Orbit::residual`].
+    pub residual: f64,
+}
+
+/// A scheme at a step, s.
+pub type SchemeStep = (Scheme, f64);
+
+impl Subject {
+    /// The modes about the periodic motion at a mean speed: the crank moved at that speed if it is held, else free under the constant
+    /// torque that sustains it.
+    ///
+    /// # Errors
+    /// [`NoModes`] where no such motion is found.
+    pub fn periodic_modes(
+        &self,
+        angle_rad: f64,
+        speed_rad_per_s: f64,
+        accuracy: &Accuracy,
+        scheme: Option<SchemeStep>,
+    ) -> Result<PeriodicModes, NoModes> {
+        if self.is_oscillator() {
+            return Err(NoModes::NoCrank);
+        }
+        if speed_rad_per_s == 0.0 {
+            return Err(NoModes::NoSpeed);
+        }
+        let drive = if self.is_held() {
+            CrankDrive::Speed { start_rad: angle_rad, speed_rad_per_s }
+        } else {
+            CrankDrive::Torque { torque_nm: 0.0 }
+        };
+        let guess = self.guess(angle_rad, speed_rad_per_s)?;
+        let period_s = TAU / speed_rad_per_s.abs();
+        let settings = OrbitSettings::default();
+        let mut mechanism = self.mechanism();
+        let mut system = DrivenMechanism::new(mechanism.as_mut(), drive);
+        let found = of_physics(&mut system, period_s, &guess, accuracy, &settings)?;
+        let point = start_of(&mut system, &found.orbit)?;
+        let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
+        let by_scheme = scheme.map(|(scheme, step_s)| {
+            of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &settings)
+        });
+        let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
+        let scheme = by_scheme.map(|found| found.and_then(|found| SchemeMotion::of(&found)));
+        Ok(PeriodicModes { orbit: found.orbit, modes, scheme })
+    }
+
+    /// Links that turn as they stand in equilibrium.
+    fn guess(&self, angle_rad: f64, speed_rad_per_s: f64) -> Result<Guess, NoModes> {
+        let mut still = self.at_rest(angle_rad)?;
+        still.input.motion = self.is_held().then_some([angle_rad, speed_rad_per_s, 0.0]);
+        self.mechanism().rigid_motion(&still.input, speed_rad_per_s, &still.q, &mut still.v, &mut still.a);
+        Ok(Guess { q: still.q, v: still.v, advance: None })
+    }
+
+    fn identified(&self, found: &Floquet, point: &Point, scheme: Option<&Floquet>) -> Result<Vec<PeriodicMode>, NoModes> {
+        let (n, period_s) = (point.q.len(), found.orbit.cycle.period_s);
+        let mut identifier = Identifier::new(self, point)?;
+        let own: Vec<(Complex<f64>, DVector<Complex<f64>>)> = scheme.map(|scheme| shapes(scheme, n)).unwrap_or_default();
+        let mut modes = Vec::new();
+        for multiplier in &found.multipliers {
+            // One of each conjugate pair.
+            if multiplier.value.im < -1e-12 * multiplier.value.norm() || multiplier.value.norm() < GONE {
+                continue;
+            }
+            let Some(vector) = eigenvector(&found.orbit.monodromy, multiplier.value) else { continue };
+            let (shape, rates) = (vector.rows(0, n).into_owned(), vector.rows(n, n).into_owned());
+            let near = inner(&identifier.system, &rates, &rates).re / inner(&identifier.system, &shape, &shape).re;
+            let value = exponent(multiplier.value, period_s, near.sqrt());
+            let by_scheme = own.iter().max_by(|one, other| {
+                let alike = |(_, other): &(Complex<f64>, DVector<Complex<f64>>)| alike(&identifier.system, &shape, other);
+                alike(one).total_cmp(&alike(other))
+            });
+            let by_scheme = by_scheme.map(|(value, _)| *value);
+            let size = inner(&identifier.system, &shape, &shape).re.sqrt();
+            let mode = identifier.identify(value, shape / Complex::from(size));
+            modes.push(PeriodicMode { mode, multiplier: *multiplier, by_scheme });
+        }
+        // Numbers follow the frequency, the order of the list the growth.
+        let mut order: Vec<usize> = (0..modes.len()).collect();
+        order.sort_by(|one, other| modes[*one].mode.eigenvalue.im.total_cmp(&modes[*other].mode.eigenvalue.im));
+        let named = numbered(order.iter().map(|place| modes[*place].mode.clone()).collect());
+        order.iter().zip(named).for_each(|(place, mode)| modes[*place].mode = mode);
+        Ok(modes)
+    }
+}
+
+impl PeriodicModes {
+    /// Modes that grow by themselves, beyond doubt.
+    pub fn unstable(&self) -> impl Iterator<Item = &PeriodicMode> {
+        self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
+    }
+
+    /// The largest multiplier's magnitude; 0 where nothing moves.
+    pub fn largest(&self) -> f64 {
+        self.modes.iter().map(|mode| mode.multiplier.value.norm()).fold(0.0, f64::max)
+    }
+}
+
+impl SchemeMotion {
+    fn of(found: &Floquet) -> Result<Self, FloquetError> {
+        let none = Multiplier { value: Complex::from(0.0), error: 0.0 };
+        let largest = found.multipliers.first().copied().unwrap_or(none);
+        Ok(SchemeMotion { cycle: found.orbit.cycle, largest, residual: found.orbit.residual })
+    }
+}
+
+/// The state at the beginning of the turn.
+fn start_of(system: &mut DrivenMechanism<'_, dyn crate::mechanics::Mechanism>, orbit: &Orbit) -> Result<Point, NoModes> {
+    let Orbit { q, v, .. } = orbit;
+    let (mut a, mut scratch) = (vec![0.0; q.len()], vec![0.0; system.degrees_of_freedom()]);
+    solve_acceleration(system, 0.0, q, v, &mut a, &mut scratch).map_err(|_| NoModes::Singular)?;
+    let mut input = system.input(0.0);
+    input.torque_nm = orbit.torque_nm.unwrap_or(input.torque_nm);
+    Ok(Point { input, q: q.clone(), v: v.clone(), a, speed_rad_per_s: 0.0 })
+}
+
+/// Multipliers of a scheme with their shapes.
+fn shapes(found: &Floquet, n: usize) -> Vec<(Complex<f64>, DVector<Complex<f64>>)> {
+    let upper = found.multipliers.iter().filter(|multiplier| multiplier.value.im >= 0.0 && multiplier.value.norm() >= GONE);
+    upper
+        .filter_map(|multiplier| {
+            let vector = eigenvector(&found.orbit.monodromy, multiplier.value)?;
+            Some((multiplier.value, vector.rows(0, n).into_owned()))
+        })
+        .collect()
+}
+
+/// `xᴴ M y`.
+fn inner(system: &Linearised, x: &DVector<Complex<f64>>, y: &DVector<Complex<f64>>) -> Complex<f64> {
+    system.mass.iter().map(|(i, j, value)| x[i].conj() * y[j] * value).sum()
+}
+
+fn alike(system: &Linearised, x: &DVector<Complex<f64>>, y: &DVector<Complex<f64>>) -> f64 {
+    inner(system, x, y).norm_sqr() / (inner(system, x, x).re * inner(system, y, y).re)
+}
+
+/// `ln ρ/T`, its frequency moved by whole turns to the place nearest to one that is known roughly, rad/s.
+fn exponent(multiplier: Complex<f64>, period_s: f64, near_per_s: f64) -> Complex<f64> {
+    let (turn, own) = (TAU / period_s, multiplier.arg() / period_s);
+    let moved = |own: f64| own + turn * ((near_per_s - own) / turn).round().clamp(-MOST_TURNS, MOST_TURNS);
+    // The conjugate is as good.
+    let (one, other) = (moved(own), moved(-own));
+    let best = if (one - near_per_s).abs() <= (other - near_per_s).abs() { one } else { other };
+    let rate = multiplier.norm().ln() / period_s;
+    let free = near_per_s < 0.25 * turn && own == 0.0;
+    Complex::new(rate, if free { 0.0 } else { best.abs() })
+}
