@@ -31,9 +31,9 @@ pub enum FloquetError {
         turns: f64,
     },
     /// The equations at the end of a period differ from those at its beginning, so that small motion does not repeat.
-    #[error("the system does not repeat after a period: its forces differ by a part of {mismatch:.1e}")]
+    #[error("the system does not repeat after a period: its accelerations differ by a part of {mismatch:.1e}")]
     NotPeriodic {
-        /// Unbalanced part of the forces at work.
+        /// Difference of accelerations, as a part of the largest.
         mismatch: f64,
     },
     /// Newton's method on the state did not converge.

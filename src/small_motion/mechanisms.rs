@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use super::error::FloquetError;
 use super::examples::{chain, finite_elements, modal};
-use super::floquet::{Accuracy, Floquet, of_physics};
+use super::floquet::{Accuracy, Floquet, of_physics, of_scheme};
 use super::orbit::{Cycle, Guess, OrbitSettings, periodic_orbit};
 use super::periodic::{CrankDrive, DrivenMechanism};
 use super::scheme::Scheme;
@@ -119,6 +119,54 @@ fn regress_a_rigid_guess_is_good_enough_for_finite_elements() -> Tested {
     assert_eq!(cycle.steps, 65);
     let orbit = periodic_orbit(&mut system, Scheme::Esdirk, cycle, &guess, &OrbitSettings::default())?;
     assert!(orbit.residual <= 1e-10, "{:e}", orbit.residual);
+    Ok(())
+}
+
+/// Parametric resonance of an undamped rod: the multiplier found is the growth of a small perturbation, as Runge–Kutta computes both
+/// nonlinear motions; and the multipliers are a reciprocal pair, as nothing dissipates.
+#[test]
+fn val_an_unstable_rod_grows_by_its_multiplier() -> Tested {
+    let section = "rod.section={shape=\"rectangle\",width_m=0.01,height_m=0.03}";
+    let undamped = ["crank.rigid=true", "rod.axial=false", "rod.damping_s=0", "rod.modes=1", "slider.mass_kg=2.0", section];
+    let drive = CrankDrive::Speed { start_rad: 0.3, speed_rad_per_s: 112.0 };
+    let period_s = TAU / 112.0;
+    let mut mechanism = modal(&chain("crank-slider", &undamped)?, true);
+    let guess = rigid_guess(&mut mechanism, drive)?;
+    let mut system = DrivenMechanism::new(&mut mechanism, drive);
+    let found = of_physics(&mut system, period_s, &guess, &Accuracy::default(), &OrbitSettings::default())?;
+    let [first, second] = found.multipliers[..] else { return Err("not one mode".into()) };
+    assert!(first.value.norm() > 10.0 && first.is_unstable() && !second.is_unstable(), "{found:?}");
+    assert!((first.value * second.value - 1.0).norm() < 1e-7, "{found:?}");
+    let mode = found.mode(&first).ok_or("no mode")?.map(|x| x.re);
+    let mut ends = Vec::new();
+    for small in [0.0, 1e-7] {
+        let (q, v) = (found.orbit.q[0] + small * mode[0], found.orbit.v[0] + small * mode[1]);
+        let (mut state, mut integrator) = (State::new(vec![q], vec![v]), Scheme::RungeKutta.integrator(1, TIGHT));
+        let h_s = period_s / 2000.0;
+        for step in 0..2000 {
+            integrator.step(&mut system, f64::from(step) * h_s, h_s, &mut state)?;
+        }
+        ends.push([state.q[0], state.v[0]]);
+    }
+    for (component, mode) in mode.iter().enumerate() {
+        let growth = (ends[1][component] - ends[0][component]) / (1e-7 * mode);
+        assert!((growth / first.value.re - 1.0).abs() < 1e-4, "{growth} for {}", first.value);
+    }
+    Ok(())
+}
+
+/// At the dead centre, with neither weight nor torque, no force is at work; nor is there one a period later.
+#[test]
+fn regress_a_start_without_forces_is_periodic() -> Tested {
+    let mut mechanism = modal(&chain("crank-slider", &["slider.friction_n_s_per_m=2.0"])?, false);
+    let drive = CrankDrive::Torque { torque_nm: 0.0 };
+    let guess = rigid_guess(&mut mechanism, drive)?;
+    let (cycle, settings) = (Cycle::near(PERIOD_S, 0.004), OrbitSettings::default());
+    for scheme in [Scheme::Esdirk, Scheme::TwoPoint(1.0), Scheme::GeneralizedAlpha(0.6)] {
+        let found = of_scheme(&mut DrivenMechanism::new(&mut mechanism, drive), scheme, cycle, &guess, &settings)?;
+        // Turning the crank on changes nothing but the time, so the multiplier is 1 with any scheme.
+        assert!((found.multipliers[0].value - 1.0).norm() < 1e-8 && !found.is_unstable(), "{scheme:?} {found:?}");
+    }
     Ok(())
 }
 

@@ -185,15 +185,19 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
         if whole { Ok(()) } else { Err(FloquetError::NoTurn { turns }) }
     }
 
-    /// The accelerations at the beginning must balance the forces a period later.
+    /// The same accelerations must follow from the state a period later. They are compared with the largest acceleration or `Ω v`.
     fn check_period(&mut self) -> Result<(), FloquetError> {
-        let n = self.unknowns;
-        let (q, v) = (self.x.rows(0, n), self.x.rows(n, n));
-        let begun = self.trajectory.accelerations(self.system, 0.0, q.as_slice(), v.as_slice());
-        let a = begun.map_err(|source| FloquetError::Step { time_s: 0.0, source })?;
-        let (later, mut residual) = (q + self.advance.rows(0, n), vec![0.0; n]);
-        self.system.residual(self.cycle.period_s, later.as_slice(), v.as_slice(), &a, &mut residual);
-        let mismatch = self.system.residual_size(&residual);
+        let (n, period_s) = (self.unknowns, self.cycle.period_s);
+        let (q, v) = (self.x.rows(0, n).into_owned(), self.x.rows(n, n).into_owned());
+        let later = &q + self.advance.rows(0, n);
+        let mut accelerations = |time_s: f64, q: &DVector<f64>| {
+            let a = self.trajectory.accelerations(self.system, time_s, q.as_slice(), v.as_slice());
+            a.map(DVector::from_vec).map_err(|source| FloquetError::Step { time_s, source })
+        };
+        let (first, last) = (accelerations(0.0, &q)?, accelerations(period_s, &later)?);
+        let difference = (&last - &first).amax();
+        let scale = first.amax().max(last.amax()).max(v.amax() * TAU / period_s);
+        let mismatch = if difference == 0.0 { 0.0 } else { difference / scale };
         if mismatch <= PERIODIC { Ok(()) } else { Err(FloquetError::NotPeriodic { mismatch }) }
     }
 
@@ -355,8 +359,8 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
     }
 }
 
-/// Forces that differ by more than this part of those at work are not those of a period before.
-const PERIODIC: f64 = 1e-6;
+/// Accelerations that differ by more than this part are not those of a period before; stiff links turn rounding into some 1e-6.
+const PERIODIC: f64 = 1e-4;
 /// Most corrections of the torque and the rate of a free crank before all else.
 const SETTLING: usize = 8;
 /// Error of the crank's angle that is small enough to go on, rad.
