@@ -39,7 +39,7 @@ pub enum FloquetError {
     /// Newton's method on the state did not converge.
     #[error("no periodic motion was found: the state misses itself by {residual:.1e} after {iterations} iterations")]
     NotConverged {
-        /// See [`Orbit::residual`].
+        /// See [`Orbit::residual`](super::orbit::Orbit::residual).
         residual: f64,
         /// Iterations spent.
         iterations: u32,

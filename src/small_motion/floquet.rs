@@ -89,7 +89,7 @@ impl Default for Accuracy {
     }
 }
 
-/// Multipliers of a scheme on its own periodic motion, at the step nearest to `step_s` that divides the period.
+/// Multipliers of a scheme on its own periodic motion, with the steps of `cycle`; [`Cycle::near`] finds those nearest to a scene's.
 ///
 /// # Errors
 /// See [`FloquetError`].
