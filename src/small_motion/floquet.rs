@@ -72,7 +72,7 @@ impl Floquet {
     }
 }
 
-/// How accurate the multipliers of the physics should be.
+/// The accuracy asked of the multipliers of the physics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Error of every multiplier, relative to `max(1, |ρ|)`, that ends the halving of the step.
