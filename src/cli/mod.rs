@@ -28,6 +28,7 @@ mod log;
 mod modes;
 mod open_files;
 mod output;
+mod periodic;
 mod plot;
 mod plot_source;
 mod progress;

@@ -33,6 +33,8 @@ Examples:
   flexcrank modes spinning.toml --speed 0:300:10 --plot campbell
   flexcrank modes recordings/sample-three-pulses.mcap@1.5
   flexcrank modes --live crank
+  flexcrank modes ref-r3 --periodic --speed 150
+  flexcrank modes ref-r3 --periodic --speed 100:300:5 --over rod.damping_s=0:2e-5:1e-5 --plot chart
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. One link without \
     weight may also turn steadily (--speed): the frequencies are those in the frame that turns along. An instant of a recording \
@@ -66,6 +68,13 @@ pub(super) struct Args {
     /// Crank speeds, rad/s.
     #[arg(long, value_name = "RAD/S|FROM:TO:STEP", value_parser = Values::parse)]
     pub speed: Option<Values>,
+    /// Modes about the periodic motion at these speeds: how much each grows or fades in a turn, by itself and as the scene's
+    /// integrator computes it at its step. The crank is moved at that speed if it is held, else a constant torque sustains it.
+    #[arg(long, requires = "speed", conflicts_with = "live")]
+    pub periodic: bool,
+    /// Chart stability over the speeds and this key: the largest multiplier of a turn.
+    #[arg(long, value_name = "KEY=FROM:TO:STEP", requires = "periodic", value_parser = Over::parse)]
+    pub over: Option<Over>,
     /// Number of modes.
     #[arg(long, value_name = "N", default_value = "8", value_parser = count)]
     pub count: u64,
@@ -85,11 +94,25 @@ pub(super) struct Args {
 
 /// One value or a range of them.
 #[derive(Debug, Clone)]
-pub(super) struct Values(Vec<f64>);
+pub(super) struct Values(pub Vec<f64>);
 
 impl Values {
     fn parse(text: &str) -> Result<Self, String> {
         range(text).map(Values)
+    }
+}
+
+/// A key of the scene and the values that it takes.
+#[derive(Debug, Clone)]
+pub(super) struct Over {
+    pub key: String,
+    pub values: Vec<f64>,
+}
+
+impl Over {
+    fn parse(text: &str) -> Result<Self, String> {
+        let (key, values) = text.split_once('=').ok_or("KEY=FROM:TO:STEP, such as slider.mass_kg=0.1:2:0.1")?;
+        Ok(Over { key: key.to_owned(), values: range(values)? })
     }
 }
 
@@ -113,6 +136,9 @@ struct Swept {
 pub(super) fn modes(args: &Args) -> CommandResult {
     if let Some(name) = &args.live {
         return live(args, name);
+    }
+    if args.periodic {
+        return super::periodic::periodic(args);
     }
     let interruption = Interruption::watch()?;
     let chosen = args.subject.choose()?;
@@ -223,7 +249,7 @@ fn hertz(mode: &ModeReport) -> String {
     if mode.eigenvalue_per_s == [0.0; 2] { "0".to_owned() } else { figure(mode.frequency_hz) }
 }
 
-fn percent(part: f64) -> String {
+pub(super) fn percent(part: f64) -> String {
     format!("{:.0} %", 100.0 * part)
 }
 
@@ -412,7 +438,7 @@ fn shapes(swept: &Swept) -> Vec<(String, plot::Figure)> {
     modes.iter().enumerate().filter(|(_, mode)| !mode.links.is_empty()).map(shape).collect()
 }
 
-fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {
+pub(super) fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {
     for format in [Format::Svg, Format::Png] {
         picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
     }

@@ -168,15 +168,20 @@ impl Level {
     }
 }
 
-/// For each value the nearest of `others`, each of which is taken once; `others` are as many.
+/// For each value its partner among `others`, which are as many: the nearest pairs are taken first, so that values that no step resolved
+/// do not take the partners of those that are.
 fn nearest(values: &[Complex<f64>], others: &[Complex<f64>]) -> Vec<Complex<f64>> {
-    let mut left = others.to_vec();
-    let take = |value: &Complex<f64>| {
-        let distances = left.iter().map(|other| (other - value).norm()).enumerate();
-        let place = distances.min_by(|(_, one), (_, other)| one.total_cmp(other)).map(|(place, _)| place);
-        place.map_or(*value, |place| left.swap_remove(place))
-    };
-    values.iter().map(take).collect()
+    let pair = |i: usize| others.iter().enumerate().map(move |(j, other)| ((values[i] - other).norm(), i, j));
+    let mut pairs: Vec<(f64, usize, usize)> = (0..values.len()).flat_map(pair).collect();
+    pairs.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let mut partners = vec![None; values.len()];
+    let mut taken = vec![false; others.len()];
+    for (_, i, j) in pairs {
+        if partners[i].is_none() && !taken[j] {
+            (partners[i], taken[j]) = (Some(others[j]), true);
+        }
+    }
+    partners.into_iter().zip(values).map(|(partner, value)| partner.unwrap_or(*value)).collect()
 }
 
 fn larger_first(one: &Complex<f64>, other: &Complex<f64>) -> std::cmp::Ordering {

@@ -59,6 +59,9 @@ pub enum NoModes {
     /// A rotation that is periodic.
     #[error("only one link without weight turns steadily; other chains turn periodically: ask for --periodic")]
     NotSteady,
+    /// The second of two links hangs free.
+    #[error("a second link that hangs free does not turn periodically; give an instant of a recording instead")]
+    FreeSecondLink,
     /// No speed was given for a motion that turns.
     #[error("a mechanism that turns needs a speed that is not 0")]
     NoSpeed,

@@ -16,6 +16,8 @@ use crate::mechanics::Mechanism;
 
 /// Strain energy below this part of the kinetic energy does not name a mode.
 const STRAINED: f64 = 0.05;
+/// The same while the chain turns.
+const STRAINED_WHILE_TURNING: f64 = 0.25;
 /// A mode with more of its kinetic energy than this in turning of the chain as it is, is named after that.
 const RIGID: f64 = 0.5;
 
@@ -148,6 +150,27 @@ impl Identifier {
             mechanism,
             system,
         })
+    }
+
+    /// The mode of a multiplier over a turn, whose shape with `φᴴ M φ = 1` moves at some `near_per_s`. In a turning chain every mode turns
+    /// the chain a little; it is named after that only if nothing else moves. `exponent` gives its eigenvalue.
+    pub(super) fn identify_periodic(
+        &mut self,
+        near_per_s: f64,
+        exponent: impl FnOnce(bool) -> Complex<f64>,
+        shape: DVector<Complex<f64>>,
+    ) -> Mode {
+        let energies = energies(&self.parts, &shape);
+        let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
+        let vibrates = strain >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
+        let mut mode = self.identify(exponent(vibrates), shape);
+        mode.kind = match (mode.shares.first(), vibrates) {
+            (Some(Share { part: Part::Base, .. }), true) => Kind::Vibration(Part::Base),
+            (Some(share), true) => Kind::Vibration(as_it_moves(share.part, &mode.links)),
+            _ if mode.eigenvalue.im == 0.0 => Kind::Rotation,
+            _ => Kind::Swing,
+        };
+        mode
     }
 
     /// The mode of an eigenvalue and a shape with `φᴴ M φ = 1`, the first of its kind.

@@ -59,7 +59,7 @@ pub type SchemeStep = (Scheme, f64);
 
 impl Subject {
     /// The modes about the periodic motion at a mean speed: the crank moved at that speed if it is held, else free under the constant
-    /// torque that sustains it.
+    /// torque that sustains it. A motion found at a `near` speed helps where a resonance is not far.
     ///
     /// # Errors
     /// [`NoModes`] where no such motion is found.
@@ -69,6 +69,7 @@ impl Subject {
         speed_rad_per_s: f64,
         accuracy: &Accuracy,
         scheme: Option<SchemeStep>,
+        near: Option<&Orbit>,
     ) -> Result<PeriodicModes, NoModes> {
         if self.is_oscillator() {
             return Err(NoModes::NoCrank);
@@ -76,12 +77,15 @@ impl Subject {
         if speed_rad_per_s == 0.0 {
             return Err(NoModes::NoSpeed);
         }
+        if self.has_free_second_link() {
+            return Err(NoModes::FreeSecondLink);
+        }
         let drive = if self.is_held() {
             CrankDrive::Speed { start_rad: angle_rad, speed_rad_per_s }
         } else {
             CrankDrive::Torque { torque_nm: 0.0 }
         };
-        let guess = self.guess(angle_rad, speed_rad_per_s)?;
+        let guess = self.guess(angle_rad, speed_rad_per_s, near)?;
         let period_s = TAU / speed_rad_per_s.abs();
         let settings = OrbitSettings::default();
         let mut mechanism = self.mechanism();
@@ -89,20 +93,29 @@ impl Subject {
         let found = of_physics(&mut system, period_s, &guess, accuracy, &settings)?;
         let point = start_of(&mut system, &found.orbit)?;
         let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
-        let by_scheme = scheme.map(|(scheme, step_s)| {
-            of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &settings)
-        });
+        let by_scheme =
+            scheme.map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &settings));
         let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.and_then(|found| SchemeMotion::of(&found)));
         Ok(PeriodicModes { orbit: found.orbit, modes, scheme })
     }
 
-    /// Links that turn as they stand in equilibrium.
-    fn guess(&self, angle_rad: f64, speed_rad_per_s: f64) -> Result<Guess, NoModes> {
+    /// Links that turn as they stand in equilibrium; or a motion found at another speed, in this one's time.
+    fn guess(&self, angle_rad: f64, speed_rad_per_s: f64, near: Option<&Orbit>) -> Result<Guess, NoModes> {
+        if let Some(near) = near {
+            let faster = speed_rad_per_s.abs() * near.cycle.period_s / TAU;
+            let v = near.v.iter().map(|v| v * faster).collect();
+            return Ok(Guess { q: near.q.clone(), v, advance: Some(near.advance.clone()) });
+        }
         let mut still = self.at_rest(angle_rad)?;
         still.input.motion = self.is_held().then_some([angle_rad, speed_rad_per_s, 0.0]);
-        self.mechanism().rigid_motion(&still.input, speed_rad_per_s, &still.q, &mut still.v, &mut still.a);
-        Ok(Guess { q: still.q, v: still.v, advance: None })
+        let mut mechanism = self.mechanism();
+        let row = Linearised::new(mechanism.as_mut(), &still).torque;
+        mechanism.rigid_motion(&still.input, speed_rad_per_s, &still.q, &mut still.v, &mut still.a);
+        // Only the angle on which torque acts goes on; all else is after a turn where it was.
+        let turns = |(b, v): (&f64, &f64)| if *b != 0.0 && *v == speed_rad_per_s { TAU * speed_rad_per_s.signum() } else { 0.0 };
+        let advance = row.iter().zip(&still.v).map(turns).collect();
+        Ok(Guess { q: still.q, v: still.v, advance: Some(advance) })
     }
 
     fn identified(&self, found: &Floquet, point: &Point, scheme: Option<&Floquet>) -> Result<Vec<PeriodicMode>, NoModes> {
@@ -118,14 +131,14 @@ impl Subject {
             let Some(vector) = eigenvector(&found.orbit.monodromy, multiplier.value) else { continue };
             let (shape, rates) = (vector.rows(0, n).into_owned(), vector.rows(n, n).into_owned());
             let near = inner(&identifier.system, &rates, &rates).re / inner(&identifier.system, &shape, &shape).re;
-            let value = exponent(multiplier.value, period_s, near.sqrt());
             let by_scheme = own.iter().max_by(|one, other| {
                 let alike = |(_, other): &(Complex<f64>, DVector<Complex<f64>>)| alike(&identifier.system, &shape, other);
                 alike(one).total_cmp(&alike(other))
             });
             let by_scheme = by_scheme.map(|(value, _)| *value);
             let size = inner(&identifier.system, &shape, &shape).re.sqrt();
-            let mode = identifier.identify(value, shape / Complex::from(size));
+            let value = |vibrates| exponent(multiplier.value, period_s, if vibrates { near.sqrt() } else { 0.0 });
+            let mode = identifier.identify_periodic(near.sqrt(), value, shape / Complex::from(size));
             modes.push(PeriodicMode { mode, multiplier: *multiplier, by_scheme });
         }
         // Numbers follow the frequency, the order of the list the growth.
@@ -195,6 +208,5 @@ fn exponent(multiplier: Complex<f64>, period_s: f64, near_per_s: f64) -> Complex
     let (one, other) = (moved(own), moved(-own));
     let best = if (one - near_per_s).abs() <= (other - near_per_s).abs() { one } else { other };
     let rate = multiplier.norm().ln() / period_s;
-    let free = near_per_s < 0.25 * turn && own == 0.0;
-    Complex::new(rate, if free { 0.0 } else { best.abs() })
+    Complex::new(rate, best.abs())
 }

@@ -63,6 +63,11 @@ impl Subject {
         self.chain().is_none()
     }
 
+    /// Whether two links hang on the pivot with a free end.
+    pub(super) fn has_free_second_link(&self) -> bool {
+        self.chain().is_some_and(|chain| chain.links.len() > 1 && matches!(chain.end, End::Free { .. }))
+    }
+
     /// Whether it can turn steadily: one link alone, with nothing that depends on its angle.
     pub fn turns_steadily(&self) -> bool {
         self.chain().is_some_and(|chain| {

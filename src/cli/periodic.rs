@@ -1,0 +1,332 @@
+//! `modes --periodic`: what grows or fades in a turn of the crank.
+
+use std::io::Write as _;
+use std::sync::Mutex;
+
+use super::aligned_table::{figure, print};
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::folders::make_folder;
+use super::modes::{Args, draw, percent};
+use super::output::{output, print_json};
+use super::progress::bar;
+use super::signals::Interruption;
+use super::small_motion_args::Chosen;
+use crate::plot;
+use crate::scene::SceneSource;
+use crate::small_motion::floquet::Accuracy;
+use crate::small_motion::scheme::Scheme;
+use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
+use crate::study::Table;
+
+/// Multipliers to a millionth, with at most a thousand steps a turn.
+const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024 };
+
+/// One scene over the speeds.
+struct Row {
+    /// Value of the key that is swept, if one is.
+    value: Option<f64>,
+    subject: Subject,
+    scheme: (Scheme, f64),
+}
+
+/// A motion that was asked for; `None` if it was not reached.
+type Found = Option<Result<PeriodicModes, NoModes>>;
+
+/// All that was found, row by row of the key, speed by speed.
+struct Chart<'a> {
+    args: &'a Args,
+    integrator: &'static str,
+    speeds: Vec<f64>,
+    rows: Vec<Row>,
+    found: Vec<Vec<Found>>,
+}
+
+pub(super) fn periodic(args: &Args) -> CommandResult {
+    let interruption = Interruption::watch()?;
+    let chosen = args.subject.choose()?;
+    chosen.check(args.angle.is_some(), true)?;
+    let speeds = args.speed.as_ref().map(|speeds| speeds.0.clone()).unwrap_or_default();
+    let angle_deg = match args.angle.as_ref().map(|angles| angles.0.as_slice()) {
+        None => None,
+        Some([one]) => Some(*one),
+        Some(_) => return Err(Failure::Usage("the angle at which a turn begins is one number".to_owned())),
+    };
+    args.plot.as_deref().map_or(Ok(()), make_folder)?;
+    let rows = rows(args, &chosen)?;
+    let found = find(args, &rows, &speeds, chosen.angle_rad(angle_deg), &interruption);
+    let chart = Chart { args, integrator: chosen.source.scene.solver.integrator.as_str(), speeds, rows, found };
+    let table = chart.table();
+    match (args.json, chart.speeds.len() * chart.rows.len()) {
+        (true, _) => table.rows_as_json().iter().try_for_each(print_json)?,
+        (false, 1) => chart.show_one()?,
+        (false, _) => chart.show()?,
+    }
+    args.csv.as_deref().map_or(Ok(()), |path| table.write_csv(path))?;
+    if let Some(folder) = &args.plot {
+        chart.draw(folder)?;
+    }
+    chart.conclude(&interruption)
+}
+
+/// The scene with every value of the key.
+fn rows(args: &Args, chosen: &Chosen) -> CommandResult<Vec<Row>> {
+    let row = |source: &SceneSource, value| -> CommandResult<Row> {
+        let subject = Subject::new(&source.scene, args.subject.crank)?;
+        let solver = &source.scene.solver;
+        Ok(Row { value, subject, scheme: (Scheme::of(solver), solver.step_s) })
+    };
+    let Some(over) = &args.over else { return Ok(vec![row(&chosen.source, None)?]) };
+    let with = |value: &f64| {
+        let mut overrides = args.subject.overrides.clone();
+        overrides.push(format!("{}={value:?}", over.key));
+        row(&SceneSource::open(&args.subject.target, &overrides)?, Some(*value))
+    };
+    over.values.iter().map(with).collect()
+}
+
+/// Every row is taken by one thread, from speed to speed: a motion found helps to find the next. One row alone is divided.
+fn find(args: &Args, rows: &[Row], speeds: &[f64], angle_rad: f64, interruption: &Interruption) -> Vec<Vec<Found>> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.jobs.map_or(cores, |jobs| usize::try_from(jobs).unwrap_or(cores));
+    let part = if rows.len() > 1 { speeds.len() } else { speeds.len().div_ceil(threads) }.max(1);
+    let bar = bar((rows.len() * speeds.len()) as u64, "{wide_bar} {pos}/{len} motions{left}");
+    interruption.keeps(rows.len() * speeds.len() > 1);
+    let mut found: Vec<Vec<Found>> = rows.iter().map(|_| vec![None; speeds.len()]).collect();
+    let tasks = rows.iter().zip(&mut found).flat_map(|(row, found)| {
+        speeds.chunks(part).zip(found.chunks_mut(part)).map(move |(speeds, found)| (row, speeds, found))
+    });
+    let tasks = Mutex::new(tasks);
+    let work = || {
+        loop {
+            // The lock is held only to take the next task.
+            let task = tasks.lock().ok().and_then(|mut tasks| tasks.next());
+            let Some((row, speeds, found)) = task else { break };
+            let mut near = None;
+            for (speed, found) in speeds.iter().zip(found) {
+                if interruption.is_asked() {
+                    return;
+                }
+                let scheme = Some(row.scheme);
+                let try_from = |near| row.subject.periodic_modes(angle_rad, *speed, &ACCURACY, scheme, near);
+                let modes = try_from(near.as_ref()).or_else(|refusal| if near.is_some() { try_from(None) } else { Err(refusal) });
+                near = modes.as_ref().ok().map(|modes| modes.orbit.clone()).or(near);
+                *found = Some(modes);
+                bar.inc(1);
+            }
+        }
+    };
+    std::thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
+    bar.finish_and_clear();
+    drop(tasks);
+    found
+}
+
+impl Chart<'_> {
+    /// Every motion that was found, with its row's value and its speed.
+    fn motions(&self) -> impl Iterator<Item = (Option<f64>, f64, &PeriodicModes)> {
+        let rows = self.rows.iter().zip(&self.found);
+        rows.flat_map(|(row, found)| {
+            let found = self.speeds.iter().zip(found);
+            found.filter_map(|(speed, found)| Some((row.value, *speed, found.as_ref()?.as_ref().ok()?)))
+        })
+    }
+
+    /// Every mode of every motion.
+    fn table(&self) -> Table {
+        let mut names = Vec::new();
+        let mut numbers: [Vec<f64>; 9] = Default::default();
+        for (value, speed, found) in self.motions() {
+            for PeriodicMode { mode, multiplier, by_scheme } in &found.modes {
+                names.push(mode.name());
+                let row = [
+                    value.unwrap_or(f64::NAN),
+                    speed,
+                    mode.frequency_hz(),
+                    mode.eigenvalue.re,
+                    multiplier.value.re,
+                    multiplier.value.im,
+                    multiplier.error,
+                    by_scheme.map_or(f64::NAN, |value| value.re),
+                    by_scheme.map_or(f64::NAN, |value| value.im),
+                ];
+                numbers.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
+            }
+        }
+        let mut table = Table::default();
+        table.push_words("mode", names);
+        let key = self.args.over.as_ref().map_or("", |over| over.key.as_str());
+        let columns = [
+            key,
+            "speed_rad_per_s",
+            "frequency_hz",
+            "growth_per_s",
+            "multiplier_re",
+            "multiplier_im",
+            "multiplier_error",
+            "multiplier_by_scheme_re",
+            "multiplier_by_scheme_im",
+        ];
+        columns.into_iter().zip(numbers).filter(|(name, _)| !name.is_empty()).for_each(|(name, column)| table.push(name, column));
+        table
+    }
+
+    /// Prints the modes of one motion.
+    fn show_one(&self) -> CommandResult<()> {
+        let Some((_, speed, found)) = self.motions().next() else { return Ok(()) };
+        let mut out = output();
+        let held = self.rows.first().is_some_and(|row| row.subject.is_held());
+        let crank = match found.orbit.torque_nm {
+            Some(torque_nm) => format!("free under {} N·m", figure(torque_nm)),
+            None => if held { "moved" } else { "free" }.to_owned(),
+        };
+        let turn = figure(1e3 * found.orbit.cycle.period_s);
+        writeln!(out, "{}: crank {crank}, {} rad/s, a turn in {turn} ms", self.args.subject.target, figure(speed))?;
+        writeln!(out, "  the motion repeats to {:.0e}, with {} steps a turn", found.orbit.residual, found.orbit.cycle.steps)?;
+        let mut rows = vec![["mode", "Hz", "growth 1/s", "|ρ| a turn", "±", "|ρ| by"].map(str::to_owned).to_vec()];
+        if let Some(last) = rows[0].last_mut() {
+            *last = format!("|ρ| by {}", self.integrator);
+        }
+        let count = usize::try_from(self.args.count).unwrap_or(usize::MAX);
+        for PeriodicMode { mode, multiplier, by_scheme } in found.modes.iter().take(count) {
+            rows.push(vec![
+                mode.name(),
+                figure(mode.frequency_hz()),
+                figure(mode.eigenvalue.re),
+                format!("{:.6}", multiplier.value.norm()),
+                format!("{:.0e}", multiplier.error),
+                by_scheme.map_or("–".to_owned(), |value| format!("{:.6}", value.norm())),
+            ]);
+        }
+        print(&rows, 1)?;
+        for unstable in found.unstable() {
+            let share = unstable.mode.shares.first().map(|share| percent(share.share)).unwrap_or_default();
+            let growth = figure(unstable.multiplier.value.norm());
+            writeln!(out, "  {} ({share}) is unstable: it grows {growth} times in a turn", unstable.mode.name())?;
+        }
+        match &found.scheme {
+            Some(Ok(scheme)) => {
+                let unstable = if scheme.largest.is_unstable() { "unstable" } else { "stable" };
+                let step = figure(1e3 * scheme.cycle.step_s());
+                writeln!(out, "  {} at {step} ms is {unstable}: |ρ| up to {:.6}", self.integrator, scheme.largest.value.norm())?;
+            }
+            Some(Err(refusal)) => writeln!(out, "  {} finds no periodic motion at its step: {refusal}", self.integrator)?,
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// Prints the ranges of speed in which a mode is unstable.
+    fn show(&self) -> CommandResult<()> {
+        let mut out = output();
+        let ends = [self.speeds.first(), self.speeds.last()].map(|end| figure(end.copied().unwrap_or_default()));
+        writeln!(out, "{}: {} motions from {} to {} rad/s", self.args.subject.target, self.motions().count(), ends[0], ends[1])?;
+        let key = self.args.over.as_ref().map_or("", |over| over.key.as_str());
+        let mut rows = vec![[key, "unstable", "from rad/s", "to", "largest |ρ|", "at"].map(str::to_owned).to_vec()];
+        for (row, found) in self.rows.iter().zip(&self.found) {
+            for range in ranges(&self.speeds, found) {
+                let value = row.value.map(figure).unwrap_or_default();
+                let [from, to, largest, at] = [range.from, range.to, range.largest, range.at].map(figure);
+                rows.push(vec![value, range.name, from, to, largest, at]);
+            }
+        }
+        if rows.len() > 1 {
+            print(&rows, 2)?
+        } else {
+            writeln!(out, "  no mode is unstable")?
+        }
+        let differs = self.motions().filter(|(_, _, found)| {
+            let scheme = found.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
+            scheme.is_some_and(|scheme| scheme.largest.is_unstable()) && found.unstable().next().is_none()
+        });
+        let differs: Vec<f64> = differs.map(|(_, speed, _)| speed).collect();
+        if let (Some(first), Some(last)) = (differs.first(), differs.last()) {
+            let (count, first, last) = (differs.len(), figure(*first), figure(*last));
+            writeln!(out, "  {} alone is unstable at {count} of the speeds, from {first} to {last} rad/s", self.integrator)?;
+        }
+        Ok(())
+    }
+
+    fn draw(&self, folder: &std::path::Path) -> CommandResult<()> {
+        let speed = || plot::Axis::new("crank speed", "rad/s");
+        let largest =
+            |found: &Found| found.as_ref().and_then(|found| found.as_ref().ok()).map_or(f64::NAN, PeriodicModes::largest);
+        if let Some(over) = &self.args.over {
+            let map = plot::HeatMap {
+                title: "Largest multiplier of a turn".to_owned(),
+                x: speed(),
+                y: plot::Axis::new(&over.key, ""),
+                xs: self.speeds.clone(),
+                ys: over.values.clone(),
+                values: self.found.iter().map(|row| row.iter().map(largest).collect()).collect(),
+                key: plot::Key::Quantity(plot::Axis::log("largest |ρ|", "")),
+            };
+            return draw(folder, "stability-chart", &map);
+        }
+        let Some(found) = self.found.first() else { return Ok(()) };
+        let physics: Vec<f64> = found.iter().map(largest).collect();
+        let scheme = |found: &Found| {
+            let scheme = found.as_ref().and_then(|found| found.as_ref().ok()?.scheme.as_ref()?.as_ref().ok());
+            scheme.map_or(f64::NAN, |scheme| scheme.largest.value.norm())
+        };
+        let own: Vec<f64> = found.iter().map(scheme).collect();
+        let drawn = plot::Figure::new("Largest multiplier of a turn", speed(), plot::Axis::new("|ρ|", ""))
+            .line("the mechanism", &self.speeds, &physics)
+            .series(format!("{} at its step", self.integrator), &self.speeds, &own, plot::Mark::Dashes);
+        draw(folder, "multipliers", &drawn)
+    }
+
+    fn conclude(&self, interruption: &Interruption) -> CommandResult {
+        let mut refused = 0;
+        for (row, found) in self.rows.iter().zip(&self.found) {
+            for (speed, found) in self.speeds.iter().zip(found) {
+                let Some(Err(refusal)) = found else { continue };
+                refused += 1;
+                let value = row.value.zip(self.args.over.as_ref()).map(|(value, over)| format!("{} = {value}, ", over.key));
+                say!("warning: at {}{} rad/s: {refusal}", value.unwrap_or_default(), figure(*speed));
+            }
+        }
+        let (all, done) = (self.rows.len() * self.speeds.len(), self.motions().count());
+        if interruption.is_asked() && done + refused < all {
+            say!("warning: interrupted: {done} of {all} motions were found");
+            return Ok(ExitStatus::Interrupted);
+        }
+        match refused {
+            0 => Ok(ExitStatus::Success),
+            _ => Err(Failure::Failed(format!("{refused} of {all} motions were not found"))),
+        }
+    }
+}
+
+/// Speeds that follow one another, at which one mode is the most unstable.
+struct Range {
+    name: String,
+    from: f64,
+    to: f64,
+    largest: f64,
+    at: f64,
+}
+
+fn ranges(speeds: &[f64], found: &[Found]) -> Vec<Range> {
+    let mut ranges: Vec<Range> = Vec::new();
+    let mut open = false;
+    for (speed, found) in speeds.iter().zip(found) {
+        let first = found.as_ref().and_then(|found| found.as_ref().ok()?.unstable().next());
+        let Some(unstable) = first else {
+            open = false;
+            continue;
+        };
+        let (name, size) = (unstable.mode.name(), unstable.multiplier.value.norm());
+        match ranges.last_mut().filter(|range| open && range.name == name) {
+            Some(range) => {
+                range.to = *speed;
+                if size > range.largest {
+                    (range.largest, range.at) = (size, *speed);
+                }
+            }
+            None => ranges.push(Range { name, from: *speed, to: *speed, largest: size, at: *speed }),
+        }
+        open = true;
+    }
+    ranges
+}
