@@ -33,6 +33,27 @@ pub struct Measure {
     pub deflection_m: f64,
 }
 
+/// A coordinate's name, with its unit, and the change of it over which the model is far from linear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// The name, such as `rod_bending_1_m`.
+    pub name: String,
+    /// 1 for angles and slopes, a length for displacements.
+    pub scale: f64,
+}
+
+impl Coordinate {
+    /// A displacement of a link of this length, m.
+    pub(super) fn displacement(name: String, length_m: f64) -> Self {
+        Self { name, scale: length_m }
+    }
+
+    /// An angle or a slope.
+    pub(super) fn turn(name: String) -> Self {
+        Self { name, scale: 1.0 }
+    }
+}
+
 /// The tangent could not be factored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Singular;
@@ -46,6 +67,8 @@ pub struct NoEquilibrium;
 pub trait Mechanism: Send {
     /// n, the number of degrees of freedom (0 is possible: rigid links with prescribed motion).
     fn degrees_of_freedom(&self) -> usize;
+    /// The coordinates by name, n of them.
+    fn coordinates(&self) -> Vec<Coordinate>;
     /// Coordinates and velocities at t = 0 as the scene's `[start]` asks. Static equilibrium holds the tangent at the pivot at
     /// `start.angle_rad`, unless a base spring is there: then the tangent turns from that angle to where spring, weight, constant
     /// loads and `input.torque_nm` balance.

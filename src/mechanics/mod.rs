@@ -18,7 +18,7 @@ mod rigid_bar;
 
 pub use finite_element::FiniteElement;
 pub use incremental::{Incremental, IncrementalState};
-pub use mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+pub use mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;

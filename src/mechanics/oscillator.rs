@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::lu::Lu;
-use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 
@@ -48,6 +48,10 @@ impl Oscillator {
 impl Mechanism for Oscillator {
     fn degrees_of_freedom(&self) -> usize {
         self.masses_kg.len()
+    }
+
+    fn coordinates(&self) -> Vec<Coordinate> {
+        (1..=self.masses_kg.len()).map(|i| Coordinate::displacement(format!("mass_{i}_m"), 1.0)).collect()
     }
 
     fn start(&mut self, _input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {

@@ -10,7 +10,7 @@
 use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use super::equilibrium::{Pivot, settle};
 use super::joints;
-use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, NodeObservation, Observation};
 use super::resistance::{resistance, resistance_n};
 use super::rigid_bar::RigidBar;
@@ -267,6 +267,11 @@ impl Rigid {
 impl Mechanism for Rigid {
     fn degrees_of_freedom(&self) -> usize {
         usize::from(!self.prescribed)
+    }
+
+    fn coordinates(&self) -> Vec<Coordinate> {
+        let free = self.chain.links.first().filter(|_| !self.prescribed);
+        free.map(|link| Coordinate::turn(format!("{}_angle_rad", link.name.as_str()))).into_iter().collect()
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {

@@ -65,7 +65,7 @@ pub(super) fn tangent(mechanism: &mut dyn Mechanism, point: &Point, weights: Wei
 }
 
 /// V: velocities of rigid motion are affine in the coordinates, so that unit changes give it to rounding.
-fn rotation(mechanism: &mut dyn Mechanism, point: &Point) -> Band {
+pub(super) fn rotation(mechanism: &mut dyn Mechanism, point: &Point) -> Band {
     let n = point.q.len();
     let mut velocities = |q: &[f64]| {
         let (mut v, mut a) = (vec![0.0; n], vec![0.0; n]);

@@ -26,6 +26,12 @@ mod report;
 pub mod scheme;
 mod shape;
 mod spectrum;
+mod hold;
+mod inputs;
+mod outputs;
+mod response;
+mod state_space;
+mod state_space_tests;
 mod subject;
 mod sweep;
 #[cfg(test)]
@@ -41,6 +47,7 @@ pub use point::Point;
 pub use report::{LiveModes, ModeReport};
 pub use shape::{LinkShape, likeness};
 pub use spectrum::{Eigenpair, lowest};
+pub use state_space::StateSpace;
 pub use subject::{Crank, Subject};
 pub use sweep::{Branch, Crossing, crossings, follow};
 

@@ -39,6 +39,7 @@ mod loads;
 mod measure;
 mod member;
 mod motion;
+mod names;
 mod observe;
 mod polar;
 mod residual;
@@ -57,7 +58,7 @@ use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
 use super::last_state::LastState;
-use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene::Chain;
 
@@ -129,6 +130,10 @@ impl FiniteElement {
 impl Mechanism for FiniteElement {
     fn degrees_of_freedom(&self) -> usize {
         self.layout.active.len()
+    }
+
+    fn coordinates(&self) -> Vec<Coordinate> {
+        self.named_coordinates()
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {

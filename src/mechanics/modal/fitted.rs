@@ -1,10 +1,12 @@
 //! The modal model with room for `W` shape functions a link.
 
-use super::chain::Chain;
+use std::f64::consts::PI;
+
+use super::chain::{Chain, ChordAngle};
 use super::observe::Observer;
 use super::tangent::Tangent;
 use crate::mechanics::last_state::LastState;
-use crate::mechanics::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::mechanics::observation::{Energy, Observation};
 use crate::scene;
 
@@ -50,6 +52,23 @@ impl<const W: usize> Fitted<W> {
 impl<const W: usize> Mechanism for Fitted<W> {
     fn degrees_of_freedom(&self) -> usize {
         self.chain.degrees_of_freedom
+    }
+
+    fn coordinates(&self) -> Vec<Coordinate> {
+        let mut coordinates = Vec::new();
+        for ((link, scene), angle) in self.chain.links.iter().zip(&self.scene.links).zip(&self.chain.angles) {
+            let name = scene.name.as_str();
+            if matches!(angle, ChordAngle::Coordinate(_)) {
+                coordinates.push(Coordinate::turn(format!("{name}_chord_rad")));
+            }
+            let modes = (1..=link.shapes.modes).map(|i| (format!("{name}_bending_{i}_m"), i));
+            let root = (link.bending > link.shapes.modes).then(|| (format!("{name}_root_bending_m"), 1));
+            let axial = (1..=link.axial).map(|i| (format!("{name}_stretching_{i}_m"), 1));
+            // A sine of that height has slopes of 1.
+            let of = |(name, waves): (String, usize)| Coordinate::displacement(name, link.length_m / (PI * waves as f64));
+            coordinates.extend(modes.chain(root).chain(axial).map(of));
+        }
+        coordinates
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {

@@ -45,7 +45,7 @@ mod strong;
 mod tangent;
 mod variation;
 
-use super::mechanism::{Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 use fitted::Fitted;
@@ -78,6 +78,10 @@ const MOST_FUNCTIONS: usize = 22;
 impl Mechanism for Modal {
     fn degrees_of_freedom(&self) -> usize {
         self.fitted.degrees_of_freedom()
+    }
+
+    fn coordinates(&self) -> Vec<Coordinate> {
+        self.fitted.coordinates()
     }
 
     fn start(&mut self, input: &Input, q: &mut [f64], v: &mut [f64]) -> Result<(), NoEquilibrium> {
