@@ -32,6 +32,7 @@ mod outputs;
 mod response;
 mod state_space;
 mod state_space_tests;
+mod step_map;
 mod subject;
 mod sweep;
 #[cfg(test)]
