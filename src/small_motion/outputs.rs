@@ -34,7 +34,8 @@ impl<'a> Outputs<'a> {
     /// Those that the subject has at a point.
     pub(super) fn new(subject: &'a Subject, mechanism: &mut dyn Mechanism, point: &Point) -> Self {
         let chain = subject.chain();
-        let room = |nodes: usize| LinkObservation { nodes: vec![NodeObservation::default(); nodes], ..LinkObservation::default() };
+        let room =
+            |nodes: usize| LinkObservation { nodes: vec![NodeObservation::default(); nodes], ..LinkObservation::default() };
         let links = match chain {
             Some(chain) => chain.links.iter().map(|link| room(link.elements + 1)).collect(),
             None => vec![LinkObservation { exact_x_m: vec![0.0; point.q.len()], ..room(point.q.len()) }],

@@ -63,7 +63,8 @@ impl StateSpace {
         let columns = inputs(subject, point, &system, &mut outputs);
         let rows = outputs.rows(mechanism.as_mut(), point);
         let rows = exact_rows(subject, point, &outputs.names, rows);
-        let rows = if point.speed_rad_per_s == 0.0 { rows } else { rows.turning_along(&rotation(mechanism.as_mut(), point).dense()) };
+        let rows =
+            if point.speed_rad_per_s == 0.0 { rows } else { rows.turning_along(&rotation(mechanism.as_mut(), point).dense()) };
         let names: Vec<String> = mechanism.coordinates().into_iter().map(|coordinate| coordinate.name).collect();
         let rates = names.iter().map(|name| format!("{name}_per_s"));
         let mut space = first_order(&system, &rows, &columns)?;

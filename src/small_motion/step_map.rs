@@ -121,7 +121,10 @@ impl StateSpace {
         let mut c = self.c.clone().resize_horizontally(size, 0.0);
         c.columns_mut(2 * n, size - 2 * n).fill(0.0);
         let auxiliary = self.states.iter().take(n).map(|name| format!("{name}_auxiliary_per_s2")).take(carried - 2 * n);
-        let kept = self.inputs.iter().flat_map(|name| ["before", "carried"].into_iter().take(memory).map(move |when| format!("{name}_{when}")));
+        let kept = self
+            .inputs
+            .iter()
+            .flat_map(|name| ["before", "carried"].into_iter().take(memory).map(move |when| format!("{name}_{when}")));
         let states = self.states.iter().cloned().chain(auxiliary).chain(kept).collect();
         Ok(StateSpace { a, b, c, states, step_s: Some(step_s), ..self.clone() })
     }
