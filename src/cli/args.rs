@@ -95,6 +95,12 @@ pub(super) enum Command {
     /// Map where the numerics break down: the schemes in theory and as run, a crank-slider at the extremes.
     #[command(after_help = super::stability::EXAMPLES)]
     Stability(super::stability::Args),
+    /// Linearise a mechanism: matrices A, B, C and D with named states, inputs and outputs, for programs for control.
+    #[command(after_help = super::linearise::EXAMPLES)]
+    Linearise(super::linearise::Args),
+    /// Respond to a torque or a force in small motion: over frequency, and after a step.
+    #[command(after_help = super::response::EXAMPLES)]
+    Response(super::response::Args),
     /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
     #[command(after_help = super::cycle::EXAMPLES)]
     Cycle(super::cycle::Args),

@@ -23,6 +23,8 @@ mod folders;
 mod formatting;
 mod info;
 mod keyboard;
+mod linear_args;
+mod linearise;
 mod list;
 mod log;
 mod modes;
@@ -36,6 +38,7 @@ mod pulse;
 mod recover;
 mod replay;
 mod replies;
+mod response;
 mod resume;
 mod run;
 mod run_conclusion;
@@ -44,6 +47,7 @@ mod service_names;
 mod signals;
 mod small_motion_args;
 mod stability;
+mod state_space_file;
 mod status_line;
 mod supervise;
 mod thesis_figures;
@@ -91,6 +95,8 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Export(export) => export::export(export),
         Command::Plot(args) => plot::plot(&args),
         Command::Stability(args) => stability::stability(&args),
+        Command::Linearise(args) => linearise::linearise(&args),
+        Command::Response(args) => response::response(&args),
         Command::Cycle(args) => cycle::cycle(&args),
         Command::Trade(args) => trade::trade(&args),
         Command::Scenes { keys: true, markdown, .. } => files::keys(markdown),

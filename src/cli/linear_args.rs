@@ -1,0 +1,72 @@
+//! The linearised mechanism that `linearise` and `response` work on.
+
+use super::aligned_table::figure;
+use super::failure::{CommandResult, Failure};
+use super::progress::elapsed;
+use super::small_motion_args::{Chosen, SubjectArgs};
+use super::values::finite;
+use crate::small_motion::{Point, StateSpace};
+
+/// Most states: matrices of this size have 32 MB each.
+const MOST_STATES: usize = 2000;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct LinearArgs {
+    #[command(flatten)]
+    pub subject: SubjectArgs,
+    /// Crank angle, degrees. Default: that of the scene's start.
+    #[arg(long, value_name = "DEG", value_parser = any)]
+    pub angle: Option<f64>,
+    /// Crank speed of a steady rotation, rad/s: of one link without weight.
+    #[arg(long, value_name = "RAD/S", value_parser = any)]
+    pub speed: Option<f64>,
+}
+
+/// A state space, and the point it is about.
+pub(super) struct Linear {
+    pub chosen: Chosen,
+    pub point: Point,
+    pub space: StateSpace,
+    /// The scene, its model, and the state.
+    pub title: String,
+}
+
+impl LinearArgs {
+    /// Linearises.
+    pub(super) fn linearise(&self) -> CommandResult<Linear> {
+        let chosen = self.subject.choose()?;
+        chosen.check(self.angle.is_some(), self.speed.is_some())?;
+        let point = chosen.point(self.angle, self.speed.unwrap_or(0.0))?;
+        let states = 2 * point.q.len();
+        if states > MOST_STATES {
+            return Err(Failure::Usage(format!("{states} states are more than {MOST_STATES}: fewer elements have fewer")));
+        }
+        let bar = elapsed("linearising");
+        let space = StateSpace::new(&chosen.subject, &point);
+        bar.finish_and_clear();
+        let title = self.title(&chosen);
+        Ok(Linear { space: space?, chosen, point, title })
+    }
+
+    fn title(&self, chosen: &Chosen) -> String {
+        let model = chosen.source.scene.solver.model.as_str();
+        let crank = match (chosen.subject.is_oscillator(), chosen.subject.is_held()) {
+            (true, _) => "",
+            (false, true) => ", crank held",
+            (false, false) => ", crank free",
+        };
+        let at = match (&chosen.instant, self.speed) {
+            (Some((_, time_s)), _) => format!(" at t = {time_s} s"),
+            _ if chosen.subject.is_oscillator() => String::new(),
+            (None, speed) => {
+                let turning = speed.map(|speed| format!(", turning at {} rad/s", figure(speed))).unwrap_or_default();
+                format!(" at {}°{turning}", figure(chosen.angle_rad(self.angle).to_degrees()))
+            }
+        };
+        format!("{}: {model}{crank}{at}", self.subject.target)
+    }
+}
+
+fn any(text: &str) -> Result<f64, String> {
+    finite(text).ok_or_else(|| "a number".to_owned())
+}

@@ -1,0 +1,269 @@
+//! `response`: small motion under one input, over frequency and after a step.
+
+use std::f64::consts::TAU;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::aligned_table::{figure, print};
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::folders::make_folder;
+use super::linear_args::{Linear, LinearArgs};
+use super::output::output;
+use super::progress::bar;
+use super::values::{positive, positive_time};
+use crate::plot::{Axis, Figure, Format, Picture};
+use crate::small_motion::modes;
+use crate::study::Table;
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank response                                        torque on the default scene at its start
+  flexcrank response crank-slider --angle 57 --output slider_m --plot responses
+  flexcrank response crank-slider --angle 57 --input slider_force_n --from 1 --to 1e4 --csv bode.csv
+  flexcrank response thesis-two-masses --output mass_2_m --until 2 --step-csv step.csv
+
+Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state. Step response: each \
+    output after the input has gone from 0 to 1, exact at every sample. `linearise` lists inputs and outputs.
+
+Exit codes: 0 done, 1 failed, 2 usage, bad scene, or a state that cannot be linearised.";
+
+/// Frequencies, at equal ratios.
+const FREQUENCIES: usize = 600;
+/// More of them about each natural frequency, and how far they reach, in widths of its peak.
+const ABOUT_PEAK: i32 = 20;
+const WIDTHS: f64 = 4.0;
+/// Samples of the step response.
+const SAMPLES: usize = 1000;
+/// Modes that decide which frequencies are of interest.
+const MODES: usize = 10;
+/// Without modes, Hz and s.
+const OTHERWISE: ([f64; 2], f64) = ([0.1, 100.0], 1.0);
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    pub linear: LinearArgs,
+    /// The input. Default: the torque on a crank that is free, or else the first input.
+    #[arg(long, value_name = "NAME")]
+    pub input: Option<String>,
+    /// Outputs. Default: angle, slider and deflections; the masses of an oscillator.
+    #[arg(long = "output", value_name = "NAME", value_delimiter = ',')]
+    pub outputs: Vec<String>,
+    /// Lowest frequency, Hz. Default: a tenth of the lowest natural frequency.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub from: Option<f64>,
+    /// Highest frequency, Hz. Default: twice the tenth natural frequency.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub to: Option<f64>,
+    /// Length of the step response. Default: ten periods of the lowest natural frequency.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
+    pub until: Option<f64>,
+    /// Draw both responses into this folder, as SVG and PNG.
+    #[arg(long, value_name = "DIR")]
+    pub plot: Option<PathBuf>,
+    /// Write the frequency response to this file.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Write the step response to this file.
+    #[arg(long, value_name = "FILE")]
+    pub step_csv: Option<PathBuf>,
+}
+
+/// Both responses of the outputs chosen.
+struct Responses {
+    input: String,
+    outputs: Vec<String>,
+    frequencies_hz: Vec<f64>,
+    /// Magnitudes and phases (degrees, unwrapped) of each output.
+    magnitudes: Vec<Vec<f64>>,
+    phases_deg: Vec<Vec<f64>>,
+    times_s: Vec<f64>,
+    steps: Vec<Vec<f64>>,
+}
+
+pub(super) fn response(args: &Args) -> CommandResult {
+    let linear = args.linear.linearise()?;
+    let natural = natural_hz(&linear)?;
+    let responses = args.respond(&linear, &natural)?;
+    args.plot.as_deref().map_or(Ok(()), make_folder)?;
+    responses.show(&linear.title)?;
+    args.csv.as_deref().map_or(Ok(()), |path| responses.over_frequency().write_csv(path))?;
+    args.step_csv.as_deref().map_or(Ok(()), |path| responses.over_time().write_csv(path))?;
+    if let Some(folder) = &args.plot {
+        draw(folder, "frequency-response", &responses.bode(&linear.title))?;
+        draw(folder, "step-response", &responses.after_step(&linear.title))?;
+    }
+    Ok(ExitStatus::Success)
+}
+
+/// Natural frequencies, Hz, and damping ratios.
+fn natural_hz(linear: &Linear) -> CommandResult<Vec<[f64; 2]>> {
+    let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
+    let vibrations = found.iter().filter(|mode| mode.eigenvalue.im > 0.0);
+    Ok(vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect())
+}
+
+impl Args {
+    fn respond(&self, linear: &Linear, natural: &[[f64; 2]]) -> CommandResult<Responses> {
+        let space = &linear.space;
+        let input = match &self.input {
+            Some(name) => place(name, &space.inputs, "input")?,
+            None if space.inputs.is_empty() => {
+                return Err(Failure::Usage("no input: the crank is held, and the chain has no slider".to_owned()));
+            }
+            None => 0,
+        };
+        let outputs: Vec<usize> = match self.outputs.as_slice() {
+            [] => usual(&space.outputs),
+            names => names.iter().map(|name| place(name, &space.outputs, "output")).collect::<CommandResult<_>>()?,
+        };
+        let frequencies_hz = self.frequencies_hz(natural)?;
+        let (mut magnitudes, mut phases_deg) = (vec![Vec::new(); outputs.len()], vec![Vec::new(); outputs.len()]);
+        let progress = bar(frequencies_hz.len() as u64, "{wide_bar} {pos}/{len} frequencies{left}");
+        for frequency_hz in &frequencies_hz {
+            // At the frequency of a vibration without damping there is no response: the curve has a gap.
+            let found = space.frequency_response(input, *frequency_hz).ok();
+            for (k, output) in outputs.iter().enumerate() {
+                let value = found.as_ref().map(|found| found[*output]);
+                magnitudes[k].push(value.map_or(f64::NAN, |value| value.norm()));
+                phases_deg[k].push(value.map_or(f64::NAN, |value| value.arg().to_degrees()));
+            }
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        phases_deg.iter_mut().for_each(|phases| unwrap(phases));
+        let lowest_hz = natural.first().map(|[hz, _]| *hz);
+        let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
+        let step_s = until_s / SAMPLES as f64;
+        let after_step = space.step_response(input, step_s, SAMPLES + 1)?;
+        let row = |output: &usize| after_step.row(*output).iter().copied().collect();
+        Ok(Responses {
+            input: space.inputs[input].clone(),
+            outputs: outputs.iter().map(|output| space.outputs[*output].clone()).collect(),
+            frequencies_hz,
+            magnitudes,
+            phases_deg,
+            times_s: (0..=SAMPLES).map(|sample| step_s * sample as f64).collect(),
+            steps: outputs.iter().map(row).collect(),
+        })
+    }
+
+    /// Frequencies at equal ratios, and close ones about each natural frequency.
+    fn frequencies_hz(&self, natural: &[[f64; 2]]) -> CommandResult<Vec<f64>> {
+        let ends = natural.first().zip(natural.last()).map(|([low, _], [high, _])| [0.1 * low, 2.0 * high]);
+        let [low, high] = ends.unwrap_or(OTHERWISE.0);
+        let (low, high) = (self.from.unwrap_or(low), self.to.unwrap_or(high));
+        if low >= high {
+            return Err(Failure::Usage(format!("--from {low} must be less than --to {high}")));
+        }
+        let ratio = |k: usize| low * (high / low).powf(k as f64 / (FREQUENCIES - 1) as f64);
+        let mut all: Vec<f64> = (0..FREQUENCIES).map(ratio).collect();
+        for [hz, damping] in natural {
+            let about = |k: i32| hz * (1.0 + damping * WIDTHS * f64::from(k) / f64::from(ABOUT_PEAK));
+            all.extend((-ABOUT_PEAK..=ABOUT_PEAK).map(about).filter(|hz| (low..=high).contains(hz)));
+        }
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        Ok(all)
+    }
+}
+
+fn place(name: &str, names: &[String], what: &str) -> CommandResult<usize> {
+    let found = names.iter().position(|other| other == name);
+    found.ok_or_else(|| Failure::Usage(format!("no {what} {name:?}; there are {}", names.join(", "))))
+}
+
+/// The outputs that users look at first.
+fn usual(names: &[String]) -> Vec<usize> {
+    let first = |name: &str| name.ends_with("angle_rad") || name.ends_with("deflection_m") || name == "slider_m";
+    let masses = |name: &str| name.starts_with("mass_") && name.ends_with("_m");
+    let chosen: Vec<usize> = (0..names.len()).filter(|&k| first(&names[k]) || masses(&names[k])).collect();
+    if chosen.is_empty() { vec![0] } else { chosen }
+}
+
+/// Adds whole turns until no phase is over half a turn from the one before.
+fn unwrap(phases_deg: &mut [f64]) {
+    let mut last = f64::NAN;
+    for phase in phases_deg.iter_mut().filter(|phase| phase.is_finite()) {
+        if last.is_finite() {
+            *phase += 360.0 * ((last - *phase) / 360.0).round();
+        }
+        last = *phase;
+    }
+}
+
+impl Responses {
+    fn show(&self, title: &str) -> CommandResult<()> {
+        writeln!(output(), "{title}: response to {}", self.input)?;
+        let mut rows =
+            vec![["output", "largest", "at Hz", "phase", "step: largest", "at s", "at its end"].map(str::to_owned).to_vec()];
+        for (k, name) in self.outputs.iter().enumerate() {
+            let (at, largest) = largest(&self.magnitudes[k]);
+            let (step_at, step) = largest_of(&self.steps[k]);
+            let phase = format!("{:.0}°", self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN));
+            let end = self.steps[k].last().copied().unwrap_or(f64::NAN);
+            let numbers = [figure(largest), figure(self.frequencies_hz[at]), phase, figure(step), figure(self.times_s[step_at])];
+            rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
+        }
+        Ok(print(&rows, 1)?)
+    }
+
+    fn over_frequency(&self) -> Table {
+        let mut table = Table::default();
+        table.push("frequency_hz", self.frequencies_hz.clone());
+        for ((name, magnitudes), phases) in self.outputs.iter().zip(&self.magnitudes).zip(&self.phases_deg) {
+            table.push(format!("{name}_per_{}", self.input), magnitudes.clone());
+            table.push(format!("{name}_phase_deg"), phases.clone());
+        }
+        table
+    }
+
+    fn over_time(&self) -> Table {
+        let mut table = Table::default();
+        table.push("time_s", self.times_s.clone());
+        self.outputs.iter().zip(&self.steps).for_each(|(name, step)| table.push(name, step.clone()));
+        table
+    }
+
+    fn bode(&self, title: &str) -> Figure {
+        let title = format!("{title}: response to {}", self.input);
+        let mut figure = Figure::new(title, Axis::log("frequency", "Hz"), Axis::log("magnitude", ""));
+        for (name, magnitudes) in self.outputs.iter().zip(&self.magnitudes) {
+            figure = figure.line(name, &self.frequencies_hz, magnitudes);
+        }
+        figure = figure.panel(Axis::new("phase", "°"));
+        for (name, phases) in self.outputs.iter().zip(&self.phases_deg) {
+            figure = figure.line(name, &self.frequencies_hz, phases);
+        }
+        figure
+    }
+
+    fn after_step(&self, title: &str) -> Figure {
+        let title = format!("{title}: after a step of {}", self.input);
+        let mut figure = Figure::new(title, Axis::new("time", "s"), Axis::default());
+        for (name, step) in self.outputs.iter().zip(&self.steps) {
+            figure = figure.line(name, &self.times_s, step);
+        }
+        Figure { signals: true, ..figure }
+    }
+}
+
+/// Place and value of the largest finite number.
+fn largest(values: &[f64]) -> (usize, f64) {
+    let finite = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
+    finite.max_by(|one, other| one.1.total_cmp(&other.1)).unwrap_or((0, f64::NAN))
+}
+
+/// Place and value of the number largest in magnitude.
+fn largest_of(values: &[f64]) -> (usize, f64) {
+    let finite = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
+    finite.max_by(|one, other| one.1.abs().total_cmp(&other.1.abs())).unwrap_or((0, f64::NAN))
+}
+
+fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {
+    for format in [Format::Svg, Format::Png] {
+        picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
+    }
+    Ok(())
+}
