@@ -1,0 +1,61 @@
+"""What `linearise` writes, as python-control reads it, beside a run: 1e-6 N·m on the crank at 57° for 0.02 s."""
+
+import csv
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from check import BINARY, expect, free_endpoint
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "bench"))
+from control_check import check, load  # noqa: E402
+
+ANGLE_DEG = 57.0
+SECONDS = 0.5
+PULSE = "pulse=[{start_s=0.0,torque_nm=1e-6,duration_s=0.02}]"
+# Columns of the recording, by topic and output.
+COLUMNS = {
+    "crank_angle_rad": ("angles", "links.crank.start_rotation_rad"),
+    "crank_chord_rad": ("angles", "links.crank.chord_rad"),
+    "rod_chord_rad": ("angles", "links.rod.chord_rad"),
+    "slider_m": ("displacements", "nodes.rod.4.x_m"),
+}
+
+
+def run(*arguments):
+    subprocess.run([BINARY, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def recorded(folder):
+    """A run's outputs as differences from its start, in a file as `control_check` reads it."""
+    scene = ["crank-slider", "--set", PULSE, "--set", f"start.angle_rad={math.radians(ANGLE_DEG)!r}"]
+    fine = ["--set", "solver.step_s=1e-4", "--set", "solver.tolerance=1e-12", "--set", "solver.integrator=esdirk"]
+    run("run", *scene, *fine, "--pace", "max", "--until", SECONDS, "--listen", free_endpoint(), "--record", folder / "run.mcap")
+    run("export", folder / "run.mcap", "--csv", folder)
+    tables = {}
+    for topic in ("angles", "displacements"):
+        with open(next(folder.glob(f"*.{topic}.csv"))) as file:
+            tables[topic] = list(csv.DictReader(file))
+    times = [float(row["stamp.sim_time_s"]) for row in tables["angles"]]
+    columns = [[float(row[column]) for row in tables[topic]] for topic, column in COLUMNS.values()]
+    rows = zip(times, *([value - column[0] for value in column] for column in columns))
+    response = folder / "response.csv"
+    lines = [",".join(["time_s", *COLUMNS])] + [",".join(map(repr, row)) for row in rows]
+    response.write_text("\n".join(lines) + "\n")
+    return response
+
+
+def val_python_control_reads_what_linearise_writes(folder):
+    response = recorded(folder)
+    for name, more in (("continuous", []), ("held", ["--step", "1ms"])):
+        model = folder / f"{name}.py"
+        run("linearise", "crank-slider", "--angle", ANGLE_DEG, "-o", model, *more)
+        system = load(model)
+        expect(f"{name}: states, inputs and outputs have names", "torque_nm" in system.input_labels, system.nstates)
+        expect(f"{name}: the response is that of a run to 1e-6 of its largest", check(model, response, "torque_nm"), "above")
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    val_python_control_reads_what_linearise_writes(Path(temporary))
