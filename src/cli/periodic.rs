@@ -188,7 +188,8 @@ impl Chart<'_> {
             *last = format!("|ρ| by {}", self.integrator);
         }
         let count = usize::try_from(self.args.count).unwrap_or(usize::MAX);
-        for PeriodicMode { mode, multiplier, by_scheme } in found.modes.iter().take(count) {
+        let resolved = || found.modes.iter().filter(|mode| mode.is_resolved());
+        for PeriodicMode { mode, multiplier, by_scheme } in resolved().take(count) {
             rows.push(vec![
                 mode.name(),
                 figure(mode.frequency_hz()),
@@ -199,6 +200,10 @@ impl Chart<'_> {
             ]);
         }
         print(&rows, 1)?;
+        let faster = found.modes.len() - resolved().count();
+        if faster > 0 {
+            writeln!(out, "  {faster} more modes are too fast for these steps")?;
+        }
         for unstable in found.unstable() {
             let share = unstable.mode.shares.first().map(|share| percent(share.share)).unwrap_or_default();
             let growth = figure(unstable.multiplier.value.norm());

@@ -17,6 +17,8 @@ use crate::integrate::{System as _, solve_acceleration};
 
 /// Multipliers below this are motion that is gone after a turn; nothing can be told of it.
 const GONE: f64 = 1e-6;
+/// Largest error of a multiplier that is resolved, as a part of it.
+const RESOLVED: f64 = 1e-2;
 /// Turns per vibration beyond which no whole number of turns is told from the next.
 const MOST_TURNS: f64 = 1e4;
 
@@ -37,7 +39,7 @@ pub struct PeriodicMode {
 pub struct PeriodicModes {
     /// The motion of the physics.
     pub orbit: Orbit,
-    /// Its modes, those that fade least or grow fastest first.
+    /// Its modes, in the order of frequency.
     pub modes: Vec<PeriodicMode>,
     /// Period, steps and largest multiplier of the scheme's own motion; why there is none.
     pub scheme: Option<Result<SchemeMotion, FloquetError>>,
@@ -53,6 +55,9 @@ pub struct SchemeMotion {
     /// See [`Orbit::residual`].
     pub residual: f64,
 }
+
+/// Residual at which a scheme's motion repeats: thousands of steps leave more rounding than those of the physics.
+const SCHEME_REPEATS: f64 = 1e-6;
 
 /// A scheme at a step, s.
 pub type SchemeStep = (Scheme, f64);
@@ -93,8 +98,9 @@ impl Subject {
         let found = of_physics(&mut system, period_s, &guess, accuracy, &settings)?;
         let point = start_of(&mut system, &found.orbit)?;
         let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
-        let by_scheme =
-            scheme.map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &settings));
+        let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
+        let by_scheme = scheme
+            .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
         let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.and_then(|found| SchemeMotion::of(&found)));
         Ok(PeriodicModes { orbit: found.orbit, modes, scheme })
@@ -141,12 +147,17 @@ impl Subject {
             let mode = identifier.identify_periodic(near.sqrt(), value, shape / Complex::from(size));
             modes.push(PeriodicMode { mode, multiplier: *multiplier, by_scheme });
         }
-        // Numbers follow the frequency, the order of the list the growth.
-        let mut order: Vec<usize> = (0..modes.len()).collect();
-        order.sort_by(|one, other| modes[*one].mode.eigenvalue.im.total_cmp(&modes[*other].mode.eigenvalue.im));
-        let named = numbered(order.iter().map(|place| modes[*place].mode.clone()).collect());
-        order.iter().zip(named).for_each(|(place, mode)| modes[*place].mode = mode);
+        modes.sort_by(|one: &PeriodicMode, other| one.mode.eigenvalue.im.total_cmp(&other.mode.eigenvalue.im));
+        let named = numbered(modes.iter().map(|periodic| periodic.mode.clone()).collect());
+        modes.iter_mut().zip(named).for_each(|(periodic, mode)| periodic.mode = mode);
         Ok(modes)
+    }
+}
+
+impl PeriodicMode {
+    /// Whether the steps resolve it: its error is small beside it.
+    pub fn is_resolved(&self) -> bool {
+        self.multiplier.error < RESOLVED * self.multiplier.value.norm()
     }
 }
 
@@ -156,9 +167,9 @@ impl PeriodicModes {
         self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
     }
 
-    /// The largest multiplier's magnitude; 0 where nothing moves.
+    /// The largest magnitude of a multiplier that is resolved; 0 where nothing moves.
     pub fn largest(&self) -> f64 {
-        self.modes.iter().map(|mode| mode.multiplier.value.norm()).fold(0.0, f64::max)
+        self.modes.iter().filter(|mode| mode.is_resolved()).map(|mode| mode.multiplier.value.norm()).fold(0.0, f64::max)
     }
 }
 
