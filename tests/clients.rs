@@ -102,6 +102,28 @@ fn regress_replies_are_printed_as_json() -> Tried {
     Ok(())
 }
 
+/// The modes of a service that is paused at its start are those of its scene there.
+#[test]
+fn prop_a_running_service_tells_its_modes() -> Tried {
+    let service = Service::start("modal", &["--no-record", "--set", "pulse=[]"])?;
+    let told = service.json(&["modes", "--live", "modal", "--count", "4"])?;
+    let own = json(&flexcrank(&["modes", "crank-slider", "--count", "4", "--json"]).output()?)?;
+    assert_eq!(told.len(), 4);
+    for (told, own) in told.iter().zip(&own) {
+        assert_eq!(told["name"], own["mode"]);
+        let [told, own] = [told, own].map(|mode| mode["frequency_hz"].as_f64().unwrap_or(f64::NAN));
+        assert!((told - own).abs() <= 1e-6 * own, "{told} for {own}");
+    }
+    service.json(&["control", "modal", "pause"])?;
+    assert_eq!(service.json(&["modes", "--live", "modal"])?.len(), 8, "a paused service answers, too");
+    let refused = service.ask(&["modes", "--live", "modal", "--count", "1000"])?;
+    let said = String::from_utf8(refused.stderr)?;
+    assert!(refused.status.code() == Some(1) && said.contains("a whole number from 1 to 100"), "{said}");
+    let absent = service.ask(&["modes", "--live", "nobody"])?;
+    assert_eq!(absent.status.code(), Some(1));
+    Ok(())
+}
+
 #[test]
 fn regress_watched_values_are_printed_as_json() -> Tried {
     let service = Service::start("watched", &["--no-record"])?;

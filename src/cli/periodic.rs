@@ -282,15 +282,25 @@ impl Chart<'_> {
     }
 
     fn conclude(&self, interruption: &Interruption) -> CommandResult {
-        let mut refused = 0;
-        for (row, found) in self.rows.iter().zip(&self.found) {
-            for (speed, found) in self.speeds.iter().zip(found) {
-                let Some(Err(refusal)) = found else { continue };
-                refused += 1;
-                let value = row.value.zip(self.args.over.as_ref()).map(|(value, over)| format!("{} = {value}, ", over.key));
-                say!("warning: at {}{} rad/s: {refusal}", value.unwrap_or_default(), figure(*speed));
+        let mut refusals: Vec<(String, Vec<f64>)> = Vec::new();
+        for (speed, refusal) in self.found.iter().flat_map(|found| self.speeds.iter().zip(found)) {
+            let Some(Err(refusal)) = refusal else { continue };
+            // The figures in it differ from speed to speed.
+            let why = refusal.to_string();
+            match refusals.iter_mut().find(|(other, _)| alike(other, &why)) {
+                Some((_, speeds)) => speeds.push(*speed),
+                None => refusals.push((why, vec![*speed])),
             }
         }
+        for (why, speeds) in &refusals {
+            let low = figure(speeds.iter().copied().fold(f64::INFINITY, f64::min));
+            let high = figure(speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+            match speeds.len() {
+                1 => say!("warning: at {low} rad/s: {why}"),
+                count => say!("warning: {count} motions from {low} to {high} rad/s, such as this: {why}"),
+            }
+        }
+        let refused: usize = refusals.iter().map(|(_, speeds)| speeds.len()).sum();
         let (all, done) = (self.rows.len() * self.speeds.len(), self.motions().count());
         if interruption.is_asked() && done + refused < all {
             say!("warning: interrupted: {done} of {all} motions were found");
@@ -301,6 +311,12 @@ impl Chart<'_> {
             _ => Err(Failure::Failed(format!("{refused} of {all} motions were not found"))),
         }
     }
+}
+
+/// Whether two sentences differ by figures at most.
+fn alike(one: &str, other: &str) -> bool {
+    let words = |text: &str| text.chars().filter(|c| c.is_alphabetic()).collect::<String>();
+    words(one) == words(other)
 }
 
 /// Speeds that follow one another, at which one mode is the most unstable.

@@ -162,7 +162,7 @@ impl Identifier {
     ) -> Mode {
         let energies = energies(&self.parts, &shape);
         let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
-        let vibrates = strain >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
+        let vibrates = self.rigid.whole == 0.0 || strain >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
         let mut mode = self.identify(exponent(vibrates), shape);
         mode.kind = match (mode.shares.first(), vibrates) {
             (Some(Share { part: Part::Base, .. }), true) => Kind::Vibration(Part::Base),

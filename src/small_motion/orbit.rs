@@ -197,7 +197,11 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
         let (first, last) = (accelerations(0.0, &q)?, accelerations(period_s, &later)?);
         let difference = (&last - &first).amax();
         let scale = first.amax().max(last.amax()).max(v.amax() * TAU / period_s);
-        let mismatch = if difference == 0.0 { 0.0 } else { difference / scale };
+        // Of accelerations that are all rounding, the forces that they leave unbalanced tell.
+        let mut unbalanced = vec![0.0; n];
+        self.system.residual(period_s, later.as_slice(), v.as_slice(), first.as_slice(), &mut unbalanced);
+        let of_forces = self.system.residual_size(&unbalanced);
+        let mismatch = if difference == 0.0 { 0.0 } else { of_forces.min(difference / scale) };
         if mismatch <= PERIODIC { Ok(()) } else { Err(FloquetError::NotPeriodic { mismatch }) }
     }
 

@@ -150,6 +150,13 @@ impl Subject {
         modes.sort_by(|one: &PeriodicMode, other| one.mode.eigenvalue.im.total_cmp(&other.mode.eigenvalue.im));
         let named = numbered(modes.iter().map(|periodic| periodic.mode.clone()).collect());
         modes.iter_mut().zip(named).for_each(|(periodic, mode)| periodic.mode = mode);
+        // The two real multipliers of one mode, where it has come into step with the crank.
+        for place in 1..modes.len() {
+            let [one, two] = [&modes[place - 1].mode, &modes[place].mode];
+            if one.kind == two.kind && two.eigenvalue.im - one.eigenvalue.im < 1e-9 * two.eigenvalue.im {
+                modes[place].mode.number = one.number;
+            }
+        }
         Ok(modes)
     }
 }

@@ -4,7 +4,9 @@ use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::*;
-use crate::scene::SceneSource;
+use crate::integrate::State;
+use crate::scene::{LinkName, SceneSource};
+use crate::simulation::Simulation;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -265,47 +267,97 @@ fn prop_singular_positions_are_said() -> Outcome {
     }
     let held = subject("crank-slider", &["solver.model=rigid"], Some(Crank::Held))?;
     assert_eq!(modes(&held, &held.at_rest(0.0)?, 5).err(), Some(NoModes::NothingMoves));
-    let _ = TAU;
     Ok(())
 }
 
+/// Peaks of the spectrum of a run after a small pulse stand at the frequencies of `modes`, to the resolution of the spectrum.
 #[test]
-fn show_periodic() -> Outcome {
-    for (overrides, crank) in [(&["rod.damping_s=0.0", "crank.damping_s=0.0"][..], Crank::Held), (&[], Crank::Free)] {
-        let subject = subject("crank-slider", overrides, Some(crank))?;
-        let mut near: Option<orbit::Orbit> = None;
-        for speed in [10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0] {
-            let begun = std::time::Instant::now();
-            match subject.periodic_modes(
-                0.3,
-                speed,
-                &floquet::Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024 },
-                Some((scheme::Scheme::Esdirk, 2e-3)),
-                near.as_ref(),
-            ) {
-                Err(error) => println!("{crank:?} {speed}: {error}"),
-                Ok(found) => {
-                    println!(
-                        "{crank:?} {speed} {:?}: residual {:.1e} torque {:?} steps {} scheme {:?}",
-                        begun.elapsed(),
-                        found.orbit.residual,
-                        found.orbit.torque_nm,
-                        found.orbit.cycle.steps,
-                        found.scheme
-                    );
-                    near = Some(found.orbit);
-                    for mode in found.modes {
-                        println!(
-                            "   {} {:.4} Hz |rho| {:.8} ±{:.1e} scheme {:?}",
-                            mode.mode.title(),
-                            mode.mode.frequency_hz(),
-                            mode.multiplier.value.norm(),
-                            mode.multiplier.error,
-                            mode.by_scheme.map(|r| r.norm())
-                        );
-                    }
+fn val_a_spectrum_has_its_peaks_at_the_frequencies_of_the_modes() -> Outcome {
+    let pulse = "pulse=[{start_s=0.0,torque_nm=1e-3,duration_s=0.004,shape=\"raised-cosine\"}]";
+    let overrides = ["start.angle_rad=1.0", pulse, "solver.step_s=2e-4", "crank.damping_s=1e-6", "rod.damping_s=1e-6"];
+    let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+    let scene = SceneSource::open("crank-slider", &overrides)?.scene;
+    let subject = Subject::new(&scene, None)?;
+    let found = modes(&subject, &subject.at_rest(1.0)?, 5)?;
+    let mut simulation = Simulation::new(&scene)?;
+    let (seconds, step_s) = (8.0, 2e-4);
+    let mut signals = [Vec::new(), Vec::new()];
+    for _ in 0..(seconds / step_s) as usize {
+        simulation.step()?;
+        let links = &simulation.observe()?.links;
+        for (signal, link) in signals.iter_mut().zip(links) {
+            signal.push(link.nodes[link.nodes.len() / 2].deflection_m.ok_or("no deflection")?);
+        }
+    }
+    let resolution_hz = 1.0 / seconds;
+    for mode in found.iter().filter(|mode| mode.eigenvalue.im > 0.0) {
+        let signal = &signals[usize::from(mode.kind != Kind::Vibration(Part::Bending(LinkName::Crank)))];
+        let near = (-20..=20).map(|k| mode.frequency_hz() + 0.1 * resolution_hz * f64::from(k));
+        let power = |hz: &f64| amplitude(signal, step_s, *hz);
+        let peak = near.max_by(|one, other| power(one).total_cmp(&power(other))).ok_or("no peak")?;
+        assert!((peak - mode.frequency_hz()).abs() <= resolution_hz, "{}: {peak} for {}", mode.name(), mode.frequency_hz());
+        let beside = [-3.0, 3.0].map(|lines| power(&(mode.frequency_hz() + lines * resolution_hz)));
+        assert!(beside.iter().all(|beside| *beside < 0.3 * power(&peak)), "{} is no peak", mode.name());
+    }
+    Ok(())
+}
+
+/// Fourier's amplitude at a frequency, through Hann's window.
+fn amplitude(signal: &[f64], step_s: f64, hz: f64) -> f64 {
+    let count = signal.len() as f64;
+    let sum: nalgebra::Complex<f64> = signal
+        .iter()
+        .enumerate()
+        .map(|(k, value)| {
+            let window = 0.5 - 0.5 * (TAU * k as f64 / count).cos();
+            nalgebra::Complex::from_polar(value * window, -TAU * hz * k as f64 * step_s)
+        })
+        .sum();
+    sum.norm()
+}
+
+/// Undamped rod of one mode on a rigid crank, moved at a speed: inside one of its unstable ranges a disturbance grows by the multiplier in
+/// every turn, outside it does not.
+#[test]
+fn val_a_rod_grows_inside_its_unstable_range_and_not_outside() -> Outcome {
+    let rod = [
+        "crank.rigid=true",
+        "rod.axial=false",
+        "rod.damping_s=0.0",
+        "rod.modes=1",
+        "slider.mass_kg=2.0",
+        "rod.section={shape=\"rectangle\",width_m=0.01,height_m=0.03}",
+    ];
+    let subject = subject("crank-slider", &rod, Some(Crank::Held))?;
+    for (speed, grows) in [(110.0, true), (120.0, false)] {
+        let found = subject.periodic_modes(0.0, speed, &floquet::Accuracy::default(), None, None)?;
+        assert_eq!(found.unstable().count(), usize::from(grows), "{speed}: {:?}", found.modes);
+        let largest = found.largest();
+        let mut mechanism = subject.mechanism();
+        let drive = periodic::CrankDrive::Speed { start_rad: 0.0, speed_rad_per_s: speed };
+        let mut system = periodic::DrivenMechanism::new(mechanism.as_mut(), drive);
+        let [period_s, turns, steps] = [TAU / speed, 8.0, 1000.0];
+        let mut runs = Vec::new();
+        for small in [0.0, 1e-9] {
+            let q = found.orbit.q.iter().map(|q| q + small).collect();
+            let mut state = State::new(q, found.orbit.v.clone());
+            let mut integrator = scheme::Scheme::RungeKutta.integrator(found.orbit.q.len(), variation::TIGHT);
+            let mut at_turns = vec![state.q[0]];
+            for step in 0..(turns * steps) as u32 {
+                let h_s = period_s / steps;
+                integrator.step(&mut system, f64::from(step) * h_s, h_s, &mut state)?;
+                if (step + 1) % steps as u32 == 0 {
+                    at_turns.push(state.q[0]);
                 }
             }
+            runs.push(at_turns);
+        }
+        let apart: Vec<f64> = runs[0].iter().zip(&runs[1]).map(|(one, other)| (one - other).abs()).collect();
+        if grows {
+            let rate = (apart[8] / apart[4]).powf(0.25);
+            assert!((rate / largest - 1.0).abs() < 0.02, "{rate} for {largest}");
+        } else {
+            assert!(apart.iter().all(|apart| *apart < 1e-7), "{apart:?}");
         }
     }
     Ok(())
