@@ -91,8 +91,12 @@ impl Linear {
     /// The slowest and the fastest motion.
     fn ends(&self) -> CommandResult<Vec<(&'static str, String)>> {
         let mut ends = Vec::new();
-        if let Some(mode) = modes(&self.chosen.subject, &self.point, 1)?.first() {
-            ends.push(("slowest", format!("{}, {}", eigenvalue(mode.eigenvalue.re, mode.eigenvalue.im), mode.name())));
+        // Of a chain that turns freely, the slowest is 0, and the next one tells more.
+        for (what, mode) in ["slowest", "next"].into_iter().zip(modes(&self.chosen.subject, &self.point, 2)?) {
+            ends.push((what, format!("{}, {}", eigenvalue(mode.eigenvalue.re, mode.eigenvalue.im), mode.name())));
+            if mode.eigenvalue.norm() > 0.0 {
+                break;
+            }
         }
         if self.space.states.len() <= EIGENVALUES {
             ends.extend(self.space.eigenvalues().last().map(|fastest| ("fastest", eigenvalue(fastest.re, fastest.im))));

@@ -24,7 +24,8 @@ Examples:
   flexcrank response thesis-two-masses --output mass_2_m --until 2 --step-csv step.csv
 
 Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state. Step response: each \
-    output after the input has gone from 0 to 1, exact at every sample. `linearise` lists inputs and outputs.
+    output after the input has gone from 0 to 1, exact at every sample. `linearise` writes the names of all inputs and outputs. A vibration without damping has no largest response: the \
+    one printed is that of the frequencies computed.
 
 Exit codes: 0 done, 1 failed, 2 usage, bad scene, or a state that cannot be linearised.";
 
@@ -33,6 +34,8 @@ const FREQUENCIES: usize = 600;
 /// More of them about each natural frequency, and how far they reach, in widths of its peak.
 const ABOUT_PEAK: i32 = 20;
 const WIDTHS: f64 = 4.0;
+/// Vibrations that are less damped have a peak that no frequency meets.
+const UNDAMPED: f64 = 1e-8;
 /// Samples of the step response.
 const SAMPLES: usize = 1000;
 /// Modes that decide which frequencies are of interest.
@@ -159,7 +162,7 @@ impl Args {
         }
         let ratio = |k: usize| low * (high / low).powf(k as f64 / (FREQUENCIES - 1) as f64);
         let mut all: Vec<f64> = (0..FREQUENCIES).map(ratio).collect();
-        for [hz, damping] in natural {
+        for [hz, damping] in natural.iter().filter(|[_, damping]| *damping > UNDAMPED) {
             let about = |k: i32| hz * (1.0 + damping * WIDTHS * f64::from(k) / f64::from(ABOUT_PEAK));
             all.extend((-ABOUT_PEAK..=ABOUT_PEAK).map(about).filter(|hz| (low..=high).contains(hz)));
         }
@@ -199,11 +202,12 @@ impl Responses {
         let mut rows =
             vec![["output", "largest", "at Hz", "phase", "step: largest", "at s", "at its end"].map(str::to_owned).to_vec()];
         for (k, name) in self.outputs.iter().enumerate() {
-            let (at, largest) = largest(&self.magnitudes[k]);
-            let (step_at, step) = largest_of(&self.steps[k]);
-            let phase = format!("{:.0}°", self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN));
+            let (at, peak) = largest(&self.magnitudes[k]);
+            let (step_at, step) = largest(&self.steps[k]);
+            // Adding 0 makes −0 a 0.
+            let phase = format!("{}°", self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN).round() + 0.0);
             let end = self.steps[k].last().copied().unwrap_or(f64::NAN);
-            let numbers = [figure(largest), figure(self.frequencies_hz[at]), phase, figure(step), figure(self.times_s[step_at])];
+            let numbers = [figure(peak), figure(self.frequencies_hz[at]), phase, figure(step), figure(self.times_s[step_at])];
             rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
         }
         Ok(print(&rows, 1)?)
@@ -249,16 +253,10 @@ impl Responses {
     }
 }
 
-/// Place and value of the largest finite number.
+/// First place and value of the finite number largest in magnitude.
 fn largest(values: &[f64]) -> (usize, f64) {
     let finite = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
-    finite.max_by(|one, other| one.1.total_cmp(&other.1)).unwrap_or((0, f64::NAN))
-}
-
-/// Place and value of the number largest in magnitude.
-fn largest_of(values: &[f64]) -> (usize, f64) {
-    let finite = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
-    finite.max_by(|one, other| one.1.abs().total_cmp(&other.1.abs())).unwrap_or((0, f64::NAN))
+    finite.reduce(|most, next| if next.1.abs() > most.1.abs() { next } else { most }).unwrap_or((0, f64::NAN))
 }
 
 fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {

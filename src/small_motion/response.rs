@@ -1,25 +1,46 @@
 //! Responses of a linearised mechanism to one input: over frequency, and to a step.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix, DMatrixView, DVector};
 
 use super::NoModes;
 use super::state_space::StateSpace;
 
 impl StateSpace {
-    /// `G(iω) = C (iω − A)⁻¹ b + d` of one input, for all outputs; in discrete time `e^(iωh)` stands for `iω`.
+    /// `G(iω)` of one input, for all outputs; in discrete time `e^(iωh)` stands for `iω`:
+    ///
+    /// ```text
+    /// G(z) = C (z − A)⁻¹ b + d
+    /// ```
+    ///
+    /// In continuous time the velocities are z times the positions, which leaves half of the equations:
+    /// `(z² − z A₂₂ − A₂₁) q = b₂`.
     ///
     /// # Errors
     /// [`NoModes::NotFound`] at the frequency of a vibration without damping.
     pub fn frequency_response(&self, input: usize, frequency_hz: f64) -> Result<DVector<Complex<f64>>, NoModes> {
-        let omega = std::f64::consts::TAU * frequency_hz;
-        let place = self.step_s.map_or(Complex::new(0.0, omega), |step_s| Complex::new(0.0, omega * step_s).exp());
-        let complex = |matrix: &DMatrix<f64>| matrix.map(|entry| Complex::new(entry, 0.0));
-        let column = complex(&self.b).column(input).into_owned();
-        let mut matrix = -complex(&self.a);
-        matrix.set_diagonal(&matrix.diagonal().map(|entry| entry + place));
-        let state = matrix.lu().solve(&column).ok_or(NoModes::NotFound)?;
-        let response = complex(&self.c) * state + complex(&self.d).column(input);
+        let omega = TAU * frequency_hz;
+        let state = match self.step_s {
+            None => self.vibrating(input, Complex::new(0.0, omega)),
+            Some(step_s) => {
+                shifted(&self.a, Complex::new(0.0, omega * step_s).exp()).lu().solve(&complex(&self.b.columns(input, 1)))
+            }
+        };
+        let state = state.ok_or(NoModes::NotFound)?;
+        let response = complex(&self.c.as_view()) * state.column(0) + complex(&self.d.columns(input, 1)).column(0);
         if response.iter().all(|entry| entry.is_finite()) { Ok(response) } else { Err(NoModes::NotFound) }
+    }
+
+    /// The states that vibrate as `e^(zt)`.
+    fn vibrating(&self, input: usize, z: Complex<f64>) -> Option<DMatrix<Complex<f64>>> {
+        let n = self.a.nrows() / 2;
+        let [position, velocity] = [0, n].map(|column| complex(&self.a.view((n, column), (n, n))));
+        let mut matrix = -(velocity * z + position);
+        matrix.set_diagonal(&matrix.diagonal().map(|entry| entry + z * z));
+        let q = matrix.lu().solve(&complex(&self.b.view((n, input), (n, 1))))?;
+        let v = &q * z;
+        Some(DMatrix::from_fn(2 * n, 1, |row, _| if row < n { q[row] } else { v[row - n] }))
     }
 
     /// The outputs at `count` samples from 0 on, `step_s` apart, after one input has gone from 0 to 1: one column a sample, exact.
@@ -36,4 +57,15 @@ impl StateSpace {
         }
         if response.iter().all(|entry| entry.is_finite()) { Ok(response) } else { Err(NoModes::NotFound) }
     }
+}
+
+fn complex(matrix: &DMatrixView<'_, f64>) -> DMatrix<Complex<f64>> {
+    matrix.map(|entry| Complex::new(entry, 0.0))
+}
+
+/// `z − A`.
+fn shifted(a: &DMatrix<f64>, z: Complex<f64>) -> DMatrix<Complex<f64>> {
+    let mut matrix = -complex(&a.as_view());
+    matrix.set_diagonal(&matrix.diagonal().map(|entry| entry + z));
+    matrix
 }

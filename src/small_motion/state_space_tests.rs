@@ -49,6 +49,23 @@ fn val_the_frequency_response_of_two_masses_is_their_closed_form() -> Outcome {
     Ok(())
 }
 
+/// A hold at a hundredth of the period passes slow inputs as continuous time does, but for its delay of half a step.
+#[test]
+fn val_the_frequency_response_of_a_hold_is_delayed_by_half_a_step() -> Outcome {
+    let space = at_rest("crank-slider", &[], None, 57.0)?;
+    let (frequency_hz, step_s) = (0.5, 1e-4);
+    let held = space.zero_order_hold(step_s)?.frequency_response(0, frequency_hz)?;
+    let delay = Complex::new(0.0, -0.5 * TAU * frequency_hz * step_s).exp();
+    for (name, (held, continuous)) in space.outputs.iter().zip(held.iter().zip(space.frequency_response(0, frequency_hz)?.iter()))
+    {
+        // Forces follow the torque at once.
+        if name.ends_with("_rad") || name.ends_with("_m") {
+            assert!((held - continuous * delay).norm() < 1e-6 * continuous.norm(), "{name}: {held} for {continuous}");
+        }
+    }
+    Ok(())
+}
+
 /// `2ω⁴ − 1200ω² + 60000 = 0`.
 #[test]
 fn val_the_eigenvalues_of_two_masses_are_their_closed_form() -> Outcome {
