@@ -275,3 +275,25 @@ fn val_forces_in_axes_that_turn_along_have_coriolis_terms() -> Outcome {
     }
     Ok(())
 }
+
+/// Coordinates of finite elements stand still and are turned along; those of floating frames turn along by themselves.
+#[test]
+fn prop_forces_in_a_steady_rotation_are_alike_in_both_models() -> Outcome {
+    let own = ["base.torsion_spring_nm_per_rad=0.0", "pulse=[]", "beam.elements=2"];
+    let mut found = Vec::new();
+    for model in [
+        ["solver.model=finite-element", "solver.integrator=generalized-alpha"],
+        ["solver.model=modal", "solver.integrator=esdirk"],
+    ] {
+        let subject = Subject::new(&scene("thesis-beam", &[&own[..], &model].concat())?, Some(Crank::Free))?;
+        let space = StateSpace::new(&subject, &subject.turning(0.4, 30.0)?)?;
+        let response = space.frequency_response(place(&space.inputs, "torque_nm")?, 10.0)?;
+        let at = |name: &str| place(&space.outputs, name).map(|place| response[place]);
+        found.push([at("pivot_x_n")?, at("pivot_y_n")?]);
+    }
+    let [one, other] = [found[0], found[1]];
+    for (one, other) in one.iter().zip(other) {
+        assert!((one - other).norm() < 1e-4 * other.norm(), "{one} and {other}");
+    }
+    Ok(())
+}
