@@ -1,0 +1,93 @@
+//! `linearise` and `response` as their users run them: files that are whole, refusals that help.
+
+use std::error::Error;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// Exit code, standard output and standard error.
+fn flexcrank(folder: &Path, line: &str) -> Result<(Option<i32>, String, String), Box<dyn Error>> {
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(line.split(' ')).current_dir(folder).output()?;
+    Ok((output.status.code(), String::from_utf8(output.stdout)?, String::from_utf8(output.stderr)?))
+}
+
+#[test]
+fn prop_files_hold_matrices_that_fit_their_names() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let elements = "--set solver.model=finite-element --set solver.integrator=generalized-alpha --set rod.elements=2";
+    for line in [
+        "crank-slider --angle 57".to_owned(),
+        "crank-slider --crank held".to_owned(),
+        "crank-slider --step 1ms".to_owned(),
+        "crank-slider --scheme".to_owned(),
+        format!("crank-slider --scheme {elements}"),
+        "thesis-two-masses".to_owned(),
+    ] {
+        let (code, _, said) = flexcrank(folder.path(), &format!("linearise {line} -o all.json"))?;
+        assert_eq!(code, Some(0), "{line}: {said}");
+        let read: Value = serde_json::from_slice(&std::fs::read(folder.path().join("all.json"))?)?;
+        let list = |name: &str| read[name].as_array().map_or(0, Vec::len);
+        let (states, inputs, outputs) = (list("states"), list("inputs"), list("outputs"));
+        for (name, rows, columns) in
+            [("A", states, states), ("B", states, inputs), ("C", outputs, states), ("D", outputs, inputs)]
+        {
+            let matrix = read[name].as_array().ok_or("no matrix")?;
+            assert_eq!(matrix.len(), rows, "{line}: rows of {name}");
+            assert!(matrix.iter().all(|row| row.as_array().is_some_and(|row| row.len() == columns)), "{line}: columns of {name}");
+        }
+        assert_eq!(list("at"), outputs, "{line}");
+        let mut names: Vec<String> = read["states"].as_array().ok_or("none")?.iter().map(Value::to_string).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), states, "{line}: two states have one name");
+        assert_eq!(read["dt"].is_null(), !line.contains("--s"), "{line}: {}", read["dt"]);
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_what_cannot_be_linearised_is_refused() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let many = "--set solver.model=finite-element --set solver.integrator=generalized-alpha --set rod.elements=400";
+    for (line, why) in [
+        ("linearise -o crank.txt".to_owned(), ".json, .m (MATLAB, Octave) or .py"),
+        ("linearise nosuch -o crank.py".to_owned(), "nosuch"),
+        ("linearise thesis-crank-slider --set solver.model=incremental -o crank.py".to_owned(), "no linearisation"),
+        (format!("linearise {many} -o crank.py"), "more than 2000"),
+        ("linearise crank-slider --speed 3 -o crank.py".to_owned(), "only one link"),
+        ("linearise thesis-two-masses --angle 3 -o crank.py".to_owned(), "no crank"),
+        (
+            "linearise --set solver.model=rigid --set solver.integrator=esdirk --crank held -o crank.py".to_owned(),
+            "nothing can move",
+        ),
+        ("response --output nosuch".to_owned(), "there are crank_angle_rad"),
+        ("response --input nosuch".to_owned(), "there are torque_nm, slider_force_n"),
+        ("response --from 3 --to 2".to_owned(), "--from 3 must be less than --to 2"),
+    ] {
+        let (code, _, said) = flexcrank(folder.path(), &line)?;
+        assert_eq!(code, Some(2), "{line}: {said}");
+        assert!(said.contains(why), "{line}: {said}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path())?.count(), 0, "a refusal writes nothing");
+    Ok(())
+}
+
+/// Far below its resonances a mass follows a force as its spring does.
+#[test]
+fn val_the_table_of_a_response_begins_at_its_static_value() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let springs = "--set oscillator.masses_kg=[1.0,2.0] --set oscillator.springs=[[0,1,300.0],[1,2,200.0]]";
+    let line = format!("response thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3 --csv all.csv --plot drawn");
+    let (code, _, said) = flexcrank(folder.path(), &line)?;
+    assert_eq!(code, Some(0), "{said}");
+    let text = std::fs::read_to_string(folder.path().join("all.csv"))?;
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("frequency_hz,mass_1_m_per_mass_1_force_n,mass_1_m_phase_deg"));
+    let first: Vec<f64> = lines.next().ok_or("no row")?.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    assert!((first[1] * 300.0 - 1.0).abs() < 1e-6 && first[2] == 0.0, "{first:?}");
+    assert_eq!(std::fs::read_dir(folder.path().join("drawn"))?.count(), 4);
+    Ok(())
+}
