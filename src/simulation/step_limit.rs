@@ -6,10 +6,6 @@ use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
 use crate::integrate::RungeKutta;
 use crate::mechanics::{Input, Mechanism, Weights};
 
-/// Differences of a residual below this part of it are rounding.
-const ROUNDING: f64 = 1e3 * f64::EPSILON;
-/// Small displacement of a coordinate, m or rad.
-const SMALL: f64 = 1e-6;
 /// Eigenvalues whose real part is above this part of them grow by themselves, whatever the scheme.
 const GROWING: f64 = 1e-2;
 /// Steps of the eigenvalue iteration for every row of its matrix; more than it ever needs.
@@ -27,7 +23,7 @@ pub(super) struct StepLimit {
 /// The limit of [`RungeKutta`] for small motion about the start `q`, at rest there: for the eigenvalues μ of
 ///
 /// ```text
-/// M ẍ + D ẋ + K x = 0      D = ∂r/∂v,  K = ∂r/∂q  by central differences
+/// M ẍ + D ẋ + K x = 0      D = ∂r/∂v,  K = ∂r/∂q
 /// ```
 ///
 /// the step h with every `hμ` inside the scheme's region. `None` where nothing limits it, or the eigenvalues are not found.
@@ -57,27 +53,15 @@ pub(super) fn eigenvalues<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f
 /// The matrix of `(s x, ẋ)˙ = [0, s; −M⁻¹K/s, −M⁻¹D] (s x, ẋ)`, `s² = |M⁻¹K|`, with its rows and columns scaled alike.
 fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped: bool) -> Option<DMatrix<f64>> {
     let n = q.len();
-    let (rest, mut scratch) = (vec![0.0; n], vec![0.0; n]);
-    mechanism.residual(input, q, &rest, &rest, &mut scratch);
+    let rest = vec![0.0; n];
+    let mut tangent = |velocity, position| {
+        let mut matrix = DMatrix::zeros(n, n);
+        let weights = Weights { acceleration: 0.0, velocity, position };
+        mechanism.tangent(input, q, &rest, &rest, weights, &mut |i, j, entry| matrix[(i, j)] += entry);
+        matrix
+    };
+    let (mut damping, mut stiffness) = (tangent(1.0, 0.0), tangent(0.0, 1.0));
     mechanism.factor(input, q, &rest, &rest, Weights { acceleration: 1.0, velocity: 0.0, position: 0.0 }).ok()?;
-    let small = SMALL + 1e-9 * q.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
-    let (mut stiffness, mut damping) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    let mut x = q.to_vec();
-    let mut v = rest.clone();
-    for j in 0..n {
-        let column = difference(&mut scratch, small, |sign, r| {
-            x[j] = q[j] + sign * small;
-            mechanism.residual(input, &x, &rest, &rest, r);
-            x[j] = q[j];
-        });
-        stiffness.column_mut(j).copy_from_slice(&column);
-        let column = difference(&mut scratch, 1.0, |sign, r| {
-            v[j] = sign;
-            mechanism.residual(input, q, &v, &rest, r);
-            v[j] = 0.0;
-        });
-        damping.column_mut(j).copy_from_slice(&column);
-    }
     for matrix in [&mut stiffness, &mut damping] {
         matrix.as_mut_slice().chunks_exact_mut(n.max(1)).for_each(|column| mechanism.solve(column));
     }
@@ -95,16 +79,4 @@ fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped:
     }
     balance_parlett_reinsch(&mut motion);
     Some(motion)
-}
-
-/// `(r(+) − r(−)) / (2 small)`, nil where that is rounding.
-fn difference(scratch: &mut [f64], small: f64, mut residual: impl FnMut(f64, &mut [f64])) -> Vec<f64> {
-    residual(1.0, scratch);
-    let ahead = scratch.to_vec();
-    residual(-1.0, scratch);
-    let rate = |(ahead, behind): (&f64, &f64)| {
-        let change = ahead - behind;
-        if change.abs() <= ROUNDING * (ahead.abs() + behind.abs()) { 0.0 } else { change / (2.0 * small) }
-    };
-    ahead.iter().zip(scratch.iter()).map(rate).collect()
 }

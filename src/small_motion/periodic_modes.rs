@@ -7,7 +7,7 @@ use nalgebra::{Complex, DVector};
 use super::error::FloquetError;
 use super::floquet::{Accuracy, Floquet, Multiplier, eigenvector, of_physics, of_scheme};
 use super::mode::{Identifier, Mode, numbered};
-use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
+use super::orbit::{Cycle, Guess, Orbit, OrbitSettings, periodic_orbit};
 use super::periodic::{CrankDrive, DrivenMechanism};
 use super::point::Point;
 use super::scheme::Scheme;
@@ -59,6 +59,12 @@ pub struct SchemeMotion {
 /// Residual at which a scheme's motion repeats: thousands of steps leave more rounding than those of the physics.
 const SCHEME_REPEATS: f64 = 1e-6;
 
+/// Speeds by way of which a motion is approached that is not found at once: from this part of its own, in so many stages.
+const SLOWEST: f64 = 0.2;
+const STAGES: u32 = 16;
+/// Steps of a turn on the way.
+const STAGE_STEPS: u32 = 128;
+
 /// A scheme at a step, s.
 pub type SchemeStep = (Scheme, f64);
 
@@ -85,17 +91,18 @@ impl Subject {
         if self.has_free_second_link() {
             return Err(NoModes::FreeSecondLink);
         }
-        let drive = if self.is_held() {
-            CrankDrive::Speed { start_rad: angle_rad, speed_rad_per_s }
-        } else {
-            CrankDrive::Torque { torque_nm: 0.0 }
-        };
         let guess = self.guess(angle_rad, speed_rad_per_s, near)?;
         let period_s = TAU / speed_rad_per_s.abs();
         let settings = OrbitSettings::default();
         let mut mechanism = self.mechanism();
-        let mut system = DrivenMechanism::new(mechanism.as_mut(), drive);
-        let found = of_physics(&mut system, period_s, &guess, accuracy, &settings)?;
+        let mut system = DrivenMechanism::new(mechanism.as_mut(), self.drive(angle_rad, speed_rad_per_s));
+        let found = of_physics(&mut system, period_s, &guess, accuracy, &settings).or_else(|refusal| {
+            if near.is_some() {
+                return Err(refusal);
+            }
+            let approached = self.approached(angle_rad, speed_rad_per_s).ok_or(refusal)?;
+            of_physics(&mut system, period_s, &approached, accuracy, &settings)
+        })?;
         let point = start_of(&mut system, &found.orbit)?;
         let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
         let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
@@ -104,6 +111,29 @@ impl Subject {
         let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.and_then(|found| SchemeMotion::of(&found)));
         Ok(PeriodicModes { orbit: found.orbit, modes, scheme })
+    }
+
+    fn drive(&self, angle_rad: f64, speed_rad_per_s: f64) -> CrankDrive {
+        if self.is_held() {
+            CrankDrive::Speed { start_rad: angle_rad, speed_rad_per_s }
+        } else {
+            CrankDrive::Torque { torque_nm: 0.0 }
+        }
+    }
+
+    /// A guess by way of motions at lower speeds, each of which starts from the one before; `None` where none is found.
+    fn approached(&self, angle_rad: f64, speed_rad_per_s: f64) -> Option<Guess> {
+        let mut mechanism = self.mechanism();
+        let mut near: Option<Orbit> = None;
+        for stage in 0..STAGES {
+            let speed = speed_rad_per_s * SLOWEST.powf(1.0 - f64::from(stage) / f64::from(STAGES));
+            let mut system = DrivenMechanism::new(mechanism.as_mut(), self.drive(angle_rad, speed));
+            let cycle = Cycle { period_s: TAU / speed.abs(), steps: STAGE_STEPS };
+            let guess = self.guess(angle_rad, speed, near.as_ref()).ok()?;
+            let found = periodic_orbit(&mut system, Scheme::Esdirk, cycle, &guess, &OrbitSettings::default());
+            near = found.ok().or(near);
+        }
+        near.and_then(|near| self.guess(angle_rad, speed_rad_per_s, Some(&near)).ok())
     }
 
     /// Links that turn as they stand in equilibrium; or a motion found at another speed, in this one's time.

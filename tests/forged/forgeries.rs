@@ -67,6 +67,7 @@ pub const FORGERIES: &[Forgery] = &[
         all.recount();
     }),
     ("a sample removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "angles", n))),
+    ("the first sample removed, numbers and counts right", |all, _| remove_and_renumber(all, nth(all, "angles", 0))),
     ("a command removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "commands", n))),
     ("a message doubled", |all, n| {
         all.messages.insert(n, all.messages[n].clone());
