@@ -27,6 +27,7 @@ mod linear_args;
 mod linearise;
 mod list;
 mod log;
+mod mode_sweep;
 mod modes;
 mod open_files;
 mod output;

@@ -14,6 +14,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
+use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
 use super::progress::bar;
 use super::signals::Interruption;
@@ -22,19 +23,18 @@ use super::values::count;
 use crate::bus::{self, Name, client};
 use crate::plot::{self, Format, Picture};
 use crate::shown::shown_s;
-use crate::small_motion::{Branch, LiveModes, Mode, ModeReport, NoModes, crossings, follow, modes as find};
-use crate::study::Table;
+use crate::small_motion::{LiveModes, Mode, ModeReport, follow, modes as find};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank modes                                      the default scene, at its start
   flexcrank modes crank-slider --angle 57 --plot shapes
   flexcrank modes crank-slider --angle 0:360:10 --csv angles.csv --plot angles
-  flexcrank modes spinning.toml --speed 0:300:10 --plot campbell
-  flexcrank modes recordings/sample-three-pulses.mcap@1.5
+  flexcrank modes thesis-beam --set solver.model=modal --set solver.integrator=esdirk --speed 0:300:10 --plot campbell
+  flexcrank modes recordings/crank.mcap@1.5
   flexcrank modes --live crank
   flexcrank modes ref-r3 --periodic --speed 150
-  flexcrank modes ref-r3 --periodic --speed 100:300:5 --over rod.damping_s=0:2e-5:1e-5 --plot chart
+  flexcrank modes crank-slider --periodic --speed 10:20:2 --over slider.mass_kg=0.1:0.5:0.2 --plot chart
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. One link without \
     weight may also turn steadily (--speed): the frequencies are those in the frame that turns along. An instant of a recording \
@@ -50,18 +50,11 @@ Exit codes: 0 done, 1 failed at some points, 2 usage, bad scene, or a state that
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Modes beyond those asked for that are followed along a sweep, since they may cross.
 const BEYOND: usize = 4;
-/// Lowest orders of the crank's speed in a Campbell diagram.
-const ORDERS: usize = 6;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
     pub subject: SubjectArgs,
-    /// Ask a running service for the modes of its present state instead.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["angle", "speed", "csv", "plot", "overrides", "crank"], add = ArgValueCandidates::new(completions::services))]
-    pub live: Option<Name>,
-    #[command(flatten)]
-    pub client: ClientArgs,
     /// Crank angles, degrees. Default: that of the scene's start.
     #[arg(long, value_name = "DEG|FROM:TO:STEP", value_parser = Values::parse)]
     pub angle: Option<Values>,
@@ -90,6 +83,11 @@ pub(super) struct Args {
     /// Number of points to treat at a time. Default: one per core.
     #[arg(long, value_name = "N", value_parser = count)]
     pub jobs: Option<u64>,
+    /// Ask a running service for the modes of its present state instead.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["angle", "speed", "csv", "plot", "overrides", "crank"], add = ArgValueCandidates::new(completions::services))]
+    pub live: Option<Name>,
+    #[command(flatten)]
+    pub client: ClientArgs,
 }
 
 /// One value or a range of them.
@@ -116,23 +114,6 @@ impl Over {
     }
 }
 
-/// The quantity along a sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Along {
-    Angle,
-    Speed,
-}
-
-/// Points and the modes found there.
-struct Swept {
-    along: Along,
-    /// Degrees or rad/s.
-    values: Vec<f64>,
-    /// The modes of each point; empty where there are none, or the point was not reached.
-    modes: Vec<Vec<Mode>>,
-    refusals: Vec<(f64, NoModes)>,
-}
-
 pub(super) fn modes(args: &Args) -> CommandResult {
     if let Some(name) = &args.live {
         return live(args, name);
@@ -155,7 +136,7 @@ pub(super) fn modes(args: &Args) -> CommandResult {
     let table = swept.table(&points);
     match (args.json, sweeps) {
         (true, _) => table.rows_as_json().iter().try_for_each(print_json)?,
-        (false, true) => swept.show(args, &points)?,
+        (false, true) => swept.show(&args.subject.target, &points)?,
         (false, false) => show(args, &chosen, &swept)?,
     }
     args.csv.as_deref().map_or(Ok(()), |path| table.write_csv(path))?;
@@ -245,7 +226,7 @@ fn live(args: &Args, name: &Name) -> CommandResult {
     Ok(ExitStatus::Success)
 }
 
-fn hertz(mode: &ModeReport) -> String {
+pub(super) fn hertz(mode: &ModeReport) -> String {
     if mode.eigenvalue_per_s == [0.0; 2] { "0".to_owned() } else { figure(mode.frequency_hz) }
 }
 
@@ -254,7 +235,7 @@ pub(super) fn percent(part: f64) -> String {
 }
 
 /// Damping in per cent of the critical; of what does not vibrate, its rate.
-fn damping(mode: &ModeReport) -> String {
+pub(super) fn damping(mode: &ModeReport) -> String {
     match mode.eigenvalue_per_s {
         [0.0, 0.0] => "–".to_owned(),
         [rate, 0.0] => format!("e^({}t)", figure(rate)),
@@ -291,141 +272,6 @@ fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {
         rows.push(vec![mode.name.clone(), parts.join(", "), hertz(mode), damping(mode), percent(mode.rigid_part)]);
     }
     Ok(print(&rows, 2)?)
-}
-
-impl Swept {
-    fn unit(&self) -> (&'static str, &'static str) {
-        match self.along {
-            Along::Angle => ("angle_deg", "°"),
-            Along::Speed => ("speed_rad_per_s", " rad/s"),
-        }
-    }
-
-    /// A branch's modes with their points.
-    fn along<'a>(&'a self, branch: &'a Branch) -> impl Iterator<Item = (f64, &'a Mode)> {
-        let points = branch.places.iter().zip(&self.modes).zip(&self.values);
-        points.filter_map(|((place, modes), value)| Some((*value, modes.get((*place)?)?)))
-    }
-
-    /// Every branch at every point, by points.
-    fn table(&self, branches: &[Branch]) -> Table {
-        let mut words: [Vec<String>; 3] = Default::default();
-        let mut numbers: [Vec<f64>; 7] = Default::default();
-        for (point, value) in self.values.iter().enumerate() {
-            for branch in branches {
-                let place = branch.places.get(point).copied().flatten();
-                let Some(mode) = place.and_then(|place| self.modes[point].get(place)) else { continue };
-                let first = mode.shares.first();
-                let row = [branch.name.clone(), mode.name(), first.map(|share| share.part.to_string()).unwrap_or_default()];
-                words.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
-                let row = [
-                    *value,
-                    mode.frequency_hz(),
-                    mode.damping_ratio(),
-                    mode.eigenvalue.re,
-                    mode.eigenvalue.im,
-                    mode.rigid_part,
-                    first.map_or(f64::NAN, |share| share.share),
-                ];
-                numbers.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
-            }
-        }
-        let mut table = Table::default();
-        for (name, column) in ["mode", "mode_here", "part"].into_iter().zip(words) {
-            table.push_words(name, column);
-        }
-        let names = [
-            self.unit().0,
-            "frequency_hz",
-            "damping_ratio",
-            "eigenvalue_re_per_s",
-            "eigenvalue_im_per_s",
-            "rigid_part",
-            "part_share",
-        ];
-        names.into_iter().zip(numbers).for_each(|(name, column)| table.push(name, column));
-        table
-    }
-
-    /// Prints lowest and highest frequency of every branch, and the crossings.
-    fn show(&self, args: &Args, branches: &[Branch]) -> CommandResult<()> {
-        let (_, unit) = self.unit();
-        let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
-        writeln!(output(), "{}: {} points from {}{unit} to {}{unit}", args.subject.target, self.values.len(), ends[0], ends[1])?;
-        let mut rows = vec![["mode", "lowest Hz", "at", "highest Hz", "at", "damping"].map(str::to_owned).to_vec()];
-        for branch in branches {
-            let by_frequency = |one: &(f64, &Mode), other: &(f64, &Mode)| one.1.frequency_hz().total_cmp(&other.1.frequency_hz());
-            let (Some(low), Some(high)) = (self.along(branch).min_by(by_frequency), self.along(branch).max_by(by_frequency))
-            else {
-                continue;
-            };
-            let at = |value: f64| format!("{}{unit}", figure(value));
-            let most = self.along(branch).max_by(|one, other| one.1.damping_ratio().total_cmp(&other.1.damping_ratio()));
-            let damped = most.map(|(_, mode)| damping(&mode.into())).unwrap_or_default();
-            let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
-            rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), vec![damped]].concat());
-        }
-        print(&rows, 1)?;
-        for crossing in crossings(&self.modes, branches) {
-            let [one, other] = crossing.branches.map(|branch| branches[branch].name.as_str());
-            let [from, to] = [0, 1].map(|ahead| figure(self.values[crossing.after + ahead]));
-            writeln!(output(), "  {one} crosses {other} between {from}{unit} and {to}{unit}")?;
-        }
-        for branch in branches {
-            let last = self.along(branch).last().filter(|(_, mode)| !branch.name.starts_with(&kind(mode)));
-            if let Some((value, mode)) = last {
-                writeln!(output(), "  {} is {} at {}{unit}", branch.name, mode.title(), figure(value))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The frequencies along the sweep; over speed, with the orders of the crank.
-    fn pictures(&self, branches: &[Branch]) -> Vec<(String, plot::Figure)> {
-        let (name, title, x) = match self.along {
-            Along::Angle => ("frequencies", "Natural frequencies over the crank's angle", plot::Axis::new("crank angle", "°")),
-            Along::Speed => ("campbell", "Campbell diagram", plot::Axis::new("crank speed", "rad/s")),
-        };
-        let mut drawn = plot::Figure::new(title, x, plot::Axis::new("frequency", "Hz"));
-        let mut highest = 0.0_f64;
-        for branch in branches {
-            let (values, hertz): (Vec<f64>, Vec<f64>) =
-                self.along(branch).map(|(value, mode)| (value, mode.frequency_hz())).unzip();
-            highest = hertz.iter().fold(highest, |most, hz| most.max(*hz));
-            drawn = drawn.line(&branch.name, &values, &hertz);
-        }
-        if self.along == Along::Speed {
-            for order in 1..=ORDERS {
-                let hertz: Vec<f64> =
-                    self.values.iter().map(|speed| order as f64 * speed.abs() / std::f64::consts::TAU).collect();
-                let within: Vec<f64> = hertz.iter().map(|hz| if *hz <= highest { *hz } else { f64::NAN }).collect();
-                drawn = drawn.series(format!("order {order}"), &self.values, &within, plot::Mark::Dashes);
-            }
-        }
-        vec![(name.to_owned(), drawn)]
-    }
-
-    fn conclude(&self, interruption: &Interruption) -> CommandResult {
-        let done = self.modes.iter().filter(|modes| !modes.is_empty()).count();
-        let (_, unit) = self.unit();
-        for (value, refusal) in &self.refusals {
-            say!("warning: at {}{unit}: {refusal}", figure(*value));
-        }
-        if interruption.is_asked() && done + self.refusals.len() < self.values.len() {
-            say!("warning: interrupted: {done} of {} points were done", self.values.len());
-            return Ok(ExitStatus::Interrupted);
-        }
-        if self.refusals.is_empty() {
-            Ok(ExitStatus::Success)
-        } else {
-            Err(Failure::Failed(format!("{} of {} points have no modes", self.refusals.len(), self.values.len())))
-        }
-    }
-}
-
-/// The name without its number.
-fn kind(mode: &Mode) -> String {
-    mode.name().trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ').to_owned()
 }
 
 /// The mechanism at rest and bent as each mode bends it.

@@ -304,12 +304,6 @@ impl Simulation {
         Ok(&self.observed.last)
     }
 
-    /// The present state and loads; `None` if the model is no system of second order, or has no finite accelerations.
-    pub fn motion(&mut self) -> Option<Motion> {
-        let time_s = self.time_s();
-        self.engine.motion(&self.law, time_s)
-    }
-
     /// Verdict of the energy balance on the epoch so far.
     pub fn energy_verdict(&self) -> EnergyVerdict {
         if self.engine.keeps_energy() { self.ledger.verdict(self.balance_tolerance) } else { EnergyVerdict::NotJudged }

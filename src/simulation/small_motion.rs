@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::Simulation;
+use super::{Motion, Simulation};
 
 /// Most unknowns for which all eigenvalues are computed; the effort grows with the third power.
 const MOST_UNKNOWNS: usize = 250;
@@ -24,6 +24,12 @@ impl Simulation {
     /// Number of unknowns, the degrees of freedom; `None` if the model has no such number.
     pub fn unknowns(&self) -> Option<usize> {
         self.engine.unknowns()
+    }
+
+    /// The present state and loads; `None` if the model is no system of second order, or has no finite accelerations.
+    pub fn motion(&mut self) -> Option<Motion> {
+        let time_s = self.time_s();
+        self.engine.motion(&self.law, time_s)
     }
 
     /// Vibrations about the start; `None` if the model has too many unknowns or no tangent.

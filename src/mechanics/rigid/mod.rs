@@ -7,13 +7,15 @@
 //!
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
-use super::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
-use super::equilibrium::{Pivot, settle};
-use super::joints;
-use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
-use super::observation::{Energy, NodeObservation, Observation};
-use super::resistance::{resistance, resistance_n};
-use super::rigid_bar::RigidBar;
+mod tangent;
+
+use crate::mechanics::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
+use crate::mechanics::equilibrium::{Pivot, settle};
+use crate::mechanics::joints;
+use crate::mechanics::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::observation::{Energy, NodeObservation, Observation};
+use crate::mechanics::resistance::resistance_n;
+use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
 
 /// A body of the chain at one crank angle.
@@ -171,60 +173,6 @@ impl Rigid {
             End::Free { .. } => 0.0,
             End::Slider(slider) => resistance_n(&slider.resistance, theta_rad) + slider.friction_n_s_per_m * speed_m_per_s,
         }
-    }
-
-    /// `∂(M θ̈ + rest)/∂θ`, term by term.
-    fn stiffness(&self, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
-        let pose = self.pose::<4>(theta_rad);
-        let gravity = self.chain.gravity_m_per_s2;
-        let bodies: f64 = pose
-            .bodies
-            .iter()
-            .map(|body| {
-                let [_, c1, c2, c3] = &body.centre;
-                let [b1, b2, b3] = body.turn.slopes;
-                let slope = 2.0 * (body.mass_kg * dot(c1, c2) + body.inertia_kg_m2 * b1 * b2);
-                let half_curve = body.mass_kg * (dot(c2, c2) + dot(c1, c3)) + body.inertia_kg_m2 * (b2 * b2 + b1 * b3);
-                slope * acceleration + half_curve * rate * rate - body.mass_kg * dot(&gravity, c2)
-            })
-            .sum();
-        let (x1, x2) = (pose.end[1][0], pose.end[2][0]);
-        let slider = match &self.chain.end {
-            End::Free { .. } => 0.0,
-            End::Slider(slider) => {
-                let [force, slope] = resistance(&slider.resistance, theta_rad);
-                force * x2 + slope * x1 + 2.0 * slider.friction_n_s_per_m * rate * x1 * x2
-            }
-        };
-        bodies + self.chain.base.torsion_spring_nm_per_rad + slider
-    }
-
-    fn tangent_at(&mut self, [theta, rate, acceleration]: [f64; 3], w: Weights) -> f64 {
-        let mut tangent = w.acceleration * self.evaluate(theta, rate).equation.mass;
-        let pose = &self.last.pose;
-        if w.velocity != 0.0 {
-            tangent += w.velocity * self.viscosity(pose, rate);
-        }
-        if w.position != 0.0 {
-            tangent += w.position * self.stiffness(theta, rate, acceleration);
-        }
-        tangent
-    }
-
-    fn viscosity(&self, pose: &Pose, rate: f64) -> f64 {
-        let half_slope: f64 = pose
-            .bodies
-            .iter()
-            .map(|body| {
-                let [b1, b2, _] = body.turn.slopes;
-                body.mass_kg * dot(&body.centre[1], &body.centre[2]) + body.inertia_kg_m2 * b1 * b2
-            })
-            .sum();
-        let friction = match &self.chain.end {
-            End::Free { .. } => 0.0,
-            End::Slider(slider) => slider.friction_n_s_per_m * pose.end[1][0].powi(2),
-        };
-        2.0 * half_slope * rate + self.chain.base.damper_nm_s_per_rad + friction
     }
 
     /// Internal forces, where `out` has room for them.

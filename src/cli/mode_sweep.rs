@@ -1,0 +1,168 @@
+//! Modes along a sweep: their table, their ranges and crossings, their diagram.
+
+use std::io::Write as _;
+
+use super::aligned_table::{figure, print};
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::modes::{damping, hertz};
+use super::output::output;
+use super::signals::Interruption;
+use crate::plot;
+use crate::small_motion::{Branch, Mode, NoModes, crossings};
+use crate::study::Table;
+
+/// Lowest orders of the crank's speed in a Campbell diagram.
+const ORDERS: usize = 6;
+
+/// The quantity along a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Along {
+    Angle,
+    Speed,
+}
+
+/// Points and the modes found there.
+pub(super) struct Swept {
+    pub along: Along,
+    /// Degrees or rad/s.
+    pub values: Vec<f64>,
+    /// The modes of each point; empty where there are none, or the point was not reached.
+    pub modes: Vec<Vec<Mode>>,
+    pub refusals: Vec<(f64, NoModes)>,
+}
+
+impl Swept {
+    fn unit(&self) -> (&'static str, &'static str) {
+        match self.along {
+            Along::Angle => ("angle_deg", "°"),
+            Along::Speed => ("speed_rad_per_s", " rad/s"),
+        }
+    }
+
+    /// A branch's modes with their points.
+    fn along<'a>(&'a self, branch: &'a Branch) -> impl Iterator<Item = (f64, &'a Mode)> {
+        let points = branch.places.iter().zip(&self.modes).zip(&self.values);
+        points.filter_map(|((place, modes), value)| Some((*value, modes.get((*place)?)?)))
+    }
+
+    /// Every branch at every point, by points.
+    pub(super) fn table(&self, branches: &[Branch]) -> Table {
+        let mut words: [Vec<String>; 3] = Default::default();
+        let mut numbers: [Vec<f64>; 7] = Default::default();
+        for (point, value) in self.values.iter().enumerate() {
+            for branch in branches {
+                let place = branch.places.get(point).copied().flatten();
+                let Some(mode) = place.and_then(|place| self.modes[point].get(place)) else { continue };
+                let first = mode.shares.first();
+                let row = [branch.name.clone(), mode.name(), first.map(|share| share.part.to_string()).unwrap_or_default()];
+                words.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
+                let row = [
+                    *value,
+                    mode.frequency_hz(),
+                    mode.damping_ratio(),
+                    mode.eigenvalue.re,
+                    mode.eigenvalue.im,
+                    mode.rigid_part,
+                    first.map_or(f64::NAN, |share| share.share),
+                ];
+                numbers.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell));
+            }
+        }
+        let mut table = Table::default();
+        for (name, column) in ["mode", "mode_here", "part"].into_iter().zip(words) {
+            table.push_words(name, column);
+        }
+        let names = [
+            self.unit().0,
+            "frequency_hz",
+            "damping_ratio",
+            "eigenvalue_re_per_s",
+            "eigenvalue_im_per_s",
+            "rigid_part",
+            "part_share",
+        ];
+        names.into_iter().zip(numbers).for_each(|(name, column)| table.push(name, column));
+        table
+    }
+
+    /// Prints lowest and highest frequency of every branch, and the crossings.
+    pub(super) fn show(&self, target: &str, branches: &[Branch]) -> CommandResult<()> {
+        let (_, unit) = self.unit();
+        let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
+        writeln!(output(), "{}: {} points from {}{unit} to {}{unit}", target, self.values.len(), ends[0], ends[1])?;
+        let mut rows = vec![["mode", "lowest Hz", "at", "highest Hz", "at", "damping"].map(str::to_owned).to_vec()];
+        for branch in branches {
+            let by_frequency = |one: &(f64, &Mode), other: &(f64, &Mode)| one.1.frequency_hz().total_cmp(&other.1.frequency_hz());
+            let (Some(low), Some(high)) = (self.along(branch).min_by(by_frequency), self.along(branch).max_by(by_frequency))
+            else {
+                continue;
+            };
+            let at = |value: f64| format!("{}{unit}", figure(value));
+            let most = self.along(branch).max_by(|one, other| one.1.damping_ratio().total_cmp(&other.1.damping_ratio()));
+            let damped = most.map(|(_, mode)| damping(&mode.into())).unwrap_or_default();
+            let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
+            rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), vec![damped]].concat());
+        }
+        print(&rows, 1)?;
+        for crossing in crossings(&self.modes, branches) {
+            let [one, other] = crossing.branches.map(|branch| branches[branch].name.as_str());
+            let [from, to] = [0, 1].map(|ahead| figure(self.values[crossing.after + ahead]));
+            writeln!(output(), "  {one} crosses {other} between {from}{unit} and {to}{unit}")?;
+        }
+        for branch in branches {
+            let last = self.along(branch).last().filter(|(_, mode)| !branch.name.starts_with(&kind(mode)));
+            if let Some((value, mode)) = last {
+                writeln!(output(), "  {} is {} at {}{unit}", branch.name, mode.title(), figure(value))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The frequencies along the sweep; over speed, with the orders of the crank.
+    pub(super) fn pictures(&self, branches: &[Branch]) -> Vec<(String, plot::Figure)> {
+        let (name, title, x) = match self.along {
+            Along::Angle => ("frequencies", "Natural frequencies over the crank's angle", plot::Axis::new("crank angle", "°")),
+            Along::Speed => ("campbell", "Campbell diagram", plot::Axis::new("crank speed", "rad/s")),
+        };
+        let mut drawn = plot::Figure::new(title, x, plot::Axis::new("frequency", "Hz"));
+        let mut highest = 0.0_f64;
+        for branch in branches {
+            let (values, hertz): (Vec<f64>, Vec<f64>) =
+                self.along(branch).map(|(value, mode)| (value, mode.frequency_hz())).unzip();
+            highest = hertz.iter().fold(highest, |most, hz| most.max(*hz));
+            drawn = drawn.line(&branch.name, &values, &hertz);
+        }
+        if self.along == Along::Speed {
+            for order in 1..=ORDERS {
+                let hertz: Vec<f64> =
+                    self.values.iter().map(|speed| order as f64 * speed.abs() / std::f64::consts::TAU).collect();
+                let within: Vec<f64> = hertz.iter().map(|hz| if *hz <= highest { *hz } else { f64::NAN }).collect();
+                drawn = drawn.series(format!("order {order}"), &self.values, &within, plot::Mark::Dashes);
+            }
+        }
+        vec![(name.to_owned(), drawn)]
+    }
+
+    pub(super) fn conclude(&self, interruption: &Interruption) -> CommandResult {
+        let done = self.modes.iter().filter(|modes| !modes.is_empty()).count();
+        let (_, unit) = self.unit();
+        for (value, refusal) in &self.refusals {
+            say!("warning: at {}{unit}: {refusal}", figure(*value));
+        }
+        if interruption.is_asked() && done + self.refusals.len() < self.values.len() {
+            say!("warning: interrupted: {done} of {} points were done", self.values.len());
+            return Ok(ExitStatus::Interrupted);
+        }
+        if self.refusals.is_empty() {
+            Ok(ExitStatus::Success)
+        } else {
+            Err(Failure::Failed(format!("{} of {} points have no modes", self.refusals.len(), self.values.len())))
+        }
+    }
+}
+
+/// The name without its number.
+fn kind(mode: &Mode) -> String {
+    mode.name().trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ').to_owned()
+}
