@@ -53,7 +53,7 @@ fn prop_what_cannot_be_linearised_is_refused() -> Outcome {
     let folder = tempfile::tempdir()?;
     let many = "--set solver.model=finite-element --set solver.integrator=generalized-alpha --set rod.elements=400";
     for (line, why) in [
-        ("linearise -o crank.txt".to_owned(), ".json, .m (MATLAB, Octave) or .py"),
+        ("linearise -o crank.txt".to_owned(), ".json, .m (MATLAB, Octave), .py or .npz"),
         ("linearise nosuch -o crank.py".to_owned(), "nosuch"),
         ("linearise thesis-crank-slider --set solver.model=incremental -o crank.py".to_owned(), "no linearisation"),
         (format!("linearise {many} -o crank.py"), "more than 2000"),

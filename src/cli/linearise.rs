@@ -23,7 +23,7 @@ Examples:
 
 The file holds A, B, C and D of  dx/dt = A x + B u,  y = C x + D u  with the names of the states x, the inputs u and the outputs y, the \
     outputs' values `at` the state, and the sampling interval `dt`. All of x, u and y are differences from that state. The extension \
-    chooses the format: .json, .m (MATLAB, Octave), .py (NumPy arrays, for python-control).
+    chooses the format: .json, .m (MATLAB, Octave), .py or .npz (NumPy arrays).
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. An instant of a \
     recording counts as though it stood still.
@@ -37,7 +37,7 @@ const EIGENVALUES: usize = 600;
 pub(super) struct Args {
     #[command(flatten)]
     pub linear: LinearArgs,
-    /// The file: .json, .m or .py.
+    /// The file: .json, .m, .py or .npz.
     #[arg(long, short, value_name = "FILE", value_parser = StateSpaceFile::parse)]
     pub output: StateSpaceFile,
     /// Sampling interval: discrete time, x[k+1] = A x[k] + B u[k], exact for inputs that are constant during each interval.

@@ -29,6 +29,7 @@ mod list;
 mod log;
 mod mode_sweep;
 mod modes;
+mod npz;
 mod open_files;
 mod output;
 mod periodic;

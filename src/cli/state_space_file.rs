@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 use super::failure::{CommandResult, Failure};
+use super::npz::Npz;
 use crate::small_motion::StateSpace;
 use crate::whole_file::write_whole;
 
@@ -21,6 +22,7 @@ enum Format {
     Json,
     Matlab,
     Python,
+    Npz,
 }
 
 impl StateSpaceFile {
@@ -31,7 +33,8 @@ impl StateSpaceFile {
             Some("json") => Format::Json,
             Some("m") => Format::Matlab,
             Some("py") => Format::Python,
-            _ => return Err("a file that ends in .json, .m (MATLAB, Octave) or .py (NumPy)".to_owned()),
+            Some("npz") => Format::Npz,
+            _ => return Err("a file that ends in .json, .m (MATLAB, Octave), .py or .npz (NumPy)".to_owned()),
         };
         Ok(StateSpaceFile { path, format })
     }
@@ -42,12 +45,13 @@ impl StateSpaceFile {
 
     /// Writes all of it, or nothing.
     pub(super) fn write(&self, space: &StateSpace, title: &str) -> CommandResult<()> {
-        let text = match self.format {
-            Format::Json => json_text(space, title),
-            Format::Matlab => matlab_text(space, title),
-            Format::Python => python_text(space, title),
+        let bytes = match self.format {
+            Format::Json => json_text(space, title).into_bytes(),
+            Format::Matlab => matlab_text(space, title).into_bytes(),
+            Format::Python => python_text(space, title).into_bytes(),
+            Format::Npz => npz(space, title),
         };
-        write_whole(&self.path, text.as_bytes()).map_err(Failure::file(&self.path))
+        write_whole(&self.path, &bytes).map_err(Failure::file(&self.path))
     }
 }
 
@@ -112,4 +116,18 @@ fn python_text(space: &StateSpace, title: &str) -> String {
     }
     let dt = space.step_s.map_or("None".to_owned(), |step_s| format!("{step_s:?}"));
     text + &format!("at = [{}]\ndt = {dt}\n", numbers(&space.at))
+}
+
+/// In continuous time `dt` is 0, as in python-control.
+fn npz(space: &StateSpace, title: &str) -> Vec<u8> {
+    let mut file = Npz::default();
+    for (name, matrix) in matrices(space) {
+        let by_rows = matrix.transpose();
+        file.numbers(name, &[matrix.nrows(), matrix.ncols()], by_rows.iter().copied());
+    }
+    names(space).into_iter().for_each(|(name, list)| file.words(name, list));
+    file.numbers("at", &[space.at.len()], space.at.iter().copied());
+    file.numbers("dt", &[], std::iter::once(space.step_s.unwrap_or(0.0)));
+    file.words("about", &[title.to_owned()]);
+    file.finish()
 }

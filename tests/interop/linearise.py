@@ -2,11 +2,13 @@
 
 import csv
 import math
+import runpy
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import numpy
 from check import BINARY, expect, free_endpoint
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "bench"))
@@ -57,5 +59,18 @@ def val_python_control_reads_what_linearise_writes(folder):
         expect(f"{name}: the response is that of a run to 1e-6 of its largest", check(model, response, "torque_nm"), "above")
 
 
+def val_numpy_reads_the_same_from_both_of_its_formats(folder):
+    for name, more in (("free", []), ("held", ["--crank", "held", "--step", "1ms"]), ("inputless", ["--crank", "held"])):
+        scene = "thesis-beam" if name == "inputless" else "crank-slider"
+        model = ["--set", "solver.model=modal", "--set", "solver.integrator=esdirk"]
+        for extension in ("py", "npz"):
+            run("linearise", scene, *model, *more, "-o", folder / f"{name}.{extension}")
+        text, binary = runpy.run_path(str(folder / f"{name}.py")), numpy.load(folder / f"{name}.npz")
+        same = all(numpy.array_equal(text[key], binary[key]) for key in (*"ABCD", "states", "outputs", "at"))
+        same &= list(text["inputs"]) == list(binary["inputs"]) and (text["dt"] or 0) == binary["dt"]
+        expect(f"{name}: .npz holds what .py does", same, binary["A"].shape)
+
+
 with tempfile.TemporaryDirectory() as temporary:
     val_python_control_reads_what_linearise_writes(Path(temporary))
+    val_numpy_reads_the_same_from_both_of_its_formats(Path(temporary))
