@@ -118,7 +118,7 @@ fn find(args: &Args, rows: &[Row], speeds: &[f64], angle_rad: f64, interruption:
     };
     std::thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
     bar.finish_and_clear();
-    drop(tasks);
+
     found
 }
 
