@@ -16,12 +16,13 @@ use super::folders::must_be_writable;
 use super::output::{output, print_json};
 use super::progress::bar;
 use super::signals::Interruption;
+use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
 use crate::plot::{Format, Picture as _, work_precision};
-use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, SceneSource, builtin};
+use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
-    Choice, Chosen, Configuration, Demands, OutputGroup, Progress, Question, Selection, Study, choose, study, table,
+    Choice, Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, study, table,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -41,7 +42,16 @@ Columns (all with --wide, --csv and --json): error is the largest that counts. s
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
     against the next longer step, mesh the one against the next coarser mesh. `*` marks the front: no other \
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
-    less than ten times as large.";
+    less than ten times as large.
+
+Vibrations, after the table: energy is the mean part of a mode in the energy of all vibrations, moving the same of what moves, output \
+    the most by which its vibration changes an output that counts. The scene needs those that change an output by more than \
+    --tolerance, or 1e-3. A configuration loses one by its model if it has no such mode or one off by a tenth, and by its step if \
+    that moves the eigenvalue by a tenth. lost_modes, worst_mode, worst_frequency_error and worst_damping_error are columns of --csv \
+    and --json.";
+
+/// A vibration that changes outputs by less than this is not missed, unless another tolerance is asked for.
+const MISSED: f64 = 1e-3;
 
 /// Where the results go, and in which form.
 #[derive(Debug, clap::Args)]
@@ -142,8 +152,10 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     })?;
     interruption.keeps(false);
     families.finish_and_clear();
-    show_study(args, &study)?;
-    write(args, &study)?;
+    // After all timings, which they would disturb.
+    let modes = lost_modes(args, &source.scene, &study);
+    show_study(args, &study, modes.as_ref())?;
+    write(args, &study, modes.as_ref())?;
     if study.interrupted {
         say!("warning: interrupted: the table is a part, {} configurations", study.rows.len());
         return Ok(ExitStatus::Interrupted);
@@ -154,20 +166,30 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     let mut show = |running: &Configuration| verifying.set_message(running.to_string());
     let choice = choose(&source.scene, &study, &demands, args.budget, &mut show);
     verifying.finish_and_clear();
-    decide(args, &source, &choice)
+    let lost = |chosen: &Chosen| modes.as_ref().map(|modes| lost(&study, modes, &chosen.row).join("; "));
+    decide(args, &source, &choice, lost)
+}
+
+/// The vibrations that each configuration loses; none of a study that was interrupted.
+fn lost_modes(args: &Args, scene: &Scene, study: &Study) -> Option<LostModes> {
+    if study.interrupted {
+        return None;
+    }
+    let tolerance = args.tolerance.unwrap_or(MISSED);
+    LostModes::new(scene, study, tolerance).map_err(|none| say!("no vibrations: {none}")).ok()
 }
 
 /// Prints the study, as a table or as JSON.
-fn show_study(args: &Args, study: &Study) -> CommandResult<()> {
+fn show_study(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult<()> {
     if args.output.json {
-        Ok(table(study).rows_as_json().iter().try_for_each(print_json)?)
-    } else {
-        print_study(&args.scene, study, args.output.wide)
+        return Ok(table(study, modes).rows_as_json().iter().try_for_each(print_json)?);
     }
+    print_study(&args.scene, study, args.output.wide)?;
+    modes.map_or(Ok(()), |modes| print_modes(study, modes))
 }
 
-fn write(args: &Args, study: &Study) -> CommandResult<()> {
-    let table = table(study);
+fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult<()> {
+    let table = table(study, modes);
     if let Some(path) = &args.output.csv {
         table.write_csv(path)?;
         say!("wrote {}", path.display());
@@ -198,7 +220,7 @@ fn question(args: &Args) -> Question {
 }
 
 /// Prints and writes the chosen settings, or explains why none were found.
-fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> CommandResult {
+fn decide(args: &Args, source: &SceneSource, choice: &Choice, lost: impl FnOnce(&Chosen) -> Option<String>) -> CommandResult {
     let mut out = output();
     match choice {
         Err(refusal) => {
@@ -208,7 +230,9 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice) -> CommandResult {
         Ok(chosen) => {
             let keys = chosen.row.configuration.keys(&source.scene);
             let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
-            writeln!(out, "\n{}", sections(chosen, &keys))?;
+            writeln!(out)?;
+            lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
+            writeln!(out, "{}", sections(chosen, &keys))?;
             if let Some(path) = &args.write {
                 File::create_new(path).and_then(|mut file| file.write_all(copy.text.as_bytes())).map_err(Failure::file(path))?;
                 say!("wrote {}", path.display());

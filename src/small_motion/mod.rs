@@ -17,7 +17,9 @@ mod linear;
 mod linearised;
 #[cfg(test)]
 mod mechanisms;
+mod modal_equation;
 mod mode;
+mod normal_modes;
 pub mod orbit;
 mod outputs;
 mod parts;
@@ -42,7 +44,9 @@ pub mod variation;
 
 pub use band::{Band, BandLu};
 pub use linearised::Linearised;
+pub use modal_equation::ModalEquation;
 pub use mode::{Kind, Mode, Share, modes};
+pub use normal_modes::{Amplitude, NormalMode, NormalModes};
 pub use parts::Part;
 pub use periodic_modes::{PeriodicMode, PeriodicModes, SchemeMotion, SchemeStep};
 pub use point::Point;

@@ -1,0 +1,99 @@
+//! The vibrations of a scene, after the table of a study.
+
+use std::io::Write as _;
+
+use super::aligned_table::print;
+use super::failure::CommandResult;
+use super::output::output;
+use crate::study::trade::{ExcitedMode, LostModes, Reason, Row, Study};
+
+/// Columns of a terminal.
+const WIDTH: usize = 80;
+
+/// Prints the vibrations of a scene, those that it needs, and those that the front loses.
+pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()> {
+    let mut out = output();
+    let excitation = &modes.excitation;
+    writeln!(out, "\nvibrations at rest, crank at {:.4}°, and their part in the run:", excitation.angle_rad.to_degrees())?;
+    let head = ["vibration", "Hz", "energy", "moving", "output", ""].map(str::to_owned).to_vec();
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(excitation.modes.iter().map(line)).collect();
+    print(&rows, 1)?;
+    sentences(modes).iter().try_for_each(|sentence| writeln!(out, "{}", wrapped(sentence, 2)))?;
+    writeln!(out, "\nvibrations that the front loses:")?;
+    for (row, _) in study.front() {
+        writeln!(out, "  {}", row.configuration)?;
+        lost(study, modes, row).iter().try_for_each(|lost| writeln!(out, "    {}", wrapped(lost, 6)))?;
+    }
+    Ok(())
+}
+
+/// The vibrations that a configuration loses, by the reason.
+pub(super) fn lost(study: &Study, modes: &LostModes, row: &Row) -> Vec<String> {
+    let place = study.rows.iter().position(|other| other.configuration == row.configuration);
+    let Some(errors) = place.and_then(|place| modes.rows.get(place)?.as_ref()) else {
+        return vec!["not known: the model has no linearisation".to_owned()];
+    };
+    let by = |reason: Reason| {
+        let lost = errors.iter().filter(|error| error.lost == Some(reason));
+        let names: Vec<&str> = lost.map(|error| modes.excitation.modes[error.mode].name.as_str()).collect();
+        (!names.is_empty()).then(|| format!("by the {reason}: {}", names.join(", ")))
+    };
+    let lost: Vec<String> = [Reason::Model, Reason::Step].into_iter().filter_map(by).collect();
+    if lost.is_empty() { vec!["none".to_owned()] } else { lost }
+}
+
+fn line(mode: &ExcitedMode) -> Vec<String> {
+    vec![
+        mode.name.clone(),
+        format!("{:.1}", mode.frequency_hz),
+        format!("{:.1e}", mode.energy_part),
+        format!("{:.1e}", mode.moving_part),
+        format!("{:.1e}", mode.output_part),
+        mode.output.as_str().to_owned(),
+    ]
+}
+
+/// The vibrations that a tolerance needs, and those that it does not.
+fn sentences(modes: &LostModes) -> Vec<String> {
+    let [needed, others] = modes.excitation.needed(modes.tolerance);
+    let names = |modes: &[&ExcitedMode]| modes.iter().map(|mode| mode.name.as_str()).collect::<Vec<_>>().join(", ");
+    let needs = if needed.is_empty() { "no vibration".to_owned() } else { names(&needed) };
+    let mut sentences = vec![format!("within {:e} the scene needs {needs}", modes.tolerance)];
+    if let [largest, ..] = others.as_slice() {
+        let most = largest.output_part;
+        sentences.push(format!("it can do without {}: none changes an output by more than {most:.1e}", names(&others)));
+    }
+    sentences
+}
+
+/// Lines of at most 80 columns; those after the first are indented.
+fn wrapped(text: &str, indent: usize) -> String {
+    let mut lines = String::new();
+    let mut column = indent;
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if column > indent && column + 1 + length > WIDTH {
+            lines += &format!("\n{:indent$}", "");
+            column = indent;
+        } else if !lines.is_empty() {
+            lines.push(' ');
+            column += 1;
+        }
+        lines += word;
+        column += length;
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_long_sentences_fit_80_columns() {
+        let text = "rod bending 1, ".repeat(20);
+        let lines = wrapped(text.trim(), 4);
+        assert!(lines.lines().all(|line| line.chars().count() <= WIDTH) && lines.lines().count() == 4, "{lines}");
+        assert_eq!(lines.split_whitespace().collect::<Vec<_>>(), text.split_whitespace().collect::<Vec<_>>());
+    }
+}

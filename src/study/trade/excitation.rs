@@ -1,0 +1,242 @@
+//! The modes of a scene, and the part that each has in its run.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Complex;
+
+use super::configuration::{Configuration, Family};
+use super::grid::Grid;
+use super::output_group::{CHANNELS, OutputGroup};
+use super::run::Failed;
+use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
+use crate::simulation::Simulation;
+use crate::small_motion::{Amplitude, Kind, LinkShape, Mode, NoModes, NormalMode, NormalModes, follow};
+
+/// Modes of the slowest link in the model that tells the energies; the other links have those up to the same frequency.
+const RESOLUTION: usize = 12;
+/// Vibrations that are followed through the run.
+const VIBRATIONS: usize = 10;
+/// Modes beyond those, since they may cross; the turning chain among them.
+pub(super) const BEYOND: usize = 5;
+/// Instants of the run that are looked at.
+const INSTANTS: usize = 50;
+/// The run's step times the highest vibration's angular frequency, and most steps of the run.
+const STEP: f64 = 0.8;
+const MOST_STEPS: f64 = 4e5;
+/// Nodes of a link on which shapes are compared; odd, so that there is a middle.
+pub(super) const NODES: usize = 17;
+
+/// A vibration and its part in the run of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExcitedMode {
+    /// Its name at the start angle.
+    pub name: String,
+    /// The part that it strains.
+    pub kind: Kind,
+    /// Its frequency there, undamped, Hz.
+    pub frequency_hz: f64,
+    /// Its part of the energy of all vibrations, the mean over the run, 0 to 1.
+    pub energy_part: f64,
+    /// Twice its kinetic energy as a part of the same: a vibration has as much as `energy_part`, a deflection that only follows its
+    /// load next to none.
+    pub moving_part: f64,
+    /// The most by which its vibration changes an output that counts, relative as errors are; see [`NormalMode::vibrating`].
+    pub output_part: f64,
+    /// That output.
+    pub output: OutputGroup,
+    /// The most by which its displacement changes one, what follows the load among it.
+    pub following_part: f64,
+    /// Its eigenvalue with damping, 1/s.
+    pub eigenvalue: Complex<f64>,
+    /// Its shape.
+    pub(super) links: Vec<LinkShape>,
+}
+
+/// Why the modes cannot be told.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoExcitation {
+    /// There are none.
+    #[error(transparent)]
+    Modes(#[from] NoModes),
+    /// The run that tells the energies failed.
+    #[error("the run that tells their energies failed: {0}")]
+    Run(#[from] Failed),
+    /// All links are rigid.
+    #[error("nothing vibrates: the links are rigid")]
+    Rigid,
+}
+
+/// The vibrations of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excitation {
+    /// Crank angle at which modes are compared, that of the start, rad.
+    pub angle_rad: f64,
+    /// The vibrations, lowest first.
+    pub modes: Vec<ExcitedMode>,
+}
+
+/// Modes and amplitudes at one instant.
+struct Instant {
+    /// Crank angle since the start, within a turn.
+    phase_rad: f64,
+    modes: NormalModes,
+    amplitudes: Vec<Amplitude>,
+}
+
+/// Sums of one vibration over the run.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    energy_j: f64,
+    kinetic_j: f64,
+    /// Largest changes of the channels by what vibrates, and by all.
+    vibrating: [f64; CHANNELS.len()],
+    all: [f64; CHANNELS.len()],
+}
+
+impl Excitation {
+    /// Runs the scene as `modal` with many modes, and finds the part of each vibration at some instants.
+    ///
+    /// At every instant the modes are those at rest at the crank's angle there, whose coordinates are orthogonal by mass and stiffness:
+    /// the energies `E = ½ (ẋ² + ω² x²)` add up to the energy of small vibration. Over the angles, modes are followed by their shapes.
+    /// Centrifugal stiffening of the turning chain is left out.
+    ///
+    /// # Errors
+    /// [`NoExcitation`] where nothing vibrates, or the run fails.
+    pub(super) fn new(
+        scene: &Scene,
+        grid: &Grid,
+        scales: &[f64; CHANNELS.len()],
+        outputs: &[OutputGroup],
+    ) -> Result<Self, NoExcitation> {
+        let chain = scene.chain().ok_or(NoExcitation::Rigid)?;
+        if chain.links.iter().all(|link| link.rigid) {
+            return Err(NoExcitation::Rigid);
+        }
+        let instants = instants(scene, chain, grid)?;
+        let Some(start) = instants.first() else { return Err(NoModes::Singular.into()) };
+        let modes: Vec<Vec<_>> = instants.iter().map(|instant| owned(&instant.modes)).collect();
+        let mut found = Vec::new();
+        for branch in follow(&modes, VIBRATIONS + BEYOND) {
+            let Some(place) = branch.places.first().copied().flatten() else { continue };
+            let mode = &start.modes.modes()[place];
+            if mode.is_vibration() {
+                found.push((mode, Sums::of(&branch.places, &instants, scales)));
+            }
+        }
+        found.truncate(VIBRATIONS);
+        let all_j: f64 = found.iter().map(|(_, sums)| sums.energy_j).sum();
+        let part = |energy_j: f64| if all_j > 0.0 { energy_j / all_j } else { 0.0 };
+        let excited = |(mode, sums): &(&NormalMode, Sums)| {
+            let (output, output_part) = worst(&sums.vibrating, outputs);
+            ExcitedMode {
+                name: mode.mode.name(),
+                kind: mode.mode.kind,
+                frequency_hz: mode.frequency_hz(),
+                energy_part: part(sums.energy_j),
+                moving_part: part(2.0 * sums.kinetic_j),
+                output_part,
+                output,
+                following_part: worst(&sums.all, outputs).1,
+                eigenvalue: mode.equation.eigenvalue(),
+                links: on_nodes(mode),
+            }
+        };
+        Ok(Excitation { angle_rad: angle(chain, &start.modes), modes: found.iter().map(excited).collect() })
+    }
+}
+
+impl Sums {
+    /// Of the mode at these places of the instants' modes.
+    fn of(places: &[Option<usize>], instants: &[Instant], scales: &[f64; CHANNELS.len()]) -> Self {
+        let mut sums = Sums::default();
+        for (place, instant) in places.iter().zip(instants) {
+            let Some(place) = *place else { continue };
+            let (mode, amplitude) = (&instant.modes.modes()[place], instant.amplitudes[place]);
+            sums.energy_j += mode.energy_j(amplitude);
+            sums.kinetic_j += 0.5 * amplitude.velocity.powi(2);
+            for (k, (unit, scale)) in outputs_of(&on_nodes(mode)).iter().zip(scales).enumerate() {
+                sums.vibrating[k] = sums.vibrating[k].max(mode.vibrating(amplitude) * unit / scale);
+                sums.all[k] = sums.all[k].max(amplitude.displacement.abs() * unit / scale);
+            }
+        }
+        sums
+    }
+}
+
+/// The output that counts and is changed most, and by how much.
+fn worst(changes: &[f64; CHANNELS.len()], outputs: &[OutputGroup]) -> (OutputGroup, f64) {
+    let counts = CHANNELS.iter().zip(changes).filter(|(channel, _)| outputs.contains(&channel.output));
+    let most = counts.max_by(|(_, one), (_, other)| one.total_cmp(other));
+    most.map_or((OutputGroup::Deflection, 0.0), |(channel, part)| (channel.output, *part))
+}
+
+/// Changes of the channels by a unit of a mode: chord angle, place of the end, deflections. Forces are not among them.
+fn outputs_of(links: &[LinkShape]) -> [f64; CHANNELS.len()] {
+    let bow = |i: usize| links.get(i).map_or(0.0, |link| link.bow().abs());
+    let end = links.last().and_then(|link| link.displacement.last());
+    let end_m = end.map_or(0.0, |[along, across]| along.re.hypot(across.re));
+    [links.first().map_or(0.0, |link| link.chord_turn().abs()), end_m, bow(0), bow(1), 0.0, 0.0, 0.0]
+}
+
+/// A mode's shape on the nodes on which shapes are compared.
+pub(super) fn on_nodes(mode: &NormalMode) -> Vec<LinkShape> {
+    mode.mode.links.iter().map(|link| link.on_nodes(NODES)).collect()
+}
+
+fn owned(modes: &NormalModes) -> Vec<Mode> {
+    modes.modes().iter().map(|mode| mode.mode.clone()).collect()
+}
+
+/// The tangent's angle of modes at rest.
+fn angle(chain: &Chain, modes: &NormalModes) -> f64 {
+    let point = modes.point();
+    point.input.motion.map_or(chain.start.angle_rad, |[angle, ..]| angle)
+}
+
+/// Runs the scene; the instant of the start first, the others in the order of the crank's angle.
+fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, NoExcitation> {
+    let family = Family {
+        model: ModelKind::Modal,
+        integrator: IntegratorKind::Esdirk,
+        resolution: RESOLUTION,
+        rigid: chain.links.iter().map(|link| link.rigid).collect(),
+    };
+    let still = NormalModes::new(&family.scene(scene, grid.interval_s), chain.start.angle_rad, VIBRATIONS + BEYOND)?;
+    let highest = still.modes().iter().map(|mode| mode.equation.stiffness.sqrt()).fold(0.0, f64::max);
+    let most = (MOST_STEPS / grid.count as f64).max(1.0);
+    let step_s = grid.interval_s / (grid.interval_s * highest / STEP).ceil().clamp(1.0, most);
+    let scene = Configuration { family, step_s }.scene(scene);
+    let mut simulation = Simulation::new(&scene).map_err(Failed::from)?;
+    let every = grid.count.div_ceil(INSTANTS);
+    let mut instants = Vec::new();
+    for instant in 0..=grid.count {
+        if instant > 0 {
+            (0..grid.steps(step_s)).try_for_each(|_| simulation.step()).map_err(Failed::from)?;
+        }
+        if instant % every == 0 {
+            // Singular positions have no modes.
+            instants.extend(at(&scene, chain, &mut simulation)?);
+        }
+    }
+    if let [first, rest @ ..] = instants.as_mut_slice() {
+        let start_rad = std::mem::take(&mut first.phase_rad);
+        rest.iter_mut().for_each(|instant| instant.phase_rad = (instant.phase_rad - start_rad).rem_euclid(TAU));
+        rest.sort_by(|one, other| one.phase_rad.total_cmp(&other.phase_rad));
+    }
+    Ok(instants)
+}
+
+/// Modes and amplitudes at the present instant of a run.
+fn at(scene: &Scene, chain: &Chain, simulation: &mut Simulation) -> Result<Option<Instant>, Failed> {
+    let chord_rad = simulation.observe()?.links.first().map_or(0.0, |link| link.chord_rad);
+    let Some(motion) = simulation.motion() else { return Ok(None) };
+    let angle_rad = match motion.input.motion {
+        Some([angle_rad, ..]) => angle_rad,
+        // A base spring is unstressed at the angle 0: about that the chain vibrates.
+        None if chain.base.torsion_spring_nm_per_rad > 0.0 => 0.0,
+        None => chord_rad,
+    };
+    let Ok(modes) = NormalModes::new(scene, angle_rad, VIBRATIONS + BEYOND) else { return Ok(None) };
+    let amplitudes = modes.amplitudes([&motion.q, &motion.v, &motion.a]);
+    Ok(Some(Instant { phase_rad: angle_rad, modes, amplitudes }))
+}
