@@ -77,8 +77,8 @@ pub struct Excitation {
 
 /// Modes and amplitudes at one instant.
 struct Instant {
-    /// Crank angle since the start, within a turn.
-    phase_rad: f64,
+    /// Crank angle at which the modes are.
+    angle_rad: f64,
     modes: NormalModes,
     amplitudes: Vec<Amplitude>,
 }
@@ -141,7 +141,7 @@ impl Excitation {
                 links: on_nodes(mode),
             }
         };
-        Ok(Excitation { angle_rad: angle(chain, &start.modes), modes: found.iter().map(excited).collect() })
+        Ok(Excitation { angle_rad: start.angle_rad, modes: found.iter().map(excited).collect() })
     }
 }
 
@@ -187,12 +187,6 @@ fn owned(modes: &NormalModes) -> Vec<Mode> {
     modes.modes().iter().map(|mode| mode.mode.clone()).collect()
 }
 
-/// The tangent's angle of modes at rest.
-fn angle(chain: &Chain, modes: &NormalModes) -> f64 {
-    let point = modes.point();
-    point.input.motion.map_or(chain.start.angle_rad, |[angle, ..]| angle)
-}
-
 /// Runs the scene; the instant of the start first, the others in the order of the crank's angle.
 fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, NoExcitation> {
     let family = Family {
@@ -219,9 +213,8 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         }
     }
     if let [first, rest @ ..] = instants.as_mut_slice() {
-        let start_rad = std::mem::take(&mut first.phase_rad);
-        rest.iter_mut().for_each(|instant| instant.phase_rad = (instant.phase_rad - start_rad).rem_euclid(TAU));
-        rest.sort_by(|one, other| one.phase_rad.total_cmp(&other.phase_rad));
+        let phase_rad = |instant: &Instant| (instant.angle_rad - first.angle_rad).rem_euclid(TAU);
+        rest.sort_by(|one, other| phase_rad(one).total_cmp(&phase_rad(other)));
     }
     Ok(instants)
 }
@@ -238,5 +231,5 @@ fn at(scene: &Scene, chain: &Chain, simulation: &mut Simulation) -> Result<Optio
     };
     let Ok(modes) = NormalModes::new(scene, angle_rad, VIBRATIONS + BEYOND) else { return Ok(None) };
     let amplitudes = modes.amplitudes([&motion.q, &motion.v, &motion.a]);
-    Ok(Some(Instant { phase_rad: angle_rad, modes, amplitudes }))
+    Ok(Some(Instant { angle_rad, modes, amplitudes }))
 }
