@@ -22,7 +22,7 @@ use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
     BOUND, BaseScene, Category, Extent, MapPlan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
-    left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
+    labels, left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -32,13 +32,16 @@ Examples:
   flexcrank stability crank-slider --csv maps --plot maps   all of it: thousands of cells, some minutes
   flexcrank stability mine.toml --only stiffness --set rod.length_m=1.2
 
-Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong: a pin or the middle \
+Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong and diverged cells have \
+    another letter where the scheme is not to blame: m and M, the mechanism itself makes small differences a thousand times as \
+    large, as in a parametric resonance, so that no scheme stays right for long; l and L, the same model is equally wrong at \
+    fine steps, by its mesh, its modes or its range; u and U, undecided. Wrong: a pin or the middle \
     of the rod is once too far from the same mechanism at another step by another scheme. Maps of damping, modes and mesh run \
     the scene as it stands against the same model; too far is 1 % of the method gone by then. The others run two elements a link \
     against 8 finite elements (rigid against rigid); too far is 1 % of crank and rod together. Where no reference reaches, 1 % \
     of the energy put in is too much for the energy balance; and a run is wrong when the model says that the links bend too \
     much for it. Scenes that run at one step and fail at the next finer one are listed. CSV files number the categories from 0 \
-    in that order; cells.csv tells of every cell what was said and how to reach it again, finer-fails.csv holds that list.
+    in that order; cells.csv tells of every cell its label and growth, what was said and how to reach it again, finer-fails.csv holds that list.
 
 Exit codes: 0 every cell ended cleanly, 1 some did not (a panic, a hang, a number that is not finite), 2 usage or bad scene, \
     130 interrupted: cells that were not run are blank, and number 7 in CSV.";
@@ -236,9 +239,9 @@ fn show_map(swept: &Swept) -> CommandResult<()> {
     writeln!(out, "  by {} from {} to {}", map.x.name, ends[0], ends[1])?;
     for (row, value) in map.y.values.iter().enumerate().rev() {
         let cells = swept.outcomes.iter().skip(row * columns).take(columns);
-        let symbols: Vec<String> = cells.clone().map(|end| end.category.symbol().to_string()).collect();
+        let symbols: Vec<String> = cells.clone().map(|end| end.symbol().to_string()).collect();
         let diverged = cells.clone().find(|end| end.category == Category::Diverged);
-        let first = diverged.map(|end| format!("   first D in step {}", end.step)).unwrap_or_default();
+        let first = diverged.map(|end| format!("   first diverged in step {}", end.step)).unwrap_or_default();
         writeln!(out, "{:>12}  {}{first}", figure(*value), symbols.join(" "))?;
     }
     Ok(writeln!(out)?)
@@ -263,6 +266,15 @@ fn show_fails_finer(swept: &[Swept]) -> CommandResult<()> {
     Ok(())
 }
 
+/// A label in words.
+fn blamed(label: &str) -> String {
+    match label {
+        "undecided" => label.to_owned(),
+        "model" => "by the model, at fine steps too".to_owned(),
+        _ => format!("by the {label}"),
+    }
+}
+
 fn conclude(swept: &[Swept]) -> CommandResult {
     let mut out = output();
     let counts = counts(swept);
@@ -270,6 +282,10 @@ fn conclude(swept: &[Swept]) -> CommandResult {
     writeln!(out, "{total} cells in {} maps (wrong: an error above {BOUND}):", swept.len())?;
     for (category, count) in Category::ALL.iter().zip(counts) {
         writeln!(out, "{count:>8}  {}", category.as_str())?;
+        let labels = labels(swept, *category).into_iter().filter(|(_, count)| *count > 0);
+        for (label, count) in labels {
+            writeln!(out, "{count:>16}  {}", blamed(label))?;
+        }
         let causes = causes(swept).into_iter().filter(|(_, count)| *category == Category::Diverged && *count > 0);
         for (cause, count) in causes {
             writeln!(out, "{count:>16}  {cause}")?;

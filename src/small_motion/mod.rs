@@ -12,9 +12,11 @@ mod factors;
 pub mod floquet;
 mod hold;
 mod inputs;
+pub mod growth;
 mod lap;
 mod linear;
 mod linearised;
+mod loaded;
 #[cfg(test)]
 mod mechanisms;
 mod modal_equation;

@@ -11,6 +11,7 @@ use flexcrank::study::stability::{
     fails_finer, fails_finer_table, order_table, radius_table, sweep, table,
 };
 
+mod labels;
 mod random;
 mod step_limit;
 
@@ -128,16 +129,7 @@ fn ended(categories: [Category; 8]) -> Swept {
     let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Travel };
     let (x, y) = (axis("step_s", &[1e-6, 1e-5, 1e-4, 1e-3]), axis("damping_s", &[0.0, 1.0]));
     let map = Map { name: "damping".into(), title: "damping".into(), x, y, cells: vec![cell; 8] };
-    let outcome = |category| Outcome {
-        category,
-        error: None,
-        step: 1,
-        sim_time_s: 0.0,
-        energy_j: None,
-        verdict: None,
-        cause: None,
-        message: String::new(),
-    };
+    let outcome = |category| Outcome { step: 1, ..Outcome::without_run(category, String::new()) };
     Swept { map, outcomes: categories.map(outcome).to_vec() }
 }
 

@@ -21,7 +21,7 @@ const LEAST_TRAVEL: f64 = 1e-3;
 pub(super) fn run(base: &BaseScene, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
     let (mut simulation, length_m) = match build(base, cell) {
         Ok(built) => built,
-        Err(message) => return refused(message),
+        Err(message) => return Outcome::without_run(Category::Refused, message),
     };
     let mut comparison =
         Comparison { reference, length_m, measure: cell.measure, distance_m: None, reference_travel_m: 0.0, out_of_range: false };
@@ -119,19 +119,6 @@ fn all_finite(simulation: &Simulation) -> bool {
     simulation.observation().is_finite() && works.iter().all(|work| work.is_finite())
 }
 
-fn refused(message: String) -> Outcome {
-    Outcome {
-        category: Category::Refused,
-        error: None,
-        step: 0,
-        sim_time_s: 0.0,
-        energy_j: None,
-        verdict: None,
-        cause: None,
-        message,
-    }
-}
-
 /// A divergence is clean if its report and the last good state are finite.
 fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Outcome {
     let message = diverged.to_string();
@@ -146,6 +133,8 @@ fn ended(diverged: Diverged, error: Option<f64>, simulation: &Simulation) -> Out
         verdict: Some(simulation.energy_verdict()),
         cause: Some(diverged.cause),
         message,
+        label: None,
+        growth: None,
     }
 }
 
@@ -160,5 +149,7 @@ fn reached(simulation: &Simulation, error: Option<f64>) -> Outcome {
         verdict: Some(simulation.energy_verdict()),
         cause: None,
         message: String::new(),
+        label: None,
+        growth: None,
     }
 }

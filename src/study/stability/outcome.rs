@@ -1,5 +1,6 @@
 //! Outcomes of the cells of a sweep.
 
+use super::label::Label;
 use crate::simulation::{Cause, EnergyVerdict};
 
 /// The end of a cell. The first four are clean ends, and the last is none; the others are faults of the program.
@@ -93,9 +94,35 @@ pub struct Outcome {
     pub cause: Option<Cause>,
     /// Message on refusal or divergence.
     pub message: String,
+    /// Why it is wrong or diverged; `None` for other ends.
+    pub label: Option<Label>,
+    /// Growth of small differences by the mechanism itself; `None` where it is not known.
+    pub growth: Option<f64>,
 }
 
 impl Outcome {
+    /// An end of which nothing but a message is known.
+    pub fn without_run(category: Category, message: String) -> Self {
+        let (error, energy_j, verdict, cause, label, growth) = Default::default();
+        Outcome { category, error, step: 0, sim_time_s: 0.0, energy_j, verdict, cause, message, label, growth }
+    }
+
+    /// Symbol in text maps: of the category; another letter where the scheme is not to blame.
+    pub fn symbol(&self) -> char {
+        let letter = match self.label {
+            Some(Label::Mechanism) => 'm',
+            Some(Label::Model) => 'l',
+            Some(Label::Undecided) => 'u',
+            Some(Label::Scheme) | None => return self.category.symbol(),
+        };
+        if self.category == Category::Diverged { letter.to_ascii_uppercase() } else { letter }
+    }
+
+    /// The label in words; empty if there is none.
+    pub fn label_as_str(&self) -> &'static str {
+        self.label.map_or("", Label::as_str)
+    }
+
     /// The verdict in words; empty if there is none.
     pub fn verdict_as_str(&self) -> &'static str {
         match self.verdict {

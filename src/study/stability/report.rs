@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::label::Label;
 use super::outcome::{Category, Outcome};
 use super::plan::Map;
 use super::sweep::Swept;
@@ -9,8 +10,8 @@ use crate::integrate::StepError;
 use crate::simulation::Cause;
 use crate::study::Table;
 
-/// One row per cell: verdict on the energy balance, values of the axes, category (its index in [`Category::ALL`]), error over its
-/// bound's scale, steps, time and energy reached; NaN for missing values.
+/// One row per cell: verdict on the energy balance, label, values of the axes, category (its index in [`Category::ALL`]), error over its
+/// bound's scale, steps, time and energy reached, growth by the mechanism; NaN for missing values.
 pub fn table(swept: &Swept) -> Table {
     let (x, y) = (&swept.map.x, &swept.map.y);
     let columns = x.values.len();
@@ -19,6 +20,7 @@ pub fn table(swept: &Swept) -> Table {
     let each = |of: &dyn Fn(&Outcome) -> f64| swept.outcomes.iter().map(of).collect::<Vec<f64>>();
     let mut table = Table::default();
     table.push_words("energy_verdict", swept.outcomes.iter().map(|end| end.verdict_as_str().to_owned()).collect());
+    table.push_words("label", swept.outcomes.iter().map(|end| end.label_as_str().to_owned()).collect());
     table.push(x.name, cells.clone().map(|n| value(&x.values, n % columns)).collect());
     table.push(y.name, cells.map(|n| value(&y.values, n / columns)).collect());
     table.push("category", each(&|end| end.category.number() as f64));
@@ -26,6 +28,7 @@ pub fn table(swept: &Swept) -> Table {
     table.push("step", each(&|end| end.step as f64));
     table.push("sim_time_s", each(&|end| end.sim_time_s));
     table.push("energy_j", each(&|end| end.energy_j.unwrap_or(f64::NAN)));
+    table.push("growth", each(&|end| end.growth.unwrap_or(f64::NAN)));
     table
 }
 
@@ -42,6 +45,13 @@ pub fn counts(swept: &[Swept]) -> [usize; Category::ALL.len()] {
         counts[outcome.category.number()] += 1;
     }
     counts
+}
+
+/// Number of cells of a category per label, with the label's name.
+pub fn labels(swept: &[Swept], category: Category) -> [(&'static str, usize); Label::ALL.len()] {
+    let of = |end: &&Outcome| end.category == category;
+    let labels = || swept.iter().flat_map(|swept| &swept.outcomes).filter(of).filter_map(|end| end.label);
+    Label::ALL.map(|label| (label.as_str(), labels().filter(|one| *one == label).count()))
 }
 
 /// Number of diverged cells per cause, with the cause's name.
@@ -119,12 +129,24 @@ pub fn fails_finer_table(all: &[FailsFiner<'_>]) -> Table {
 /// Fails if the file cannot be written.
 pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
     let mut writer = csv::Writer::from_path(path)?;
-    writer.write_record(["map", "category", "step", "sim_time_s", "energy_verdict", "message", "overrides"])?;
+    writer.write_record([
+        "map",
+        "category",
+        "label",
+        "growth",
+        "step",
+        "sim_time_s",
+        "energy_verdict",
+        "message",
+        "overrides",
+    ])?;
     for Swept { map, outcomes } in swept {
         for (end, cell) in outcomes.iter().zip(&map.cells) {
             let (step, time) = (end.step.to_string(), end.sim_time_s.to_string());
+            let growth = end.growth.map_or_else(String::new, |growth| growth.to_string());
+            let (category, label, verdict) = (end.category.as_str(), end.label_as_str(), end.verdict_as_str());
             let given = cell.overrides.join(" ");
-            writer.write_record([&map.name, end.category.as_str(), &step, &time, end.verdict_as_str(), &end.message, &given])?;
+            writer.write_record([&map.name, category, label, &growth, &step, &time, verdict, &end.message, &given])?;
         }
     }
     Ok(writer.flush()?)

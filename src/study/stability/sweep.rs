@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use super::base_scene::BaseScene;
 use super::cell;
+use super::label::Labels;
 use super::outcome::{Category, Outcome};
 use super::plan::{Cell, Map, MapPlan};
 use super::trajectory::Trajectory;
@@ -29,6 +30,7 @@ struct Work {
     base: BaseScene,
     cells: Vec<Cell>,
     references: Vec<(Cell, OnceLock<Trajectory>)>,
+    labels: Labels,
 }
 
 /// Runs all cells, `threads` at a time, none longer than `limit`. `progress` is called with the number of
@@ -45,6 +47,7 @@ pub fn sweep(
         base: base.clone(),
         cells: maps.iter().flat_map(|map| map.cells.iter().cloned()).collect(),
         references: references.into_iter().map(|cell| (cell, OnceLock::new())).collect(),
+        labels: Labels::default(),
     });
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let ends: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; work.cells.len()]);
@@ -65,7 +68,7 @@ pub fn sweep(
             });
         }
     });
-    let not_run = || failed(Category::NotRun, String::new());
+    let not_run = || Outcome::without_run(Category::NotRun, String::new());
     let ends = ends.into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut ends = ends.into_iter().map(|outcome| outcome.unwrap_or_else(not_run));
     let gather = |map: Map| Swept { outcomes: ends.by_ref().take(map.cells.len()).collect(), map };
@@ -82,24 +85,24 @@ fn run_guarded(work: &Arc<Work>, index: usize, limit: Duration) -> Outcome {
     };
     let thread = match thread::Builder::new().name(format!("cell {index}")).spawn(body) {
         Ok(thread) => thread,
-        Err(error) => return failed(Category::Hung, format!("no thread for it: {error}")),
+        Err(error) => return Outcome::without_run(Category::Hung, format!("no thread for it: {error}")),
     };
     match outcome.recv_timeout(limit) {
         Ok(outcome) => outcome,
-        Err(RecvTimeoutError::Timeout) => failed(Category::Hung, format!("not done after {} s", limit.as_secs_f64())),
-        Err(RecvTimeoutError::Disconnected) => failed(Category::Panicked, panic_message(thread.join())),
+        Err(RecvTimeoutError::Timeout) => {
+            Outcome::without_run(Category::Hung, format!("not done after {} s", limit.as_secs_f64()))
+        }
+        Err(RecvTimeoutError::Disconnected) => Outcome::without_run(Category::Panicked, panic_message(thread.join())),
     }
 }
 
 fn run(work: &Work, index: usize) -> Outcome {
-    let Some(cell) = work.cells.get(index) else { return failed(Category::Hung, String::new()) };
+    let Some(cell) = work.cells.get(index) else { return Outcome::without_run(Category::Hung, String::new()) };
     let reference = cell.reference.and_then(|place| work.references.get(place));
-    let reference = reference.map(|(reference, kept)| kept.get_or_init(|| cell::follow(&work.base, reference)));
-    cell::run(&work.base, cell, reference)
-}
-
-fn failed(category: Category, message: String) -> Outcome {
-    Outcome { category, error: None, step: 0, sim_time_s: 0.0, energy_j: None, verdict: None, cause: None, message }
+    let reference = reference.map(|(reference, kept)| (reference, kept.get_or_init(|| cell::follow(&work.base, reference))));
+    let mut outcome = cell::run(&work.base, cell, reference.map(|(_, trajectory)| trajectory));
+    work.labels.add(&work.base, cell, reference, &mut outcome);
+    outcome
 }
 
 fn panic_message(joined: thread::Result<()>) -> String {

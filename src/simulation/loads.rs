@@ -1,0 +1,41 @@
+//! The loads of a scene without its model.
+
+use super::drive::DriveLaw;
+use super::load::Load;
+use crate::mechanics::Input;
+use crate::scene::Scene;
+
+/// Torque and prescribed motion of a scene, step by step, as the fourth-order schemes see them.
+pub struct Loads {
+    law: DriveLaw,
+    load: Load,
+}
+
+impl Loads {
+    /// The loads at t = 0.
+    pub fn new(scene: &Scene) -> Self {
+        let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
+        let mut load = Load::new(scene);
+        load.reset();
+        load.uses_torque_slope = true;
+        law.torque = load.at(0.0);
+        Loads { law, load }
+    }
+
+    /// Sets the torque of a step. Returns whether it jumps at the step's beginning.
+    pub fn during(&mut self, from_s: f64, to_s: f64) -> bool {
+        let before_nm = self.input(from_s).torque_nm;
+        self.law.torque = self.load.during(from_s, to_s, to_s - from_s);
+        self.input(from_s).torque_nm != before_nm
+    }
+
+    /// The first edge of a pulse between two times, s.
+    pub fn edge_within(&self, from_s: f64, to_s: f64) -> Option<f64> {
+        self.load.pulses.edge_within(from_s, to_s)
+    }
+
+    /// Torque and prescribed motion at an instant of the step.
+    pub fn input(&self, t_s: f64) -> Input {
+        self.law.input(t_s)
+    }
+}
