@@ -34,8 +34,8 @@ Examples:
 
 Each cell of a map is a run of the scene: . stable, w stable but wrong, D diverged, r refused. Wrong and diverged cells have \
     another letter where the scheme is not to blame: m and M, the mechanism itself makes small differences a thousand times as \
-    large, as in a parametric resonance, so that no scheme stays right for long; l and L, the same model is equally wrong at \
-    fine steps, by its mesh, its modes or its range; u and U, undecided. Wrong: a pin or the middle \
+    large, as in a parametric resonance, so that no scheme stays right for long; l and L, the same model fails alike at fine \
+    steps, by its mesh, its modes or its range; u and U, undecided. Wrong: a pin or the middle \
     of the rod is once too far from the same mechanism at another step by another scheme. Maps of damping, modes and mesh run \
     the scene as it stands against the same model; too far is 1 % of the method gone by then. The others run two elements a link \
     against 8 finite elements (rigid against rigid); too far is 1 % of crank and rod together. Where no reference reaches, 1 % \

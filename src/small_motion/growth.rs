@@ -47,8 +47,6 @@ struct Look {
 #[derive(Debug, Clone, PartialEq)]
 struct Along {
     looks: Vec<Look>,
-    /// Time reached, s.
-    reached_s: f64,
     /// Whether the trajectory reached its end.
     whole: bool,
     /// Steps that resolve the crank's turning, and the slowest vibration if turning may excite it.
@@ -105,18 +103,11 @@ impl Growth {
             steps *= 2;
             let fine = follow(scene, &subject, over_s, steps)?;
             let growth = Growth { coarse, fine, over_s, steps };
-            if growth.at(over_s) != Judged::Unknown || growth.ends_early() || 2 * steps > most {
+            if growth.at(over_s) != Judged::Unknown || 2 * steps > most {
                 return Some(growth);
             }
             coarse = growth.fine;
         }
-    }
-
-    /// Whether both trajectories end at the same time, before all of it: a finer step does not go further.
-    fn ends_early(&self) -> bool {
-        let [coarse, fine] = [&self.coarse, &self.fine];
-        let near = (coarse.reached_s - fine.reached_s).abs() <= 2.0 * self.over_s / f64::from(self.steps);
-        !coarse.whole && !fine.whole && near
     }
 
     /// The judgement over the time up to `time_s`.
@@ -164,7 +155,7 @@ fn follow(scene: &Scene, subject: &Subject, over_s: f64, steps: u32) -> Option<A
             break;
         }
     }
-    Some(Along { looks, reached_s: walk.time_s, whole, needed_steps: walk.needed_steps() })
+    Some(Along { looks, whole, needed_steps: walk.needed_steps() })
 }
 
 /// A motion with its tangent.

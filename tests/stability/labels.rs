@@ -56,7 +56,7 @@ fn words(given: &[&str]) -> Vec<String> {
 
 /// A rod without damping near a parametric resonance, its crank moved steadily.
 fn resonant(random: &mut Random) -> Drawn {
-    let speed = random.between(95.0, 130.0);
+    let speed = random.between(100.0, 116.0);
     let mut mechanism = words(&[
         "solver.model=modal",
         "pulse=[]",
@@ -69,7 +69,17 @@ fn resonant(random: &mut Random) -> Drawn {
     ]);
     mechanism.extend(["start.rate_rad_per_s", "drive.speed_rad_per_s"].map(|key| format!("{key}={speed:?}")));
     let solver = solver(random, "modal");
-    Drawn { mechanism, solver, step_s: random.wide(1e-3, 3e-2), over_s: 1.0, meshed: false }
+    Drawn { mechanism, solver, step_s: random.wide(1e-3, 1e-2), over_s: 0.6, meshed: false }
+}
+
+/// Rigid or modal links near their upright position in gravity, from which they fall.
+fn upright(random: &mut Random) -> Drawn {
+    let model = random.one_of(&["rigid", "modal"]);
+    let angle = std::f64::consts::FRAC_PI_2 + random.wide(1e-6, 1e-3);
+    let mut mechanism = words(&["pulse=[]", "gravity.y_m_per_s2=-9.81", "crank.damping_s=1e-3", "rod.damping_s=1e-3"]);
+    mechanism.extend([format!("solver.model={model}"), format!("start.angle_rad={angle:?}")]);
+    let solver = solver(random, model);
+    Drawn { mechanism, solver, step_s: random.wide(1e-2, 1e-1), over_s: random.between(0.5, 3.0), meshed: false }
 }
 
 fn solver(random: &mut Random, model: &str) -> Vec<String> {
@@ -81,8 +91,10 @@ fn solver(random: &mut Random, model: &str) -> Vec<String> {
 
 /// A cell from the ranges of the sweep.
 fn drawn(random: &mut Random) -> Drawn {
-    if random.unit() < 0.2 {
-        return resonant(random);
+    match random.unit() {
+        ..0.15 => return resonant(random),
+        0.15..0.3 => return upright(random),
+        _ => (),
     }
     let model = random.one_of(&["rigid", "modal", "finite-element", "finite-element"]);
     let mut mechanism = vec![format!("solver.model={model}")];
@@ -90,9 +102,9 @@ fn drawn(random: &mut Random) -> Drawn {
     mechanism.extend(["crank", "rod"].map(|link| format!("{link}.elements={mesh}")));
     let both = |key: &str, value: f64| ["crank", "rod"].map(|link| format!("{link}.{key}={value:?}")).to_vec();
     mechanism.extend(match random.one_of(&[0, 1, 2, 3, 4, 5, 6, 7]) {
-        0 => both("youngs_modulus_pa", random.wide(1e5, 1e13)),
+        0 => both("youngs_modulus_pa", random.wide(1e8, 1e14)),
         1 => {
-            let speed = random.wide(1.0, 300.0);
+            let speed = random.wide(1.0, 60.0);
             let keys = ["start.rate_rad_per_s", "drive.speed_rad_per_s"].map(|key| format!("{key}={speed:?}"));
             [words(&["pulse=[]"]), keys.to_vec()].concat()
         }
@@ -101,7 +113,7 @@ fn drawn(random: &mut Random) -> Drawn {
         4 => both("damping_s", random.wide(1e-6, 1.0)),
         5 => vec![format!("slider.friction_n_s_per_m={:?}", random.wide(1e-2, 1e5))],
         6 => {
-            let (torque, duration) = (random.wide(1e-3, 1e4), random.wide(1e-5, 1e-1));
+            let (torque, duration) = (random.wide(1e-3, 1e2), random.wide(1e-5, 1e-1));
             vec![format!("pulse=[{{ start_s = 0.0, torque_nm = {torque:?}, duration_s = {duration:?} }}]")]
         }
         _ => vec![format!("base.damper_nm_s_per_rad={:?}", random.wide(1e-3, 1e4))],
@@ -144,20 +156,30 @@ fn run(base: &BaseScene, drawn: &Drawn, cells: Vec<Cell>) -> Vec<Outcome> {
     swept.pop().map(|swept| swept.outcomes).unwrap_or_default()
 }
 
-/// Whether the same cell is right at fine steps of generalised-α: `None` if that is not certain.
-fn right_when_fine(base: &BaseScene, drawn: &Drawn) -> Option<bool> {
+/// The same cell at fine steps of two schemes: the label if the mechanism does not amplify, and whether its motion ends by itself.
+fn fine(base: &BaseScene, drawn: &Drawn, category: Category, ended_s: f64) -> (Option<Label>, bool) {
     let solver = words(&["solver.integrator=generalized-alpha", "solver.rho_infinity=0.8"]);
     let esdirk = words(&["solver.integrator=esdirk"]);
     let fine = [4000.0, 12000.0].map(|steps| drawn.cell(&solver, drawn.over_s / steps, None));
     let cells = [&fine[..], &[drawn.cell(&esdirk, drawn.over_s / 3000.0, None)]].concat();
     let ends = run(base, drawn, cells);
-    if ends.iter().any(|end| end.category == Category::Stable) {
-        return Some(true);
-    }
-    let errors: Vec<f64> = ends.iter().filter(|end| end.category == Category::Wrong).filter_map(|end| end.error).collect();
-    let [coarse, fine, esdirk] = errors[..] else { return None };
+    let all = |of: &dyn Fn(&Outcome) -> bool| ends.iter().all(of);
     let near = |one: f64, other: f64| (one / other - 1.0).abs() < 0.2;
-    (near(coarse, fine) && near(fine, esdirk)).then_some(false)
+    let last = &ends[2];
+    if all(&|end| end.category == Category::Stable) {
+        return (Some(Label::Scheme), false);
+    }
+    let goes_on = |end: &Outcome| end.category != Category::Diverged || end.sim_time_s > 1.1 * ended_s;
+    if category == Category::Diverged && all(&goes_on) {
+        return (Some(Label::Scheme), false);
+    }
+    if all(&|end| end.category == Category::Diverged && near(end.sim_time_s, last.sim_time_s) && end.step > 50) {
+        return ((last.sim_time_s <= 1.02 * ended_s).then_some(Label::Model), true);
+    }
+    let error = |end: &Outcome| end.error.unwrap_or(f64::NAN);
+    let alike = |end: &Outcome| near(error(end), error(last)) || error(end).max(error(last)) < 0.01;
+    let equally_wrong = category == Category::Wrong && all(&|end| end.category == Category::Wrong && alike(end));
+    (equally_wrong.then_some(Label::Model), false)
 }
 
 /// The square root of the energy of a difference; see `Growth`.
@@ -279,25 +301,27 @@ fn size_of(start: &Motion, energy: &Energy, scene: &Scene, steps: u32) -> Option
 fn brute_force(base: &BaseScene, drawn: &Drawn, end: &Outcome) -> (Option<Label>, Option<f64>) {
     let ended_s = if end.category == Category::Diverged { end.sim_time_s + drawn.step_s } else { drawn.over_s };
     let ended_s = ended_s.min(drawn.over_s);
+    let near = |one: f64, other: f64| (one / other - 1.0).abs() < 0.1;
     let mut coarse: Option<f64> = None;
     for steps in [512, 1024, 2048, 4096] {
-        let Some((fine, components)) = grown(base, drawn, steps, ended_s) else {
+        let Some((growth, components)) = grown(base, drawn, steps, ended_s) else {
             coarse = None;
             continue;
         };
-        if let Some(coarse) = coarse.filter(|coarse| (coarse / fine - 1.0).abs() < 0.1 || coarse.min(fine) > 3.0 * BOUND) {
-            let label = if fine.min(coarse) > BOUND {
+        if let Some(coarse) = coarse.filter(|&coarse| near(coarse, growth) || coarse.min(growth) > 3.0 * BOUND) {
+            let stays = growth * (components as f64).sqrt() < BOUND;
+            let label = if growth.min(coarse) > BOUND {
                 Some(Label::Mechanism)
-            } else if fine * (components as f64).sqrt() < BOUND {
-                right_when_fine(base, drawn).map(|right| if right { Label::Scheme } else { Label::Model })
             } else {
-                None
+                stays.then(|| fine(base, drawn, end.category, ended_s).0).flatten()
             };
-            return (label, Some(fine));
+            return (label, Some(growth));
         }
-        coarse = Some(fine);
+        coarse = Some(growth);
     }
-    (None, None)
+    // The motion itself ends before the growth is known.
+    let (label, ends) = fine(base, drawn, end.category, ended_s);
+    (label.filter(|_| ends), None)
 }
 
 /// Number of failed cells to judge: all 200 with `FLEXCRANK_LABELS=200`.
@@ -318,6 +342,12 @@ fn prop_labels_agree_with_brute_force() -> Tried {
         failed += 1;
         let (brute, growth) = brute_force(&base, &drawn, &end);
         *table.entry((end.category, brute, label)).or_insert(0) += 1;
+        if brute != Some(label) {
+            println!(
+                "{label:?} {:?} brute {brute:?} {growth:?} {:?} t {} step {} {:?} {:?}",
+                end.growth, end.category, end.sim_time_s, drawn.step_s, drawn.mechanism, drawn.solver
+            );
+        }
         let Some(brute) = brute else { continue };
         decided += 1;
         labelled += usize::from(label != Label::Undecided);

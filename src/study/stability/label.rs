@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::base_scene::BaseScene;
-use super::cell;
+use super::cell::{self, BOUND};
 use super::outcome::{Category, Outcome};
 use super::plan::Cell;
 use super::trajectory::Trajectory;
@@ -18,9 +18,9 @@ pub enum Label {
     Mechanism,
     /// The mechanism does not, and the same model is right at a fine step: the scheme fails at its step.
     Scheme,
-    /// The mechanism does not, but the same model is equally wrong at fine steps: its mesh, its modes, or its range.
+    /// The mechanism does not, but the same model fails alike at fine steps: by its mesh, its modes, or its range.
     Model,
-    /// Neither the growth nor a fine run could be computed, or those of two steps do not agree.
+    /// The growth or the fine runs could not be computed, or those of two steps do not agree.
     Undecided,
 }
 
@@ -49,6 +49,10 @@ const FINE_MESH: usize = 8;
 const FINE_STEPS: [u64; 2] = [1024, 4096];
 /// Errors of two fine runs that agree differ by no more than this factor.
 const AGREE: f64 = 1.25;
+/// Part of a time by which two runs that diverge at the same time may differ.
+const SAME_TIME: f64 = 0.05;
+/// Steps of the coarser fine run that resolve the beginning of a motion.
+const RESOLVED: f64 = 8.0;
 
 /// A value that is computed once, by whoever needs it first.
 type Once<T> = Arc<OnceLock<T>>;
@@ -57,7 +61,7 @@ type Once<T> = Arc<OnceLock<T>>;
 #[derive(Default)]
 pub(super) struct Labels {
     growths: Mutex<HashMap<String, Once<Option<Growth>>>>,
-    fine_runs: Mutex<HashMap<String, Once<Label>>>,
+    fine_runs: Mutex<HashMap<String, Once<Fine>>>,
 }
 
 impl Labels {
@@ -91,15 +95,22 @@ impl Labels {
             Growth::along(&source.scene, over_s)
         });
         let Some(growth) = growth else { return undecided };
-        match growth.at(ended_s.min(over_s)) {
-            Judged::Grows(growth) => (Label::Mechanism, Some(growth)),
-            Judged::Unknown => undecided,
-            Judged::Stays(growth) => (self.fine(base, cell, reference, over_s), Some(growth)),
+        let ended_s = ended_s.min(over_s);
+        let judged = growth.at(ended_s);
+        if let Judged::Grows(growth) = judged {
+            return (Label::Mechanism, Some(growth));
+        }
+        let fine = self.fine(base, cell, reference, over_s);
+        match (judged, fine.label(outcome.category, ended_s)) {
+            (Judged::Stays(growth), label) => (label, Some(growth)),
+            // The motion itself ends there.
+            (_, Label::Model) if matches!(fine, Fine::Ends { .. }) => (Label::Model, None),
+            _ => undecided,
         }
     }
 
-    /// The label of a cell whose mechanism does not amplify: by runs of the same model at fine steps.
-    fn fine(&self, base: &BaseScene, cell: &Cell, reference: Option<(&Cell, &Trajectory)>, over_s: f64) -> Label {
+    /// Runs of the same model at fine steps.
+    fn fine(&self, base: &BaseScene, cell: &Cell, reference: Option<(&Cell, &Trajectory)>, over_s: f64) -> Fine {
         let mut overrides = meshed(mechanism(cell), FINE_MESH);
         overrides.push("solver.integrator=esdirk".to_owned());
         let key = format!("{over_s:?} {:?} {:?} {}", cell.reference, cell.measure, overrides.join(" "));
@@ -111,22 +122,57 @@ impl Labels {
                 cell::run(base, &fine, reference.map(|(_, trajectory)| trajectory))
             };
             let coarse = run(FINE_STEPS[0]);
-            if coarse.category == Category::Stable {
-                return Label::Scheme;
-            }
-            let fine = run(FINE_STEPS[1]);
-            match (coarse.category, fine.category) {
-                (_, Category::Stable) => Label::Scheme,
-                (Category::Wrong, Category::Wrong) if agree(coarse.error, fine.error) => Label::Model,
-                _ => Label::Undecided,
-            }
+            if coarse.category == Category::Stable { Fine::Right } else { Fine::of(&coarse, &run(FINE_STEPS[1]), over_s) }
         })
     }
 }
 
-/// Whether the errors of two runs are the same but for a factor.
+/// The end of the same model at fine steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Fine {
+    /// It is right.
+    Right,
+    /// It goes on to the end, equally wrong at both steps.
+    Wrong,
+    /// It goes on to the end, but differs from step to step.
+    Differs,
+    /// It diverges at the same time at both steps.
+    Ends {
+        /// That time, s.
+        at_s: f64,
+    },
+    /// None of these.
+    Unclear,
+}
+
+impl Fine {
+    fn of(coarse: &Outcome, fine: &Outcome, over_s: f64) -> Self {
+        let near = (coarse.sim_time_s - fine.sim_time_s).abs() <= SAME_TIME * fine.sim_time_s;
+        // In its first steps no motion is resolved.
+        let resolved = fine.sim_time_s > RESOLVED * over_s / FINE_STEPS[0] as f64;
+        match (coarse.category, fine.category) {
+            (_, Category::Stable) => Fine::Right,
+            (Category::Wrong, Category::Wrong) if agree(coarse.error, fine.error) => Fine::Wrong,
+            (Category::Wrong, Category::Wrong) => Fine::Differs,
+            (Category::Diverged, Category::Diverged) if near && resolved => Fine::Ends { at_s: fine.sim_time_s },
+            _ => Fine::Unclear,
+        }
+    }
+
+    /// The label of a cell that ended so, at this time, and whose mechanism does not amplify.
+    fn label(self, category: Category, ended_s: f64) -> Label {
+        match (self, category) {
+            (Fine::Right, _) | (Fine::Wrong | Fine::Differs, Category::Diverged) => Label::Scheme,
+            (Fine::Ends { at_s }, Category::Diverged) if ended_s < (1.0 - SAME_TIME) * at_s => Label::Scheme,
+            (Fine::Wrong | Fine::Ends { .. }, _) => Label::Model,
+            (Fine::Differs | Fine::Unclear, _) => Label::Undecided,
+        }
+    }
+}
+
+/// Whether the errors of two runs are the same but for a factor, or both within the bound: then the links bend beyond the model's range.
 fn agree(one: Option<f64>, other: Option<f64>) -> bool {
-    one.zip(other).is_some_and(|(one, other)| one.max(other) <= AGREE * one.min(other))
+    one.zip(other).is_some_and(|(one, other)| one.max(other) <= (AGREE * one.min(other)).max(BOUND))
 }
 
 /// The entry of a key, new or known.
