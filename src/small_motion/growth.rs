@@ -20,7 +20,7 @@ const FEWEST_STEPS: u32 = 64;
 /// Steps of the finest trajectory.
 const MOST_STEPS: u32 = 1 << 12;
 /// Most unknowns times steps of one trajectory.
-const MOST_WORK: u32 = 1 << 15;
+const MOST_WORK: u32 = 1 << 14;
 /// Turning of the crank in a step that resolves it, rad.
 const TURN_RAD: f64 = 0.15;
 /// Phase of the slowest vibration in a step that resolves it, rad.
@@ -28,7 +28,7 @@ const PHASE_RAD: f64 = 0.5;
 /// Vibrations this many times as fast as the crank are not excited by its turning.
 const FAST: f64 = 10.0;
 /// Times at which the growth is looked at.
-const LOOKS: u32 = 16;
+const LOOKS: u32 = 32;
 /// The first steps, after each of which it is looked at too.
 const EARLY: u32 = 4;
 /// Growth of two trajectories that agree differs by no more than this factor.
@@ -87,12 +87,16 @@ pub enum Judged {
 }
 
 impl Growth {
-    /// Of a scene's mechanism over the time given; `None` for a model without a tangent, or one without a start.
+    /// Of a scene's mechanism over the time given; `None` for a model without a tangent or without a start, and if
+    /// too many steps were needed.
     pub fn along(scene: &Scene, over_s: f64) -> Option<Self> {
         let subject = Subject::new(scene, None).ok()?;
         let unknowns = u32::try_from(subject.mechanism().degrees_of_freedom()).ok()?;
         let most = (MOST_WORK / unknowns.max(1)).clamp(FEWEST_STEPS, MOST_STEPS);
         let mut coarse = follow(scene, &subject, over_s, FEWEST_STEPS)?;
+        if coarse.needed_steps > f64::from(most) {
+            return None;
+        }
         // Half of the steps needed, a power of two.
         let half = (0.5 * coarse.needed_steps).clamp(1.0, f64::from(most / 2)) as u32;
         let mut steps = half.next_power_of_two().clamp(FEWEST_STEPS, most / 2);
@@ -122,6 +126,13 @@ impl Growth {
     }
 }
 
+impl Growth {
+    /// Whether neither trajectory comes near [`BOUND`] up to `time_s`, or up to where it ends.
+    pub fn is_small(&self, time_s: f64) -> bool {
+        [&self.coarse, &self.fine].iter().all(|along| along.up_to(time_s).0 < 0.1 * BOUND)
+    }
+}
+
 impl Along {
     /// The growth up to a time, and whether the trajectory reached it.
     fn up_to(&self, time_s: f64) -> (f64, bool) {
@@ -145,9 +156,10 @@ fn follow(scene: &Scene, subject: &Subject, over_s: f64, steps: u32) -> Option<A
     let mut whole = true;
     for step in 0..steps {
         whole = walk.step(f64::from(step) * h_s, f64::from(step + 1) * h_s).is_ok();
-        if whole && ((step + 1) % every == 0 || step < EARLY || step + 1 == steps) {
+        // The last state is looked at, too.
+        if !whole || (step + 1) % every == 0 || step < EARLY || step + 1 == steps {
             let growth = walk.growth();
-            whole = growth.is_some();
+            whole = whole && growth.is_some();
             most = most.max(growth.unwrap_or(1.0));
             looks.push(Look { time_s: walk.time_s, growth: most });
         }

@@ -301,7 +301,7 @@ fn size_of(start: &Motion, energy: &Energy, scene: &Scene, steps: u32) -> Option
     Some(most)
 }
 
-/// Brute force's label, where it decides: a random difference that grows by [`BOUND`] is the mechanism; none that grows by more than
+/// Brute force's label, where it decides: a random difference that grows by 1.5 [`BOUND`] is the mechanism; none that grows by more than
 /// `BOUND` over the root of the number of components is not.
 fn brute_force(base: &BaseScene, drawn: &Drawn, end: &Outcome) -> (Option<Label>, Option<f64>) {
     let ended_s = if end.category == Category::Diverged { end.sim_time_s + drawn.step_s } else { drawn.over_s };
@@ -312,7 +312,9 @@ fn brute_force(base: &BaseScene, drawn: &Drawn, end: &Outcome) -> (Option<Label>
     for steps in [512, 1024, 2048, 4096] {
         let Some(Grown { growth, components, whole }) = grown(base, drawn, steps, ended_s) else { return (None, None) };
         let stays = growth * (components as f64).sqrt() < BOUND;
-        if before.is_some_and(|before| before.min(growth) > BOUND && (near(before, growth) || before.min(growth) > 3.0 * BOUND)) {
+        if before
+            .is_some_and(|before| before.min(growth) > 1.5 * BOUND && (near(before, growth) || before.min(growth) > 3.0 * BOUND))
+        {
             return (Some(Label::Mechanism), Some(growth));
         }
         if whole && before.is_some_and(|before| near(before, growth)) {

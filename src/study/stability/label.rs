@@ -46,7 +46,7 @@ const GROWTH_MESH: usize = 4;
 /// Most elements of a link in fine runs.
 const FINE_MESH: usize = 8;
 /// Steps of the two fine runs over the time followed.
-const FINE_STEPS: [u64; 2] = [1024, 4096];
+const FINE_STEPS: [u64; 2] = [512, 2048];
 /// Errors of two fine runs that agree differ by no more than this factor.
 const AGREE: f64 = 1.25;
 /// Part of a time by which two runs that diverge at the same time may differ.
@@ -104,7 +104,7 @@ impl Labels {
         match (judged, fine.label(outcome.category, ended_s)) {
             (Judged::Stays(growth), label) => (label, Some(growth)),
             // The motion itself ends there.
-            (_, Label::Model) if matches!(fine, Fine::Ends { .. }) => (Label::Model, None),
+            (_, Label::Model) if matches!(fine, Fine::Ends { .. }) && growth.is_small(ended_s) => (Label::Model, None),
             _ => undecided,
         }
     }
