@@ -253,11 +253,11 @@ fn val_lost_modes_are_those_that_model_and_step_cannot_follow() {
     let told = answer(&source, &Question { until_s: Some(1.0), ..ask(selection, &OutputGroup::DEFAULT, 20.0) });
     let modes = LostModes::new(&source.scene, &told, 1e-3).unwrap();
     let names = |modes: Vec<&flexcrank::study::trade::ExcitedMode>| modes.iter().map(|m| m.name.clone()).collect::<Vec<_>>();
-    let [needed, others] = modes.excitation.needed(1e-3).map(names);
-    println!("{needed:?}, not {others:?}");
+    let [needed, follow, others] = modes.excitation.needed(1e-3).map(names);
+    println!("{needed:?}, following {follow:?}, not {others:?}");
     assert_eq!(needed[0], "rod bending 1");
     assert!(["rod bending 2", "rod bending 3"].iter().all(|name| needed.contains(&(*name).to_owned())), "{needed:?}");
-    assert!(["rod bending 4", "rod bending 5"].iter().all(|name| others.contains(&(*name).to_owned())), "{others:?}");
+    assert!(["rod bending 4", "rod bending 5"].iter().all(|name| !needed.contains(&(*name).to_owned())), "{needed:?}");
     let parts: f64 = modes.excitation.modes.iter().map(|mode| mode.energy_part).sum();
     assert!((parts - 1.0).abs() < 1e-12 && modes.excitation.modes[0].energy_part > 0.9, "{parts}");
     let row = |name: &str| told.rows.iter().position(|row| row.configuration.to_string() == name).unwrap();
@@ -272,12 +272,13 @@ fn val_lost_modes_are_those_that_model_and_step_cannot_follow() {
     );
     assert!(lost("rigid, esdirk, step 1e-3 s").starts_with("rod bending 1 (model), rod bending 2 (model)"));
     assert!(lost("modal, esdirk, 1 mode, step 1e-3 s").starts_with("rod bending 2 (model), rod bending 3 (model)"));
-    assert_eq!(lost("modal, esdirk, 4 modes, step 1e-3 s"), "");
+    // An upper bound: what follows the load in the fifth mode, the other modes take over in part.
+    assert_eq!(lost("modal, esdirk, 4 modes, step 1e-3 s"), "rod bending 5 (model)");
     // The trapezoidal rule: ω_h/ω = atan(ωh/2)/(ωh/2), which is 0.96 of the second mode at 2.5 ms and 0.86 at 5 ms.
     assert!(lost("modal, two-point, 4 modes, step 5e-3 s").starts_with("rod bending 2 (step), rod bending 3 (step)"));
     assert!(lost("modal, two-point, 4 modes, step 2.5e-3 s").starts_with("rod bending 3 (step)"));
     let two_point = row("modal, two-point, 4 modes, step 2.5e-3 s");
-    for error in modes.rows[two_point].as_ref().unwrap() {
+    for error in modes.rows[two_point].as_ref().unwrap().iter().filter(|error| error.frequency.is_finite()) {
         let half = std::f64::consts::PI * 2.5e-3 * modes.excitation.modes[error.mode].frequency_hz;
         let theory = half.atan() / half - 1.0;
         assert!((error.frequency - theory).abs() < 1e-2, "{error:?} for {theory}");
@@ -285,6 +286,27 @@ fn val_lost_modes_are_those_that_model_and_step_cannot_follow() {
     let table = table(&told, Some(&modes));
     assert_eq!(table.words("worst_mode").unwrap()[two_point], "rod bending 1");
     assert!(table.column("worst_frequency_error").unwrap()[two_point] < -3e-3);
+}
+
+/// A rod between two pins that moves as prescribed: its middle follows the load in the third mode, too, by some 4e-3 of its peak. That
+/// is what one mode errs by, and three do not.
+#[test]
+fn val_a_model_loses_deflections_that_follow_their_loads() {
+    let source = open("ref-r3", &[]);
+    let selection = Selection {
+        models: vec![ModelKind::Modal],
+        integrators: vec![IntegratorKind::TwoPoint],
+        modes: vec![1, 3],
+        steps_s: vec![5e-5],
+        ..Selection::default()
+    };
+    let told = answer(&source, &ask(selection, &OutputGroup::DEFAULT, 10.0));
+    let modes = LostModes::new(&source.scene, &told, 1e-3).unwrap();
+    let third = modes.excitation.modes.iter().find(|mode| mode.name == "rod bending 3").unwrap();
+    let errors: Vec<f64> = told.measured().map(|(_, measured)| measured.error).collect();
+    println!("{:.2e} of {third:?}, {errors:?}", third.following_part);
+    assert!(third.follows(1e-3) && (0.3..3.0).contains(&(third.following_part / errors[0])), "{errors:?}");
+    assert_eq!((modes.lost(0).as_slice(), modes.lost(1).as_slice()), (&["rod bending 3 (model)".to_owned()][..], &[][..]));
 }
 
 #[test]

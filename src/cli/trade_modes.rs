@@ -15,7 +15,7 @@ pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()>
     let mut out = output();
     let excitation = &modes.excitation;
     writeln!(out, "\nvibrations at rest, crank at {:.4}°, and their part in the run:", excitation.angle_rad.to_degrees())?;
-    let head = ["vibration", "Hz", "energy", "moving", "output", ""].map(str::to_owned).to_vec();
+    let head = ["vibration", "Hz", "energy", "moving", "output", "follows", ""].map(str::to_owned).to_vec();
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(excitation.modes.iter().map(line)).collect();
     print(&rows, 1)?;
     sentences(modes).iter().try_for_each(|sentence| writeln!(out, "{}", wrapped(sentence, 2)))?;
@@ -49,18 +49,22 @@ fn line(mode: &ExcitedMode) -> Vec<String> {
         format!("{:.1e}", mode.energy_part),
         format!("{:.1e}", mode.moving_part),
         format!("{:.1e}", mode.output_part),
+        format!("{:.1e}", mode.following_part),
         mode.output.as_str().to_owned(),
     ]
 }
 
 /// The vibrations that a tolerance needs, and those that it does not.
 fn sentences(modes: &LostModes) -> Vec<String> {
-    let [needed, others] = modes.excitation.needed(modes.tolerance);
+    let [vibrate, follow, others] = modes.excitation.needed(modes.tolerance);
     let names = |modes: &[&ExcitedMode]| modes.iter().map(|mode| mode.name.as_str()).collect::<Vec<_>>().join(", ");
-    let needs = if needed.is_empty() { "no vibration".to_owned() } else { names(&needed) };
+    let needs = if vibrate.is_empty() { "no vibration".to_owned() } else { names(&vibrate) };
     let mut sentences = vec![format!("within {:e} the scene needs {needs}", modes.tolerance)];
-    if let [largest, ..] = others.as_slice() {
-        let most = largest.output_part;
+    if !follow.is_empty() {
+        sentences.push(format!("it needs as deflections that follow their loads: {}", names(&follow)));
+    }
+    if !others.is_empty() {
+        let most = others.iter().map(|mode| mode.output_part.max(mode.following_part)).fold(0.0, f64::max);
         sentences.push(format!("it can do without {}: none changes an output by more than {most:.1e}", names(&others)));
     }
     sentences

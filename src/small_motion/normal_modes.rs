@@ -246,11 +246,11 @@ mod tests {
     #[test]
     fn val_a_rod_started_in_its_second_mode_carries_all_in_that() -> Tested {
         let undamped = scene(&["crank.damping_s=0", "rod.damping_s=0"])?;
-        for (rate_rad_per_s, steps, least) in [(0.0, 0, 1.0 - 1e-8), (0.0, 333, 1.0 - 1e-4), (1.0, 333, 0.98)] {
+        for (rate_rad_per_s, steps, least) in [(0.0, 0, 1.0 - 1e-8), (0.0, 333, 1.0 - 1e-3), (1.0, 333, 0.98)] {
             let (energies, strain_j) = energies(&undamped, rate_rad_per_s, steps)?;
             let all_j: f64 = energies.iter().sum();
             assert!(energies[1] > least * all_j, "{rate_rad_per_s} rad/s, {steps}: {energies:?}");
-            assert!((energies[1] / strain_j - 1.0).abs() < 2.0 * (1.0 - least) + 1e-5, "{energies:?} of {strain_j}");
+            assert!((energies[1] / strain_j - 1.0).abs() < 5.0 * (1.0 - least) + 1e-5, "{energies:?} of {strain_j}");
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use super::output_group::{CHANNELS, OutputGroup};
 use super::run::Failed;
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::Simulation;
-use crate::small_motion::{Amplitude, Kind, LinkShape, Mode, NoModes, NormalMode, NormalModes, follow};
+use crate::small_motion::{Amplitude, Kind, LinkShape, Mode, NoModes, NormalMode, NormalModes, Part, follow};
 
 /// Modes of the slowest link in the model that tells the energies; the other links have those up to the same frequency.
 const RESOLUTION: usize = 12;
@@ -33,6 +33,8 @@ pub struct ExcitedMode {
     pub name: String,
     /// The part that it strains.
     pub kind: Kind,
+    /// Its number among the modes of this kind.
+    pub number: usize,
     /// Its frequency there, undamped, Hz.
     pub frequency_hz: f64,
     /// Its part of the energy of all vibrations, the mean over the run, 0 to 1.
@@ -44,7 +46,8 @@ pub struct ExcitedMode {
     pub output_part: f64,
     /// That output.
     pub output: OutputGroup,
-    /// The most by which its displacement changes one, what follows the load among it.
+    /// The most by which its displacement changes one, what follows the load among it. Only deflections of the link that it is named
+    /// after count: those of the other one follow in that link's own modes.
     pub following_part: f64,
     /// Its eigenvalue with damping, 1/s.
     pub eigenvalue: Complex<f64>,
@@ -131,6 +134,7 @@ impl Excitation {
             ExcitedMode {
                 name: mode.mode.name(),
                 kind: mode.mode.kind,
+                number: mode.mode.number,
                 frequency_hz: mode.frequency_hz(),
                 energy_part: part(sums.energy_j),
                 moving_part: part(2.0 * sums.kinetic_j),
@@ -154,9 +158,13 @@ impl Sums {
             let (mode, amplitude) = (&instant.modes.modes()[place], instant.amplitudes[place]);
             sums.energy_j += mode.energy_j(amplitude);
             sums.kinetic_j += 0.5 * amplitude.velocity.powi(2);
-            for (k, (unit, scale)) in outputs_of(&on_nodes(mode)).iter().zip(scales).enumerate() {
+            let links = on_nodes(mode);
+            let is_own = own_channels(mode.mode.kind, &links);
+            for (k, (unit, scale)) in outputs_of(&links).iter().zip(scales).enumerate() {
                 sums.vibrating[k] = sums.vibrating[k].max(mode.vibrating(amplitude) * unit / scale);
-                sums.all[k] = sums.all[k].max(amplitude.displacement.abs() * unit / scale);
+                if is_own[k] {
+                    sums.all[k] = sums.all[k].max(amplitude.displacement.abs() * unit / scale);
+                }
             }
         }
         sums
@@ -176,6 +184,16 @@ fn outputs_of(links: &[LinkShape]) -> [f64; CHANNELS.len()] {
     let end = links.last().and_then(|link| link.displacement.last());
     let end_m = end.map_or(0.0, |[along, across]| along.re.hypot(across.re));
     [links.first().map_or(0.0, |link| link.chord_turn().abs()), end_m, bow(0), bow(1), 0.0, 0.0, 0.0]
+}
+
+/// Whether a channel is none of the other link's deflection.
+fn own_channels(kind: Kind, links: &[LinkShape]) -> [bool; CHANNELS.len()] {
+    let name = match kind {
+        Kind::Vibration(Part::Bending(name) | Part::Stretching(name)) => Some(name),
+        _ => None,
+    };
+    let is_own = |i: usize| name.is_none() || links.get(i).map(|link| link.link) == name;
+    [true, true, is_own(0), is_own(1), true, true, true]
 }
 
 /// A mode's shape on the nodes on which shapes are compared.

@@ -67,9 +67,9 @@ impl ExcitedMode {
         self.output_part > tolerance
     }
 
-    /// Whether its displacement does, perhaps only as it follows the load.
-    pub fn deflects(&self, tolerance: f64) -> bool {
-        self.following_part.max(self.output_part) > tolerance
+    /// Whether its displacement does only as it follows the load.
+    pub fn follows(&self, tolerance: f64) -> bool {
+        !self.vibrates(tolerance) && self.following_part > tolerance
     }
 }
 
@@ -83,7 +83,7 @@ impl LostModes {
     /// - by the model, if it has no partner, or one with `|λ_model − λ| > 0.1 |λ|`;
     /// - by the step, if `|λ_h − λ_model| > 0.1 |λ_model|`, or its period has fewer than two steps.
     ///
-    /// A deflection that only follows its load is lost by a model without any mode of its kind, as where the link is rigid.
+    /// A deflection that only follows its load is lost by a model that has fewer modes of its kind: `rod bending 3` by a rod of one mode.
     ///
     /// # Errors
     /// [`NoExcitation`] where nothing vibrates.
@@ -112,12 +112,14 @@ impl LostModes {
 }
 
 impl Excitation {
-    /// The vibrations that change an output that counts by more than a tolerance, and the others; each kind by its weight.
-    pub fn needed(&self, tolerance: f64) -> [Vec<&ExcitedMode>; 2] {
+    /// The modes that a tolerance needs as vibrations; those that it needs as deflections that follow their loads; and the others. The
+    /// first of each change outputs most.
+    pub fn needed(&self, tolerance: f64) -> [Vec<&ExcitedMode>; 3] {
         let mut modes: Vec<&ExcitedMode> = self.modes.iter().collect();
         modes.sort_by(|one, other| other.output_part.total_cmp(&one.output_part));
-        let (needed, others) = modes.into_iter().partition(|mode| mode.vibrates(tolerance));
-        [needed, others]
+        let (vibrate, others): (Vec<_>, Vec<_>) = modes.into_iter().partition(|mode| mode.vibrates(tolerance));
+        let (follow, others) = others.into_iter().partition(|mode| mode.follows(tolerance));
+        [vibrate, follow, others]
     }
 }
 
@@ -154,12 +156,14 @@ impl Asked<'_> {
         let mut errors = Vec::new();
         for ((place, mode), partner) in self.excitation.modes.iter().enumerate().zip(partners(&self.excitation.modes, modes)) {
             let partner = partner.and_then(|partner| modes.get(partner));
-            let unlike = modes.iter().all(|own| own.kind != mode.kind);
-            if mode.vibrates(self.tolerance) || unlike && mode.deflects(self.tolerance) {
-                errors.push(match partner {
-                    Some(partner) => ModeError::new(place, mode, partner.equation, step, self.until_s),
-                    None => ModeError::missing(place, mode),
-                });
+            let has_none = modes.iter().filter(|own| own.kind == mode.kind).count() < mode.number;
+            match partner {
+                Some(own) if mode.vibrates(self.tolerance) => {
+                    errors.push(ModeError::new(place, mode, own.equation, step, self.until_s));
+                }
+                None if mode.vibrates(self.tolerance) => errors.push(ModeError::missing(place, mode)),
+                _ if has_none && mode.follows(self.tolerance) => errors.push(ModeError::missing(place, mode)),
+                _ => {}
             }
         }
         Some(errors)
