@@ -33,6 +33,8 @@ const LOOKS: u32 = 32;
 const EARLY: u32 = 4;
 /// Growth of two trajectories that agree differs by no more than this factor.
 const AGREE: f64 = 1.5;
+/// Part of a time by which two trajectories that end at the same time may differ.
+const SAME_TIME: f64 = 0.05;
 const NEWTON: NewtonSettings = NewtonSettings { tolerance: 1e-9, max_iterations: 50 };
 
 /// The largest growth up to a time.
@@ -116,13 +118,16 @@ impl Growth {
 
     /// The judgement over the time up to `time_s`.
     pub fn at(&self, time_s: f64) -> Judged {
-        let [(coarse, _), (fine, reached)] = [&self.coarse, &self.fine].map(|along| along.up_to(time_s));
+        let [(coarse, first), (fine, reached)] = [&self.coarse, &self.fine].map(|along| along.up_to(time_s));
         let ratio = fine / coarse;
-        if coarse > BOUND && fine > BOUND {
+        // A step too long to go on says nothing of the motion: both reach the time, or end at the same one.
+        let ends_s = [&self.coarse, &self.fine].map(|along| along.looks.last().map_or(0.0, |look| look.time_s));
+        let alike = (first && reached) || (ends_s[0] - ends_s[1]).abs() <= SAME_TIME * ends_s[1];
+        if alike && coarse > BOUND && fine > BOUND {
             return Judged::Grows(fine);
         }
         let agrees = (1.0 / AGREE..=AGREE).contains(&ratio) && f64::from(self.steps) >= self.fine.needed_steps;
-        if agrees && reached && self.coarse.up_to(time_s).1 && fine <= BOUND { Judged::Stays(fine) } else { Judged::Unknown }
+        if agrees && reached && first && fine <= BOUND { Judged::Stays(fine) } else { Judged::Unknown }
     }
 }
 
