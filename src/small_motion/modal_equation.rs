@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Complex, Schur};
+use nalgebra::{Complex, Schur, linalg::balancing::balance_parlett_reinsch};
 
 use super::periodic::PeriodicSystem;
 use super::scheme::Scheme;
@@ -44,10 +44,12 @@ impl ModalEquation {
         let mut trajectory = Trajectory::new(scheme, 1, TIGHT);
         trajectory.begin(&mut alone, 0.0, &vec![0.0; trajectory.carried_len()]).ok()?;
         trajectory.step(&mut alone, 0.0, step_s).ok()?;
-        let map = trajectory.map();
+        let mut map = trajectory.map();
         if !map.iter().all(|entry| entry.is_finite()) {
             return None;
         }
+        // Positions and accelerations of stiff modes are of very different sizes.
+        balance_parlett_reinsch(&mut map);
         let exact = (self.eigenvalue() * step_s).exp();
         let multipliers = Schur::try_new(map, f64::EPSILON, ITERATIONS)?.complex_eigenvalues();
         let distance = |g: &Complex<f64>| (*g - exact).norm();
@@ -139,6 +141,15 @@ mod tests {
         Ok(())
     }
 
+    /// A stiff mode of generalised-α, whose g tends to −ρ∞ (Chung & Hulbert, 1993).
+    #[test]
+    fn val_a_stiff_mode_has_the_spectral_radius_at_infinity() -> Tested {
+        let mode = ModalEquation { stiffness: 1e14, damping: 0.0 };
+        let found = mode.eigenvalue_by(Scheme::GeneralizedAlpha(0.8), 1e-2).ok_or("no step")?;
+        assert!(((found.re * 1e-2).exp() - 0.8).abs() < 1e-2 && mode.is_beyond(1e-2), "{found}");
+        Ok(())
+    }
+
     /// A mode of two decays is known by the slower one.
     #[test]
     fn val_an_overdamped_mode_decays_slowly() -> Tested {
@@ -163,7 +174,9 @@ mod tests {
             carried.resize(trajectory.carried_len(), 0.0);
             trajectory.begin(&mut system, 0.0, &carried)?;
             trajectory.step(&mut system, 0.0, step_s)?;
-            let multipliers = trajectory.map().complex_eigenvalues();
+            let mut map = trajectory.map();
+            balance_parlett_reinsch(&mut map);
+            let multipliers = map.complex_eigenvalues();
             for mode in modes.modes().iter().filter(|mode| mode.is_vibration()) {
                 let alone = (mode.equation.eigenvalue_by(scheme, step_s).ok_or("no step")? * step_s).exp();
                 let nearest = multipliers.iter().map(|g| (g - alone).norm()).fold(f64::INFINITY, f64::min);
