@@ -44,8 +44,6 @@ pub use sample::{Account, Sample, Stamp};
 pub use small_motion::SmallMotion;
 pub use telemetry::{PerTelemetry, PublishRates};
 
-use std::time::SystemTime;
-
 pub use crate::integrate::Work;
 use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
@@ -339,27 +337,6 @@ impl Simulation {
     /// Energies, works and estimated error of the present state.
     pub fn account(&self) -> Account {
         Account { ledger: self.ledger(), verdict: self.energy_verdict(), error: self.error }
-    }
-
-    /// The stamp of the present instant, in an epoch that began at `epoch_start_s`.
-    pub fn stamp(&self, epoch_start_s: f64, wall: SystemTime) -> Stamp {
-        Stamp { step: self.step, epoch: self.epoch, sim_time_s: self.time_s(), epoch_start_s, wall }
-    }
-
-    /// A sample with room for an observation, to be filled by [`Simulation::sample`].
-    pub fn blank_sample(&self) -> Sample {
-        let stamp = self.stamp(0.0, SystemTime::UNIX_EPOCH);
-        Sample { stamp, driving_torque_nm: 0.0, observation: self.observation().clone(), ledger: self.ledger() }
-    }
-
-    /// Fills a sample with the present state, except for the driving torque.
-    ///
-    /// # Errors
-    /// As of [`Simulation::observe`].
-    pub fn sample(&mut self, sample: &mut Sample, stamp: Stamp) -> Result<(), Diverged> {
-        sample.observation.clone_from(self.observe()?);
-        (sample.stamp, sample.ledger) = (stamp, self.ledger());
-        Ok(())
     }
 
     /// Everything needed to go on from here.

@@ -4,6 +4,7 @@ use std::time::SystemTime;
 
 use super::error_estimate::ErrorEstimate;
 use super::ledger::{EnergyLedger, EnergyVerdict};
+use super::{Diverged, Simulation};
 use crate::mechanics::Observation;
 
 /// When a sample was true.
@@ -50,4 +51,27 @@ pub struct Account {
     pub verdict: EnergyVerdict,
     /// Estimated error; `None` if the method has no estimate.
     pub error: Option<ErrorEstimate>,
+}
+
+impl Simulation {
+    /// The stamp of the present instant, in an epoch that began at `epoch_start_s`.
+    pub fn stamp(&self, epoch_start_s: f64, wall: SystemTime) -> Stamp {
+        Stamp { step: self.step, epoch: self.epoch, sim_time_s: self.time_s(), epoch_start_s, wall }
+    }
+
+    /// A sample with room for an observation, to be filled by [`Simulation::sample`].
+    pub fn blank_sample(&self) -> Sample {
+        let stamp = self.stamp(0.0, SystemTime::UNIX_EPOCH);
+        Sample { stamp, driving_torque_nm: 0.0, observation: self.observation().clone(), ledger: self.ledger() }
+    }
+
+    /// Fills a sample with the present state, except for the driving torque.
+    ///
+    /// # Errors
+    /// As of [`Simulation::observe`].
+    pub fn sample(&mut self, sample: &mut Sample, stamp: Stamp) -> Result<(), Diverged> {
+        sample.observation.clone_from(self.observe()?);
+        (sample.stamp, sample.ledger) = (stamp, self.ledger());
+        Ok(())
+    }
 }

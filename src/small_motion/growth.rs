@@ -33,6 +33,8 @@ const LOOKS: u32 = 32;
 const EARLY: u32 = 4;
 /// Growth of two trajectories that agree differs by no more than this factor.
 const AGREE: f64 = 1.5;
+/// Growth by so many times the bound need not agree any further.
+const BEYOND_DOUBT: f64 = 10.0;
 /// Part of a time by which two trajectories that end at the same time may differ.
 const SAME_TIME: f64 = 0.05;
 const NEWTON: NewtonSettings = NewtonSettings { tolerance: 1e-9, max_iterations: 50 };
@@ -123,10 +125,11 @@ impl Growth {
         // A step too long to go on says nothing of the motion: both reach the time, or end at the same one.
         let ends_s = [&self.coarse, &self.fine].map(|along| along.looks.last().map_or(0.0, |look| look.time_s));
         let alike = (first && reached) || (ends_s[0] - ends_s[1]).abs() <= SAME_TIME * ends_s[1];
-        if alike && coarse > BOUND && fine > BOUND {
+        let near = (1.0 / AGREE..=AGREE).contains(&ratio);
+        if alike && coarse > BOUND && fine > BOUND && (near || coarse.min(fine) > BEYOND_DOUBT * BOUND) {
             return Judged::Grows(fine);
         }
-        let agrees = (1.0 / AGREE..=AGREE).contains(&ratio) && f64::from(self.steps) >= self.fine.needed_steps;
+        let agrees = near && f64::from(self.steps) >= self.fine.needed_steps;
         if agrees && reached && first && fine <= BOUND { Judged::Stays(fine) } else { Judged::Unknown }
     }
 }

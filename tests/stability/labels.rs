@@ -350,12 +350,6 @@ fn prop_labels_agree_with_brute_force() -> Tried {
         failed += 1;
         let (brute, growth) = brute_force(&base, &drawn, &end);
         *table.entry((end.category, brute, label)).or_insert(0) += 1;
-        if brute != Some(label) {
-            println!(
-                "{label:?} {:?} brute {brute:?} {growth:?} {:?} t {} step {} {:?} {:?}",
-                end.growth, end.category, end.sim_time_s, drawn.step_s, drawn.mechanism, drawn.solver
-            );
-        }
         let Some(brute) = brute else { continue };
         decided += 1;
         labelled += usize::from(label != Label::Undecided);
