@@ -211,7 +211,7 @@ impl Chart<'_> {
         }
         match &found.scheme {
             Some(Ok(scheme)) => {
-                let unstable = if scheme.largest.is_unstable() { "unstable" } else { "stable" };
+                let unstable = if found.scheme_adds_growth() { "unstable" } else { "stable" };
                 let step = figure(1e3 * scheme.cycle.step_s());
                 writeln!(out, "  {} at {step} ms is {unstable}: |ρ| up to {:.6}", self.integrator, scheme.largest.value.norm())?;
             }
@@ -240,10 +240,7 @@ impl Chart<'_> {
         } else {
             writeln!(out, "  no mode is unstable")?
         }
-        let differs = self.motions().filter(|(_, _, found)| {
-            let scheme = found.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
-            scheme.is_some_and(|scheme| scheme.largest.is_unstable()) && found.unstable().next().is_none()
-        });
+        let differs = self.motions().filter(|(_, _, found)| found.scheme_adds_growth() && found.unstable().next().is_none());
         let differs: Vec<f64> = differs.map(|(_, speed, _)| speed).collect();
         if let (Some(first), Some(last)) = (differs.first(), differs.last()) {
             let (count, first, last) = (differs.len(), figure(*first), figure(*last));
@@ -282,6 +279,11 @@ impl Chart<'_> {
     }
 
     fn conclude(&self, interruption: &Interruption) -> CommandResult {
+        if let ([_], [found]) = (self.speeds.as_slice(), self.found.as_slice())
+            && let [Some(Err(refusal))] = found.as_slice()
+        {
+            return Err(refusal.clone().into());
+        }
         let mut refusals: Vec<(String, Vec<f64>)> = Vec::new();
         for (speed, refusal) in self.found.iter().flat_map(|found| self.speeds.iter().zip(found)) {
             let Some(Err(refusal)) = refusal else { continue };

@@ -65,6 +65,9 @@ const STAGES: u32 = 16;
 /// Steps of a turn on the way.
 const STAGE_STEPS: u32 = 128;
 
+/// Growth in a turn that a scheme adds, beyond which it is called unstable.
+const ADDED: f64 = 1e-2;
+
 /// A scheme at a step, s.
 pub type SchemeStep = (Scheme, f64);
 
@@ -202,6 +205,13 @@ impl PeriodicModes {
     /// Modes that grow by themselves, beyond doubt.
     pub fn unstable(&self) -> impl Iterator<Item = &PeriodicMode> {
         self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
+    }
+
+    /// Whether a mode grows by the scheme, and by [`ADDED`] more than any does by itself. Less is found where a double multiplier of 1, as
+    /// of a crank that turns freely, is torn apart by the scheme's error.
+    pub fn scheme_adds_growth(&self) -> bool {
+        let scheme = self.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
+        scheme.is_some_and(|scheme| scheme.largest.value.norm() > (1.0 + ADDED) * self.largest().max(1.0))
     }
 
     /// The largest magnitude of a multiplier that is resolved; 0 where nothing moves.
