@@ -265,8 +265,11 @@ fn prop_singular_positions_are_said() -> Outcome {
             Ok(found) => assert!(found.iter().all(|mode| mode.eigenvalue.norm().is_finite()), "{overrides:?}"),
         }
     }
-    let held = subject("crank-slider", &["solver.model=rigid"], Some(Crank::Held))?;
-    assert_eq!(modes(&held, &held.at_rest(0.0)?, 5).err(), Some(NoModes::NothingMoves));
+    for model in ["rigid", "modal"] {
+        let rigid = [&format!("solver.model={model}"), "crank.rigid=true", "rod.rigid=true"];
+        let held = subject("crank-slider", &rigid, Some(Crank::Held))?;
+        assert_eq!(modes(&held, &held.at_rest(0.0)?, 5).err(), Some(NoModes::NothingMoves));
+    }
     Ok(())
 }
 

@@ -92,6 +92,9 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn tangent(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], w: Weights, entry: &mut dyn FnMut(usize, usize, f64)) {
+        if q.is_empty() {
+            return;
+        }
         self.evaluate(input, q, v, a);
         let matrix = self.tangent.assemble(&mut self.chain, a, w);
         matrix.iter().enumerate().for_each(|(place, value)| entry(place / q.len(), place % q.len(), *value));
