@@ -248,16 +248,25 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.done.verdict = Some(simulation.energy_verdict());
     }
 
-    /// Keeps the recorded mean torque after missing loads: whether they ended its period is unknown.
+    /// Keeps the recorded mean torque after missing loads, and the impulse since then in a checkpoint: whether a dropped sample ended its
+    /// period is unknown.
     fn tolerate_unknown_torque(&mut self, event: &Message, mut computed: Message, at: EpochStep) -> Message {
-        let (Message::Loads(recorded), Message::Loads(loads)) = (event, &mut computed) else { return computed };
-        let since = self.last_loads.replace(at);
+        let since = self.last_loads;
         let missing = self.gaps.iter().filter(|gap| gap.topic == Topic::Loads.chunk()).any(|gap| {
             let last = gap.stamp.unwrap_or_default();
             since.is_none_or(|since| (last.epoch, last.step) > since) && (last.epoch, gap.first_step) < at
         });
-        if missing {
-            loads.driving_torque_nm = recorded.driving_torque_nm;
+        match (event, &mut computed) {
+            (Message::Loads(recorded), Message::Loads(loads)) => {
+                self.last_loads = Some(at);
+                if missing {
+                    loads.driving_torque_nm = recorded.driving_torque_nm;
+                }
+            }
+            (Message::Checkpoint(recorded), Message::Checkpoint(state)) if missing => {
+                (state.impulse_nm_s, state.impulse_over_s) = (recorded.impulse_nm_s, recorded.impulse_over_s);
+            }
+            _ => {}
         }
         computed
     }
