@@ -207,7 +207,7 @@ impl PeriodicModes {
         self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
     }
 
-    /// Whether a mode grows by the scheme, and by [`ADDED`] more than any does by itself. Less is found where a double multiplier of 1, as
+    /// Whether a mode grows by the scheme, and by a hundredth more than any does by itself. Less is found where a double multiplier of 1, as
     /// of a crank that turns freely, is torn apart by the scheme's error.
     pub fn scheme_adds_growth(&self) -> bool {
         let scheme = self.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
