@@ -165,6 +165,8 @@ impl Identifier {
         let vibrates = self.rigid.whole == 0.0 || strain >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
         let mut mode = self.identify(exponent(vibrates), shape);
         mode.kind = match (mode.shares.first(), vibrates) {
+            // A free crank runs ahead, or faster; the links follow bent.
+            _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
             (Some(Share { part: Part::Base, .. }), true) => Kind::Vibration(Part::Base),
             (Some(share), true) => Kind::Vibration(as_it_moves(share.part, &mode.links)),
             _ if mode.eigenvalue.im == 0.0 => Kind::Rotation,
