@@ -211,9 +211,9 @@ impl Chart<'_> {
         }
         match &found.scheme {
             Some(Ok(scheme)) => {
-                let unstable = if found.scheme_adds_growth() { "unstable" } else { "stable" };
+                let verdict = if found.scheme_adds_growth() { "is unstable" } else { "adds less than 1 % of growth" };
                 let step = figure(1e3 * scheme.cycle.step_s());
-                writeln!(out, "  {} at {step} ms is {unstable}: |ρ| up to {:.6}", self.integrator, scheme.largest.value.norm())?;
+                writeln!(out, "  {} at {step} ms {verdict}: |ρ| up to {:.6}", self.integrator, scheme.largest.value.norm())?;
             }
             Some(Err(refusal)) => writeln!(out, "  {} finds no periodic motion at its step: {refusal}", self.integrator)?,
             None => {}

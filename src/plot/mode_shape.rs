@@ -1,11 +1,13 @@
 //! Shapes of modes on the mechanism.
 
+use nalgebra::Complex;
+
 use super::figure::{Axis, Figure, Mark};
 use crate::small_motion::LinkShape;
 
 /// Largest displacement drawn, as a part of the mechanism's size.
 const LARGEST: f64 = 0.12;
-/// Points drawn on the curve between two nodes.
+/// Parts in which the curve between two nodes is drawn.
 const BETWEEN: usize = 8;
 
 /// The links at rest, dashed, and displaced as a mode displaces them, to both sides; the largest displacement is drawn as an eighth of the
@@ -29,23 +31,10 @@ fn curve(links: &[LinkShape], scale: f64) -> (Vec<f64>, Vec<f64>) {
 
 fn link_curve(link: &LinkShape, scale: f64) -> Vec<[f64; 2]> {
     let (sin, cos) = link.chord_rad.sin_cos();
-    let mut drawn = Vec::new();
-    for i in 0..link.at_m.len().saturating_sub(1) {
-        let [from, to] = [i, i + 1].map(|node| link.at_m[node]);
-        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let [[u0, w0], [u1, w1]] = [i, i + 1].map(|node| link.displacement[node].map(|part| part.re));
-        let [turn0, turn1] = [i, i + 1].map(|node| link.turn[node].re * length);
-        for k in 0..=BETWEEN {
-            let x = k as f64 / BETWEEN as f64;
-            let (square, cube) = (x * x, x * x * x);
-            let along = u0 + (u1 - u0) * x;
-            let across = w0 * (1.0 - 3.0 * square + 2.0 * cube)
-                + turn0 * (x - 2.0 * square + cube)
-                + w1 * (3.0 * square - 2.0 * cube)
-                + turn1 * (cube - square);
-            let at = [0, 1].map(|c| from[c] + (to[c] - from[c]) * x);
-            drawn.push([at[0] + scale * (along * cos - across * sin), at[1] + scale * (along * sin + across * cos)]);
-        }
-    }
-    drawn
+    let fine = link.on_nodes(BETWEEN * link.at_m.len().saturating_sub(1) + 1);
+    let displaced = |([x, y], displacement): (&[f64; 2], &[Complex<f64>; 2])| {
+        let [along, across] = displacement.map(|part| scale * part.re);
+        [x + along * cos - across * sin, y + along * sin + across * cos]
+    };
+    fine.at_m.iter().zip(&fine.displacement).map(displaced).collect()
 }

@@ -91,7 +91,7 @@ pub enum Judged {
 }
 
 impl Growth {
-    /// Of a scene's mechanism over the time given; `None` for a model without a tangent or without a start, and if
+    /// Computes the growth of a scene's mechanism over the time given. Returns `None` for a model without a tangent or without a start, and if
     /// too many steps were needed.
     pub fn along(scene: &Scene, over_s: f64) -> Option<Self> {
         let subject = Subject::new(scene, None).ok()?;

@@ -30,7 +30,7 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// Of a model about a state.
+    /// Linearises a model about a state.
     pub fn new(mechanism: &mut dyn Mechanism, point: &Point) -> Self {
         let weights = |acceleration, velocity, position| Weights { acceleration, velocity, position };
         let still = Linearised {

@@ -169,7 +169,6 @@ impl Identifier {
             _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
             (Some(Share { part: Part::Base, .. }), true) => Kind::Vibration(Part::Base),
             (Some(share), true) => Kind::Vibration(as_it_moves(share.part, &mode.links)),
-            _ if mode.eigenvalue.im == 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };
         mode
@@ -196,8 +195,8 @@ impl Identifier {
     }
 }
 
-/// Of a link that the mode strains: stretching if its nodes move along it rather than across. Tension that a steady rotation brings
-/// about also resists bending, so that energy alone does not tell.
+/// A strained link stretches if its nodes move along it rather than across it. Energy alone does not tell: the tension of a steady rotation
+/// also resists bending.
 fn as_it_moves(part: Part, links: &[LinkShape]) -> Part {
     let (Part::Bending(name) | Part::Stretching(name)) = part else { return part };
     let Some(shape) = links.iter().find(|shape| shape.link == name) else { return part };

@@ -242,7 +242,7 @@ mod tests {
         Ok((second.map(|(mode, amplitude)| mode.energy_j(*amplitude)).collect(), strain_j))
     }
 
-    /// What begins in the second mode stays there, and its energy is what the model says.
+    /// Motion that begins in the second mode stays in it, with the strain energy that the model computes.
     #[test]
     fn val_a_rod_started_in_its_second_mode_carries_all_in_that() -> Tested {
         let undamped = scene(&["crank.damping_s=0", "rod.damping_s=0"])?;

@@ -112,7 +112,7 @@ impl Subject {
         let by_scheme = scheme
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
         let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
-        let scheme = by_scheme.map(|found| found.and_then(|found| SchemeMotion::of(&found)));
+        let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found)));
         Ok(PeriodicModes { orbit: found.orbit, modes, scheme })
     }
 
@@ -207,8 +207,8 @@ impl PeriodicModes {
         self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
     }
 
-    /// Whether a mode grows by the scheme, and by a hundredth more than any does by itself. Less is found where a double multiplier of 1, as
-    /// of a crank that turns freely, is torn apart by the scheme's error.
+    /// Whether the scheme lets a mode grow by a hundredth a turn more than any mode grows by itself. Smaller growth proves nothing: a crank that
+    /// turns freely has a double multiplier of 1, which any error of the scheme splits in two.
     pub fn scheme_adds_growth(&self) -> bool {
         let scheme = self.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
         scheme.is_some_and(|scheme| scheme.largest.value.norm() > (1.0 + ADDED) * self.largest().max(1.0))
@@ -221,10 +221,10 @@ impl PeriodicModes {
 }
 
 impl SchemeMotion {
-    fn of(found: &Floquet) -> Result<Self, FloquetError> {
+    fn of(found: &Floquet) -> Self {
         let none = Multiplier { value: Complex::from(0.0), error: 0.0 };
         let largest = found.multipliers.first().copied().unwrap_or(none);
-        Ok(SchemeMotion { cycle: found.orbit.cycle, largest, residual: found.orbit.residual })
+        SchemeMotion { cycle: found.orbit.cycle, largest, residual: found.orbit.residual }
     }
 }
 

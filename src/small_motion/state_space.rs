@@ -45,7 +45,7 @@ pub struct StateSpace {
 }
 
 impl StateSpace {
-    /// Of a subject about a point.
+    /// Computes the matrices of a subject about a point.
     ///
     /// # Errors
     /// [`NoModes`] where nothing can move, or the position is singular.

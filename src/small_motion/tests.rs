@@ -245,7 +245,6 @@ fn val_a_crank_slider_has_the_frequencies_that_exudyn_finds() -> Outcome {
             }
             assert_eq!(found.len(), 5, "{row}");
         }
-        println!("largest difference {largest:.1e}");
         assert!(largest < bound, "{largest:e}");
     }
     Ok(())
@@ -253,16 +252,16 @@ fn val_a_crank_slider_has_the_frequencies_that_exudyn_finds() -> Outcome {
 
 #[test]
 fn prop_singular_positions_are_said() -> Outcome {
-    let across = ["crank.length_m=1.0", "rod.length_m=1.0"];
-    for overrides in [
-        &[&across[..], &["solver.model=modal"]].concat(),
-        &[&across[..], &["solver.model=finite-element", "solver.integrator=generalized-alpha"]].concat(),
-    ] {
-        let Ok(subject) = subject("crank-slider", overrides, Some(Crank::Held)) else { continue };
-        let found = subject.at_rest(FRAC_PI_2).and_then(|point| modes(&subject, &point, 5));
-        match found {
-            Err(said) => println!("{said}"),
-            Ok(found) => assert!(found.iter().all(|mode| mode.eigenvalue.norm().is_finite()), "{overrides:?}"),
+    let refused =
+        subject("crank-slider", &["crank.length_m=1.0", "rod.length_m=1.0"], Some(Crank::Held)).err().ok_or("accepted")?;
+    assert!(refused.to_string().contains("must be longer"), "{refused}");
+    // The rod stands across the guide but for a fifty-thousandth of a turn.
+    for model in ["solver.model=modal", "solver.model=finite-element"] {
+        let across = [model, "solver.integrator=generalized-alpha", "crank.length_m=1.0", "rod.length_m=1.00000001"];
+        let subject = subject("crank-slider", &across, Some(Crank::Free))?;
+        match subject.at_rest(FRAC_PI_2).and_then(|point| modes(&subject, &point, 5)) {
+            Err(said) => assert!(matches!(said, NoModes::Singular | NoModes::NoEquilibrium { .. }), "{model}: {said}"),
+            Ok(found) => assert!(found.iter().all(|mode| mode.eigenvalue.norm().is_finite()), "{model}"),
         }
     }
     for model in ["rigid", "modal"] {

@@ -2,25 +2,11 @@
 
 use nalgebra::{Complex, DMatrix, Matrix3};
 
-use crate::integrate::{
-    Esdirk, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, Singular, State, StepError, System, TwoPoint, Weights,
-};
+use crate::integrate::{NewtonSettings, RungeKutta, Singular, State, StepError, System, Weights};
+pub use crate::small_motion::scheme::Scheme;
 use crate::study::Table;
 
 const NEWTON: NewtonSettings = NewtonSettings { tolerance: 1e-12, max_iterations: 20 };
-
-/// A scheme with its parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scheme {
-    /// The two-point method of this ϑ.
-    TwoPoint(f64),
-    /// Generalised-α of this ρ∞.
-    GeneralizedAlpha(f64),
-    /// Runge–Kutta of fourth order.
-    RungeKutta,
-    /// ESDIRK4(3)6L\[2\]SA.
-    Esdirk,
-}
 
 /// One mass on a spring and a damper, per unit of mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,15 +78,6 @@ impl Scheme {
         }
     }
 
-    fn integrator(self) -> Integrator {
-        match self {
-            Scheme::TwoPoint(weight) => Integrator::TwoPoint(TwoPoint::new(1, weight, NEWTON)),
-            Scheme::GeneralizedAlpha(rho) => Integrator::GeneralizedAlpha(GeneralizedAlpha::new(1, rho, NEWTON)),
-            Scheme::RungeKutta => Integrator::RungeKutta(RungeKutta::new(1)),
-            Scheme::Esdirk => Integrator::Esdirk(Esdirk::new(1, NEWTON)),
-        }
-    }
-
     /// The largest |g| without damping, at `z = ωh`.
     pub fn radius_in_theory(self, omega_h: f64) -> f64 {
         self.radius_of(Oscillator::undamped(omega_h), &[Complex::new(0.0, omega_h)])
@@ -132,7 +109,7 @@ impl Scheme {
     pub(super) fn radius_run_on(self, oscillator: Oscillator) -> Result<f64, StepError> {
         let Oscillator { stiffness, damper, fastest } = oscillator;
         let scale = [1.0, fastest, fastest * fastest];
-        let size = if matches!(self, Scheme::GeneralizedAlpha(_)) { 3 } else { 2 };
+        let size = self.carried_vectors();
         let mut matrix = DMatrix::zeros(size, size);
         for column in 0..size {
             let mut unit = [0.0; 3];
@@ -140,7 +117,7 @@ impl Scheme {
             let mut state = State::new(vec![unit[0]], vec![unit[1]]);
             state.a[0] = -stiffness * unit[0] - damper * unit[1];
             state.alpha[0] = unit[2];
-            self.integrator().step(&mut Mass::new(oscillator), 0.0, 1.0, &mut state)?;
+            self.integrator(1, NEWTON).step(&mut Mass::new(oscillator), 0.0, 1.0, &mut state)?;
             for (row, value) in [state.q[0], state.v[0], state.alpha[0]].into_iter().take(size).enumerate() {
                 matrix[(row, column)] = value / scale[row];
             }
@@ -158,7 +135,7 @@ impl Scheme {
     }
 
     fn error_at_2(self, steps: u32) -> Result<f64, StepError> {
-        let (mut integrator, h_s) = (self.integrator(), 2.0 / f64::from(steps));
+        let (mut integrator, h_s) = (self.integrator(1, NEWTON), 2.0 / f64::from(steps));
         let mut mass = Mass::new(Oscillator::undamped(1.0));
         let mut state = State::new(vec![1.0], vec![0.0]);
         integrator.begin(&mut mass, 0.0, &mut state)?;

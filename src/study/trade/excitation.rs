@@ -150,7 +150,7 @@ impl Excitation {
 }
 
 impl Sums {
-    /// Of the mode at these places of the instants' modes.
+    /// Adds up one mode, which stands at these places among the modes of each instant.
     fn of(places: &[Option<usize>], instants: &[Instant], scales: &[f64; CHANNELS.len()]) -> Self {
         let mut sums = Sums::default();
         for (place, instant) in places.iter().zip(instants) {

@@ -197,13 +197,13 @@ fn partners(modes: &[ExcitedMode], own: &[Own]) -> Vec<Option<usize>> {
 }
 
 impl ModeError {
-    /// Of a vibration that the model does not have.
+    /// The error of a vibration that the model does not have.
     fn missing(mode: usize, excited: &ExcitedMode) -> Self {
         let expected = excited.output_part.max(excited.following_part);
         ModeError { mode, frequency: f64::NAN, damping: f64::NAN, expected, lost: Some(Reason::Model) }
     }
 
-    /// Of one that it has with the equation given.
+    /// The error of a vibration that the model has, with the equation given.
     fn new(mode: usize, excited: &ExcitedMode, own: ModalEquation, (scheme, step_s): SchemeStep, until_s: f64) -> Self {
         let (exact, by_model) = (excited.eigenvalue, own.eigenvalue());
         let computed = own.eigenvalue_by(scheme, step_s).unwrap_or(Complex::from(f64::INFINITY));
