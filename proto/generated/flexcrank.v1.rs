@@ -179,13 +179,16 @@ pub struct Energies {
     pub work_in_j: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "6")]
     pub dissipated_j: ::core::option::Option<f64>,
-    /// kinetic + strain + potential - their start values - work_in + dissipated.
+    /// kinetic + strain + potential - their start values - work_in + dissipated - changed.
     #[prost(double, optional, tag = "7")]
     pub balance_error_j: ::core::option::Option<f64>,
     /// The energy in play, to which the balance is compared: kinetic and strain energy at the start, the largest loss of potential
     /// energy in gravity, and the magnitudes of the work put in by every step.
     #[prost(double, optional, tag = "8")]
     pub energy_in_play_j: ::core::option::Option<f64>,
+    /// Energy that changes of the scene brought in, less what they took; absent if there was none.
+    #[prost(double, optional, tag = "9")]
+    pub changed_j: ::core::option::Option<f64>,
 }
 impl ::prost::Name for Energies {
 const NAME: &'static str = "Energies";
@@ -312,6 +315,9 @@ pub struct Status {
     pub sample_age_max_s: ::core::option::Option<f64>,
     #[prost(message, optional, tag = "62")]
     pub sample_age: ::core::option::Option<Histogram>,
+    /// As in Energies.
+    #[prost(double, optional, tag = "66")]
+    pub changed_j: ::core::option::Option<f64>,
     /// Replay only. Its `stamp.sim_time_s` is recorded time, from the recording's first message.
     #[prost(message, optional, tag = "30")]
     pub replay: ::core::option::Option<Replay>,
@@ -649,7 +655,7 @@ pub struct Control {
     /// As in TorquePulse.
     #[prost(string, tag = "1")]
     pub id: ::prost::alloc::string::String,
-    #[prost(oneof = "control::Action", tags = "2, 3, 4, 5, 6, 7, 8")]
+    #[prost(oneof = "control::Action", tags = "2, 3, 4, 5, 6, 7, 8, 9")]
     pub action: ::core::option::Option<control::Action>,
 }
 /// Nested message and enum types in `Control`.
@@ -670,6 +676,8 @@ pub mod control {
         StartRecording(super::StartRecording),
         #[prost(message, tag = "8")]
         StopRecording(super::StopRecording),
+        #[prost(message, tag = "9")]
+        Set(super::Set),
     }
 }
 impl ::prost::Name for Control {
@@ -733,6 +741,17 @@ impl ::prost::Name for StopRecording {
 const NAME: &'static str = "StopRecording";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.StopRecording".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.StopRecording".into() }}
+/// Changes the running scene: all of it, or nothing. Each change is KEY=VALUE with a key and a value as in scenes:
+/// "slider.mass_kg=0.3". Lengths, links and the kind of drive stay as they are.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct Set {
+    #[prost(string, repeated, tag = "1")]
+    pub changes: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+}
+impl ::prost::Name for Set {
+const NAME: &'static str = "Set";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Set".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Set".into() }}
 /// Command to a replay. Times are recorded time, from the recording's first message.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct ReplayControl {
@@ -809,6 +828,9 @@ pub struct CommandReply {
     /// Simulated time at the start of that step; from a replay, recorded time.
     #[prost(double, tag = "5")]
     pub effective_sim_time_s: f64,
+    /// Energy that a change of the scene brought in; absent for other commands.
+    #[prost(double, optional, tag = "6")]
+    pub changed_j: ::core::option::Option<f64>,
 }
 impl ::prost::Name for CommandReply {
 const NAME: &'static str = "CommandReply";
@@ -821,6 +843,9 @@ pub struct AppliedCommand {
     pub stamp: ::core::option::Option<Stamp>,
     #[prost(message, optional, tag = "2")]
     pub reply: ::core::option::Option<CommandReply>,
+    /// After a change of the scene: the scene in force from here on, in full.
+    #[prost(string, tag = "7")]
+    pub scene: ::prost::alloc::string::String,
     #[prost(oneof = "applied_command::Command", tags = "3, 4")]
     pub command: ::core::option::Option<applied_command::Command>,
 }
@@ -876,11 +901,52 @@ pub struct Checkpoint {
     /// State of the error estimate; empty if the method has none.
     #[prost(double, repeated, tag = "13")]
     pub error_estimate: ::prost::alloc::vec::Vec<f64>,
+    /// The scene in force, in full, if it is not the recording's; empty otherwise.
+    #[prost(string, tag = "14")]
+    pub scene: ::prost::alloc::string::String,
+    /// Traces of changes of the scene; absent if there was none in the epoch.
+    #[prost(message, optional, tag = "15")]
+    pub changes: ::core::option::Option<EpochChanges>,
 }
 impl ::prost::Name for Checkpoint {
 const NAME: &'static str = "Checkpoint";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Checkpoint".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Checkpoint".into() }}
+/// Traces that changes of the scene leave in an epoch.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct EpochChanges {
+    /// Since the last change of the step: time = origin_s + (step - origin_step) * step_s.
+    #[prost(uint64, tag = "1")]
+    pub origin_step: u64,
+    #[prost(double, tag = "2")]
+    pub origin_s: f64,
+    #[prost(double, tag = "11")]
+    pub step_s: f64,
+    /// Since the last change of a prescribed speed, the crank's angle counts from here.
+    #[prost(double, optional, tag = "3")]
+    pub motion_origin_s: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "4")]
+    pub motion_origin_rad: ::core::option::Option<f64>,
+    /// Energies at the start of the epoch.
+    #[prost(double, optional, tag = "5")]
+    pub start_kinetic_j: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "6")]
+    pub start_strain_j: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "7")]
+    pub start_potential_j: ::core::option::Option<f64>,
+    /// Kinetic and strain energy that all changes brought in, less what they took; the same of potential energy.
+    #[prost(double, tag = "8")]
+    pub changed_moving_j: f64,
+    #[prost(double, tag = "9")]
+    pub changed_potential_j: f64,
+    /// Magnitudes of the kinetic and strain energy of every change, summed.
+    #[prost(double, tag = "10")]
+    pub changed_magnitude_j: f64,
+}
+impl ::prost::Name for EpochChanges {
+const NAME: &'static str = "EpochChanges";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.EpochChanges".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.EpochChanges".into() }}
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct ActivePulse {
     #[prost(double, tag = "1")]

@@ -31,15 +31,20 @@ pub struct CommandKey {
     subscriber: Option<Subscriber<()>>,
 }
 
-/// Declares the command keys of a service, `…/torque` and `…/control`.
+/// Declares the command keys of a service, `…/torque` and `…/control`. `submit` takes their commands and must return at once.
 ///
 /// # Errors
 /// [`BusError`] if zenoh refuses.
-pub fn service_commands(session: &Session, name: &Name, inbox: &Inbox) -> Result<Vec<CommandKey>, BusError> {
+pub fn service_commands(
+    session: &Session,
+    name: &Name,
+    inbox: &Inbox,
+    submit: impl Fn(Command) + Clone + Send + Sync + 'static,
+) -> Result<Vec<CommandKey>, BusError> {
     let declare = |key, decode: fn(Payload) -> Decoded<Request>| {
-        let inbox = inbox.clone();
+        let (inbox, submit) = (inbox.clone(), submit.clone());
         CommandKey::declare(session, key, true, move |payload, reply| match decode(payload) {
-            Ok((id, request)) => inbox.submit(Command { id, request, reply }),
+            Ok((id, request)) => submit(Command { id, request, reply, change: None }),
             Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
         })
     };

@@ -29,6 +29,7 @@ pub struct ServiceEndpoint {
     publishers: BTreeMap<Topic, Publisher<'static>>,
     subscription_states: Arc<BTreeMap<Topic, SubscriptionState>>,
     latest: Arc<Mutex<SnapshotCache>>,
+    scene: Arc<Mutex<ZBytes>>,
     queryables: Vec<Queryable<()>>,
     commands: Vec<CommandKey>,
     presence: LivelinessToken,
@@ -58,14 +59,15 @@ impl ServiceEndpoint {
         let subscription_states = Arc::new(subscription_states);
         wait_for_routers(session, name)?;
         let latest: Arc<Mutex<SnapshotCache>> = Arc::default();
+        let scene = Arc::new(Mutex::new(ZBytes::from(scene)));
         let queryables = vec![
-            fixed(session, name.scene(), scene.as_bytes().to_vec(), Encoding::TEXT_PLAIN.with_schema("toml"))?,
+            scene_in_force(session, name.scene(), Arc::clone(&scene))?,
             fixed(session, name.about(), serde_json::to_vec(about).unwrap_or_default(), Encoding::APPLICATION_JSON)?,
             fixed(session, name.schema(), wire::EVERY_DESCRIPTOR_SET.to_vec(), protobuf("google.protobuf.FileDescriptorSet"))?,
             snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&subscription_states))?,
         ];
         let presence = session.liveliness().declare_token(name.presence()).wait().map_err(BusError::failed)?;
-        Ok(ServiceEndpoint { publishers, subscription_states, latest, queryables, commands, presence })
+        Ok(ServiceEndpoint { publishers, subscription_states, latest, scene, queryables, commands, presence })
     }
 
     /// Publishes a message, and stores it for the snapshot.
@@ -113,6 +115,11 @@ impl ServiceEndpoint {
         Ok(())
     }
 
+    /// Sets the scene in force.
+    pub fn set_scene(&self, text: &str) {
+        *self.scene.lock().unwrap_or_else(PoisonError::into_inner) = ZBytes::from(text);
+    }
+
     /// The newest message of every topic.
     pub fn snapshot(&self) -> Snapshot {
         lock(&self.latest).snapshot()
@@ -146,6 +153,16 @@ fn wait_for_routers(session: &Session, name: &Name) -> Result<(), BusError> {
 
 fn lock(latest: &Mutex<SnapshotCache>) -> MutexGuard<'_, SnapshotCache> {
     latest.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A queryable that answers with the scene in force.
+fn scene_in_force(session: &Session, key: String, scene: Arc<Mutex<ZBytes>>) -> Result<Queryable<()>, BusError> {
+    let own = key.clone();
+    let reply = move |query: Query| {
+        let text = scene.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        answer(&query, &own, text, Encoding::TEXT_PLAIN.with_schema("toml"));
+    };
+    session.declare_queryable(key).callback(reply).wait().map_err(BusError::failed)
 }
 
 /// A queryable with a constant answer.

@@ -18,6 +18,8 @@ Examples:
   flexcrank control crank pause
   flexcrank control crank step 100
   flexcrank control crank start-recording take-2
+  flexcrank control crank set slider.mass_kg=0.3 rod.damping_s=2e-4
+  flexcrank control crank set solver.model=rigid solver.integrator=runge-kutta
   flexcrank control ghost seek 3.5
   flexcrank control ghost rate 2
   flexcrank control crank pause --wait=10s --json
@@ -61,6 +63,12 @@ pub(super) enum Action {
     },
     /// Stop the recording.
     StopRecording,
+    /// Change the running scene, all keys or none: masses, stiffness, damping, loads, model, modes, mesh, integrator, step.
+    Set {
+        /// KEY=VALUE, as in `run --set`.
+        #[arg(required = true, value_name = "KEY=VALUE")]
+        changes: Vec<String>,
+    },
     /// Replay only: jump to a recorded time.
     Seek {
         /// Recorded time since the first message.
@@ -92,6 +100,7 @@ pub(super) fn control(args: Args) -> CommandResult {
             control::Action::StartRecording(wire::StartRecording { name: file.unwrap_or_default() })
         }
         Action::StopRecording => control::Action::StopRecording(wire::StopRecording {}),
+        Action::Set { changes } => control::Action::Set(wire::Set { changes }),
         Action::Seek { time } => {
             return control_replay(&args, replay_control::Action::Seek(Seek { time_s: time }));
         }

@@ -45,11 +45,14 @@ pub(super) struct ReplyLine<'a> {
     effective_step: Option<u64>,
     /// Time at which it takes effect: simulated time, or that of the recording.
     effective_sim_time_s: Option<f64>,
+    /// Energy that a change of the scene brought in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    changed_j: Option<f64>,
 }
 
 impl<'a> ReplyLine<'a> {
     pub(super) fn new(reply: &'a CommandReply, line: Option<u64>) -> Self {
-        let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply;
+        let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s, changed_j } = reply;
         ReplyLine {
             line,
             id,
@@ -57,13 +60,14 @@ impl<'a> ReplyLine<'a> {
             reason,
             effective_step: Some(*effective_step).filter(|step| *accepted && *step > 0),
             effective_sim_time_s: accepted.then_some(*effective_sim_time_s),
+            changed_j: *changed_j,
         }
     }
 }
 
 /// Formats a reply, with its command's id if it has one.
 pub(super) fn format_reply(reply: &CommandReply) -> String {
-    let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s } = reply;
+    let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s, changed_j } = reply;
     if !accepted {
         return format!("refused: {reason}");
     }
@@ -73,7 +77,9 @@ pub(super) fn format_reply(reply: &CommandReply) -> String {
     if *effective_step == 0 {
         return format!("accepted{reason}: at {effective_sim_time_s:.3} s of the recording{id}");
     }
-    format!("accepted{reason}: takes effect in step {effective_step}, at t = {} s{id}", shown_s(*effective_sim_time_s))
+    let energy = changed_j.map_or(String::new(), |changed_j| format!("; it changed the energy by {changed_j:+.3e} J"));
+    let time_s = shown_s(*effective_sim_time_s);
+    format!("accepted{reason}: takes effect in step {effective_step}, at t = {time_s} s{energy}{id}")
 }
 
 /// A unique command id, from process id and time.

@@ -42,7 +42,7 @@ pub(super) fn start_from(
     let source = RecordedSession::open(file)?;
     let name = name.map_or_else(|| source.name.parse(), Ok)?;
     let publish = publish.or(source.publish).unwrap_or(PublishRate::DEFAULT.into());
-    let Resumed { simulation, epoch_start_s, answers } = recompute(file, &source, at_s)?;
+    let Resumed { simulation, epoch_start_s, scene, answers } = recompute(file, &source, at_s)?;
     let time_s = simulation.time_s();
     if let Some(until_s) = until_s.filter(|until_s| *until_s <= time_s) {
         let time_s = shown_s(time_s);
@@ -57,7 +57,7 @@ pub(super) fn start_from(
     );
     say!("resuming {of}");
     let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
-    Ok((name, RunStart { scene: source.scene, simulation, publish, resumption }))
+    Ok((name, RunStart { scene, simulation, publish, resumption }))
 }
 
 fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> CommandResult<Resumed> {

@@ -276,14 +276,13 @@ fn member(
 
 /// The same scene by another model, with the integrator that usually suits it.
 fn shadow(scene: &SceneSource, model: &str) -> CommandResult<ShadowSimulation> {
-    let mut overrides = vec![format!("solver.model={model}")];
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
-    overrides.extend(kind.map(|kind| format!("solver.integrator={}", kind.usual_integrator().as_str())));
     let Some(kind) = kind else {
         let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
         return Err(Failure::Usage(format!("--shadow {model}: must be one of {}", words.join(", "))));
     };
-    let scene = SceneSource::parse(&format!("--shadow {model}"), &scene.text, &overrides)?;
+    let origin = format!("--shadow {model}");
+    let scene = SceneSource { origin, ..scene.clone() }.by_model(kind)?;
     Ok(ShadowSimulation::new(kind, build(&scene)?))
 }
 

@@ -8,7 +8,7 @@ use super::completions;
 use super::failure::{CommandResult, Failure};
 use super::progress::over_file;
 use super::values::{finite, time};
-use crate::resimulation::{RecordedSession, resume};
+use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::scene::{SceneSource, builtin};
 use crate::small_motion::{Crank, NoModes, Point, Subject};
 
@@ -50,13 +50,13 @@ impl SubjectArgs {
             ));
         }
         let session = RecordedSession::open(&file)?;
-        let subject = Subject::new(&session.scene.scene, None)?;
         let bar = over_file(&file, 1);
         let resumed = resume(&session, Some(time_s), &|position| bar.set_position(position));
         bar.finish_and_clear();
-        let mut simulation = resumed?.simulation;
+        let Resumed { mut simulation, scene: source, .. } = resumed?;
+        let subject = Subject::new(&source.scene, None)?;
         let point = simulation.motion().ok_or(NoModes::Singular)?;
-        Ok(Chosen { source: session.scene, subject, instant: Some((point.into(), simulation.time_s())) })
+        Ok(Chosen { source, subject, instant: Some((point.into(), simulation.time_s())) })
     }
 
     /// File and time of `FILE@TIME`.

@@ -146,9 +146,10 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     }
     writeln!(out, "  structure: {} in {}", counted(structure.messages, "message"), counted(structure.chunks, "chunk"))?;
     writeln!(out, "  physics: joints closed to {:.0e} m, {}", physics.joint_gap_m, balance(recomputed))?;
+    let changes = if recomputed.changes == 0 { String::new() } else { format!(" and {}", counted(recomputed.changes, "change")) };
     writeln!(
         out,
-        "  re-simulated: {} from {} with {}, {} compared, in {:.2} s ({:.0} times real time)",
+        "  re-simulated: {} from {} with {}{changes}, {} compared, in {:.2} s ({:.0} times real time)",
         counted(recomputed.steps, "step"),
         counted(recomputed.checkpoints, "checkpoint"),
         counted(recomputed.pulses, "pulse"),

@@ -25,6 +25,20 @@ pub(super) fn topic(message: &RecordedMessage) -> &str {
     message.channel.topic.rsplit('/').next().unwrap_or_default()
 }
 
+/// The scene in force after a command that changes it.
+pub(super) fn new_scene(command: &AppliedCommand) -> Option<&str> {
+    changes(command).map(|_| command.scene.as_str())
+}
+
+/// The changes of the scene that a command asks for, if it does.
+pub(super) fn changes(command: &AppliedCommand) -> Option<&[String]> {
+    let Some(applied_command::Command::Control(control)) = &command.command else { return None };
+    match &control.action {
+        Some(control::Action::Set(set)) => Some(&set.changes),
+        _ => None,
+    }
+}
+
 /// Whether a command resets the mechanism.
 pub(super) fn resets(command: &AppliedCommand) -> bool {
     let Some(applied_command::Command::Control(control)) = &command.command else { return false };

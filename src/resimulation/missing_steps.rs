@@ -4,6 +4,7 @@ use super::event::resets;
 use super::finding::{Finding, LossReason};
 use super::recorded_session::RecordedSession;
 use super::resimulator::EpochStep;
+use super::timeline::Timeline;
 use crate::scene::System;
 use crate::simulation::{PerTelemetry, PublishRate};
 use crate::wire::{Gap, Message, Topic, status::State};
@@ -13,7 +14,6 @@ const LIMIT: usize = 1000;
 
 /// Follows every topic through the steps of a recording.
 pub(super) struct MissingSteps {
-    step_s: f64,
     /// Whether the first state of the run is in the recording.
     begins_with_run: bool,
     /// Whether a message came.
@@ -66,7 +66,6 @@ impl MissingSteps {
             .map(|(topic, rate)| TopicTrack { topic, rate, last: None, next: 0, start_is_due: false, lost: false, open: None })
             .collect();
         MissingSteps {
-            step_s: source.scene.scene.solver.step_s,
             begins_with_run: source.begins_with_run() && source.metadata.fact("resumes").is_empty(),
             begun: false,
             tracks,
@@ -82,14 +81,14 @@ impl MissingSteps {
     }
 
     /// Adds message number `number` of the file, with sequence number `sequence` on its channel.
-    pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64) {
+    pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64, timeline: &Timeline) {
         let Some(stamp) = event.stamp() else { return };
         let at = (stamp.epoch, stamp.step);
-        self.take_at(event, at, sequence, number);
+        self.take_at(event, at, (sequence, number), timeline);
         self.begun = true;
     }
 
-    fn take_at(&mut self, event: &Message, at: EpochStep, sequence: u32, number: u64) {
+    fn take_at(&mut self, event: &Message, at: EpochStep, (sequence, number): (u32, u64), timeline: &Timeline) {
         match event {
             // Samples are expected from here on, in a new epoch.
             Message::Checkpoint(_) => {
@@ -101,7 +100,7 @@ impl MissingSteps {
             }
             // Everything due before the status was published before it.
             Message::Status(status) if status.state() != State::Diverged => {
-                self.all_up_to(at, number);
+                self.all_up_to(at, number, timeline);
                 if status.state() == State::Finished {
                     self.end_at(at, number);
                 }
@@ -112,14 +111,14 @@ impl MissingSteps {
                 }
                 self.next_command = sequence.wrapping_add(1);
                 if resets(command) {
-                    self.all_up_to(at, number);
+                    self.all_up_to(at, number, timeline);
                 }
             }
-            event => self.arrived(event.topic(), at, sequence, number),
+            event => self.arrived(event.topic(), at, (sequence, number), timeline),
         }
     }
 
-    fn arrived(&mut self, topic: Topic, at: EpochStep, sequence: u32, number: u64) {
+    fn arrived(&mut self, topic: Topic, at: EpochStep, (sequence, number): (u32, u64), timeline: &Timeline) {
         let Some(i) = self.tracks.iter().position(|track| track.topic == topic) else { return };
         let track = &mut self.tracks[i];
         track.lost |= sequence != track.next;
@@ -128,15 +127,15 @@ impl MissingSteps {
             hole.damaged |= track.lost;
         }
         track.start_is_due &= track.last != Some(at);
-        self.check(i, at, number);
+        self.check(i, at, number, timeline);
         let track = &mut self.tracks[i];
         (track.last, track.start_is_due, track.lost) = (Some(at), false, false);
     }
 
-    fn all_up_to(&mut self, (epoch, step): EpochStep, number: u64) {
+    fn all_up_to(&mut self, (epoch, step): EpochStep, number: u64, timeline: &Timeline) {
         for i in 0..self.tracks.len() {
             let open = self.holes.len();
-            if self.check(i, (epoch, step.saturating_add(1)), number) {
+            if self.check(i, (epoch, step.saturating_add(1)), number, timeline) {
                 self.tracks[i].start_is_due = false;
                 (self.tracks[i].last, self.tracks[i].open) = (Some((epoch, step)), Some(open));
             }
@@ -154,11 +153,11 @@ impl MissingSteps {
     }
 
     /// Notes the missing range of a topic before an instant; returns whether there is one.
-    fn check(&mut self, i: usize, (epoch, before): EpochStep, number: u64) -> bool {
+    fn check(&mut self, i: usize, (epoch, before): EpochStep, number: u64, timeline: &Timeline) -> bool {
         let TopicTrack { topic, rate: Some(rate), last: Some((of, after)), start_is_due, lost, .. } = &self.tracks[i] else {
             return false;
         };
-        let later = || rate.due_between(*after, before, self.step_s) + u64::from(*start_is_due);
+        let later = || timeline.due_between(*rate, epoch, *after, before) + u64::from(*start_is_due);
         let count = if *of == epoch { later() } else { 0 };
         if count > 0 && self.holes.len() < LIMIT {
             self.holes.push(MissingRange { topic: *topic, epoch, after: *after, before, count, damaged: *lost, number });

@@ -15,6 +15,7 @@ mod resume;
 mod run_counts;
 mod run_track;
 mod survey;
+mod timeline;
 mod verify;
 mod what_if;
 

@@ -73,10 +73,11 @@ fn angles_are_finite(message: &Angles) -> bool {
 }
 
 fn energies_are_finite(message: &Energies) -> bool {
-    let Energies { stamp: _, kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, energy_in_play_j } =
-        *message;
-    let energies = [kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, energy_in_play_j];
-    energies.into_iter().flatten().all(f64::is_finite)
+    let Energies { kinetic_j, strain_j, potential_j, work_in_j, dissipated_j, balance_error_j, .. } = *message;
+    let Energies { energy_in_play_j, changed_j, .. } = *message;
+    let works = [work_in_j, dissipated_j, changed_j];
+    let energies = [kinetic_j, strain_j, potential_j, balance_error_j, energy_in_play_j].into_iter().chain(works);
+    energies.flatten().all(f64::is_finite)
 }
 
 fn status_is_finite(message: &Status) -> bool {

@@ -2,12 +2,13 @@
 
 use super::ResimulationError;
 use super::difference::{Difference, Field};
-use super::event::{decode, is_report, schema, topic};
+use super::event::{changes, decode, is_report, schema, topic};
 use super::finding::Finding;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
 use super::run_counts::RunCounts;
 use super::survey::Survey;
+use super::timeline::Timeline;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::simulation::{EnergyVerdict, PulseRefused};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, Message, Topic, applied_command, status::State};
@@ -23,6 +24,8 @@ pub struct Recomputed {
     pub checkpoints: u64,
     /// Pulses applied.
     pub pulses: u64,
+    /// Changes of the scene applied.
+    pub changes: u64,
     /// Messages that could not be re-simulated because data before them is lost.
     pub skipped: u64,
     /// Largest |error of the energy balance| at any status or energies, J.
@@ -41,7 +44,8 @@ pub(super) fn recheck(
 ) -> Result<(Recomputed, Vec<Finding>), ResimulationError> {
     let mut recheck = Recheck {
         source,
-        resimulator: Resimulator::new(&source.scene.scene)?,
+        resimulator: Resimulator::new(&source.scene)?,
+        timeline: Timeline::new(source),
         counts: RunCounts::of_old_run(),
         anchored: false,
         breaks: survey.breaks.iter().copied().peekable(),
@@ -70,6 +74,7 @@ pub(super) fn recheck(
 struct Recheck<'a, B: Iterator<Item = u64>> {
     source: &'a RecordedSession,
     resimulator: Resimulator,
+    timeline: Timeline,
     counts: RunCounts,
     /// Whether the re-simulation is in the state of the recording.
     anchored: bool,
@@ -95,7 +100,9 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
         // The first reading reports messages that do not fit their schema or time.
         let Ok(Some(event)) = decode(message) else { return };
-        let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return };
+        self.timeline.take(&event);
+        let timely = |stamp: &wire::Stamp| self.timeline.is_timely(self.source, stamp, message.log_time);
+        let Some(stamp) = event.stamp().filter(timely) else { return };
         let at = (stamp.epoch, stamp.step);
         self.anchored &= !self.commands_are_missing_before(at);
         match &event {
@@ -133,9 +140,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         } else {
             self.counts = RunCounts::of_old_run();
         }
-        let restored =
-            wire::recorded_checkpoint(checkpoint).map(|state| self.resimulator.restore(&state, checkpoint.epoch_start_s));
-        self.anchored = restored == Ok(true);
+        self.anchored = self.resimulator.restore(checkpoint);
         if self.anchored {
             self.done.checkpoints += 1;
         } else {
@@ -223,7 +228,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
         let stamp = self.resimulator.stamp();
         // The first reading reports a log time that is not that of a step.
-        let Some(step) = self.source.step_at(message.log_time, stamp.epoch_start_s) else { return };
+        let epoch = (stamp.epoch, stamp.epoch_start_s);
+        let Some(step) = self.timeline.step_at(self.source, message.log_time, epoch) else { return };
         let at = (stamp.epoch, step);
         if !self.go_to(at) {
             return;
@@ -291,6 +297,9 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
         let (id, reply) = (command.reply.as_ref().map_or("", |reply| &reply.id), command.reply.clone().unwrap_or_default());
         self.last_command = Some(describe(command, id));
+        if let Some(changes) = changes(command) {
+            return self.change(command, changes, at);
+        }
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return };
         let (epoch, step) = at;
         let Ok(request) = wire::pulse_request(pulse) else {
@@ -303,6 +312,23 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
     }
 
+    /// Changes the scene as the recording says, and compares the scene in force and the energy that the change brought in.
+    fn change(&mut self, command: &AppliedCommand, changes: &[String], at: EpochStep) {
+        let stated = command.reply.as_ref().and_then(|reply| reply.changed_j);
+        let changed = match self.resimulator.change(changes) {
+            Ok(changed_j) => changed_j,
+            Err(fault) => return self.lost(at, &fault),
+        };
+        self.done.changes += 1;
+        if self.resimulator.scene_text() != command.scene {
+            self.fault(at, "the recorded scene in force is not the one that the changes lead to".to_owned());
+        }
+        if stated.map(f64::to_bits) != Some(changed.to_bits()) {
+            let recorded = stated.map_or("nothing".to_owned(), |stated| stated.to_string());
+            self.differing(at, Field { name: "reply.changed_j".to_owned(), recorded, computed: changed.to_string() });
+        }
+    }
+
     fn refused(&mut self, id: &str, step: u64, cause: PulseRefused) {
         self.findings.push(Finding::Refused { id: id.to_owned(), step, cause });
     }
@@ -311,12 +337,17 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if reply.effective_step == step && reply.effective_sim_time_s.to_bits() == sim_time_s.to_bits() {
             return;
         }
-        self.differing += 1;
         let field = Field {
             name: "reply.effective_sim_time_s".to_owned(),
             recorded: reply.effective_sim_time_s.to_string(),
             computed: sim_time_s.to_string(),
         };
+        self.differing(at, field);
+    }
+
+    /// Notes that a field of a command differs.
+    fn differing(&mut self, at: EpochStep, field: Field) {
+        self.differing += 1;
         self.first.get_or_insert(Difference {
             topic: Topic::Commands.chunk().to_owned(),
             instant: at,

@@ -7,7 +7,6 @@ use super::ResimulationError;
 use crate::recording::{self, RecordingMetadata};
 use crate::scene::SceneSource;
 use crate::simulation::PublishRates;
-use crate::wire::Stamp;
 
 /// The facts of a recorded session.
 #[derive(Debug, Clone)]
@@ -51,20 +50,6 @@ impl RecordedSession {
             energies: metadata.fact("publish_hz").contains("energies="),
             metadata,
         })
-    }
-
-    /// Whether a stamp is consistent with `log_time`: its time equals that of its step, and does not lie after it.
-    pub(super) fn is_timely(&self, stamp: &Stamp, log_time_ns: u64) -> bool {
-        let sim_time_s = stamp.step as f64 * self.scene.scene.solver.step_s;
-        stamp.sim_time_s.to_bits() == sim_time_s.to_bits() && self.log_time_ns(sim_time_s) <= log_time_ns
-    }
-
-    /// The step at `log_time` in an epoch that began at `epoch_start_s`; `None` if no step is at that time.
-    pub(super) fn step_at(&self, log_time_ns: u64, epoch_start_s: f64) -> Option<u64> {
-        let session_s = log_time_ns.checked_sub(self.log_time_ns(0.0))? as f64 * 1e-9;
-        let step_s = self.scene.scene.solver.step_s;
-        let step = ((session_s - epoch_start_s) / step_s).round();
-        (step >= 0.0 && self.log_time_ns(epoch_start_s + step * step_s) == log_time_ns).then_some(step as u64)
     }
 
     /// Whether the recording begins where its run began, so that counts since then are known.

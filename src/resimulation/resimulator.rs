@@ -4,13 +4,18 @@ use std::time::SystemTime;
 
 use prost::Message as _;
 
-use super::event::resets;
-use crate::scene::Scene;
-use crate::simulation::{BuildError, Checkpoint, Diverged, Effective, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
+use super::event::{changes, resets};
+use crate::runtime::PreparedChange;
+use crate::scene::SceneSource;
+use crate::simulation::{BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
 use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
 
 /// A simulation that follows a recording.
 pub(super) struct Resimulator {
+    /// The recording's scene.
+    first: SceneSource,
+    /// The scene in force.
+    scene: SceneSource,
     simulation: Simulation,
     telemetry: TelemetryEncoder,
     epoch_start_s: f64,
@@ -37,6 +42,9 @@ pub(super) enum ResimulationFault {
     /// A recorded pulse is invalid.
     #[error("a recorded pulse is invalid: {0}")]
     NoPulse(#[from] BadCommand),
+    /// A recorded change of the scene is refused.
+    #[error("a recorded change of the scene is refused: {0}")]
+    Unchanged(String),
     /// Epochs must increase by one.
     #[error("epoch {0} does not follow")]
     Epoch(u64),
@@ -44,19 +52,47 @@ pub(super) enum ResimulationFault {
 
 impl Resimulator {
     /// Starts at the beginning of a scene.
-    pub(super) fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let simulation = Simulation::new(scene)?;
+    pub(super) fn new(source: &SceneSource) -> Result<Self, BuildError> {
+        let simulation = Simulation::new(&source.scene)?;
         let sample = simulation.blank_sample();
-        let telemetry = TelemetryEncoder::new(&scene.system, simulation.start());
-        Ok(Resimulator { simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
+        let telemetry = TelemetryEncoder::new(&source.scene.system, simulation.start());
+        let (first, scene) = (source.clone(), source.clone());
+        Ok(Resimulator { first, scene, simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
+    }
+
+    /// The text of the scene in force.
+    pub(super) fn scene_text(&self) -> &str {
+        &self.scene.text
+    }
+
+    /// Changes the scene at the present instant. Returns the energy that the change brought in, J.
+    pub(super) fn change(&mut self, changes: &[String]) -> Result<f64, ResimulationFault> {
+        let mut change = PreparedChange::new(&self.scene, changes, None).map_err(ResimulationFault::Unchanged)?;
+        let refused = |refused: NotChanged| ResimulationFault::Unchanged(refused.to_string());
+        let changed_j = change.apply(&mut self.simulation).map_err(refused)?;
+        self.scene = change.in_force.source.clone();
+        self.telemetry = TelemetryEncoder::clone(&change.in_force.telemetry);
+        self.observed = None;
+        Ok(changed_j)
+    }
+
+    /// Goes to the start of another scene, unless it is in force.
+    fn put_in_force(&mut self, text: &str) -> Option<()> {
+        let text = if text.is_empty() { &self.first.text } else { text };
+        if *text != self.scene.text {
+            let source = SceneSource::parse(&self.first.origin, text, &[]).ok()?;
+            *self = Resimulator { first: self.first.clone(), ..Resimulator::new(&source).ok()? };
+        }
+        Some(())
     }
 
     pub(super) fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    pub(super) fn into_parts(self) -> (Simulation, f64) {
-        (self.simulation, self.epoch_start_s)
+    /// The simulation, the session time at which its epoch began (s), and the scene in force.
+    pub(super) fn into_parts(self) -> (Simulation, f64, SceneSource) {
+        (self.simulation, self.epoch_start_s, self.scene)
     }
 
     pub(super) fn instant(&self) -> EpochStep {
@@ -67,12 +103,13 @@ impl Resimulator {
         self.simulation.stamp(self.epoch_start_s, SystemTime::UNIX_EPOCH)
     }
 
-    /// Restores a recorded state; returns `false`, and changes nothing, if the state does not fit the scene.
-    pub(super) fn restore(&mut self, state: &Checkpoint, epoch_start_s: f64) -> bool {
+    /// Restores a recorded state and the scene in force there; returns `false` if they do not fit.
+    pub(super) fn restore(&mut self, checkpoint: &wire::Checkpoint) -> bool {
         self.observed = None;
-        let fits = self.simulation.restore(state);
+        let Ok(state) = wire::recorded_checkpoint(checkpoint) else { return false };
+        let fits = self.put_in_force(&checkpoint.scene).is_some() && self.simulation.restore(&state);
         if fits {
-            self.epoch_start_s = epoch_start_s;
+            self.epoch_start_s = checkpoint.epoch_start_s;
         }
         fits
     }
@@ -128,6 +165,9 @@ impl Resimulator {
         if resets(command) {
             return self.go_to((self.simulation.epoch() + 1, 0), |_| {});
         }
+        if let Some(changes) = changes(command) {
+            return self.change(changes).map(|_| ());
+        }
         if let Some(applied_command::Command::Torque(pulse)) = &command.command {
             self.apply(&wire::pulse_request(pulse)?)?;
         }
@@ -163,7 +203,9 @@ impl Resimulator {
         }
         let computed = match recorded {
             Message::Checkpoint(_) => {
-                Some(Message::Checkpoint(Box::new(wire::checkpoint(&self.simulation.checkpoint(), &self.stamp()))))
+                let scene = if self.scene.text == self.first.text { String::new() } else { self.scene.text.clone() };
+                let state = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
+                Some(Message::Checkpoint(Box::new(wire::Checkpoint { scene, ..state })))
             }
             Message::Status(status) => {
                 Some(Message::Status(Box::new((**status).clone().with_account(self.simulation.account()))))

@@ -4,8 +4,10 @@ use super::ResimulationError;
 use super::event::{decode, is_report};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, Resimulator};
+use super::timeline::Timeline;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::runtime::CHECKPOINT_PERIOD_S;
+use crate::scene::SceneSource;
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic};
 
@@ -15,6 +17,8 @@ pub struct Resumed {
     pub simulation: Simulation,
     /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
+    /// The scene in force there.
+    pub scene: SceneSource,
     /// Replies to the commands accepted until then, in order.
     pub answers: Vec<CommandReply>,
 }
@@ -28,7 +32,7 @@ pub struct Resumed {
 /// [`ResimulationError`] if the recording cannot be read, `at_s` is not in it, or its scene does not reproduce it.
 pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
     let until_ns = at_s.map_or(u64::MAX, |at_s| source.log_time_ns(at_s));
-    let mut trail = Trail::default();
+    let mut trail = Trail::new(source);
     walk(&source.path, |found, position| {
         progress(position);
         match found {
@@ -43,21 +47,21 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         WalkFlow::Continue(())
     })?;
     let checkpoint = trail.checkpoint.as_ref().ok_or_else(|| ResimulationError::NothingToResume(source.path.clone()))?;
-    let mut resimulator = Resimulator::new(&source.scene.scene)?;
+    let mut resimulator = Resimulator::new(&source.scene)?;
     let unlike = |what: String| ResimulationError::Unlike { path: source.path.clone(), what };
-    let state = wire::recorded_checkpoint(checkpoint).map_err(|error| unlike(error.to_string()))?;
-    if !resimulator.restore(&state, checkpoint.epoch_start_s) {
+    if !resimulator.restore(checkpoint) {
         return Err(unlike("its checkpoint is not one of its scene".to_owned()));
     }
     let sampling = |simulation: &mut Simulation| {
         // A published sample ends the period of the mean torque.
-        if source.publish.is_some_and(|rates| rates.loads.is_due(simulation.step_count(), simulation.step_s())) {
+        if source.publish.is_some_and(|rates| rates.loads.is_due(simulation.step_count(), &simulation.grid())) {
             simulation.take_mean_torque_nm();
         }
     };
     resimulator.with_simulation(sampling);
     let last = checkpoint.stamp.map(|stamp| (stamp.epoch, stamp.step)).unwrap_or_default();
-    let check = |at: EpochStep| match is_proved(at, last, source.scene.scene.solver.step_s) {
+    let shortest_s = trail.timeline.shortest_step_s();
+    let check = |at: EpochStep| match is_proved(at, last, shortest_s) {
         true => Ok(()),
         false => Err(unlike(format!(
             "it states step {}, but its last checkpoint is of step {}, and one is due every {CHECKPOINT_PERIOD_S} s",
@@ -71,15 +75,15 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         resimulator.command(command).map_err(|refused| unlike(refused.to_string()))?;
     }
     let end = match at_s {
-        Some(at_s) => trail
-            .instant_at(at_s, &resimulator, source)
-            .ok_or_else(|| ResimulationError::Outside { path: source.path.clone(), at_s })?,
+        Some(at_s) => {
+            trail.instant_at(at_s, &resimulator).ok_or_else(|| ResimulationError::Outside { path: source.path.clone(), at_s })?
+        }
         None => trail.last.max(resimulator.instant()),
     };
     check(end)?;
     resimulator.go_to(end, sampling).map_err(|fault| unlike(fault.to_string()))?;
-    let (simulation, epoch_start_s) = resimulator.into_parts();
-    Ok(Resumed { simulation, epoch_start_s, answers: trail.answers })
+    let (simulation, epoch_start_s, scene) = resimulator.into_parts();
+    Ok(Resumed { simulation, epoch_start_s, scene, answers: trail.answers })
 }
 
 /// Whether a stamp is believed: no further than two periods of checkpoints after the last one, or after a reset. One checkpoint
@@ -91,8 +95,8 @@ fn is_proved(at: EpochStep, last: EpochStep, step_s: f64) -> bool {
 }
 
 /// The checkpoint and commands that lead to the instant to resume at.
-#[derive(Default)]
 struct Trail {
+    timeline: Timeline,
     checkpoint: Option<Checkpoint>,
     /// Commands since the checkpoint.
     commands: Vec<AppliedCommand>,
@@ -106,9 +110,23 @@ struct Trail {
 }
 
 impl Trail {
+    fn new(source: &RecordedSession) -> Self {
+        Trail {
+            timeline: Timeline::new(source),
+            checkpoint: None,
+            commands: Vec::new(),
+            last: EpochStep::default(),
+            answers: Vec::new(),
+            broken: false,
+            goes_on: false,
+        }
+    }
+
     fn take(&mut self, source: &RecordedSession, message: &RecordedMessage) {
         let Ok(Some(event)) = decode(message) else { return };
-        let Some(stamp) = event.stamp().filter(|stamp| source.is_timely(stamp, message.log_time)) else { return };
+        self.timeline.take(&event);
+        let timely = |stamp: &wire::Stamp| self.timeline.is_timely(source, stamp, message.log_time);
+        let Some(stamp) = event.stamp().filter(timely) else { return };
         match event {
             Message::Gaps(gap) => {
                 self.broken |= gap.topic == Topic::Commands.chunk();
@@ -134,10 +152,10 @@ impl Trail {
     }
 
     /// Returns the instant nearest to session time `at_s`; `None` if it is not in the recording.
-    fn instant_at(&self, at_s: f64, resimulator: &Resimulator, source: &RecordedSession) -> Option<EpochStep> {
-        let step_s = source.scene.scene.solver.step_s;
-        let stamp = resimulator.stamp();
-        let step = ((at_s - stamp.epoch_start_s) / step_s).round().max(0.0) as u64;
+    fn instant_at(&self, at_s: f64, resimulator: &Resimulator) -> Option<EpochStep> {
+        let (stamp, grid) = (resimulator.stamp(), resimulator.simulation().grid());
+        let steps = (at_s - stamp.epoch_start_s - grid.origin_s) / grid.step_s;
+        let step = (grid.origin_step as f64 + steps.round()).max(0.0) as u64;
         let at = (stamp.epoch, step.max(stamp.step));
         (self.goes_on && !self.broken || at <= self.last).then_some(at)
     }

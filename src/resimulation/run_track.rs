@@ -155,6 +155,7 @@ impl RunTrack {
                 self.limit = (paused == Some(true)).then_some((at.0 + 1, 0)).filter(|_| self.limit.is_some());
                 Some("")
             }
+            Action::Set(_) => Some(""),
             Action::Stop(_) => {
                 self.limit = Some(at);
                 Some("")

@@ -9,6 +9,7 @@ use super::missing_steps::MissingSteps;
 use super::physics::PhysicsCheck;
 use super::recorded_session::RecordedSession;
 use super::run_track::RunTrack;
+use super::timeline::Timeline;
 use crate::recording::{
     EndReason, RecordedMessage, RecordingEnd, RecordingError, Structure, WalkFlow, WalkItem, nanoseconds, walk,
 };
@@ -53,6 +54,7 @@ struct Reading<'a> {
     holes: MissingSteps,
     channels: ChannelCheck,
     run: RunTrack,
+    timeline: Timeline,
     /// Contradictions of the run. A gap of commands that is reported later may explain them.
     of_run: Vec<Finding>,
     /// Epoch of the last checkpoint, and its start, s of the session.
@@ -73,6 +75,7 @@ impl<'a> Reading<'a> {
             holes: MissingSteps::new(source),
             channels: ChannelCheck::new(&source.name, source.metadata.other_build().is_empty()),
             run: RunTrack::new(source.begins_with_run()),
+            timeline: Timeline::new(source),
             of_run: Vec::new(),
             epoch_start: None,
             messages: 0,
@@ -113,6 +116,7 @@ impl<'a> Reading<'a> {
         if let Some(Message::Checkpoint(checkpoint)) = &event {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
         }
+        event.iter().for_each(|event| self.timeline.take(event));
         self.time(message, event.as_ref());
         let Some(event) = event else { return };
         if event.encode_to_vec() != message.data.as_ref() {
@@ -127,7 +131,7 @@ impl<'a> Reading<'a> {
         if let Some(what) = self.run.take(&event) {
             self.of_run.push(contradiction(message, &event, &what));
         }
-        self.holes.take(&event, message.sequence, number);
+        self.holes.take(&event, message.sequence, number, &self.timeline);
         self.survey.findings.extend(self.survey.physics.judge(&event));
     }
 
@@ -138,18 +142,17 @@ impl<'a> Reading<'a> {
         let [first, last] = self.survey.span_ns.unwrap_or([log_time; 2]);
         self.survey.span_ns = Some([first, last.max(log_time)]);
         let stamp = event.filter(|event| !is_report(event)).and_then(Message::stamp);
-        let start_s = self.epoch_start.map(|(_, start_s)| start_s);
         let fits = match (stamp, self.epoch_start) {
             (Some(stamp), Some((of, start_s))) if of == stamp.epoch => {
                 log_time == self.source.log_time_ns(start_s + stamp.sim_time_s)
             }
             (Some(_), _) => true,
-            (None, _) => start_s.is_none_or(|start_s| self.source.step_at(log_time, start_s).is_some()),
+            (None, epoch) => epoch.is_none_or(|epoch| self.timeline.step_at(self.source, log_time, epoch).is_some()),
         };
         let what = match stamp {
             _ if log_time < last => "the log time falls",
             _ if !fits => "the log time differs from the stamp",
-            Some(stamp) if !self.source.is_timely(&stamp, log_time) => "the log time differs from the stamp",
+            Some(stamp) if !self.timeline.is_timely(self.source, &stamp, log_time) => "the log time differs from the stamp",
             Some(stamp) if stamp.wall_time.and_then(wall_ns) != Some(message.publish_time) => {
                 "the publish time differs from the stamp"
             }

@@ -8,15 +8,16 @@ use prost::Message as _;
 use super::ResimulationError;
 use super::deviation::Deviation;
 use super::difference::{Difference, Field};
-use super::event::{decode, resets, schema, topic};
+use super::event::{changes, decode, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
+use super::timeline::Timeline;
 use crate::recording::{
     self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written,
     walk,
 };
 use crate::scene::{PulseShape, SceneSource};
-use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp};
+use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp, StepGrid};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
 /// Settings of the new recording.
@@ -109,12 +110,12 @@ fn compute(
         command_line: change.command_line.clone(),
         facts: publish.into_iter().chain([("what_if", of)]).collect(),
     };
-    let resimulator = Resimulator::new(&scene.scene)?;
+    let resimulator = Resimulator::new(&scene)?;
     let recorder = Recorder::start(path, &session, SETTINGS)?;
     let mut attempt = Attempt {
         source,
         other_scene: !change.overrides.is_empty(),
-        step_s: scene.scene.solver.step_s,
+        timeline: Timeline::new(source),
         resimulator,
         recorder,
         pulses,
@@ -180,7 +181,7 @@ impl<E: Into<ResimulationFault>> From<E> for Stopped {
 struct Attempt<'a> {
     source: &'a RecordedSession,
     other_scene: bool,
-    step_s: f64,
+    timeline: Timeline,
     resimulator: Resimulator,
     recorder: Recorder,
     pulses: Vec<AddedPulse>,
@@ -194,7 +195,9 @@ struct Attempt<'a> {
 impl Attempt<'_> {
     fn message(&mut self, message: &RecordedMessage) -> Result<(), Stopped> {
         let Ok(Some(event)) = decode(message) else { return Ok(()) };
-        let Some(stamp) = event.stamp().filter(|stamp| self.source.is_timely(stamp, message.log_time)) else { return Ok(()) };
+        self.timeline.take(&event);
+        let timely = |stamp: &wire::Stamp| self.timeline.is_timely(self.source, stamp, message.log_time);
+        let Some(stamp) = event.stamp().filter(timely) else { return Ok(()) };
         if self.from_s.is_none() {
             let Message::Checkpoint(checkpoint) = &event else { return Ok(()) };
             return self.begin(checkpoint, &event, message);
@@ -207,7 +210,8 @@ impl Attempt<'_> {
             self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
         // Steps of another size are matched by time.
-        let steps = stamp.sim_time_s / self.step_s;
+        let grid = self.grid_in(stamp.epoch);
+        let steps = grid.origin_step as f64 + (stamp.sim_time_s - grid.origin_s) / grid.step_s;
         let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
             return Ok(());
@@ -217,6 +221,12 @@ impl Attempt<'_> {
             Message::Commands(command) => self.command(command, message),
             _ => self.compare(&event, message),
         }
+    }
+
+    /// The times of steps in an epoch, the present one or the next.
+    fn grid_in(&self, epoch: u64) -> StepGrid {
+        let grid = self.resimulator.simulation().grid();
+        if epoch == self.resimulator.instant().0 { grid } else { StepGrid::new(grid.step_s) }
     }
 
     fn begin(&mut self, checkpoint: &Checkpoint, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
@@ -229,7 +239,7 @@ impl Attempt<'_> {
             if (state.epoch, state.step) != (0, 0) {
                 return Err(unlike("another scene needs the session's start, and the recording begins later"));
             }
-        } else if !self.resimulator.restore(&state, checkpoint.epoch_start_s) {
+        } else if !self.resimulator.restore(checkpoint) {
             return Err(unlike("its checkpoint is not one of its scene"));
         }
         self.from_s = Some(self.resimulator.stamp().session_s());
@@ -244,7 +254,9 @@ impl Attempt<'_> {
             let stamp = self.resimulator.stamp();
             let (epoch, now) = self.resimulator.instant();
             let in_epoch_s = pulse.start_s - stamp.epoch_start_s;
-            let step = ((in_epoch_s / self.step_s).floor().max(0.0) as u64).max(now);
+            let grid = self.grid_in(epoch);
+            let steps = (in_epoch_s - grid.origin_s) / grid.step_s;
+            let step = ((grid.origin_step as f64 + steps.floor()).max(0.0) as u64).max(now);
             self.resimulator.go_to((epoch, step), |_| {})?;
             let request = PulseRequest {
                 torque_nm: pulse.torque_nm,
@@ -272,10 +284,31 @@ impl Attempt<'_> {
             self.record(Topic::Commands, message.data.to_vec(), message);
             return Ok(self.resimulator.command(command)?);
         }
+        if let Some(changes) = changes(command) {
+            return self.change(command, changes, message);
+        }
         let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
         let request = wire::pulse_request(pulse)?;
         let effective = self.resimulator.apply(&request)?;
         self.record_pulse(&pulse.id, &request, effective, message);
+        Ok(())
+    }
+
+    /// Repeats a recorded change upon the scene in force here.
+    fn change(&mut self, command: &AppliedCommand, changes: &[String], message: &RecordedMessage) -> Result<(), Stopped> {
+        let effective = self.resimulator.simulation().now();
+        let changed_j = self.resimulator.change(changes)?;
+        let reply = CommandReply {
+            effective_step: effective.step,
+            effective_sim_time_s: effective.sim_time_s,
+            changed_j: Some(changed_j),
+            ..command.reply.clone().unwrap_or_default()
+        };
+        let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
+        let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
+        let scene = self.resimulator.scene_text().to_owned();
+        let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), scene, command: command.command.clone() };
+        self.record(Topic::Commands, applied.encode_to_vec(), message);
         Ok(())
     }
 
@@ -291,7 +324,7 @@ impl Attempt<'_> {
         let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
         let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
         let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
-        let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), command };
+        let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), command, scene: String::new() };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
     }
 

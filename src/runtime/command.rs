@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Thread;
 
 use super::reply_cache::ReplyCache;
+use super::scene_change::PreparedChange;
 use crate::simulation::PulseRequest;
 use crate::wire::{CommandReply, control};
 
@@ -17,7 +18,7 @@ const QUEUE: usize = 1024;
 pub enum Request {
     /// Add a torque pulse.
     Torque(PulseRequest),
-    /// Control the run: pause, resume, step, reset, stop, start or stop a recording.
+    /// Control the run: pause, resume, step, reset, stop, start or stop a recording, change the scene.
     Control(control::Action),
 }
 
@@ -33,7 +34,13 @@ impl Request {
             Request::Control(control::Action::Stop(_)) => "stop",
             Request::Control(control::Action::StartRecording(_)) => "start-recording",
             Request::Control(control::Action::StopRecording(_)) => "stop-recording",
+            Request::Control(control::Action::Set(_)) => "set",
         }
+    }
+
+    /// Whether it changes the scene.
+    pub fn changes_scene(&self) -> bool {
+        matches!(self, Request::Control(control::Action::Set(_)))
     }
 
     /// Whether it starts or stops a recording.
@@ -53,6 +60,8 @@ pub struct Command {
     pub request: Request,
     /// Sends the reply.
     pub reply: ReplyTo,
+    /// The prepared change, if the request changes the scene.
+    pub change: Option<Box<PreparedChange>>,
 }
 
 /// The sending end of the command queue. Cheap to clone.

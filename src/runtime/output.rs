@@ -5,6 +5,7 @@ use std::sync::mpsc::Sender;
 use std::time::Instant;
 
 use super::command::{ReplyTo, Request};
+use super::scene_change::{PreparedChange, SceneInForce};
 use super::status::RunStatus;
 use crate::simulation::{Checkpoint, PerTelemetry, Sample, Stamp};
 use crate::wire::{CommandReply, Overruns, Shadow};
@@ -28,6 +29,8 @@ pub enum Output {
     Answer(Box<Answer>),
     /// The full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
+    /// The scene in force from here on, after a change, or `None` if it was refused; with what is left of the change, to be dropped.
+    Scene(Option<Arc<SceneInForce>>, Box<PreparedChange>),
     /// Samples dropped because the pool was empty.
     MissedSamples(Box<PerTelemetry<Option<MissedSamples>>>, Stamp),
     /// Missed deadlines.

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::scene_change::PreparedChange;
 use crate::mechanics::Observation;
 use crate::scene::ModelKind;
 use crate::simulation::{Diverged, PulseRequest, Simulation};
@@ -24,6 +25,11 @@ impl ShadowSimulation {
         ShadowSimulation { model, simulation, main_cost: Duration::ZERO, own_cost: Duration::ZERO, steps: 0, lost: None }
     }
 
+    /// Its model.
+    pub fn model(&self) -> ModelKind {
+        self.model
+    }
+
     /// Takes the step that the main simulation took in `main_cost`.
     pub(super) fn follow(&mut self, main_cost: Duration) {
         let begun = Instant::now();
@@ -39,6 +45,13 @@ impl ShadowSimulation {
     pub(super) fn add_pulse(&mut self, pulse: &PulseRequest) {
         // Both simulations have the same limits, so the shadow accepts the pulse too.
         let _ = self.simulation.add_pulse(pulse);
+    }
+
+    /// Changes the scene as that of the main simulation was changed.
+    pub(super) fn change(&mut self, change: &mut PreparedChange) {
+        if self.lost.is_none() && change.apply_to_shadow(&mut self.simulation).is_err() {
+            self.lost = Some(self.simulation.lost_by_change());
+        }
     }
 
     /// Returns to the start of the scene.

@@ -1,5 +1,6 @@
 //! One simulator on a stepping thread: it takes commands between steps, steps at deadlines and sends samples. It does no I/O.
 
+mod changes;
 mod commands;
 mod deadlines;
 mod parts;
@@ -125,6 +126,8 @@ pub struct Stepper {
     statistics: Statistics,
     drops: Drops,
     schedule: Schedule,
+    /// A change of the scene that waits for a common instant of its steps and the present ones.
+    waiting_change: Option<Command>,
     resumed: bool,
     epoch_start_s: f64,
 }
@@ -153,6 +156,7 @@ impl Stepper {
             statistics: Statistics::new()?,
             drops: Drops::default(),
             schedule: Schedule::default(),
+            waiting_change: None,
             resumed: false,
             epoch_start_s: 0.0,
         })
@@ -298,13 +302,14 @@ impl Stepper {
             self.publish(due)?;
         }
         self.status_by_simulated_time();
+        self.take_waiting_change();
         Ok(())
     }
 
     /// The topics that the present step is published on.
     fn due_topics(&self) -> PerTelemetry<bool> {
-        let (step, step_s) = (self.simulation.step_count(), self.simulation.step_s());
-        self.stepping.publish.map(|rate| rate.is_due(step, step_s))
+        let (step, grid) = (self.simulation.step_count(), self.simulation.grid());
+        self.stepping.publish.map(|rate| rate.is_due(step, &grid))
     }
 
     /// Simulated time since the session began, resets included, s.

@@ -11,6 +11,7 @@
 //! ```
 
 pub mod builtin;
+mod change;
 mod check;
 mod document;
 mod error;
@@ -77,6 +78,16 @@ impl SceneSource {
             refused(format!("{name}:{line}"), "not text in UTF-8; a scene is a TOML file".to_owned())
         })?;
         Self::parse(name, &text, overrides)
+    }
+
+    /// The same scene by another model, with the integrator that usually suits it.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the model does not suit the scene.
+    pub fn by_model(&self, model: ModelKind) -> Result<Self, SceneError> {
+        let integrator = model.usual_integrator().as_str();
+        let overrides = [format!("solver.model={}", model.as_str()), format!("solver.integrator={integrator}")];
+        Self::parse(&self.origin, &self.text, &overrides)
     }
 
     /// A refusal of the value of `key`, with the line that it stands in.

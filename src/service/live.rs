@@ -13,6 +13,7 @@ use super::ServiceError;
 use super::drop_ledger::DropLedger;
 use super::live_modes::ModesService;
 use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingHistory, RecordingTarget, serve};
+use super::scene_changer::SceneChanger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
@@ -229,7 +230,8 @@ impl Group {
             live.stepping.publish = PublishRates { energies, ..displacements.into() };
         }
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
-        let output_worker = output_worker(session, live, &simulation, &inbox, to_pool)?;
+        let changer = SceneChanger::new(&inbox, live.scene.clone(), shadow.as_ref().map(ShadowSimulation::model));
+        let output_worker = output_worker(session, live, &simulation, (&inbox, changer), to_pool)?;
         let output = Outbox::new(self.output.clone(), self.workers.len());
         let ports = Ports { commands, output, pool, shared: inbox.shared() };
         let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
@@ -249,7 +251,7 @@ fn output_worker(
     session: &Session,
     live: LiveOptions,
     simulation: &Simulation,
-    inbox: &Inbox,
+    (inbox, changer): (&Inbox, SceneChanger),
     pool: SyncSender<Arc<Sample>>,
 ) -> Result<OutputWorker, ServiceError> {
     let mut facts = vec![("publish_hz", live.stepping.publish.to_string())];
@@ -272,7 +274,8 @@ fn output_worker(
         },
     };
     let recorder = live.record.map(|path| target.start(&path)).transpose()?;
-    let commands = bus::service_commands(session, &live.name, inbox)?;
+    let changer = Arc::new(changer);
+    let commands = bus::service_commands(session, &live.name, inbox, move |command| changer.submit(command))?;
     let about = About::new(&live.scene.origin, &live.endpoints);
     let modes = ModesService::new(live.scene.scene.clone(), inbox.shared());
     let mut endpoint = ServiceEndpoint::declare(session, &live.name, (&live.scene.text, &about), commands)?;
@@ -293,6 +296,7 @@ fn output_worker(
         drops: DropLedger::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
         last_stamp: None,
+        changed_scene: None,
     })
 }
 
@@ -302,5 +306,6 @@ fn stop(inbox: &Inbox) {
         id: String::new(),
         request: Request::Control(control::Action::Stop(wire::Stop {})),
         reply: Box::new(|_| {}),
+        change: None,
     });
 }

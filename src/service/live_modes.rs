@@ -21,7 +21,7 @@ const MOST: usize = 100;
 
 /// Answers questions about one simulation.
 pub(super) struct ModesService {
-    scene: Scene,
+    scene: Mutex<Scene>,
     shared: Arc<SharedState>,
     /// The checkpoint and how many there have been.
     last: Mutex<(u64, Option<(Checkpoint, Stamp)>)>,
@@ -32,7 +32,12 @@ pub(super) struct ModesService {
 impl ModesService {
     pub(super) fn new(scene: Scene, shared: Arc<SharedState>) -> Arc<Self> {
         let last = Mutex::new((0, None));
-        Arc::new(ModesService { scene, shared, last, newer: Condvar::new(), computing: AtomicUsize::new(0) })
+        Arc::new(ModesService { scene: Mutex::new(scene), shared, last, newer: Condvar::new(), computing: AtomicUsize::new(0) })
+    }
+
+    /// Sets the scene in force; checkpoints from here on are its own.
+    pub(super) fn change_scene(&self, scene: &Scene) {
+        self.scene.lock().unwrap_or_else(PoisonError::into_inner).clone_from(scene);
     }
 
     /// Keeps a checkpoint.
@@ -81,9 +86,12 @@ impl ModesService {
     }
 
     fn modes(&self, checkpoint: &Checkpoint, stamp: &Stamp, count: usize) -> Result<LiveModes, NoModes> {
-        let subject = Subject::new(&self.scene, None)?;
-        let mut simulation = Simulation::new(&self.scene).map_err(|_| NoModes::Singular)?;
-        simulation.restore(checkpoint);
+        let scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let subject = Subject::new(&scene, None)?;
+        let mut simulation = Simulation::new(&scene).map_err(|_| NoModes::Singular)?;
+        if !simulation.restore(checkpoint) {
+            return Err(NoModes::Singular);
+        }
         let point = simulation.motion().ok_or(NoModes::Singular)?.into();
         let found = modes(&subject, &point, count)?;
         let crank = simulation.observe().ok().and_then(|observation| observation.links.first());

@@ -6,6 +6,7 @@ mod live;
 mod live_modes;
 mod output_worker;
 mod replay;
+mod scene_changer;
 mod scene_update_timer;
 mod status;
 

@@ -13,7 +13,7 @@ use super::live_modes::ModesService;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
-use crate::runtime::{Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SharedState};
+use crate::runtime::{Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SceneInForce, SharedState};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
 use crate::wire::{
     self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, TelemetryEncoder, Topic, applied_command, control::Action,
@@ -75,6 +75,8 @@ pub(super) struct OutputWorker {
     pub scene_update_timer: Option<SceneUpdateTimer>,
     /// Stamp of the last message.
     pub last_stamp: Option<Stamp>,
+    /// The scene in force, if it was changed.
+    pub changed_scene: Option<Arc<SceneInForce>>,
 }
 
 /// The recordings made so far.
@@ -133,13 +135,29 @@ impl OutputWorker {
             Output::Status(run) => self.status(*run),
             Output::Answer(answer) => self.answer(*answer),
             Output::Checkpoint(checkpoint, stamp) => {
-                self.record(Topic::Checkpoint, wire::checkpoint(&checkpoint, &stamp).encode_to_vec(), &stamp);
+                let message = wire::Checkpoint { scene: self.scene_beside_recorded(), ..wire::checkpoint(&checkpoint, &stamp) };
+                self.record(Topic::Checkpoint, message.encode_to_vec(), &stamp);
                 self.modes.keep(*checkpoint, stamp);
             }
+            Output::Scene(in_force, _) => in_force.into_iter().for_each(|in_force| self.change_scene(in_force)),
             Output::MissedSamples(missed, stamp) => self.missed(*missed, &stamp),
             Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
             Output::Over => {}
         }
+    }
+
+    /// Goes on with the scene in force from here on.
+    fn change_scene(&mut self, in_force: Arc<SceneInForce>) {
+        self.telemetry = Arc::clone(&in_force.telemetry);
+        self.endpoint.set_scene(&in_force.source.text);
+        self.modes.change_scene(&in_force.source.scene);
+        self.changed_scene = Some(in_force);
+    }
+
+    /// The scene in force; empty if it is the one in the metadata of recordings.
+    fn scene_beside_recorded(&self) -> String {
+        let text = self.changed_scene.as_ref().map(|in_force| &in_force.source.text);
+        text.filter(|text| **text != self.target.session.scene).cloned().unwrap_or_default()
     }
 
     /// When the file reaches its part size, requests a checkpoint: the recording goes on in a new file from there.
@@ -295,7 +313,13 @@ impl OutputWorker {
         reply_to(reply.clone());
         if let Some(request) = request.filter(|_| reply.accepted) {
             self.statistics.commands_accepted += 1;
-            self.send(Topic::Commands, &stamp, || applied(request, reply, &stamp).encode_to_vec());
+            let applied = match &self.changed_scene {
+                Some(in_force) if request.changes_scene() => {
+                    AppliedCommand { scene: in_force.source.text.clone(), ..applied(request, reply, &stamp) }
+                }
+                _ => applied(request, reply, &stamp),
+            };
+            self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
         }
     }
 
@@ -357,5 +381,5 @@ fn applied(request: Request, reply: CommandReply, stamp: &Stamp) -> AppliedComma
         Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&id, &pulse)),
         Request::Control(action) => applied_command::Command::Control(wire::Control { id, action: Some(action) }),
     };
-    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(reply), command: Some(command) }
+    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(reply), command: Some(command), scene: String::new() }
 }

@@ -1,8 +1,11 @@
 //! The full state of a simulation.
 
+use super::StepGrid;
+use super::drive::MotionOrigin;
 use super::error_estimate::ErrorEstimate;
-use super::ledger::LedgerEntries;
+use super::ledger::{ChangedEnergy, LedgerEntries};
 use super::load::DeliveredImpulse;
+use crate::mechanics::Energy;
 use crate::scene::Pulse;
 
 /// The full state: a simulation that is restored from it goes on equal to the bit.
@@ -24,4 +27,19 @@ pub struct Checkpoint {
     pub torque_nm: f64,
     /// Impulse delivered since the mean torque was last taken.
     pub delivered: DeliveredImpulse,
+    /// Traces of changes of the scene in this epoch; `None` if there was none.
+    pub changes: Option<EpochChanges>,
+}
+
+/// Traces that changes of the scene leave in an epoch, which neither the state nor the scene in force determines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EpochChanges {
+    /// Times of steps.
+    pub grid: StepGrid,
+    /// Since when the crank turns at its present speed, if a constant speed is prescribed.
+    pub motion: Option<MotionOrigin>,
+    /// Energies at the epoch's start, of the scene that was in force there.
+    pub start: Energy,
+    /// Energies that changes brought in or took, and their magnitude.
+    pub changed: ChangedEnergy,
 }

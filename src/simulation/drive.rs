@@ -36,12 +36,23 @@ impl Torque {
     }
 }
 
+/// An instant from which the crank turns at constant speed, as prescribed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct MotionOrigin {
+    /// Simulated time, s.
+    pub time_s: f64,
+    /// The angle there, rad.
+    pub angle_rad: f64,
+}
+
 /// A prescribed angle as a function of time.
 #[derive(Debug, Clone)]
 enum MotionLaw {
     Speed {
-        start_rad: f64,
+        origin: MotionOrigin,
         speed: f64,
+        /// The angle at t = 0.
+        start_rad: f64,
     },
     Ramp {
         start_rad: f64,
@@ -62,6 +73,30 @@ impl DriveLaw {
         DriveLaw { torque: Torque::default(), motion }
     }
 
+    /// Goes on where `before` is at `t_s`; a changed speed begins there, from the present angle.
+    pub(super) fn go_on_from(&mut self, before: &DriveLaw, t_s: f64) {
+        let (Some(own), Some(motion)) = (&mut self.motion, &before.motion) else { return };
+        if let (MotionLaw::Speed { origin, speed, .. }, MotionLaw::Speed { origin: from, speed: before, .. }) = (own, motion) {
+            let [angle_rad, ..] = motion.at(t_s);
+            *origin = if speed == before { *from } else { MotionOrigin { time_s: t_s, angle_rad } };
+        }
+    }
+
+    /// The instant from which the prescribed speed holds, if a constant speed is prescribed.
+    pub(super) fn origin(&self) -> Option<MotionOrigin> {
+        match self.motion {
+            Some(MotionLaw::Speed { origin, .. }) => Some(origin),
+            _ => None,
+        }
+    }
+
+    /// Sets that instant; `None` for the start of the scene.
+    pub(super) fn set_origin(&mut self, given: Option<MotionOrigin>) {
+        if let Some(MotionLaw::Speed { origin, start_rad, .. }) = &mut self.motion {
+            *origin = given.unwrap_or(MotionOrigin { time_s: 0.0, angle_rad: *start_rad });
+        }
+    }
+
     pub(super) fn is_motion(&self) -> bool {
         self.motion.is_some()
     }
@@ -75,7 +110,9 @@ impl MotionLaw {
     fn new(motion: &Motion, start: &Start) -> Self {
         let (start_rad, from) = (start.angle_rad, start.rate_rad_per_s);
         match motion {
-            Motion::Speed(speed) => MotionLaw::Speed { start_rad, speed: *speed },
+            Motion::Speed(speed) => {
+                MotionLaw::Speed { origin: MotionOrigin { time_s: 0.0, angle_rad: start_rad }, speed: *speed, start_rad }
+            }
             Motion::Ramp { to_rad_per_s, over_s } => MotionLaw::Ramp { start_rad, from, to: *to_rad_per_s, over_s: *over_s },
             Motion::Table(rows) => MotionLaw::Spline(natural_spline(rows)),
         }
@@ -84,7 +121,7 @@ impl MotionLaw {
     /// Angle (rad), rate and acceleration at a time.
     fn at(&self, t_s: f64) -> [f64; 3] {
         match self {
-            MotionLaw::Speed { start_rad, speed } => [start_rad + speed * t_s, *speed, 0.0],
+            MotionLaw::Speed { origin, speed, .. } => [origin.angle_rad + speed * (t_s - origin.time_s), *speed, 0.0],
             MotionLaw::Ramp { start_rad, from, to, over_s } => {
                 // ω = from + (to − from)(1 − cos πs)/2 with s = t/over up to 1.
                 let (s, rise) = ((t_s / over_s).min(1.0), to - from);

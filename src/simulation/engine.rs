@@ -3,7 +3,7 @@
 use super::drive::DriveLaw;
 use super::error_estimate::Term;
 use crate::integrate::{StepError, Taken};
-use crate::mechanics::{Energy, Input, Observation};
+use crate::mechanics::{Energy, Input, Mechanism, Observation};
 
 /// A state of a model that is a system of second order, with its loads.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +16,13 @@ pub struct Motion {
     pub v: Vec<f64>,
     /// Accelerations, n.
     pub a: Vec<f64>,
+}
+
+/// A mechanism with its coordinates and velocities.
+pub(super) struct Dynamics<'a> {
+    pub mechanism: &'a mut dyn Mechanism,
+    pub q: &'a mut Vec<f64>,
+    pub v: &'a mut Vec<f64>,
 }
 
 /// One model of one scene, advanced in steps.
@@ -43,6 +50,14 @@ pub(super) trait Engine: Send {
     }
     /// Whether the balance of these energies tells how well a step was taken. The thesis's method drops strain in every step.
     fn keeps_energy(&self) -> bool;
+    /// The mechanism and its state, between steps; `None` if the model is no system of second order.
+    fn dynamics(&mut self) -> Option<Dynamics<'_>> {
+        None
+    }
+    /// Begins at the present coordinates and velocities, at `t_s`.
+    fn begin(&mut self, _law: &DriveLaw, _t_s: f64) -> Result<(), StepError> {
+        Ok(())
+    }
     /// Fills `out` for `t_s`, where the last step ended.
     fn observe(&mut self, law: &DriveLaw, t_s: f64, out: &mut Observation) -> Result<(), StepError>;
     /// Appends everything that is carried from one step to the next.

@@ -47,6 +47,11 @@ pub struct ErrorEstimate {
 }
 
 impl ErrorEstimate {
+    /// Goes on after a change of the scene: the measures of its last step are those of another model.
+    pub(super) fn without_last_step(self) -> Self {
+        ErrorEstimate { left: [Measure::default(); 2], ..self }
+    }
+
     /// Begins a step, which may be taken in parts.
     pub(super) fn next_step(self) -> Self {
         ErrorEstimate { last_step_rad: 0.0, ..self }

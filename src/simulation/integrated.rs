@@ -1,7 +1,7 @@
 //! Models that are second-order systems, advanced by one of the integrators.
 
 use super::drive::DriveLaw;
-use super::engine::{Engine, Motion};
+use super::engine::{Dynamics, Engine, Motion};
 use super::error_estimate::Term;
 use super::step_limit::eigenvalues;
 use crate::integrate::{
@@ -64,7 +64,7 @@ impl<M: Mechanism> Integrated<M> {
     }
 }
 
-impl<M: Mechanism> Engine for Integrated<M> {
+impl<M: Mechanism + 'static> Engine for Integrated<M> {
     fn reset(&mut self) {
         self.state.clone_from(&self.start);
     }
@@ -103,6 +103,16 @@ impl<M: Mechanism> Engine for Integrated<M> {
     fn energy(&mut self, law: &DriveLaw, t_s: f64) -> Energy {
         let State { q, v, a, .. } = &self.state;
         self.mechanism.energy(&law.input(t_s), q, v, a)
+    }
+
+    fn dynamics(&mut self) -> Option<Dynamics<'_>> {
+        Some(Dynamics { mechanism: &mut self.mechanism, q: &mut self.state.q, v: &mut self.state.v })
+    }
+
+    fn begin(&mut self, law: &DriveLaw, t_s: f64) -> Result<(), StepError> {
+        let State { a, alpha, residual, .. } = &mut self.state;
+        [a, alpha, residual].into_iter().for_each(|part| part.fill(0.0));
+        self.integrator.begin(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, &mut self.state)
     }
 
     fn keeps_energy(&self) -> bool {

@@ -24,13 +24,44 @@ pub struct EnergyLedger {
     pub work_in_j: f64,
     /// Work dissipated, J.
     pub dissipated_j: f64,
-    /// Energy now − energy at the start − work put in + work dissipated, J: what the scheme alone gained or lost. Nothing corrects it.
+    /// Energy that changes of the scene brought in, less what they took, J.
+    pub changed_j: f64,
+    /// Energy now − energy at the start − energy changed − work put in + work dissipated, J: what the scheme alone gained or lost.
+    /// Nothing corrects it.
     pub balance_error_j: f64,
     /// Largest |balance_error_j| so far, J.
     pub worst_balance_j: f64,
     /// The energy in play, J: kinetic and strain energy at the start, what fell in gravity at most, and the magnitudes of the work
-    /// put in by every step.
+    /// put in by every step and of the energy that every change of the scene brought in or took.
     pub in_play_j: f64,
+}
+
+/// Energy that changes of the scene brought in, less what they took.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ChangedEnergy {
+    /// Kinetic and strain energy, J.
+    pub moving_j: f64,
+    /// Potential energy, J.
+    pub potential_j: f64,
+    /// Magnitudes of the kinetic and strain energy of every change, summed, J.
+    pub magnitude_j: f64,
+}
+
+impl ChangedEnergy {
+    /// All of it, J.
+    pub fn total_j(&self) -> f64 {
+        self.moving_j + self.potential_j
+    }
+
+    /// With one more change.
+    fn with(self, before: &Energy, after: &Energy) -> Self {
+        let moving_j = moving_j(after) - moving_j(before);
+        ChangedEnergy {
+            moving_j: self.moving_j + moving_j,
+            potential_j: self.potential_j + (potential_j(after) - potential_j(before)),
+            magnitude_j: self.magnitude_j + moving_j.abs(),
+        }
+    }
 }
 
 /// Verdict of the energy balance on a run so far.
@@ -55,6 +86,7 @@ pub(super) struct Ledger {
     start: Energy,
     now: Energy,
     work: Work,
+    changed: ChangedEnergy,
     fallen_j: f64,
     worst_balance_j: f64,
 }
@@ -83,7 +115,7 @@ impl Ledger {
     pub(super) fn after(&self, work: Work, now: Energy, keeps_energy: bool) -> Result<Ledger, Cause> {
         let mut next = Ledger { now, ..*self };
         next.work += work;
-        next.fallen_j = next.fallen_j.max(potential_j(&self.start) - potential_j(&now));
+        next.fallen_j = next.fallen_j.max(potential_j(&self.start) + self.changed.potential_j - potential_j(&now));
         next.worst_balance_j = next.worst_balance_j.max(next.balance_error_j().abs());
         next.judge_growth(if keeps_energy { ENERGY_FACTOR } else { KNOWN_ENERGY_FACTOR })?;
         if keeps_energy {
@@ -112,12 +144,22 @@ impl Ledger {
         Ok(())
     }
 
+    /// The account where a change of the scene leaves these energies.
+    pub(super) fn changed(&self, now: Energy) -> Ledger {
+        Ledger { now, changed: self.changed.with(&self.now, &now), ..*self }
+    }
+
+    /// Energies at the start of the epoch, and those that changes of the scene brought in since.
+    pub(super) fn start_and_changed(&self) -> (Energy, ChangedEnergy) {
+        (self.start, self.changed)
+    }
+
     fn balance_error_j(&self) -> f64 {
-        self.now.total_j() - self.start.total_j() - self.work.put_in_j + self.work.dissipated_j
+        self.now.total_j() - self.start.total_j() - self.changed.total_j() - self.work.put_in_j + self.work.dissipated_j
     }
 
     fn in_play_j(&self) -> f64 {
-        moving_j(&self.start) + self.fallen_j + self.work.magnitude_j
+        moving_j(&self.start) + self.fallen_j + self.work.magnitude_j + self.changed.magnitude_j
     }
 
     pub(super) fn energies(&self) -> EnergyLedger {
@@ -125,6 +167,7 @@ impl Ledger {
             energy: self.now,
             work_in_j: self.work.put_in_j,
             dissipated_j: self.work.dissipated_j,
+            changed_j: self.changed.total_j(),
             balance_error_j: self.balance_error_j(),
             worst_balance_j: self.worst_balance_j,
             in_play_j: self.in_play_j(),
@@ -145,10 +188,10 @@ impl Ledger {
         LedgerEntries { work: self.work, fallen_j: self.fallen_j, worst_balance_j: self.worst_balance_j }
     }
 
-    /// The account of the same epoch where it stood at a checkpoint, with the energies of the state there.
-    pub(super) fn at(&self, entries: &LedgerEntries, now: Energy) -> Ledger {
+    /// The account where it stood at a checkpoint, with the energies of the state there.
+    pub(super) fn at((start, changed): (Energy, ChangedEnergy), entries: &LedgerEntries, now: Energy) -> Ledger {
         let LedgerEntries { work, fallen_j, worst_balance_j } = *entries;
-        Ledger { start: self.start, now, work, fallen_j, worst_balance_j }
+        Ledger { start, now, work, changed, fallen_j, worst_balance_j }
     }
 }
 
@@ -242,8 +285,22 @@ mod tests {
     #[test]
     fn regress_an_account_goes_on_from_its_entries() -> Result<(), Cause> {
         let before = ten().after(work(3.0, 1.0), kinetic(12.3), true)?;
-        let resumed = ten().at(&before.entries(), kinetic(12.3));
+        let resumed = Ledger::at(ten().start_and_changed(), &before.entries(), kinetic(12.3));
         assert_eq!(resumed, before);
+        Ok(())
+    }
+
+    #[test]
+    fn prop_a_change_of_the_scene_is_booked_under_its_own_name() -> Result<(), Cause> {
+        let at = |kinetic_j, potential_j| Energy { kinetic_j, potential_j: Some(potential_j), ..Energy::default() };
+        let before = Ledger::new(at(10.0, 1.0)).after(work(3.0, 1.0), at(12.3, 1.0), true)?;
+        let ledger = before.changed(at(32.3, 6.0)).changed(at(30.3, 6.0));
+        let energies = ledger.energies();
+        assert_eq!((energies.changed_j, energies.in_play_j), (23.0, 10.0 + 3.0 + 20.0 + 2.0));
+        // It neither opens the balance nor closes it.
+        assert!((energies.balance_error_j - before.energies().balance_error_j).abs() < 1e-14);
+        // Nothing has fallen because the scene changed; it has when it falls.
+        assert_eq!(ledger.after(work(0.0, 0.0), at(34.3, 2.0), true)?.energies().in_play_j, 35.0 + 4.0);
         Ok(())
     }
 }

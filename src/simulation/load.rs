@@ -62,6 +62,13 @@ impl Load {
         }
     }
 
+    /// Goes on with the pulses that wait or act in `before`, and the impulse it delivered.
+    pub(super) fn go_on_from(&mut self, before: &Load) {
+        self.pulses.clear();
+        before.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
+        self.delivered = before.delivered;
+    }
+
     /// Returns to the scene's own pulses.
     pub(super) fn reset(&mut self) {
         self.replace_pulses(&self.own_pulses.clone());

@@ -14,6 +14,7 @@
 //! ```
 
 mod build;
+mod change;
 mod checkpoint;
 mod drive;
 mod engine;
@@ -28,20 +29,24 @@ mod pulses;
 mod rate;
 mod sample;
 mod small_motion;
+mod step_grid;
 mod step_limit;
 mod telemetry;
 
-pub use checkpoint::Checkpoint;
+pub use change::{NotChanged, Route};
+pub use checkpoint::{Checkpoint, EpochChanges};
+pub use drive::MotionOrigin;
 pub use engine::Motion;
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use error_estimate::ErrorEstimate;
-pub use ledger::{EnergyLedger, EnergyVerdict, LedgerEntries};
+pub use ledger::{ChangedEnergy, EnergyLedger, EnergyVerdict, LedgerEntries};
 pub use load::{DeliveredImpulse, PulseRequest};
 pub use loads::Loads;
 pub use pulses::Pulses;
 pub use rate::{BadRate, PublishRate};
 pub use sample::{Account, Sample, Stamp};
 pub use small_motion::SmallMotion;
+pub use step_grid::StepGrid;
 pub use telemetry::{PerTelemetry, PublishRates};
 
 pub use crate::integrate::Work;
@@ -83,7 +88,7 @@ pub struct Simulation {
     engine: Box<dyn Engine>,
     law: DriveLaw,
     load: Load,
-    step_s: f64,
+    grid: StepGrid,
     step: u64,
     epoch: u64,
     effort: Effort,
@@ -96,6 +101,8 @@ pub struct Simulation {
     /// The state before the step, restored if the step fails.
     saved: Vec<f64>,
     retried: u64,
+    /// Whether the scene was changed in this epoch.
+    changed: bool,
 }
 
 impl Simulation {
@@ -111,7 +118,7 @@ impl Simulation {
             engine: build::engine(scene, &law)?,
             law,
             load,
-            step_s: scene.solver.step_s,
+            grid: StepGrid::new(scene.solver.step_s),
             step: 0,
             epoch: 0,
             effort: Effort::default(),
@@ -126,6 +133,7 @@ impl Simulation {
             },
             saved: Vec::new(),
             retried: 0,
+            changed: false,
         };
         simulation.engine.save(&mut simulation.saved);
         simulation.begin().map_err(|_| BuildError {
@@ -139,12 +147,15 @@ impl Simulation {
     fn begin(&mut self) -> Result<(), Diverged> {
         self.engine.reset();
         self.step = 0;
+        self.grid = StepGrid::new(self.grid.step_s);
+        self.changed = false;
+        self.law.set_origin(None);
         self.load.reset();
         self.law.torque = self.load.at(0.0);
         self.observe()?;
         self.observed.start.clone_from(&self.observed.last);
         self.ledger = Ledger::new(self.observed.last.energy);
-        self.error = self.engine.local_error(self.step_s).map(|_| ErrorEstimate::default());
+        self.error = self.engine.local_error(self.grid.step_s).map(|_| ErrorEstimate::default());
         Ok(())
     }
 
@@ -169,12 +180,17 @@ impl Simulation {
 
     /// Size of a step, s.
     pub fn step_s(&self) -> f64 {
-        self.step_s
+        self.grid.step_s
     }
 
-    /// Simulated time, s: steps times step size, never accumulated.
+    /// Times of steps.
+    pub fn grid(&self) -> StepGrid {
+        self.grid
+    }
+
+    /// Simulated time, s.
     pub fn time_s(&self) -> f64 {
-        self.step as f64 * self.step_s
+        self.grid.time_s(self.step)
     }
 
     /// Newton iterations of the last step; `None` with a scheme that does not iterate.
@@ -203,7 +219,7 @@ impl Simulation {
     /// [`PulseRefused`] when a number is out of range or too many pulses are pending; nothing is changed then.
     pub fn add_pulse(&mut self, request: &PulseRequest) -> Result<Effective, PulseRefused> {
         let start_s = self.load.add(request, self.time_s())?;
-        let waits = (request.delay_s / self.step_s).floor() as u64;
+        let waits = (request.delay_s / self.grid.step_s).floor() as u64;
         Ok(Effective { step: self.step + waits + 1, sim_time_s: start_s })
     }
 
@@ -217,7 +233,7 @@ impl Simulation {
     /// # Errors
     /// [`Diverged`] when the step could not be taken, or its energies say that it went wrong; the last good state stays.
     pub fn step(&mut self) -> Result<(), Diverged> {
-        let (from_s, to_s) = (self.time_s(), (self.step + 1) as f64 * self.step_s);
+        let (from_s, to_s) = (self.time_s(), self.grid.time_s(self.step + 1));
         let (torque, error) = (self.law.torque, self.error);
         self.saved.clear();
         self.engine.save(&mut self.saved);
@@ -237,15 +253,15 @@ impl Simulation {
         self.effort = effort;
         self.ledger = ledger;
         self.law.torque = self.load.at(to_s);
-        self.load.deliver(from_s, to_s, self.step_s);
+        self.load.deliver(from_s, to_s, self.grid.step_s);
         Ok(())
     }
 
     /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a pulse to the next: a load
     /// that begins or ends inside a step would cost it its order.
     fn advance_from_edge_to_edge(&mut self, mut from_s: f64, to_s: f64) -> Result<Taken, StepError> {
-        let (mut taken, mut h_s) = (Taken::default(), self.step_s);
-        let margin_s = SHORTEST_PART * self.step_s;
+        let (mut taken, mut h_s) = (Taken::default(), self.grid.step_s);
+        let margin_s = SHORTEST_PART * self.grid.step_s;
         for _ in 1..if self.load.uses_torque_slope { MOST_PARTS } else { 1 } {
             let Some(edge_s) = self.load.pulses.edge_within(from_s + margin_s, to_s - margin_s) else { break };
             taken += self.advance([from_s, edge_s], edge_s - from_s, 0)?;
@@ -353,12 +369,14 @@ impl Simulation {
             error: self.error,
             torque_nm: self.law.torque.mean_nm,
             delivered: self.load.delivered,
+            changes: self.epoch_changes(),
         }
     }
 
-    /// Goes back (or on) to a checkpoint of the same scene; `false`, and nothing changed, when it does not fit.
+    /// Goes back (or on) to a checkpoint of the same scene, of the one in force then if it was changed; `false`, and nothing changed, when it does not fit.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> bool {
-        if !self.engine.restore(&checkpoint.state) {
+        let other_step = |changes: &EpochChanges| changes.grid.step_s.to_bits() != self.grid.step_s.to_bits();
+        if checkpoint.changes.as_ref().is_some_and(other_step) || !self.engine.restore(&checkpoint.state) {
             return false;
         }
         (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
@@ -366,8 +384,14 @@ impl Simulation {
         self.law.torque = Torque::constant(checkpoint.torque_nm);
         self.load.delivered = checkpoint.delivered;
         self.error = checkpoint.error;
+        let changes = checkpoint.changes;
+        self.changed = changes.is_some();
+        self.grid = changes.map_or(StepGrid::new(self.grid.step_s), |changes| changes.grid);
+        self.law.set_origin(changes.and_then(|changes| changes.motion));
         let energy = self.engine.energy(&self.law, self.time_s());
-        self.ledger = self.ledger.at(&checkpoint.ledger, energy);
+        let unchanged = (self.observed.start.energy, ChangedEnergy::default());
+        let start = changes.map_or(unchanged, |changes| (changes.start, changes.changed));
+        self.ledger = Ledger::at(start, &checkpoint.ledger, energy);
         true
     }
 }

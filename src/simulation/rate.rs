@@ -1,5 +1,7 @@
 //! Publishing rate: which steps are published.
 
+use super::StepGrid;
+
 /// Samples per simulated second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PublishRate {
@@ -13,20 +15,20 @@ impl PublishRate {
     /// The publishing rate unless another is given.
     pub const DEFAULT: PublishRate = PublishRate::Hz(200.0);
 
-    /// Whether step `step` (from 1) of size `step_s` is published: whenever `n·h·rate` passes a whole number.
-    pub fn is_due(self, step: u64, step_s: f64) -> bool {
+    /// Whether step `step` (from 1) of a grid is published: whenever `t·rate` passes a whole number.
+    pub fn is_due(self, step: u64, grid: &StepGrid) -> bool {
         match self {
             PublishRate::All => true,
-            PublishRate::Hz(rate_hz) => step == 0 || ticks(step, step_s, rate_hz) > ticks(step - 1, step_s, rate_hz),
+            PublishRate::Hz(rate_hz) => step == 0 || ticks(step, grid, rate_hz) > ticks(step - 1, grid, rate_hz),
         }
     }
 
-    /// Number of published steps after `after` and before `before`.
-    pub fn due_between(self, after: u64, before: u64, step_s: f64) -> u64 {
+    /// Number of published steps after `after` and before `before`, on one grid.
+    pub fn due_between(self, after: u64, before: u64, grid: &StepGrid) -> u64 {
         let steps = before.saturating_sub(after).saturating_sub(1);
         match self {
             PublishRate::Hz(rate_hz) if steps > 0 => {
-                let passed = ticks(before - 1, step_s, rate_hz) - ticks(after, step_s, rate_hz);
+                let passed = ticks(before - 1, grid, rate_hz) - ticks(after, grid, rate_hz);
                 steps.min(passed as u64)
             }
             _ => steps,
@@ -34,8 +36,8 @@ impl PublishRate {
     }
 }
 
-fn ticks(step: u64, step_s: f64, rate_hz: f64) -> f64 {
-    (step as f64 * step_s * rate_hz + 1e-9).floor()
+fn ticks(step: u64, grid: &StepGrid, rate_hz: f64) -> f64 {
+    (grid.time_s(step) * rate_hz + 1e-9).floor()
 }
 
 impl std::fmt::Display for PublishRate {
@@ -69,7 +71,8 @@ mod tests {
 
     #[test]
     fn val_publishes_as_many_samples_as_asked() {
-        let count = |rate: PublishRate, steps: u64, step_s: f64| (1..=steps).filter(|n| rate.is_due(*n, step_s)).count();
+        let count =
+            |rate: PublishRate, steps: u64, step_s: f64| (1..=steps).filter(|n| rate.is_due(*n, &StepGrid::new(step_s))).count();
         assert_eq!(count(PublishRate::Hz(200.0), 60_000, 1e-3), 12_000);
         assert_eq!(count(PublishRate::Hz(300.0), 10_000, 1e-3), 3_000);
         assert_eq!(count(PublishRate::Hz(200.0), 100, 0.1), 100);
@@ -79,10 +82,11 @@ mod tests {
     #[test]
     fn prop_count_of_due_steps_agrees_with_each_step() {
         let rates = [PublishRate::All, PublishRate::Hz(200.0), PublishRate::Hz(37.0), PublishRate::Hz(3e3), PublishRate::Hz(0.7)];
+        let grid = StepGrid::new(1e-3);
         for rate in rates {
             for (after, before) in [(0, 0), (0, 1), (5, 5), (3, 1), (0, 1000), (17, 18), (17, 19), (123, 4567)] {
-                let taken = (after + 1..before).filter(|n| rate.is_due(*n, 1e-3)).count() as u64;
-                assert_eq!(rate.due_between(after, before, 1e-3), taken, "{rate:?} {after}..{before}");
+                let taken = (after + 1..before).filter(|n| rate.is_due(*n, &grid)).count() as u64;
+                assert_eq!(rate.due_between(after, before, &grid), taken, "{rate:?} {after}..{before}");
             }
             assert_eq!(rate.to_string().parse(), Ok(rate));
         }

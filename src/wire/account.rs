@@ -6,7 +6,7 @@ use crate::simulation::{Account, EnergyLedger, EnergyVerdict};
 impl Status {
     /// Sets energies, works, verdict and estimated error.
     pub fn with_account(self, Account { ledger, verdict, error }: Account) -> Status {
-        let EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j, worst_balance_j, in_play_j } = ledger;
+        let EnergyLedger { energy, work_in_j, dissipated_j, changed_j, balance_error_j, worst_balance_j, in_play_j } = ledger;
         let verdict = match verdict {
             EnergyVerdict::Balanced => status::EnergyVerdict::Balanced,
             EnergyVerdict::Unbalanced { .. } => status::EnergyVerdict::Unbalanced,
@@ -18,6 +18,7 @@ impl Status {
             potential_j: energy.potential_j,
             work_in_j: Some(work_in_j),
             dissipated_j: Some(dissipated_j),
+            changed_j: (changed_j != 0.0).then_some(changed_j),
             balance_error_j: Some(balance_error_j),
             worst_balance_j: Some(worst_balance_j),
             energy_in_play_j: Some(in_play_j),

@@ -1,8 +1,11 @@
 //! Checkpoints as messages, and back.
 
 use super::{ActivePulse, BadCommand};
+use crate::mechanics::Energy;
 use crate::scene::Pulse;
-use crate::simulation::{Checkpoint, DeliveredImpulse, ErrorEstimate, LedgerEntries, Stamp, Work};
+use crate::simulation::{
+    ChangedEnergy, Checkpoint, DeliveredImpulse, EpochChanges, ErrorEstimate, LedgerEntries, MotionOrigin, Stamp, StepGrid, Work,
+};
 
 /// Encodes a checkpoint.
 pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
@@ -28,6 +31,9 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         impulse_nm_s,
         impulse_over_s,
         epoch_start_s: stamp.epoch_start_s,
+        changes: checkpoint.changes.as_ref().map(epoch_changes),
+        // The scene is not part of a simulation's state; whoever knows it adds it.
+        scene: String::new(),
     }
 }
 
@@ -54,5 +60,42 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
         error: message.error_estimate.as_slice().try_into().ok().map(ErrorEstimate::from_numbers),
         torque_nm: message.torque_nm,
         delivered: DeliveredImpulse { impulse_nm_s: message.impulse_nm_s, over_s: message.impulse_over_s },
+        changes: message.changes.as_ref().map(recorded_changes),
     })
+}
+
+fn epoch_changes(changes: &EpochChanges) -> super::EpochChanges {
+    let EpochChanges { grid: StepGrid { origin_step, origin_s, step_s }, motion, start, changed } = *changes;
+    super::EpochChanges {
+        origin_step,
+        origin_s,
+        step_s,
+        motion_origin_s: motion.map(|motion| motion.time_s),
+        motion_origin_rad: motion.map(|motion| motion.angle_rad),
+        start_kinetic_j: Some(start.kinetic_j),
+        start_strain_j: start.strain_j,
+        start_potential_j: start.potential_j,
+        changed_moving_j: changed.moving_j,
+        changed_potential_j: changed.potential_j,
+        changed_magnitude_j: changed.magnitude_j,
+    }
+}
+
+fn recorded_changes(message: &super::EpochChanges) -> EpochChanges {
+    let super::EpochChanges { origin_step, origin_s, step_s, .. } = *message;
+    let motion = message.motion_origin_s.zip(message.motion_origin_rad);
+    EpochChanges {
+        grid: StepGrid { origin_step, origin_s, step_s },
+        motion: motion.map(|(time_s, angle_rad)| MotionOrigin { time_s, angle_rad }),
+        start: Energy {
+            kinetic_j: message.start_kinetic_j.unwrap_or(0.0),
+            strain_j: message.start_strain_j,
+            potential_j: message.start_potential_j,
+        },
+        changed: ChangedEnergy {
+            moving_j: message.changed_moving_j,
+            potential_j: message.changed_potential_j,
+            magnitude_j: message.changed_magnitude_j,
+        },
+    }
 }

@@ -19,7 +19,7 @@ pub enum BadCommand {
     #[error("shape {0} does not exist: 0 is RECTANGULAR, 1 is RAISED_COSINE")]
     Shape(i32),
     /// A control message without an action.
-    #[error("no action given: pause, resume, step, reset, stop, start_recording or stop_recording")]
+    #[error("no action given: pause, resume, step, reset, stop, start_recording, stop_recording or set")]
     NoAction,
     /// A replay control message without an action.
     #[error("no action given: pause, resume, seek, rate, next or stop")]
@@ -27,6 +27,9 @@ pub enum BadCommand {
     /// A recording command to a replay.
     #[error("this is a replay, which does not record")]
     ReplayerRecords,
+    /// A change of the scene to a replay.
+    #[error("this is a replay: its scene is as recorded")]
+    ReplayerChangesScene,
     /// The key has wildcards, and only matches a command key.
     #[error("send commands to `{own}` itself, not to `{key}`")]
     Key {
@@ -78,6 +81,7 @@ pub fn replay_action(action: control::Action) -> Result<replay_control::Action, 
         control::Action::Reset(_) => Ok(replay_control::Action::Seek(Seek { time_s: 0.0 })),
         control::Action::Stop(stop) => Ok(replay_control::Action::Stop(stop)),
         control::Action::StartRecording(_) | control::Action::StopRecording(_) => Err(BadCommand::ReplayerRecords),
+        control::Action::Set(_) => Err(BadCommand::ReplayerChangesScene),
     }
 }
 

@@ -64,7 +64,8 @@ mod tests {
     #[test]
     fn prop_a_step_is_published_on_every_topic_whose_rate_is_due() {
         let rates: PublishRates = "angles=500,loads=100,displacements=10,energies=50".parse().unwrap_or(PublishRate::All.into());
-        let due = |step| rates.map(|rate| rate.is_due(step, 1e-3)).by_topic().map(|(_, due)| due);
+        let due =
+            |step| rates.map(|rate| rate.is_due(step, &crate::simulation::StepGrid::new(1e-3))).by_topic().map(|(_, due)| due);
         let expected =
             [[false; 4], [false, true, false, false], [false, true, true, false], [false, true, true, true], [true; 4]];
         assert_eq!([1, 2, 10, 20, 100].map(due), expected);

@@ -128,7 +128,7 @@ impl TelemetryEncoder {
 
     /// Energies, works, and their balance.
     pub fn energies(&self, sample: &Sample) -> Energies {
-        let EnergyLedger { energy, work_in_j, dissipated_j, balance_error_j, in_play_j, .. } = sample.ledger;
+        let EnergyLedger { energy, work_in_j, dissipated_j, changed_j, balance_error_j, in_play_j, .. } = sample.ledger;
         Energies {
             stamp: Some(stamp(&sample.stamp)),
             kinetic_j: Some(energy.kinetic_j),
@@ -138,6 +138,7 @@ impl TelemetryEncoder {
             dissipated_j: Some(dissipated_j),
             balance_error_j: Some(balance_error_j),
             energy_in_play_j: Some(in_play_j),
+            changed_j: (changed_j != 0.0).then_some(changed_j),
         }
     }
 }

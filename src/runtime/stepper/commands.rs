@@ -14,7 +14,10 @@ const STEPS_LIMIT: u64 = 1_000_000_000;
 impl Stepper {
     /// Checks and applies a command, and sends its reply.
     pub(super) fn handle_command(&mut self, command: Command) {
-        let Command { id, request, reply: reply_to } = command;
+        if command.change.is_some() {
+            return self.handle_change(command);
+        }
+        let Command { id, request, reply: reply_to, .. } = command;
         let stamp = self.stamp();
         if let Some(reply) = self.ports.shared.reply_to_retry(&id, &request) {
             return self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: None, stamp })));
@@ -32,6 +35,7 @@ impl Stepper {
                 reason: reason.to_owned(),
                 effective_step: step,
                 effective_sim_time_s: sim_time_s,
+                changed_j: None,
             },
             Err(reason) => CommandReply { id, reason, ..CommandReply::default() },
         };
@@ -87,6 +91,7 @@ impl Stepper {
             }
             Action::Reset(_) => self.reset()?,
             Action::Stop(_) => self.run.stopping = true,
+            Action::Set(_) => return Err("the change is not prepared".to_owned()),
             Action::StartRecording(_) | Action::StopRecording(_) => {}
         }
         Ok("")

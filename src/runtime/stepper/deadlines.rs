@@ -39,7 +39,7 @@ impl Stepper {
 
     /// Session time at the start of the step that comes `further` steps after the next, s.
     fn session_s_in(&self, further: u64) -> f64 {
-        self.epoch_start_s + (self.simulation.step_count() + further) as f64 * self.simulation.step_s()
+        self.epoch_start_s + self.simulation.grid().time_s(self.simulation.step_count() + further)
     }
 
     /// The deadlines of the steps that are taken now.

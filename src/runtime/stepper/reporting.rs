@@ -26,7 +26,7 @@ impl Stepper {
     /// last status is published by the end of the run.
     pub(super) fn status_by_simulated_time(&mut self) {
         let real = self.stepping.pace == Pace::Factor(1.0) && !self.run.paused;
-        let due = !real && STATUS_RATE.is_due(self.simulation.step_count(), self.simulation.step_s());
+        let due = !real && STATUS_RATE.is_due(self.simulation.step_count(), &self.simulation.grid());
         if !due || self.finished() {
             return;
         }

@@ -248,7 +248,7 @@ impl<'a> Player<'a> {
         match self.apply(action)? {
             Ok(reason) => {
                 let at_s = self.position_s();
-                let answer = CommandReply { id, accepted: true, reason, effective_step: 0, effective_sim_time_s: at_s };
+                let answer = CommandReply { id, accepted: true, reason, effective_sim_time_s: at_s, ..CommandReply::default() };
                 self.replies.insert(&answer, Some(kind));
                 reply(answer);
             }

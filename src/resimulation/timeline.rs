@@ -1,0 +1,103 @@
+//! Times of a recording's steps, through resets and changes of the scene.
+
+use super::event::{new_scene, resets};
+use super::recorded_session::RecordedSession;
+use super::resimulator::EpochStep;
+use crate::scene::SceneSource;
+use crate::simulation::{EpochChanges, PublishRate, StepGrid};
+use crate::wire::{self, Checkpoint, Message, Stamp};
+
+/// The grids of steps that hold, each from an instant on.
+pub(super) struct Timeline {
+    /// The step of the recording's own scene, s.
+    recorded_step_s: f64,
+    /// The step in force, s.
+    step_s: f64,
+    sections: Vec<(EpochStep, StepGrid)>,
+}
+
+impl Timeline {
+    pub(super) fn new(source: &RecordedSession) -> Self {
+        let step_s = source.scene.scene.solver.step_s;
+        Timeline { recorded_step_s: step_s, step_s, sections: Vec::new() }
+    }
+
+    /// Follows a message that may begin another grid.
+    pub(super) fn take(&mut self, event: &Message) {
+        let Some(stamp) = event.stamp() else { return };
+        let at = (stamp.epoch, stamp.step);
+        match event {
+            Message::Checkpoint(checkpoint) => self.checkpoint(checkpoint, at),
+            Message::Commands(command) if resets(command) => self.begin((at.0 + 1, 0), StepGrid::new(self.step_s)),
+            Message::Commands(command) => {
+                if let Some(step_s) = new_scene(command).and_then(step_of) {
+                    self.step_s = step_s;
+                    self.begin(at, self.grid_at(at).with_step(at.1, step_s));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint, at: EpochStep) {
+        self.step_s = match checkpoint.scene.as_str() {
+            "" => self.recorded_step_s,
+            scene => step_of(scene).unwrap_or(self.step_s),
+        };
+        let changes: Option<EpochChanges> = wire::recorded_checkpoint(checkpoint).ok().and_then(|state| state.changes);
+        self.begin(at, changes.map_or(StepGrid::new(self.step_s), |changes| changes.grid));
+    }
+
+    fn begin(&mut self, at: EpochStep, grid: StepGrid) {
+        if self.sections.last().is_none_or(|(from, present)| from.0 != at.0 || *present != grid) {
+            self.sections.push((at, grid));
+        }
+    }
+
+    /// The grid on which a step ends.
+    fn grid_at(&self, at: EpochStep) -> StepGrid {
+        let section = self.sections.iter().rev().find(|(from, _)| from.0 == at.0 && from.1 <= at.1);
+        section.map_or(StepGrid::new(self.step_s), |(_, grid)| *grid)
+    }
+
+    /// The shortest step so far, s.
+    pub(super) fn shortest_step_s(&self) -> f64 {
+        self.sections.iter().map(|(_, grid)| grid.step_s).fold(self.step_s, f64::min)
+    }
+
+    /// Whether a stamp is consistent with `log_time`: its time equals that of its step, and does not lie after it.
+    pub(super) fn is_timely(&self, source: &RecordedSession, stamp: &Stamp, log_time_ns: u64) -> bool {
+        let sim_time_s = self.grid_at((stamp.epoch, stamp.step)).time_s(stamp.step);
+        stamp.sim_time_s.to_bits() == sim_time_s.to_bits() && source.log_time_ns(sim_time_s) <= log_time_ns
+    }
+
+    /// The step of an epoch, which began at `epoch_start_s`, at `log_time`; `None` if no step is at that time.
+    pub(super) fn step_at(&self, source: &RecordedSession, log_time_ns: u64, (epoch, epoch_start_s): (u64, f64)) -> Option<u64> {
+        let since_s = log_time_ns.checked_sub(source.log_time_ns(0.0))? as f64 * 1e-9 - epoch_start_s;
+        let on = |grid: &StepGrid| {
+            let step = grid.origin_step as f64 + ((since_s - grid.origin_s) / grid.step_s).round();
+            (step >= 0.0).then_some(step as u64)
+        };
+        let is_there = |step: &u64| source.log_time_ns(epoch_start_s + self.grid_at((epoch, *step)).time_s(*step)) == log_time_ns;
+        let of_epoch = self.sections.iter().rev().filter(|(from, _)| from.0 == epoch).map(|(_, grid)| *grid);
+        of_epoch.chain([StepGrid::new(self.step_s)]).filter_map(|grid| on(&grid)).find(is_there)
+    }
+
+    /// Number of steps after `after` and before `before`, within an epoch, that are published at `rate`.
+    pub(super) fn due_between(&self, rate: PublishRate, epoch: u64, after: u64, before: u64) -> u64 {
+        let (mut due, mut until) = (0, before);
+        for (from, grid) in self.sections.iter().rev().filter(|(from, _)| from.0 == epoch && from.1 < before) {
+            if until <= after {
+                return due;
+            }
+            due += rate.due_between(after.max(from.1), until, grid);
+            until = until.min(from.1.saturating_add(1));
+        }
+        due + if until > after { rate.due_between(after, until, &StepGrid::new(self.step_s)) } else { 0 }
+    }
+}
+
+/// The step of a scene, s; `None` if it is no scene.
+fn step_of(scene: &str) -> Option<f64> {
+    SceneSource::parse("", scene, &[]).ok().map(|source| source.scene.solver.step_s)
+}

@@ -1,0 +1,131 @@
+//! Changes of a running scene: everything may change but the geometry and the kind of the drive.
+
+use super::types::{Chain, Drive, End, ModelKind, Motion, Scene, System};
+use super::{SceneError, SceneSource};
+
+/// The reason of most refusals.
+const GEOMETRY: &str = "a running scene keeps its geometry: start another run";
+
+impl SceneSource {
+    /// This scene with `KEY=VALUE` changes, for a run that goes on with it.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a change is refused as [`parse`](SceneSource::parse) would, or needs another run.
+    pub fn changed(&self, changes: &[String]) -> Result<SceneSource, SceneError> {
+        let changed = SceneSource::parse(&self.origin, &self.text, changes)?;
+        match needs_another_run(&self.scene, &changed.scene) {
+            None => Ok(changed),
+            Some((key, problem)) => {
+                let given = changes.iter().rev().find(|change| change.split('=').next().is_some_and(|given| given.trim() == key));
+                let refusal = changed.refusal(&key, problem.to_owned());
+                Err(SceneError { place: given.map_or(refusal.place, |given| format!("--set {given}")), ..refusal })
+            }
+        }
+    }
+}
+
+/// A key that a running scene cannot change, with the reason; `None` if it can go on as `after`.
+fn needs_another_run(before: &Scene, after: &Scene) -> Option<(String, &'static str)> {
+    let system = match (&before.system, &after.system) {
+        (System::Chain(before), System::Chain(after)) => other_geometry(before, after),
+        (System::Oscillator(before), System::Oscillator(after)) => {
+            (before.masses_kg.len() != after.masses_kg.len()).then(|| "oscillator.masses_kg".to_owned())
+        }
+        _ => Some("oscillator".to_owned()),
+    };
+    let other = system.map(|key| (key, GEOMETRY));
+    other.or_else(|| other_drive(before, after)).or_else(|| other_method(before, after))
+}
+
+/// The key of a length or part that differs.
+fn other_geometry(before: &Chain, after: &Chain) -> Option<String> {
+    let names = |chain: &Chain| chain.links.iter().map(|link| link.name).collect::<Vec<_>>();
+    if names(before) != names(after) {
+        return after.links.first().map(|link| link.name.as_str().to_owned());
+    }
+    let longer = before.links.iter().zip(&after.links).find(|(before, after)| before.length_m != after.length_m);
+    match (&before.end, &after.end) {
+        (End::Free { .. }, End::Slider(_)) | (End::Slider(_), End::Free { .. }) => Some("slider".to_owned()),
+        _ => longer.map(|(link, _)| format!("{}.length_m", link.name.as_str())),
+    }
+}
+
+/// The key of the drive that differs in more than its constant speed or torque.
+fn other_drive(before: &Scene, after: &Scene) -> Option<(String, &'static str)> {
+    let start = |scene: &Scene| scene.chain().map(|chain| chain.start);
+    match (&before.drive, &after.drive) {
+        (Drive::Torque { .. }, Drive::Torque { .. }) => None,
+        (Drive::Motion(Motion::Speed(_)), Drive::Motion(Motion::Speed(_))) => None,
+        (Drive::Motion(before), Drive::Motion(after)) if before != after => {
+            Some(("drive".to_owned(), "of a prescribed motion, a running scene changes a constant speed only"))
+        }
+        (Drive::Motion(_), Drive::Motion(_)) if start(before) != start(after) => {
+            Some(("start".to_owned(), "the prescribed motion goes on from its start: start another run"))
+        }
+        (Drive::Motion(_), Drive::Motion(_)) => None,
+        _ => Some(("drive".to_owned(), "a running scene keeps its kind of drive: start another run")),
+    }
+}
+
+/// The key of a model whose state no other model can take.
+fn other_method(before: &Scene, after: &Scene) -> Option<(String, &'static str)> {
+    let alone = |scene: &Scene| scene.solver.model == ModelKind::Incremental;
+    (alone(before) != alone(after))
+        .then(|| ("solver.model".to_owned(), "the incremental method carries its own state: start another run"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(scene: &str, changes: &[&str]) -> Result<String, SceneError> {
+        let source = SceneSource::open(scene, &[])?;
+        let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+        Ok(source.changed(&changes).map_or_else(|error| error.to_string(), |changed| format!("accepted: {}", changed.text)))
+    }
+
+    #[test]
+    fn prop_masses_models_and_steps_change() -> Result<(), SceneError> {
+        for change in [
+            "slider.mass_kg=0.3",
+            "rod.damping_s=2e-4",
+            "rod.rigid=true",
+            "rod.elements=8",
+            "rod.modes=4",
+            "rod.axial=true",
+            "gravity.y_m_per_s2=-9.81",
+            "base.damper_nm_s_per_rad=0.1",
+            "torque.constant_nm=0.5",
+            "start.angle_rad=1.0",
+            "commands.torque_limit_nm=3.0",
+            "solver.model=finite-element",
+            "solver.model=rigid",
+            "solver.integrator=generalized-alpha",
+            "solver.step_s=1e-3",
+            "slider.friction_n_s_per_m=3",
+        ] {
+            let answer = refused("crank-slider", &[change])?;
+            assert!(answer.starts_with("accepted"), "{change}: {answer}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn prop_geometry_and_kind_of_drive_stay() -> Result<(), SceneError> {
+        for (scene, change, reason) in [
+            (
+                "crank-slider",
+                "rod.length_m=2.0",
+                "--set rod.length_m=2.0: rod.length_m = 2.0: a running scene keeps its geometry",
+            ),
+            ("crank-slider", "drive.speed_rad_per_s=3.0", "a running scene keeps its kind of drive"),
+            ("crank-slider", "solver.model=incremental", "carries its own state"),
+            ("crank-slider", "rod.lenght_m=1", "did you mean `length_m`?"),
+            ("crank-slider", "slider.mass_kg=-1", "0"),
+        ] {
+            let answer = refused(scene, &[change])?;
+            assert!(answer.contains(reason), "{change}: {answer}");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,137 @@
+//! A change of the running scene: another simulation goes on where this one stands.
+
+use super::drive::DriveLaw;
+use super::engine::Engine;
+use super::{Cause, Diverged, EpochChanges, Simulation, finite};
+use crate::integrate::{StepError, Work};
+use crate::scene::{Scene, Solver, System};
+
+/// A running scene could not be changed; it goes on as before.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NotChanged {
+    /// The steps of both scenes meet later only.
+    #[error("the new step begins at a common instant of both, {0} steps from here")]
+    Later(u64),
+    /// Neither step is a multiple of the other.
+    #[error("the new step is neither a multiple of the present one nor a part of it")]
+    Step,
+    /// The state does not fit the new model.
+    #[error("the state cannot be transferred to the new model")]
+    Transfer,
+    /// The changed scene cannot go on from here.
+    #[error("the changed scene cannot go on from here: {0}")]
+    Cause(#[from] Cause),
+}
+
+impl From<StepError> for NotChanged {
+    fn from(error: StepError) -> Self {
+        NotChanged::Cause(error.into())
+    }
+}
+
+/// The way of a state from the model of one scene to that of another.
+pub struct Route {
+    kind: RouteKind,
+}
+
+enum RouteKind {
+    /// The same equations: everything is kept.
+    Alike,
+    /// The same coordinates: they and the velocities are kept.
+    Coordinates,
+}
+
+impl Route {
+    /// The way from `before` to `after`, two scenes of the same geometry.
+    pub fn new(before: &Scene, after: &Scene) -> Self {
+        let kind = if same_equations(before, after) { RouteKind::Alike } else { RouteKind::Coordinates };
+        Route { kind }
+    }
+
+    /// Brings `to`, at `t_s`, to the state of `from`.
+    fn take(
+        &mut self,
+        (from, _from_law): (&mut (dyn Engine + 'static), &DriveLaw),
+        (to, to_law): (&mut (dyn Engine + 'static), &DriveLaw),
+        t_s: f64,
+        room: &mut Vec<f64>,
+    ) -> Result<(), NotChanged> {
+        match (&self.kind, from.dynamics(), to.dynamics()) {
+            (RouteKind::Coordinates, Some(old), Some(new)) => {
+                if old.q.len() != new.q.len() {
+                    return Err(NotChanged::Transfer);
+                }
+                new.q.copy_from_slice(old.q);
+                new.v.copy_from_slice(old.v);
+                Ok(to.begin(to_law, t_s)?)
+            }
+            _ => {
+                room.clear();
+                from.save(room);
+                if to.restore(room) { Ok(()) } else { Err(NotChanged::Transfer) }
+            }
+        }
+    }
+}
+
+/// Whether two scenes have the same equations of motion, step and scheme.
+fn same_equations(before: &Scene, after: &Scene) -> bool {
+    let common = |scene: &Scene| {
+        let mut scene = scene.clone();
+        scene.commands = before.commands;
+        scene.solver.balance_tolerance = before.solver.balance_tolerance;
+        if let (System::Chain(chain), Some(first)) = (&mut scene.system, before.chain()) {
+            chain.start = first.start;
+        }
+        scene
+    };
+    common(after) == common(before)
+}
+
+impl Simulation {
+    /// Steps from here to the next instant at which a change to a scene with this step may hold; `None` if there is none.
+    pub fn steps_to_change(&self, solver: &Solver) -> Option<u64> {
+        self.grid.steps_to_common(self.step, solver.step_s)
+    }
+
+    /// Goes on as `next`, a simulation of the changed scene; `next` becomes this one as it was. Returns the energy that the change
+    /// brought in, J.
+    ///
+    /// # Errors
+    /// [`NotChanged`]; this simulation is as it was then, and `next` is to be built anew.
+    pub fn change_to(&mut self, next: &mut Simulation, route: &mut Route) -> Result<f64, NotChanged> {
+        match self.grid.steps_to_common(self.step, next.grid.step_s) {
+            Some(0) => {}
+            Some(later) => return Err(NotChanged::Later(later)),
+            None => return Err(NotChanged::Step),
+        }
+        let now_s = self.time_s();
+        next.law.go_on_from(&self.law, now_s);
+        next.load.go_on_from(&self.load);
+        next.law.torque = next.load.at(now_s);
+        let (from, to) = ((&mut *self.engine, &self.law), (&mut *next.engine, &next.law));
+        route.take(from, to, now_s, &mut next.saved)?;
+        next.grid = self.grid.with_step(self.step, next.grid.step_s);
+        (next.step, next.epoch) = (self.step, self.epoch);
+        let energy = next.engine.energy(&next.law, now_s);
+        finite(&Work::default(), &energy)?;
+        next.ledger = self.ledger.changed(energy);
+        next.error = next.engine.local_error(next.grid.step_s).map(|_| self.error.unwrap_or_default().without_last_step());
+        next.observe().map_err(|diverged| diverged.cause)?;
+        (next.effort, next.retried, next.changed) = (self.effort, self.retried, true);
+        let changed_j = next.ledger().changed_j - self.ledger().changed_j;
+        std::mem::swap(self, next);
+        Ok(changed_j)
+    }
+
+    /// The divergence of a simulation that cannot go on by a changed scene.
+    pub(crate) fn lost_by_change(&self) -> Diverged {
+        self.diverged(StepError::NotFinite.into())
+    }
+
+    /// Traces of the changes in this epoch.
+    pub(super) fn epoch_changes(&self) -> Option<EpochChanges> {
+        let (start, changed) = self.ledger.start_and_changed();
+        self.changed.then(|| EpochChanges { grid: self.grid, motion: self.law.origin(), start, changed })
+    }
+}
