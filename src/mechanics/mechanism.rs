@@ -1,5 +1,6 @@
 //! The one interface of the models that are second-order systems: `r(q, q̇, q̈) = M(q) q̈ + g(q, q̇) − p = 0`.
 
+use super::chain_model::ChainModel;
 use super::observation::{Energy, Observation};
 
 /// Loads and prescribed motion of the mechanism at one instant, from outside the model.
@@ -99,4 +100,8 @@ pub trait Mechanism: Send {
     fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];
+    /// The model as a line in motion, from which and to which a state may be transferred; `None` if it is no chain of links.
+    fn as_chain(&mut self) -> Option<&mut dyn ChainModel> {
+        None
+    }
 }

@@ -1,6 +1,7 @@
 //! Models of the chain of links: pure functions and small structs; no clock, no I/O, no integrator.
 
 mod beam;
+mod chain_model;
 pub(crate) mod crank_slider;
 mod equilibrium;
 mod finite_element;
@@ -15,7 +16,9 @@ mod oscillator;
 mod resistance;
 mod rigid;
 mod rigid_bar;
+mod transfer;
 
+pub use chain_model::{ChainModel, LinkShape, Place, PlacePoint, ShapePoint};
 pub use finite_element::FiniteElement;
 pub use incremental::{Incremental, IncrementalState};
 pub use mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
@@ -23,3 +26,4 @@ pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
 pub use rigid::Rigid;
+pub use transfer::{CannotTransfer, Present, Transfer};

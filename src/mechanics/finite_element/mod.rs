@@ -35,12 +35,14 @@ mod band;
 mod beam;
 mod energy;
 mod layout;
+mod line;
 mod loads;
 mod measure;
 mod member;
 mod motion;
 mod names;
 mod observe;
+mod place;
 mod polar;
 mod residual;
 mod rigid;
@@ -57,6 +59,7 @@ use self::member::Member;
 use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
+use super::chain_model::ChainModel;
 use super::last_state::LastState;
 use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
@@ -200,5 +203,9 @@ impl Mechanism for FiniteElement {
             self.locate(input, q, v, a);
         }
         self.powers(input)
+    }
+
+    fn as_chain(&mut self) -> Option<&mut dyn ChainModel> {
+        Some(self)
     }
 }

@@ -139,6 +139,11 @@ impl FiniteElement {
         }
     }
 
+    /// Angle of a link's chord, whole turns counted.
+    pub(super) fn chord_rad(&self, i: usize) -> f64 {
+        self.chord(i).angle()
+    }
+
     fn polar_angle(&self, slot: usize) -> f64 {
         self.motion.polar(slot).map_or(0.0, |polar| polar.u.y)
     }

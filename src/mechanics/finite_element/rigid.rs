@@ -102,6 +102,19 @@ impl GuidedRod {
         GuidedForces { pin: Vector2::new(on_p.x, on_p.y - rod_end_y), slider_x, rod_end_y, on_a }
     }
 
+    /// What a vector at distance `ξ L` from the pin does on the pin: `f + ξ (∂a/∂p)ᵀ f`.
+    pub(super) fn push(&self, m: &PinMotion, xi: f64, f: &Vector2<f64>) -> Vector2<f64> {
+        let Reach([_, g1, ..]) = self.reach(m.p.y);
+        Vector2::new(f.x, f.y + xi * (g1 * f.x - f.y))
+    }
+
+    /// Momentum on the pin: the force that would need these velocities as accelerations from rest.
+    pub(super) fn momentum(&self, m: &PinMotion, slider_kg: f64) -> Vector2<f64> {
+        let still = PinMotion { p: m.p, dp: Vector2::zeros(), ddp: m.dp, gravity: Vector2::zeros() };
+        let load = SliderLoad { mass_kg: slider_kg, friction_n_s_per_m: 0.0, resistance_n: 0.0, resistance_slope: Vector2::zeros() };
+        self.forces(&still, &load).pin
+    }
+
     /// Derivative of the force on the pin by the pin's coordinates.
     pub(super) fn tangent(&self, m: &PinMotion, load: &SliderLoad, pin: &Column, w: Weights) -> Matrix2<f64> {
         let Reach([_, g1, g2, g3]) = self.reach(m.p.y);

@@ -94,8 +94,13 @@ impl FiniteElement {
     /// Velocities and accelerations as if every link were rigid in its present shape, the first turning steadily at `rate`. With the
     /// rod's vector e from pin to slider, `ẏ = 0` and `ÿ = 0` there give `β̇ = −ẏ_A/e_x`, `β̈ = (β̇² e_y − ÿ_A)/e_x`.
     pub(super) fn set_rates(&mut self, rate: f64) {
+        self.set_link_rates([rate; 2]);
+    }
+
+    /// The same with a rate of its own for a second link that is free.
+    pub(super) fn set_link_rates(&mut self, [mut rate, second]: [f64; 2]) {
         let mut pin: [Vector2<f64>; 3] = [Vector2::zeros(); 3];
-        let (mut rate, mut acceleration) = (rate, 0.0);
+        let mut acceleration = 0.0;
         for i in 0..self.members.len() {
             let Some(first) = (match &self.members[i] {
                 Member::Flexible { first, .. } | Member::Rigid { first, .. } => Some(*first),
@@ -103,6 +108,9 @@ impl FiniteElement {
             }) else {
                 break;
             };
+            if i == 1 {
+                rate = second;
+            }
             let m = &mut self.motion;
             if let (1, End::Slider(_), Some(end)) = (i, &self.chain.end, self.layout.end) {
                 let along = m.p[end] - pin[0];

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::chain::{Chain, ChordAngle};
 use super::observe::Observer;
 use super::tangent::Tangent;
+use crate::mechanics::chain_model::ChainModel;
 use crate::mechanics::last_state::LastState;
 use crate::mechanics::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::mechanics::observation::{Energy, Observation};
@@ -17,7 +18,7 @@ pub(super) struct Fitted<const W: usize> {
     pub(super) chain: Chain<W>,
     tangent: Tangent<W>,
     observer: Observer<W>,
-    last: LastState,
+    pub(super) last: LastState,
     /// The residual there without any moment at the pivot.
     residual: Vec<f64>,
 }
@@ -41,7 +42,7 @@ impl<const W: usize> Fitted<W> {
     }
 
     /// Brings the chain to a state, without its forces, unless both are there.
-    fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
+    pub(super) fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
         if self.last.changes(input, q, v, a) {
             self.chain.advance(input, q, v, a);
             self.last.forget();
@@ -136,5 +137,9 @@ impl<const W: usize> Mechanism for Fitted<W> {
             self.locate(input, q, v, a);
         }
         self.chain.power_w(input, v)
+    }
+
+    fn as_chain(&mut self) -> Option<&mut dyn ChainModel> {
+        Some(self)
     }
 }

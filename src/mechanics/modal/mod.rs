@@ -34,6 +34,7 @@ mod elastic;
 mod energy;
 mod fitted;
 mod frame;
+mod line;
 mod link;
 mod loads;
 mod observe;
@@ -43,8 +44,10 @@ mod start;
 mod station;
 mod strong;
 mod tangent;
+mod values;
 mod variation;
 
+use super::chain_model::ChainModel;
 use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
@@ -126,5 +129,9 @@ impl Mechanism for Modal {
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
         self.fitted.power(input, q, v, a)
+    }
+
+    fn as_chain(&mut self) -> Option<&mut dyn ChainModel> {
+        self.fitted.as_chain()
     }
 }

@@ -232,7 +232,7 @@ fn sign(k: usize) -> f64 {
 }
 
 /// `c_m` of ψ.
-fn root_sine(m: usize) -> f64 {
+pub(super) fn root_sine(m: usize) -> f64 {
     6.0 / wave(m).powi(3)
 }
 

@@ -7,8 +7,10 @@
 //!
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
+mod line;
 mod tangent;
 
+use crate::mechanics::chain_model::ChainModel;
 use crate::mechanics::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use crate::mechanics::equilibrium::{Pivot, settle};
 use crate::mechanics::joints;
@@ -331,6 +333,10 @@ impl Mechanism for Rigid {
         };
         let damper = self.chain.base.damper_nm_s_per_rad;
         [torque_nm * rate - resistance * speed, damper * rate * rate + friction * speed * speed]
+    }
+
+    fn as_chain(&mut self) -> Option<&mut dyn ChainModel> {
+        Some(self)
     }
 }
 

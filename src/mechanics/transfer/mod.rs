@@ -1,0 +1,285 @@
+//! Takes the state of one model of a chain to another of the same geometry: rigid, modal or finite-element.
+//!
+//! **Shape.** The new model takes over the chord angles, whole turns counted, and fits its coordinates to the deflections
+//! ([`ChainModel::fit`]).
+//!
+//! **Velocities.** They are the ones that leave the least kinetic energy in what the new model cannot do of the old velocities u: with
+//! the velocities `ẋ = J q̇ + …` of its own places and the masses W there,
+//!
+//! ```text
+//! minimise ½ (u − ẋ)ᵀ W (u − ẋ)      q̇ ← q̇ + M⁻¹ Jᵀ W (u − ẋ)
+//! ```
+//!
+//! `JᵀWJ` is M but for the quadrature, so that a few rounds reach the fixed point. What is prescribed is part of ẋ.
+//!
+//! **Momentum.** `c · ∂T/∂q̇` belongs to a motion c in which the links turn without a change of shape. Were the new places the old
+//! ones, the projection would keep it, since c is a motion of the new model. But a fit moves the places by `δ`, and a rigid motion moves
+//! places by their distance from the pivot: the momentum changes by `Σ W u · (ω × δ)`, of the first order in what the fit leaves
+//! out. So multiples of the motions c are added,
+//!
+//! ```text
+//! q̇ ← q̇ + Σ λ_i c_i      Σ_j (c_i · M c_j) λ_j = p_i,old − p_i,new
+//! ```
+//!
+//! a turn of the links as rigid bodies, by a rate of the order of δ over the length.
+
+mod stations;
+#[cfg(test)]
+mod tests;
+
+use super::chain_model::{ChainModel, LinkShape, PlacePoint, ShapePoint};
+use super::mechanism::{Input, Mechanism, Weights};
+use crate::scene::{Chain, End};
+use stations::Stations;
+
+/// Most rounds of the projection of velocities.
+const ROUNDS: usize = 12;
+/// A round that changes velocities by no more than this part of them is the last.
+const SETTLED: f64 = 1e-15;
+/// Links that may turn by themselves, at most.
+const TURNS: usize = 2;
+
+const MASS: Weights = Weights { acceleration: 1.0, velocity: 0.0, position: 0.0 };
+
+/// A state cannot be transferred.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CannotTransfer {
+    /// One of the models is no chain of links.
+    NotAChain,
+    /// The chains differ in their links' lengths or in their end, or only one has its motion prescribed.
+    OtherGeometry,
+    /// The new model has no velocities at the shape fitted.
+    Singular,
+}
+
+/// A state to transfer.
+#[derive(Debug, Clone, Copy)]
+pub struct Present<'a> {
+    /// Prescribed motion, if any, at this instant.
+    pub input: &'a Input,
+    /// Coordinates.
+    pub q: &'a [f64],
+    /// Velocities.
+    pub v: &'a [f64],
+}
+
+/// Everything that a transfer from one model to another needs, prepared.
+#[derive(Debug, Clone)]
+pub struct Transfer {
+    same: bool,
+    stations: Stations,
+    shapes: Vec<LinkShape>,
+    /// The old model's, one for each place of `stations`.
+    points: Vec<PlacePoint>,
+    /// The new model's, of the places with a mass.
+    own: Vec<PlacePoint>,
+    /// Mass times the velocity that is missing, for each of these places.
+    missing: Vec<[f64; 2]>,
+    angles: Vec<f64>,
+    old: Room,
+    new: Room,
+}
+
+/// Vectors of as many numbers as a model has coordinates.
+#[derive(Debug, Clone)]
+struct Room {
+    turns: [Vec<f64>; TURNS],
+    momentum: Vec<f64>,
+}
+
+impl Room {
+    fn new(n: usize) -> Self {
+        let zero = vec![0.0; n];
+        Self { turns: [zero.clone(), zero.clone()], momentum: zero }
+    }
+}
+
+impl Transfer {
+    /// From one model, of this chain, to another, of that chain.
+    ///
+    /// # Errors
+    /// [`CannotTransfer::OtherGeometry`] when lengths or ends differ.
+    pub fn new(from_chain: &Chain, from: &dyn Mechanism, to_chain: &Chain, to: &dyn Mechanism) -> Result<Self, CannotTransfer> {
+        if !alike(from_chain, to_chain) {
+            return Err(CannotTransfer::OtherGeometry);
+        }
+        let stations = Stations::new(from_chain, to_chain);
+        let shapes = stations.shapes();
+        Ok(Self {
+            same: from.coordinates().iter().map(|c| &c.name).eq(to.coordinates().iter().map(|c| &c.name)),
+            points: vec![PlacePoint::default(); stations.places.len()],
+            own: vec![PlacePoint::default(); stations.masses_kg.len()],
+            missing: vec![[0.0; 2]; stations.masses_kg.len()],
+            angles: vec![0.0; to_chain.links.len()],
+            old: Room::new(from.degrees_of_freedom()),
+            new: Room::new(to.degrees_of_freedom()),
+            shapes,
+            stations,
+        })
+    }
+
+    /// Whether both models have the same coordinates, so that a state is copied as it is.
+    pub fn is_copy(&self) -> bool {
+        self.same
+    }
+
+    /// Sets `q` and `v` of the model `to` from the state `old` of the model `from`; both are given anew after an error.
+    ///
+    /// # Errors
+    /// [`CannotTransfer`], for a model that is no chain, or a shape at which the new model has no velocities.
+    pub fn apply(
+        &mut self,
+        from: &mut dyn Mechanism,
+        old: &Present,
+        to: &mut dyn Mechanism,
+        q: &mut [f64],
+        v: &mut [f64],
+    ) -> Result<(), CannotTransfer> {
+        if self.same {
+            q.copy_from_slice(old.q);
+            v.copy_from_slice(old.v);
+            return Ok(());
+        }
+        let (Some(from), Some(to)) = (from.as_chain(), to.as_chain()) else { return Err(CannotTransfer::NotAChain) };
+        from.points(old.input, old.q, old.v, &self.stations.places, &mut self.points);
+        from.chord_angles(old.input, old.q, &mut self.angles);
+        self.take_shapes();
+        to.fit(old.input, &self.shapes, q);
+        self.project(to, old.input, q, v)?;
+        self.keep_momentum(from, old, to, q, v)
+    }
+
+    /// The old model's links in the frames of their chords.
+    fn take_shapes(&mut self) {
+        for (i, shape) in self.shapes.iter_mut().enumerate() {
+            let (samples, nodes, pins) = self.stations.of_link(i, &self.points);
+            let frame = Frame::new(&pins, self.angles[i]);
+            shape.chord_rad = frame.angle;
+            shape.chord_m = frame.length_m;
+            for (sample, point) in shape.samples.iter_mut().zip(samples) {
+                frame.show(point, sample);
+            }
+            for (node, point) in shape.nodes.iter_mut().zip(nodes) {
+                frame.show(point, node);
+            }
+            shape.stretch = stretch(shape, self.stations.lengths_m[i]);
+        }
+    }
+
+    /// Sets the velocities of the new model at its coordinates `q`.
+    fn project(&mut self, to: &mut dyn ChainModel, input: &Input, q: &[f64], v: &mut [f64]) -> Result<(), CannotTransfer> {
+        v.fill(0.0);
+        if v.is_empty() {
+            return Ok(());
+        }
+        let (masses_kg, change) = (&self.stations.masses_kg, &mut self.new.momentum);
+        let places = &self.stations.places[..masses_kg.len()];
+        to.factor(input, q, v, &*change, MASS).map_err(|_| CannotTransfer::Singular)?;
+        for _ in 0..ROUNDS {
+            to.points(input, q, v, places, &mut self.own);
+            for (k, missing) in self.missing.iter_mut().enumerate() {
+                let (u, own) = (self.points[k].velocity_m_per_s, self.own[k].velocity_m_per_s);
+                *missing = [0, 1].map(|axis| masses_kg[k] * (u[axis] - own[axis]));
+            }
+            to.pull_back(input, q, places, &self.missing, change);
+            to.solve(change);
+            v.iter_mut().zip(change.iter()).for_each(|(v, change)| *v += change);
+            if dot(change, change) <= SETTLED * SETTLED * dot(v, v) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the new state the momentum of the old one in every rigid motion.
+    fn keep_momentum(
+        &mut self,
+        from: &mut dyn ChainModel,
+        old: &Present,
+        to: &mut dyn ChainModel,
+        q: &[f64],
+        v: &mut [f64],
+    ) -> Result<(), CannotTransfer> {
+        let still = Input { motion: old.input.motion.map(|[angle, ..]| [angle, 0.0, 0.0]), ..*old.input };
+        let (mut gram, mut lost) = ([[0.0; TURNS]; TURNS], [0.0; TURNS]);
+        from.momentum(old.input, old.q, old.v, &mut self.old.momentum);
+        to.momentum(old.input, q, v, &mut self.new.momentum);
+        for link in 0..TURNS {
+            let [old_turn, new_turn] = [&mut self.old.turns[link], &mut self.new.turns[link]];
+            if from.turn(&still, old.q, link, old_turn) && to.turn(&still, q, link, new_turn) {
+                lost[link] = dot(old_turn, &self.old.momentum) - dot(new_turn, &self.new.momentum);
+            } else {
+                new_turn.fill(0.0);
+                gram[link][link] = 1.0;
+            }
+        }
+        for link in 0..TURNS {
+            to.momentum(&still, q, &self.new.turns[link], &mut self.new.momentum);
+            for (other, turn) in self.new.turns.iter().enumerate() {
+                gram[other][link] += dot(turn, &self.new.momentum);
+            }
+        }
+        let rates = solve(gram, lost).ok_or(CannotTransfer::Singular)?;
+        for (turn, rate) in self.new.turns.iter().zip(rates) {
+            v.iter_mut().zip(turn).for_each(|(v, turn)| *v += rate * turn);
+        }
+        Ok(())
+    }
+}
+
+/// A chord's frame.
+struct Frame {
+    origin_m: [f64; 2],
+    direction: [f64; 2],
+    angle: f64,
+    length_m: f64,
+}
+
+impl Frame {
+    fn new(pins: &[PlacePoint; 2], angle: f64) -> Self {
+        let [first, last] = pins.map(|pin| pin.position_m);
+        let along = [last[0] - first[0], last[1] - first[1]];
+        let length_m = along[0].hypot(along[1]);
+        Self { origin_m: first, direction: along.map(|x| x / length_m), angle, length_m }
+    }
+
+    fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [cos, sin] = self.direction;
+        [cos * x + sin * y, cos * y - sin * x]
+    }
+
+    fn show(&self, point: &PlacePoint, shown: &mut ShapePoint) {
+        let [x, y] = point.position_m;
+        shown.position_m = self.local([x - self.origin_m[0], y - self.origin_m[1]]);
+        shown.slope = self.local(point.slope);
+    }
+}
+
+/// Mean strain ε of the axis, from the length c of the chord. A tangent `(1 + ε) (cos φ, sin φ)` has `y' = (1 + ε) sin φ`, so that
+/// `c/L − ∫ √(1 − y'²) dξ = ∫ (1 + ε) cos φ − √(1 − (1 + ε)² sin² φ) dξ = ∫ ε/cos φ dξ + O(ε²)`.
+///
+/// Unlike the length of the tangents it does not feel how well the model resolves foreshortening along the link.
+fn stretch(shape: &LinkShape, length_m: f64) -> f64 {
+    if shape.samples.is_empty() {
+        return 0.0;
+    }
+    let unstretched: f64 = shape.samples.iter().map(|s| s.weight * (1.0 - s.slope[1].powi(2)).max(0.0).sqrt()).sum();
+    shape.chord_m / length_m - unstretched
+}
+
+/// Whether the chains are the same line: as many links, as long, with the same kind of end.
+fn alike(one: &Chain, other: &Chain) -> bool {
+    let lengths = |chain: &Chain| chain.links.iter().map(|link| link.length_m).collect::<Vec<_>>();
+    let slides = |chain: &Chain| matches!(chain.end, End::Slider(_));
+    lengths(one) == lengths(other) && slides(one) == slides(other)
+}
+
+/// Solves two equations with a positive matrix.
+fn solve([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    let determinant = a * d - b * c;
+    determinant.is_normal().then(|| [(d * x - b * y) / determinant, (a * y - c * x) / determinant])
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
