@@ -42,13 +42,16 @@ const TURNS: usize = 2;
 const MASS: Weights = Weights { acceleration: 1.0, velocity: 0.0, position: 0.0 };
 
 /// A state cannot be transferred.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CannotTransfer {
     /// One of the models is no chain of links.
+    #[error("a model that is no chain of links cannot hand over its state, nor take one")]
     NotAChain,
-    /// The chains differ in their links' lengths or in their end, or only one has its motion prescribed.
+    /// The chains differ in their links' lengths, or in their end.
+    #[error("the chains are not of the same geometry")]
     OtherGeometry,
     /// The new model has no velocities at the shape fitted.
+    #[error("the new model has a singular mass matrix at the state to transfer")]
     Singular,
 }
 
