@@ -31,8 +31,27 @@ impl Step {
     }
 }
 
-fn steps(shape: &LinkShape, length_m: f64) -> impl Iterator<Item = Step> {
-    shape.nodes.array_windows().map(move |ends| Step::new(ends, shape.stretch, length_m))
+/// The link's elements, with so much bow added as turns the first tangent by `bow_rad` and leaves the chord: the static shape of a moment
+/// at the first end, `y = bow L (ξ − 3ξ²/2 + ξ³/2)`.
+fn steps(shape: &LinkShape, length_m: f64, elements: usize, bow_rad: f64) -> impl Iterator<Item = Step> {
+    let bowed = move |point: ShapePoint| {
+        let ShapePoint { xi, position_m: [x, y], slope: [dx, dy], .. } = point;
+        let (sin, cos) = (bow_rad * (1.0 + xi * (1.5 * xi - 3.0))).sin_cos();
+        let y = y + bow_rad * length_m * xi * (1.0 - xi) * (1.0 - 0.5 * xi);
+        ShapePoint { position_m: [x, y], slope: [cos * dx - sin * dy, sin * dx + cos * dy], ..point }
+    };
+    let element_m = length_m / elements as f64;
+    shape.nodes.array_windows().map(move |ends| Step::new(&ends.map(bowed), shape.stretch, element_m))
+}
+
+/// Angles of the first tangent and of the chord, and the chord's length.
+fn ends(steps: impl Iterator<Item = Step>) -> [f64; 3] {
+    let (mut first, mut chord) = (None, Vector2::zeros());
+    for step in steps {
+        first.get_or_insert(step.tangents[0]);
+        chord += step.along;
+    }
+    [first.as_ref().map_or(0.0, angle), angle(&chord), chord.norm()]
 }
 
 fn angle(vector: &Vector2<f64>) -> f64 {
@@ -49,29 +68,21 @@ impl FiniteElement {
             match &self.members[i] {
                 Member::Flexible { first, elements, swapped, .. } => {
                     let (first, elements, swapped) = (*first, *elements, *swapped);
-                    let element_m = length_m / elements as f64;
-                    let chord: Vector2<f64> = steps(shape, element_m).map(|step| step.along).sum();
-                    let start = steps(shape, element_m).next().map_or(0.0, |step| angle(&step.tangents[0]));
-                    let turned = match (root, &self.chain.end) {
-                        (Some(root), _) => root - start,
-                        (None, End::Slider(_)) if i + 1 == self.members.len() => (-pin.y / chord.norm()).asin() - angle(&chord),
-                        _ => shape.chord_rad - angle(&chord),
-                    };
-                    let (sin, cos) = turned.sin_cos();
-                    let turn = |x: Vector2<f64>| Vector2::new(cos * x.x - sin * x.y, sin * x.x + cos * x.y);
-                    for (window, step) in windows(first, elements, swapped).zip(steps(shape, element_m)) {
-                        let [one, other] = step.tangents.map(turn);
-                        let next = pin + turn(step.along);
-                        window.set(&mut self.motion.p, [pin, one, next, other]);
+                    let closes = self.slides() && i + 1 == shapes.len();
+                    let placed = Placed::new(shape, length_m, elements, root, closes.then_some(pin.y));
+                    for (window, step) in windows(first, elements, swapped).zip(placed.steps(shape, length_m, elements)) {
+                        let next = pin + step.along;
+                        window.set(&mut self.motion.p, [pin, step.tangents[0], next, step.tangents[1]]);
                         pin = next;
                     }
-                    self.motion.set_polar(first + 1, Vector2::new(1.0 + shape.stretch, turned + start));
+                    self.motion.set_polar(first + 1, Vector2::new(1.0 + shape.stretch, placed.tangent_rad));
                 }
                 Member::Rigid { first, .. } => {
                     let angle = root.unwrap_or(shape.chord_rad);
-                    self.motion.p[first + 1] = Vector2::new(angle.cos(), angle.sin()) * length_m;
+                    let along = Vector2::new(angle.cos(), angle.sin()) * length_m;
+                    self.motion.p[first + 1] = along;
                     self.motion.set_polar(first + 1, Vector2::new(length_m, angle));
-                    pin += self.motion.p[first + 1];
+                    pin += along;
                 }
                 Member::Guided { .. } => {}
             }
@@ -84,5 +95,36 @@ impl FiniteElement {
     /// Whether the chain's end slides.
     pub(super) fn slides(&self) -> bool {
         matches!(self.chain.end, End::Slider(_))
+    }
+}
+
+/// A link's shape, bowed and turned to where it belongs.
+struct Placed {
+    bow_rad: f64,
+    turn_rad: f64,
+    /// Angle of the first tangent, whole turns counted.
+    tangent_rad: f64,
+}
+
+impl Placed {
+    /// The chord stands as the shape has it; a prescribed tangent `root` bows the link; an end that slides turns it, so that from a
+    /// pin at this height it reaches y = 0.
+    fn new(shape: &LinkShape, length_m: f64, elements: usize, root: Option<f64>, slides_from: Option<f64>) -> Self {
+        let [mut tangent, mut chord, chord_m] = ends(steps(shape, length_m, elements, 0.0));
+        let mut bow_rad = 0.0;
+        if let Some(root) = root {
+            bow_rad = root - shape.chord_rad - (tangent - chord);
+            [tangent, chord, _] = ends(steps(shape, length_m, elements, bow_rad));
+        }
+        let chord_rad = slides_from.map_or(shape.chord_rad, |y| (-y / chord_m).asin());
+        let turn_rad = chord_rad - chord;
+        Self { bow_rad, turn_rad, tangent_rad: root.unwrap_or(turn_rad + tangent) }
+    }
+
+    fn steps(&self, shape: &LinkShape, length_m: f64, elements: usize) -> impl Iterator<Item = Step> {
+        let (sin, cos) = self.turn_rad.sin_cos();
+        let turn = move |x: Vector2<f64>| Vector2::new(cos * x.x - sin * x.y, sin * x.x + cos * x.y);
+        let turned = move |step: Step| Step { tangents: step.tangents.map(turn), along: turn(step.along) };
+        steps(shape, length_m, elements, self.bow_rad).map(turned)
     }
 }

@@ -53,6 +53,9 @@ pub enum CannotTransfer {
     /// The new model has no velocities at the shape fitted.
     #[error("the new model has a singular mass matrix at the state to transfer")]
     Singular,
+    /// The old state is not finite, or is out of the new model's reach.
+    #[error("the state to transfer is out of the new model's reach")]
+    OutOfReach,
 }
 
 /// A state to transfer.
@@ -149,7 +152,9 @@ impl Transfer {
         self.take_shapes();
         to.fit(old.input, &self.shapes, q);
         self.project(to, old.input, q, v)?;
-        self.keep_momentum(from, old, to, q, v)
+        self.keep_momentum(from, old, to, q, v)?;
+        let finite = q.iter().chain(v.iter()).all(|x| x.is_finite());
+        finite.then_some(()).ok_or(CannotTransfer::OutOfReach)
     }
 
     /// The old model's links in the frames of their chords.
