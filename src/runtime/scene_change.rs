@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::scene::{ModelKind, SceneSource};
-use crate::simulation::{BuildError, NotChanged, Route, Simulation};
+use crate::simulation::{BuildError, NoRoute, NotChanged, Route, Simulation};
 use crate::wire::TelemetryEncoder;
 
 /// A scene in force, and the encoder of its samples.
@@ -29,9 +29,9 @@ pub struct PreparedChange {
 }
 
 impl Successor {
-    fn new(before: &SceneSource, after: &SceneSource) -> Result<Self, BuildError> {
+    fn new(before: &SceneSource, after: &SceneSource) -> Result<Self, NoRoute> {
         let simulation = Simulation::new(&after.scene)?;
-        Ok(Successor { simulation, route: Route::new(&before.scene, &after.scene) })
+        Ok(Successor { simulation, route: Route::new(&before.scene, &after.scene)? })
     }
 
     fn replace(&mut self, running: &mut Simulation) -> Result<f64, NotChanged> {
@@ -49,7 +49,10 @@ impl PreparedChange {
             return Err("no change given: KEY=VALUE, such as slider.mass_kg=0.3".to_owned());
         }
         let after = before.changed(changes).map_err(|refused| refused.to_string())?;
-        let refused = |refused: BuildError| after.refusal(refused.key, refused.to_string()).to_string();
+        let refused = |refused: NoRoute| match refused {
+            NoRoute::Build(BuildError { key, .. }) => after.refusal(key, refused.to_string()).to_string(),
+            NoRoute::Transfer(_) => refused.to_string(),
+        };
         let main = Successor::new(before, &after).map_err(refused)?;
         let shadow = shadow.map(|model| {
             let by_model = |source: &SceneSource| source.by_model(model).map_err(|refused| refused.to_string());

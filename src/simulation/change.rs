@@ -2,9 +2,10 @@
 
 use super::drive::DriveLaw;
 use super::engine::Engine;
-use super::{Cause, Diverged, EpochChanges, Simulation, finite};
+use super::{BuildError, Cause, Diverged, EpochChanges, Simulation, finite};
 use crate::integrate::{StepError, Work};
-use crate::scene::{Scene, Solver, System};
+use crate::mechanics::{CannotTransfer, Present, Transfer};
+use crate::scene::{Link, ModelKind, Scene, Solver, System};
 
 /// A running scene could not be changed; it goes on as before.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -16,11 +17,25 @@ pub enum NotChanged {
     #[error("the new step is neither a multiple of the present one nor a part of it")]
     Step,
     /// The state does not fit the new model.
-    #[error("the state cannot be transferred to the new model")]
-    Transfer,
+    #[error("the state does not fit the changed scene")]
+    OtherState,
+    /// The state cannot be transferred to the new model.
+    #[error(transparent)]
+    Transfer(#[from] CannotTransfer),
     /// The changed scene cannot go on from here.
     #[error("the changed scene cannot go on from here: {0}")]
     Cause(#[from] Cause),
+}
+
+/// No way leads from one scene to another.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoRoute {
+    /// A model cannot compute its scene.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// A state cannot go from one model to the other.
+    #[error(transparent)]
+    Transfer(#[from] CannotTransfer),
 }
 
 impl From<StepError> for NotChanged {
@@ -39,39 +54,81 @@ enum RouteKind {
     Alike,
     /// The same coordinates: they and the velocities are kept.
     Coordinates,
+    /// Another model.
+    Transfer(Box<Transfer>),
 }
 
 impl Route {
     /// The way from `before` to `after`, two scenes of the same geometry.
-    pub fn new(before: &Scene, after: &Scene) -> Self {
-        let kind = if same_equations(before, after) { RouteKind::Alike } else { RouteKind::Coordinates };
-        Route { kind }
+    ///
+    /// # Errors
+    /// [`BuildError`] if a model cannot compute its scene; [`CannotTransfer`] if a state cannot go from one to the other.
+    pub fn new(before: &Scene, after: &Scene) -> Result<Self, NoRoute> {
+        let kind = if same_equations(before, after) {
+            RouteKind::Alike
+        } else if same_coordinates(before, after) {
+            RouteKind::Coordinates
+        } else {
+            RouteKind::Transfer(Box::new(transfer(before, after)?))
+        };
+        Ok(Route { kind })
     }
 
     /// Brings `to`, at `t_s`, to the state of `from`.
     fn take(
         &mut self,
-        (from, _from_law): (&mut (dyn Engine + 'static), &DriveLaw),
+        (from, from_law): (&mut (dyn Engine + 'static), &DriveLaw),
         (to, to_law): (&mut (dyn Engine + 'static), &DriveLaw),
         t_s: f64,
         room: &mut Vec<f64>,
     ) -> Result<(), NotChanged> {
-        match (&self.kind, from.dynamics(), to.dynamics()) {
-            (RouteKind::Coordinates, Some(old), Some(new)) => {
-                if old.q.len() != new.q.len() {
-                    return Err(NotChanged::Transfer);
-                }
+        match (&mut self.kind, from.dynamics(), to.dynamics()) {
+            (RouteKind::Coordinates, Some(old), Some(new)) if old.q.len() == new.q.len() => {
                 new.q.copy_from_slice(old.q);
                 new.v.copy_from_slice(old.v);
-                Ok(to.begin(to_law, t_s)?)
+                to.begin(to_law, t_s)?;
+            }
+            (RouteKind::Transfer(transfer), Some(old), Some(new)) => {
+                let input = from_law.input(t_s);
+                let present = Present { input: &input, q: old.q, v: old.v };
+                transfer.apply(old.mechanism, &present, new.mechanism, new.q, new.v)?;
+                to.begin(to_law, t_s)?;
             }
             _ => {
                 room.clear();
                 from.save(room);
-                if to.restore(room) { Ok(()) } else { Err(NotChanged::Transfer) }
+                if !to.restore(room) {
+                    return Err(NotChanged::OtherState);
+                }
             }
         }
+        Ok(())
     }
+}
+
+fn transfer(before: &Scene, after: &Scene) -> Result<Transfer, NoRoute> {
+    let (Some(old), Some(new)) = (before.chain(), after.chain()) else { return Err(CannotTransfer::NotAChain.into()) };
+    let (mut from, mut to) = (Simulation::new(before)?, Simulation::new(after)?);
+    match (from.engine.dynamics(), to.engine.dynamics()) {
+        (Some(from), Some(to)) => Ok(Transfer::new(old, from.mechanism, new, to.mechanism)?),
+        _ => Err(CannotTransfer::NotAChain.into()),
+    }
+}
+
+/// Whether the models of two scenes of the same geometry have the same coordinates.
+fn same_coordinates(before: &Scene, after: &Scene) -> bool {
+    let model = after.solver.model;
+    let same_link = |(old, new): (&Link, &Link)| {
+        let is_rigid = |link: &Link| link.rigid || link.bar.is_none();
+        let both_or_none = is_rigid(old) == is_rigid(new);
+        match model {
+            ModelKind::Modal => both_or_none && (old.modes, old.axial) == (new.modes, new.axial),
+            ModelKind::FiniteElement => both_or_none && old.elements == new.elements,
+            ModelKind::Rigid | ModelKind::Incremental | ModelKind::MassSpring => true,
+        }
+    };
+    let links = |scene: &Scene| scene.chain().map(|chain| chain.links.clone()).unwrap_or_default();
+    before.solver.model == model && links(before).iter().zip(&links(after)).all(same_link)
 }
 
 /// Whether two scenes have the same equations of motion, step and scheme.

@@ -33,7 +33,7 @@ mod step_grid;
 mod step_limit;
 mod telemetry;
 
-pub use change::{NotChanged, Route};
+pub use change::{NoRoute, NotChanged, Route};
 pub use checkpoint::{Checkpoint, EpochChanges};
 pub use drive::MotionOrigin;
 pub use engine::Motion;

@@ -111,7 +111,8 @@ impl GuidedRod {
     /// Momentum on the pin: the force that would need these velocities as accelerations from rest.
     pub(super) fn momentum(&self, m: &PinMotion, slider_kg: f64) -> Vector2<f64> {
         let still = PinMotion { p: m.p, dp: Vector2::zeros(), ddp: m.dp, gravity: Vector2::zeros() };
-        let load = SliderLoad { mass_kg: slider_kg, friction_n_s_per_m: 0.0, resistance_n: 0.0, resistance_slope: Vector2::zeros() };
+        let load =
+            SliderLoad { mass_kg: slider_kg, friction_n_s_per_m: 0.0, resistance_n: 0.0, resistance_slope: Vector2::zeros() };
         self.forces(&still, &load).pin
     }
 

@@ -75,11 +75,7 @@ impl<const W: usize> Chain<W> {
             along = add_scaled(along, slope[f] / link.length_m, link.u[f]);
         }
         let point = frame.point(u, du, [0.0; 2]);
-        PlacePoint {
-            position_m: point.position,
-            slope: frame.direction.to_global(along),
-            velocity_m_per_s: point.velocity,
-        }
+        PlacePoint { position_m: point.position, slope: frame.direction.to_global(along), velocity_m_per_s: point.velocity }
     }
 
     /// See [`ChainModel::pull_back`], for the motion present; spends the forces.

@@ -43,7 +43,12 @@ mod tests {
             let [value, slope] = shapes.values(xi);
             for f in 0..shapes.functions() {
                 let [g, dg, _] = shapes.at(f, xi);
-                assert!((value[f] - g).abs() < 2e-14 && (slope[f] - dg).abs() < 2e-12, "{f} {xi}: {} {g} {} {dg}", value[f], slope[f]);
+                assert!(
+                    (value[f] - g).abs() < 2e-14 && (slope[f] - dg).abs() < 2e-12,
+                    "{f} {xi}: {} {g} {} {dg}",
+                    value[f],
+                    slope[f]
+                );
             }
         }
     }

@@ -71,7 +71,11 @@ impl Stations {
     }
 
     /// The points of a link: those that stand for parts of its length, its nodes, its pins.
-    pub(super) fn of_link<'a>(&self, i: usize, points: &'a [PlacePoint]) -> (&'a [PlacePoint], &'a [PlacePoint], [PlacePoint; 2]) {
+    pub(super) fn of_link<'a>(
+        &self,
+        i: usize,
+        points: &'a [PlacePoint],
+    ) -> (&'a [PlacePoint], &'a [PlacePoint], [PlacePoint; 2]) {
         let Spans { samples, nodes } = self.links[i].clone();
         let nodes = &points[nodes];
         let pins = [nodes.first(), nodes.last()].map(|pin| pin.copied().unwrap_or_default());

@@ -170,8 +170,10 @@ fn explore() -> Tested {
             let (p, chords, [t, w]) = (old.momenta(), old.chords(), old.energies());
             for to in [Kind::Rigid, Modes(1), Modes(4), Elements(2), Elements(3), Elements(8), Elements(32)] {
                 let mut new = old.to(to)?;
-                let lost: Vec<String> = new.momenta().iter().zip(&p).map(|(new, old)| format!("{:.1e}", new / old - 1.0)).collect();
-                let turned: Vec<String> = new.chords().iter().zip(&chords).map(|(new, old)| format!("{:.1e}", new - old)).collect();
+                let lost: Vec<String> =
+                    new.momenta().iter().zip(&p).map(|(new, old)| format!("{:.1e}", new / old - 1.0)).collect();
+                let turned: Vec<String> =
+                    new.chords().iter().zip(&chords).map(|(new, old)| format!("{:.1e}", new - old)).collect();
                 let [t1, w1] = new.energies();
                 println!(
                     "{from:?} -> {to:?}: momentum {lost:.1?}, gap {:.1e}, chords {turned:.1?}, T {t:.4} {:+.1e}, W {w:.5} {:+.1e}",
