@@ -73,7 +73,7 @@ fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
     std::fs::write(&cut, &whole[..whole.len() * 2 / 3])?;
     let source = RecordedSession::open(&cut)?;
     for at_s in [None, Some(0.7771)] {
-        let Resumed { simulation, epoch_start_s, answers } = resume(&source, at_s, &|_| {})?;
+        let Resumed { simulation, epoch_start_s, answers, .. } = resume(&source, at_s, &|_| {})?;
         assert!(simulation.step_count() > 300 && answers.len() == 4);
         assert!(at_s.is_none_or(|at_s| (simulation.time_s() - at_s).abs() < 0.001));
         let (from, pending) = (simulation.step_count(), simulation.pulses_pending());

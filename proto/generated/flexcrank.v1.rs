@@ -315,6 +315,12 @@ pub struct Status {
     pub sample_age_max_s: ::core::option::Option<f64>,
     #[prost(message, optional, tag = "62")]
     pub sample_age: ::core::option::Option<Histogram>,
+    /// Torque of the setpoint in force; absent if there is none.
+    #[prost(double, optional, tag = "63")]
+    pub setpoint_nm: ::core::option::Option<f64>,
+    /// Setpoints whose hold ran out before the next one came, since the start of the epoch: the watchdog.
+    #[prost(uint64, tag = "64")]
+    pub setpoints_expired: u64,
     /// As in Energies.
     #[prost(double, optional, tag = "66")]
     pub changed_j: ::core::option::Option<f64>,
@@ -650,6 +656,23 @@ impl ::prost::Name for TorquePulse {
 const NAME: &'static str = "TorquePulse";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.TorquePulse".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.TorquePulse".into() }}
+/// A torque on the first link at the pivot that holds until the next setpoint, at most for hold_s: a watchdog. Then it is zero, and
+/// Status warns. It adds to pulses and to the scene's constant torque. Its angular impulse is delivered exactly.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Setpoint {
+    /// As in TorquePulse.
+    #[prost(string, tag = "1")]
+    pub id: ::prost::alloc::string::String,
+    #[prost(double, tag = "2")]
+    pub torque_nm: f64,
+    /// Simulated time, 1e-6 to 60 s; it may end inside a step.
+    #[prost(double, tag = "3")]
+    pub hold_s: f64,
+}
+impl ::prost::Name for Setpoint {
+const NAME: &'static str = "Setpoint";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Setpoint".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Setpoint".into() }}
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Control {
     /// As in TorquePulse.
@@ -846,7 +869,7 @@ pub struct AppliedCommand {
     /// After a change of the scene: the scene in force from here on, in full.
     #[prost(string, tag = "7")]
     pub scene: ::prost::alloc::string::String,
-    #[prost(oneof = "applied_command::Command", tags = "3, 4")]
+    #[prost(oneof = "applied_command::Command", tags = "3, 4, 5")]
     pub command: ::core::option::Option<applied_command::Command>,
 }
 /// Nested message and enum types in `AppliedCommand`.
@@ -857,6 +880,8 @@ pub mod applied_command {
         Torque(super::TorquePulse),
         #[prost(message, tag = "4")]
         Control(super::Control),
+        #[prost(message, tag = "5")]
+        Setpoint(super::Setpoint),
     }
 }
 impl ::prost::Name for AppliedCommand {
@@ -907,6 +932,15 @@ pub struct Checkpoint {
     /// Traces of changes of the scene; absent if there was none in the epoch.
     #[prost(message, optional, tag = "15")]
     pub changes: ::core::option::Option<EpochChanges>,
+    /// The setpoint in force; absent if there is none.
+    #[prost(message, optional, tag = "20")]
+    pub setpoint: ::core::option::Option<ActiveSetpoint>,
+    /// As in Status.
+    #[prost(uint64, tag = "21")]
+    pub setpoints_expired: u64,
+    /// Whether the last setpoint expired, and none has come since.
+    #[prost(bool, tag = "22")]
+    pub setpoint_expired: bool,
 }
 impl ::prost::Name for Checkpoint {
 const NAME: &'static str = "Checkpoint";
@@ -947,6 +981,22 @@ impl ::prost::Name for EpochChanges {
 const NAME: &'static str = "EpochChanges";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.EpochChanges".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.EpochChanges".into() }}
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct ActiveSetpoint {
+    #[prost(double, tag = "1")]
+    pub start_s: f64,
+    #[prost(double, tag = "2")]
+    pub torque_nm: f64,
+    #[prost(double, tag = "3")]
+    pub hold_s: f64,
+    /// Whether its end is counted as expired. A torque of zero changes nothing when it ends.
+    #[prost(bool, tag = "4")]
+    pub watched: bool,
+}
+impl ::prost::Name for ActiveSetpoint {
+const NAME: &'static str = "ActiveSetpoint";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.ActiveSetpoint".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.ActiveSetpoint".into() }}
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct ActivePulse {
     #[prost(double, tag = "1")]

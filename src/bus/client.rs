@@ -15,7 +15,7 @@ use super::BusError;
 use super::about::About;
 use super::encoding::{protobuf, protobuf_of};
 use super::keys::{Name, every, every_presence};
-use crate::wire::{CommandReply, Control, ReplayControl, Snapshot, Status, Topic, TorquePulse, status::State};
+use crate::wire::{CommandReply, Control, ReplayControl, Setpoint, Snapshot, Status, Topic, TorquePulse, status::State};
 
 /// Time for a service to be found after a session was opened.
 pub const DISCOVERY_TIMEOUT: Duration = Duration::from_millis(2000);
@@ -106,10 +106,22 @@ pub fn wait_for_service(session: &Session, name: &Name) -> Result<(), BusError> 
 /// # Errors
 /// [`BusError::NoReply`] if no reply comes in three seconds, [`BusError::Replay`] if the name is a replay's.
 pub fn pulse(session: &Session, name: &Name, pulse: &TorquePulse) -> Result<CommandReply, BusError> {
-    command(session, &name.torque(), pulse).map_err(|error| match error {
+    command(session, &name.torque(), pulse).map_err(|error| named_if_replay(session, name, error))
+}
+
+/// Sends a setpoint and returns the reply.
+///
+/// # Errors
+/// [`BusError::NoReply`] if no reply comes in three seconds, [`BusError::Replay`] if the name is a replay's.
+pub fn setpoint(session: &Session, name: &Name, setpoint: &Setpoint) -> Result<CommandReply, BusError> {
+    command(session, &name.setpoint(), setpoint).map_err(|error| named_if_replay(session, name, error))
+}
+
+fn named_if_replay(session: &Session, name: &Name, error: BusError) -> BusError {
+    match error {
         BusError::NoReply(_) if is_replay(session, name) => BusError::Replay(name.clone()),
         error => error,
-    })
+    }
 }
 
 fn is_replay(session: &Session, name: &Name) -> bool {

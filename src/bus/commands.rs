@@ -13,7 +13,7 @@ use super::encoding::{answer, protobuf_of};
 use super::keys::Name;
 use super::refusal_log::RefusalLog;
 use crate::runtime::{Command, Inbox, ReplyTo, Request};
-use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, TorquePulse, replay_control};
+use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, Setpoint, TorquePulse, replay_control};
 
 /// Size limit of a command, bytes.
 const PAYLOAD_LIMIT: usize = 4096;
@@ -31,7 +31,8 @@ pub struct CommandKey {
     subscriber: Option<Subscriber<()>>,
 }
 
-/// Declares the command keys of a service, `…/torque` and `…/control`. `submit` takes their commands and must return at once.
+/// Declares the command keys of a service, `…/torque`, `…/setpoint` and `…/control`. `submit` takes their commands and must return at
+/// once.
 ///
 /// # Errors
 /// [`BusError`] if zenoh refuses.
@@ -48,7 +49,7 @@ pub fn service_commands(
             Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
         })
     };
-    Ok(vec![declare(name.torque(), torque)?, declare(name.control(), control)?])
+    Ok(vec![declare(name.torque(), torque)?, declare(name.setpoint(), setpoint)?, declare(name.control(), control)?])
 }
 
 /// Declares the command keys of a replay: `…/replay` for queries and puts, and `…/control` for queries only, because the replay
@@ -146,6 +147,13 @@ fn torque(payload: Payload) -> Decoded<Request> {
     decode(payload, |pulse: TorquePulse| {
         let request = wire::pulse_request(&pulse).map(Request::Torque);
         (pulse.id, request)
+    })
+}
+
+fn setpoint(payload: Payload) -> Decoded<Request> {
+    decode(payload, |setpoint: Setpoint| {
+        let request = wire::setpoint_request(&setpoint);
+        (setpoint.id, Ok(Request::Setpoint(request)))
     })
 }
 

@@ -43,6 +43,10 @@ impl Name {
     pub fn torque(&self) -> String {
         self.key("torque")
     }
+    /// Key of setpoints.
+    pub fn setpoint(&self) -> String {
+        self.key("setpoint")
+    }
     /// Key of control commands.
     pub fn control(&self) -> String {
         self.key("control")

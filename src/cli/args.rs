@@ -65,6 +65,9 @@ pub(super) enum Command {
     /// Send a torque pulse to a service and print its reply.
     #[command(after_help = super::pulse::EXAMPLES)]
     Pulse(super::pulse::Args),
+    /// Send a setpoint to a service: a torque that holds until the next one, at most for a given time.
+    #[command(after_help = super::setpoint::EXAMPLES)]
+    Setpoint(super::setpoint::Args),
     /// Pause, resume, step, reset or stop a service; start or stop its recording; seek in a replay, change its rate.
     #[command(after_help = super::control::EXAMPLES)]
     Control(super::control::Args),

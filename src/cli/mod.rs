@@ -46,6 +46,7 @@ mod run;
 mod run_conclusion;
 mod sequence;
 mod service_names;
+mod setpoint;
 mod signals;
 mod small_motion_args;
 mod stability;
@@ -88,6 +89,7 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::WhatIf(args) => what_if::what_if(args),
         Command::List(args) => list::list(&args),
         Command::Pulse(pulse) => pulse::pulse(pulse),
+        Command::Setpoint(setpoint) => setpoint::setpoint(&setpoint),
         Command::Control(control) => control::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Check(args) => check::check(&args),

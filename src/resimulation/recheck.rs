@@ -24,6 +24,8 @@ pub struct Recomputed {
     pub checkpoints: u64,
     /// Pulses applied.
     pub pulses: u64,
+    /// Setpoints applied.
+    pub setpoints: u64,
     /// Changes of the scene applied.
     pub changes: u64,
     /// Messages that could not be re-simulated because data before them is lost.
@@ -300,15 +302,15 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         if let Some(changes) = changes(command) {
             return self.change(command, changes, at);
         }
-        let Some(applied_command::Command::Torque(pulse)) = &command.command else { return };
-        let (epoch, step) = at;
-        let Ok(request) = wire::pulse_request(pulse) else {
-            return self.fault(at, format!("the pulse `{id}` has an unknown shape"));
-        };
-        self.done.pulses += 1;
-        match self.resimulator.apply(&request) {
-            Ok(effective) => self.same_effect(&reply, effective.step, effective.sim_time_s, (epoch, step)),
-            Err(cause) => self.refused(id, step, cause),
+        match self.resimulator.torque(command) {
+            Ok(Some(effective)) => {
+                self.done.pulses += u64::from(matches!(command.command, Some(applied_command::Command::Torque(_))));
+                self.done.setpoints += u64::from(matches!(command.command, Some(applied_command::Command::Setpoint(_))));
+                self.same_effect(&reply, effective.step, effective.sim_time_s, at);
+            }
+            Ok(None) => {}
+            Err(ResimulationFault::Refused(cause)) => self.refused(id, at.1, cause),
+            Err(_) => self.fault(at, format!("the pulse `{id}` has an unknown shape")),
         }
     }
 
@@ -370,6 +372,10 @@ fn describe(command: &AppliedCommand, id: &str) -> String {
             let (torque_nm, duration_s, delay_s) = (pulse.torque_nm, pulse.duration_s, pulse.delay_s);
             let delay = if delay_s > 0.0 { format!(" after {delay_s} s") } else { String::new() };
             format!("the pulse `{id}` of {torque_nm} N·m for {duration_s} s{delay}, taken at step {step}")
+        }
+        Some(applied_command::Command::Setpoint(setpoint)) => {
+            let (torque_nm, hold_s) = (setpoint.torque_nm, setpoint.hold_s);
+            format!("the setpoint `{id}` of {torque_nm} N·m for at most {hold_s} s, taken at step {step}")
         }
         _ => format!("the control `{id}` at step {step}"),
     }

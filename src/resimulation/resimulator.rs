@@ -36,8 +36,8 @@ pub(super) enum ResimulationFault {
     /// The recorded instant lies before the present one.
     #[error("it is out of order, after step {} of epoch {}", .0.1, .0.0)]
     Over(EpochStep),
-    /// A recorded pulse is refused.
-    #[error("a recorded pulse would be refused: {0}")]
+    /// A recorded torque is refused.
+    #[error("a recorded torque would be refused: {0}")]
     Refused(#[from] PulseRefused),
     /// A recorded pulse is invalid.
     #[error("a recorded pulse is invalid: {0}")]
@@ -168,10 +168,19 @@ impl Resimulator {
         if let Some(changes) = changes(command) {
             return self.change(changes).map(|_| ());
         }
-        if let Some(applied_command::Command::Torque(pulse)) = &command.command {
-            self.apply(&wire::pulse_request(pulse)?)?;
-        }
+        self.torque(command)?;
         Ok(())
+    }
+
+    /// Applies the torque of a recorded command at the present instant; `None` if it has none.
+    pub(super) fn torque(&mut self, command: &AppliedCommand) -> Result<Option<Effective>, ResimulationFault> {
+        match &command.command {
+            Some(applied_command::Command::Torque(pulse)) => Ok(Some(self.apply(&wire::pulse_request(pulse)?)?)),
+            Some(applied_command::Command::Setpoint(setpoint)) => {
+                Ok(Some(self.simulation.set_torque(&wire::setpoint_request(setpoint))?))
+            }
+            Some(applied_command::Command::Control(_)) | None => Ok(None),
+        }
     }
 
     /// Adds a pulse at the present instant.

@@ -1,6 +1,6 @@
 //! Counts since the run began, which a status states and the re-simulation repeats as far as it saw the run.
 
-use crate::runtime::{StepErrorHistogram, warning};
+use crate::runtime::{StepErrorHistogram, setpoint_warning, warning};
 use crate::simulation::Simulation;
 use crate::wire::{Status, status::State};
 
@@ -59,6 +59,9 @@ impl RunCounts {
     pub(super) fn replace(&mut self, recorded: &Status, simulation: &Simulation, diverged: Option<&str>) -> Status {
         let mut status = recorded.clone();
         status.pulses_pending = u32::try_from(simulation.pulses_pending()).unwrap_or(u32::MAX);
+        let setpoint = simulation.setpoint();
+        status.setpoint_nm = setpoint.held.map(|held| held.torque_nm);
+        status.setpoints_expired = setpoint.expirations;
         if self.newton {
             status.solver_iterations = simulation.newton_iterations();
         }
@@ -88,7 +91,7 @@ impl RunCounts {
         if known.is_none() && self.worst_out_of_range.is_none() && warning_of_range(stated) {
             return None;
         }
-        Some(known.unwrap_or_default())
+        Some(known.or_else(|| setpoint_warning(simulation.setpoint())).unwrap_or_default())
     }
 }
 

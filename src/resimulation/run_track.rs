@@ -106,6 +106,7 @@ impl RunTrack {
         }
         let (id, action) = match &command.command {
             Some(applied_command::Command::Torque(pulse)) => (&pulse.id, None),
+            Some(applied_command::Command::Setpoint(setpoint)) => (&setpoint.id, None),
             Some(applied_command::Command::Control(control)) => (&control.id, control.action.as_ref()),
             None => return Some("the command is empty".to_owned()),
         };
@@ -113,7 +114,7 @@ impl RunTrack {
             return Some(format!("the command `{id}` has the reply to `{}`", reply.id));
         }
         let Some(action) = action else {
-            return (!reply.reason.is_empty()).then(|| format!("the reply to a pulse says {}", reply.reason));
+            return (!reply.reason.is_empty()).then(|| format!("the reply to a torque says {}", reply.reason));
         };
         let first = self.messages == 1;
         if let Action::StartRecording(_) = action {

@@ -266,7 +266,9 @@ impl Attempt<'_> {
             };
             let refused = |why: PulseRefused| Stopped::Other(ResimulationError::Pulse { at_s: pulse.start_s, why });
             let effective = self.resimulator.apply(&request).map_err(refused)?;
-            self.record_pulse(&format!("what-if-{}", self.added), &request, effective, message);
+            let id = format!("what-if-{}", self.added);
+            let command = applied_command::Command::Torque(wire::pulse_message(&id, &request));
+            self.record_torque(&id, Some(command), effective, message);
         }
         Ok(())
     }
@@ -287,10 +289,9 @@ impl Attempt<'_> {
         if let Some(changes) = changes(command) {
             return self.change(command, changes, message);
         }
-        let Some(applied_command::Command::Torque(pulse)) = &command.command else { return Ok(()) };
-        let request = wire::pulse_request(pulse)?;
-        let effective = self.resimulator.apply(&request)?;
-        self.record_pulse(&pulse.id, &request, effective, message);
+        let Some(effective) = self.resimulator.torque(command)? else { return Ok(()) };
+        let id = command.reply.as_ref().map_or("", |reply| &reply.id);
+        self.record_torque(id, command.command.clone(), effective, message);
         Ok(())
     }
 
@@ -312,8 +313,14 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    /// Records the command of an applied pulse.
-    fn record_pulse(&self, id: &str, request: &PulseRequest, effective: Effective, message: &RecordedMessage) {
+    /// Records a command whose torque was applied.
+    fn record_torque(
+        &self,
+        id: &str,
+        command: Option<applied_command::Command>,
+        effective: Effective,
+        message: &RecordedMessage,
+    ) {
         let reply = CommandReply {
             id: id.to_owned(),
             accepted: true,
@@ -321,7 +328,6 @@ impl Attempt<'_> {
             effective_sim_time_s: effective.sim_time_s,
             ..CommandReply::default()
         };
-        let command = Some(applied_command::Command::Torque(wire::pulse_message(id, request)));
         let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
         let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
         let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), command, scene: String::new() };

@@ -7,7 +7,7 @@ use std::thread::Thread;
 
 use super::reply_cache::ReplyCache;
 use super::scene_change::PreparedChange;
-use crate::simulation::PulseRequest;
+use crate::simulation::{PulseRequest, SetpointRequest};
 use crate::wire::{CommandReply, control};
 
 /// Capacity of the command queue; a command that finds it full is refused.
@@ -18,6 +18,8 @@ const QUEUE: usize = 1024;
 pub enum Request {
     /// Add a torque pulse.
     Torque(PulseRequest),
+    /// Hold a torque until the next setpoint.
+    Setpoint(SetpointRequest),
     /// Control the run: pause, resume, step, reset, stop, start or stop a recording, change the scene.
     Control(control::Action),
 }
@@ -27,6 +29,7 @@ impl Request {
     pub fn kind(&self) -> &'static str {
         match self {
             Request::Torque(_) => "torque",
+            Request::Setpoint(_) => "setpoint",
             Request::Control(control::Action::Pause(_)) => "pause",
             Request::Control(control::Action::Resume(_)) => "resume",
             Request::Control(control::Action::Step(_)) => "step",

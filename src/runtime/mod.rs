@@ -33,6 +33,6 @@ pub use shadow::ShadowSimulation;
 pub use spin::{BadSpin, Spin};
 pub use status::{OverrunCounts, RunStatus};
 pub use step_error_histogram::{StepErrorHistogram, StepErrorQuantiles};
-pub(crate) use stepper::{CHECKPOINT_PERIOD_S, unbalanced, warning};
+pub(crate) use stepper::{CHECKPOINT_PERIOD_S, setpoint_warning, unbalanced, warning};
 pub use stepper::{Ending, Ports, RunSummary, STATUS_PERIOD, Stepper, SteppingOptions};
 pub use stepping_thread::{Finish, ThreadOptions, run_stepping_thread};

@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use super::command::Request;
 use super::scene_change::PreparedChange;
 use crate::mechanics::Observation;
 use crate::scene::ModelKind;
-use crate::simulation::{Diverged, PulseRequest, Simulation};
+use crate::simulation::{Diverged, Simulation};
 use crate::wire;
 
 /// The second simulation, and the computing time of both.
@@ -41,10 +42,14 @@ impl ShadowSimulation {
         self.steps = self.steps.saturating_add(1);
     }
 
-    /// Adds a pulse that the main simulation accepted.
-    pub(super) fn add_pulse(&mut self, pulse: &PulseRequest) {
-        // Both simulations have the same limits, so the shadow accepts the pulse too.
-        let _ = self.simulation.add_pulse(pulse);
+    /// Applies a pulse or a setpoint that the main simulation accepted.
+    pub(super) fn apply(&mut self, request: &Request) {
+        // Both simulations have the same limits, so the shadow accepts the torque too.
+        let _ = match request {
+            Request::Torque(pulse) => self.simulation.add_pulse(pulse),
+            Request::Setpoint(setpoint) => self.simulation.set_torque(setpoint),
+            Request::Control(_) => return,
+        };
     }
 
     /// Changes the scene as that of the main simulation was changed.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::duration_histogram::DurationQuantiles;
 use super::step_error_histogram::StepErrorQuantiles;
-use crate::simulation::{Account, Stamp};
+use crate::simulation::{Account, SetpointState, Stamp};
 use crate::wire::{Histogram, status::State};
 
 /// The state of a run.
@@ -36,6 +36,8 @@ pub struct RunStatus {
     pub newton_iterations: Option<u32>,
     /// Torque pulses that are pending or active.
     pub pulses_pending: usize,
+    /// The setpoint and its watchdog.
+    pub setpoint: SetpointState,
     /// Steps that failed and were repeated in parts.
     pub retried_steps: u64,
 }

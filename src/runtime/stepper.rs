@@ -19,7 +19,7 @@ use crate::simulation::{Diverged, EnergyVerdict, PerTelemetry, PublishRate, Publ
 use crate::wire::{CommandReply, status::State};
 use parts::{Deadlines, Drops, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
-pub(crate) use reporting::{unbalanced, warning};
+pub(crate) use reporting::{setpoint_warning, unbalanced, warning};
 
 /// Simulated time between two checkpoints, s.
 pub(crate) const CHECKPOINT_PERIOD_S: f64 = 10.0;

@@ -379,6 +379,7 @@ fn applied(request: Request, reply: CommandReply, stamp: &Stamp) -> AppliedComma
     let id = reply.id.clone();
     let command = match request {
         Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&id, &pulse)),
+        Request::Setpoint(setpoint) => applied_command::Command::Setpoint(wire::setpoint_message(&id, &setpoint)),
         Request::Control(action) => applied_command::Command::Control(wire::Control { id, action: Some(action) }),
     };
     AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(reply), command: Some(command), scene: String::new() }

@@ -28,6 +28,8 @@ impl OutputWorker {
             commands_rejected: self.shared.rejected(),
             pulses_pending: u32::try_from(run.pulses_pending).unwrap_or(u32::MAX),
             recording: self.recorder.as_ref().map(|recorder| recorder.path().display().to_string()),
+            setpoint_nm: run.setpoint.held.map(|held| held.torque_nm),
+            setpoints_expired: run.setpoint.expirations,
             retried_steps: run.retried_steps,
             step_cost_p50_s,
             step_cost_p99_s,

@@ -5,6 +5,7 @@ use super::drive::MotionOrigin;
 use super::error_estimate::ErrorEstimate;
 use super::ledger::{ChangedEnergy, LedgerEntries};
 use super::load::DeliveredImpulse;
+use super::setpoint::SetpointState;
 use crate::mechanics::Energy;
 use crate::scene::Pulse;
 
@@ -19,6 +20,8 @@ pub struct Checkpoint {
     pub state: Vec<f64>,
     /// Pulses that wait or act.
     pub pulses: Vec<Pulse>,
+    /// The setpoint and its watchdog.
+    pub setpoint: SetpointState,
     /// The account of energy and work.
     pub ledger: LedgerEntries,
     /// The estimated error; `None` where the method cannot tell.

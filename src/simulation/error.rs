@@ -65,7 +65,7 @@ pub struct Diverged {
     pub cause: Cause,
 }
 
-/// A torque pulse was refused.
+/// A torque pulse or a setpoint was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PulseRefused {
     /// A number is NaN or infinite.
@@ -77,6 +77,12 @@ pub enum PulseRefused {
     /// Negative or too far off.
     #[error("delay_s = {0} is not allowed: 0 to 3600 s")]
     Delay(f64),
+    /// A number of a setpoint is NaN or infinite.
+    #[error("torque and hold must be finite numbers")]
+    SetpointNotFinite,
+    /// The hold of a setpoint is too short or too long.
+    #[error("hold_s = {0} is not allowed: 1e-6 to 60 s")]
+    Hold(f64),
     /// Over the scene's limit.
     #[error("|torque_nm| = {torque_nm} is over the scene's limit of {limit_nm} N·m (commands.torque_limit_nm)")]
     Torque {

@@ -1,9 +1,11 @@
-//! The torque on the pivot: constant torque and pulses of the scene, pulses commanded from outside, and the impulse they deliver.
+//! The torque on the pivot: constant torque and pulses of the scene, pulses and setpoints commanded from outside, and the impulse
+//! they deliver.
 
 use super::build;
 use super::drive::Torque;
 use super::error::PulseRefused;
 use super::pulses::Pulses;
+use super::setpoint::{HeldTorque, LONGEST_HOLD_S, SHORTEST_HOLD_S, SetpointRequest, SetpointState};
 use crate::scene::{Commands, Drive, Pulse, PulseShape, Scene};
 
 /// Longest duration and longest delay of a commanded pulse, s.
@@ -39,6 +41,7 @@ pub(super) struct Load {
     /// Why torque has no effect on this scene, if it has none.
     refuses_torque: Option<PulseRefused>,
     pub pulses: Pulses,
+    pub setpoint: SetpointState,
     pub delivered: DeliveredImpulse,
     /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
     pub uses_torque_slope: bool,
@@ -55,6 +58,7 @@ impl Load {
             constant_nm,
             pulses: Pulses::with_capacity(scene.commands.pending_limit + own_pulses.len()),
             own_pulses,
+            setpoint: SetpointState::default(),
             limits: scene.commands,
             refuses_torque: build::refuses_torque(scene),
             delivered: DeliveredImpulse::default(),
@@ -62,16 +66,17 @@ impl Load {
         }
     }
 
-    /// Goes on with the pulses that wait or act in `before`, and the impulse it delivered.
+    /// Goes on with the pulses and the setpoint that wait or act in `before`, and the impulse it delivered.
     pub(super) fn go_on_from(&mut self, before: &Load) {
         self.pulses.clear();
         before.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
-        self.delivered = before.delivered;
+        (self.setpoint, self.delivered) = (before.setpoint, before.delivered);
     }
 
     /// Returns to the scene's own pulses.
     pub(super) fn reset(&mut self) {
         self.replace_pulses(&self.own_pulses.clone());
+        self.setpoint = SetpointState::default();
         self.delivered = DeliveredImpulse::default();
     }
 
@@ -87,19 +92,14 @@ impl Load {
         if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
             return Err(PulseRefused::NotFinite);
         }
-        if let Some(refused) = &self.refuses_torque {
-            return Err(refused.clone());
-        }
+        self.check_acts()?;
         if !(duration_s > 0.0 && duration_s <= HOUR_S) {
             return Err(PulseRefused::Duration(duration_s));
         }
         if !(0.0..=HOUR_S).contains(&delay_s) {
             return Err(PulseRefused::Delay(delay_s));
         }
-        let limit_nm = self.limits.torque_limit_nm;
-        if torque_nm.abs() > limit_nm {
-            return Err(PulseRefused::Torque { torque_nm, limit_nm });
-        }
+        self.check_limit(torque_nm)?;
         if self.pulses.len() >= self.limits.pending_limit {
             return Err(PulseRefused::Pending(self.pulses.len()));
         }
@@ -108,9 +108,41 @@ impl Load {
         Ok(start_s)
     }
 
+    /// Applies a commanded setpoint at `now_s`.
+    pub(super) fn set(&mut self, request: &SetpointRequest, now_s: f64) -> Result<(), PulseRefused> {
+        let SetpointRequest { torque_nm, hold_s } = *request;
+        if ![torque_nm, hold_s].iter().all(|number| number.is_finite()) {
+            return Err(PulseRefused::SetpointNotFinite);
+        }
+        self.check_acts()?;
+        if !(SHORTEST_HOLD_S..=LONGEST_HOLD_S).contains(&hold_s) {
+            return Err(PulseRefused::Hold(hold_s));
+        }
+        self.check_limit(torque_nm)?;
+        self.setpoint.replace(HeldTorque { start_s: now_s, torque_nm, hold_s, watched: torque_nm != 0.0 });
+        Ok(())
+    }
+
+    /// Checks that torque has an effect on this scene.
+    fn check_acts(&self) -> Result<(), PulseRefused> {
+        self.refuses_torque.clone().map_or(Ok(()), Err)
+    }
+
+    fn check_limit(&self, torque_nm: f64) -> Result<(), PulseRefused> {
+        let limit_nm = self.limits.torque_limit_nm;
+        if torque_nm.abs() > limit_nm { Err(PulseRefused::Torque { torque_nm, limit_nm }) } else { Ok(()) }
+    }
+
     /// Mean torque over `[from_s, to_s]`, N·m.
     fn mean_nm(&self, from_s: f64, to_s: f64) -> f64 {
-        self.constant_nm + self.pulses.mean_nm(from_s, to_s)
+        let mean_nm = self.constant_nm + self.pulses.mean_nm(from_s, to_s);
+        self.setpoint.mean_nm(from_s, to_s).map_or(mean_nm, |setpoint_nm| mean_nm + setpoint_nm)
+    }
+
+    /// The first time between the two at which a pulse begins or ends, or the setpoint ends, s.
+    pub(super) fn edge_within(&self, from_s: f64, to_s: f64) -> Option<f64> {
+        let edges = [self.pulses.edge_within(from_s, to_s), self.setpoint.edge_within(from_s, to_s)];
+        edges.into_iter().flatten().min_by(f64::total_cmp)
     }
 
     /// The torque during a step of `h_s` from `from_s` to `to_s`.
@@ -121,14 +153,16 @@ impl Load {
 
     /// The torque just before `time_s`.
     pub(super) fn at(&self, time_s: f64) -> Torque {
-        Torque::constant(self.constant_nm + self.pulses.value_nm(time_s))
+        let torque_nm = self.constant_nm + self.pulses.value_nm(time_s);
+        Torque::constant(self.setpoint.value_nm(time_s).map_or(torque_nm, |setpoint_nm| torque_nm + setpoint_nm))
     }
 
-    /// Adds the impulse of a step of `h_s`, and drops the pulses that are over.
+    /// Adds the impulse of a step of `h_s`, and drops the pulses and the setpoint that are over.
     pub(super) fn deliver(&mut self, from_s: f64, to_s: f64, h_s: f64) {
         self.delivered.impulse_nm_s += self.mean_nm(from_s, to_s) * h_s;
         self.delivered.over_s += h_s;
         self.pulses.retire(to_s);
+        self.setpoint.retire(to_s);
     }
 
     /// Mean torque since this was last called, N·m; `None` if no time has passed.

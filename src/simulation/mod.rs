@@ -28,6 +28,7 @@ mod loads;
 mod pulses;
 mod rate;
 mod sample;
+mod setpoint;
 mod small_motion;
 mod step_grid;
 mod step_limit;
@@ -45,6 +46,7 @@ pub use loads::Loads;
 pub use pulses::Pulses;
 pub use rate::{BadRate, PublishRate};
 pub use sample::{Account, Sample, Stamp};
+pub use setpoint::{HeldTorque, SetpointRequest, SetpointState};
 pub use small_motion::SmallMotion;
 pub use step_grid::StepGrid;
 pub use telemetry::{PerTelemetry, PublishRates};
@@ -257,13 +259,13 @@ impl Simulation {
         Ok(())
     }
 
-    /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a pulse to the next: a load
+    /// Takes one step. Where the integrator follows a load within the step, it does so from one edge of a torque to the next: a load
     /// that begins or ends inside a step would cost it its order.
     fn advance_from_edge_to_edge(&mut self, mut from_s: f64, to_s: f64) -> Result<Taken, StepError> {
         let (mut taken, mut h_s) = (Taken::default(), self.grid.step_s);
         let margin_s = SHORTEST_PART * self.grid.step_s;
         for _ in 1..if self.load.uses_torque_slope { MOST_PARTS } else { 1 } {
-            let Some(edge_s) = self.load.pulses.edge_within(from_s + margin_s, to_s - margin_s) else { break };
+            let Some(edge_s) = self.load.edge_within(from_s + margin_s, to_s - margin_s) else { break };
             taken += self.advance([from_s, edge_s], edge_s - from_s, 0)?;
             (from_s, h_s) = (edge_s, to_s - edge_s);
         }
@@ -365,6 +367,7 @@ impl Simulation {
             epoch: self.epoch,
             state,
             pulses,
+            setpoint: self.load.setpoint,
             ledger: self.ledger.entries(),
             error: self.error,
             torque_nm: self.law.torque.mean_nm,
@@ -381,6 +384,7 @@ impl Simulation {
         }
         (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
         self.load.replace_pulses(&checkpoint.pulses);
+        self.load.setpoint = checkpoint.setpoint;
         self.law.torque = Torque::constant(checkpoint.torque_nm);
         self.load.delivered = checkpoint.delivered;
         self.error = checkpoint.error;

@@ -105,7 +105,7 @@ fn sinc_lost_and_bessel(x: f64) -> (f64, f64) {
 
 /// Mean torque of one pulse over a step, N·m.
 #[inline]
-fn mean_nm(pulse: &Pulse, from_s: f64, to_s: f64) -> f64 {
+pub(super) fn mean_nm(pulse: &Pulse, from_s: f64, to_s: f64) -> f64 {
     let Some(overlap) = Overlap::new(pulse, from_s, to_s) else { return 0.0 };
     let [mean, _] = mean_and_moment(pulse, &overlap);
     pulse.torque_nm * (overlap.share * mean)
@@ -129,7 +129,7 @@ fn rise_nm_per_s(pulse: &Pulse, from_s: f64, to_s: f64) -> f64 {
 }
 
 /// Torque just before `elapsed_s` after the pulse began, N·m: `τ`, or `τ (1 − cos(2πu/D))`.
-fn torque_nm(pulse: &Pulse, elapsed_s: f64) -> f64 {
+pub(super) fn torque_nm(pulse: &Pulse, elapsed_s: f64) -> f64 {
     let duration_s = pulse.duration_s;
     if !(elapsed_s > 0.0 && elapsed_s <= duration_s) {
         return 0.0;

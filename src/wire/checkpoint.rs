@@ -1,10 +1,11 @@
 //! Checkpoints as messages, and back.
 
-use super::{ActivePulse, BadCommand};
+use super::{ActivePulse, ActiveSetpoint, BadCommand};
 use crate::mechanics::Energy;
 use crate::scene::Pulse;
 use crate::simulation::{
-    ChangedEnergy, Checkpoint, DeliveredImpulse, EpochChanges, ErrorEstimate, LedgerEntries, MotionOrigin, Stamp, StepGrid, Work,
+    ChangedEnergy, Checkpoint, DeliveredImpulse, EpochChanges, ErrorEstimate, HeldTorque, LedgerEntries, MotionOrigin,
+    SetpointState, Stamp, StepGrid, Work,
 };
 
 /// Encodes a checkpoint.
@@ -31,6 +32,9 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         impulse_nm_s,
         impulse_over_s,
         epoch_start_s: stamp.epoch_start_s,
+        setpoint: checkpoint.setpoint.held.map(active_setpoint),
+        setpoints_expired: checkpoint.setpoint.expirations,
+        setpoint_expired: checkpoint.setpoint.expired,
         changes: checkpoint.changes.as_ref().map(epoch_changes),
         // The scene is not part of a simulation's state; whoever knows it adds it.
         scene: String::new(),
@@ -52,6 +56,11 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
         epoch: stamp.epoch,
         state: message.state.clone(),
         pulses: message.pulses.iter().map(pulse).collect::<Result<_, _>>()?,
+        setpoint: SetpointState {
+            held: message.setpoint.map(held_torque),
+            expired: message.setpoint_expired,
+            expirations: message.setpoints_expired,
+        },
         ledger: LedgerEntries {
             work: Work { put_in_j: message.work_in_j, dissipated_j: message.dissipated_j, magnitude_j: message.work_put_in_j },
             fallen_j: message.fallen_j,
@@ -98,4 +107,14 @@ fn recorded_changes(message: &super::EpochChanges) -> EpochChanges {
             magnitude_j: message.changed_magnitude_j,
         },
     }
+}
+
+fn active_setpoint(held: HeldTorque) -> ActiveSetpoint {
+    let HeldTorque { start_s, torque_nm, hold_s, watched } = held;
+    ActiveSetpoint { start_s, torque_nm, hold_s, watched }
+}
+
+fn held_torque(active: ActiveSetpoint) -> HeldTorque {
+    let ActiveSetpoint { start_s, torque_nm, hold_s, watched } = active;
+    HeldTorque { start_s, torque_nm, hold_s, watched }
 }

@@ -1,8 +1,8 @@
 //! Commands: decoded from messages and back. Ranges are checked by the simulation.
 
-use super::{Next, Seek, TorquePulse, control, replay_control, torque_pulse::Shape};
+use super::{Next, Seek, Setpoint, TorquePulse, control, replay_control, torque_pulse::Shape};
 use crate::scene::PulseShape;
-use crate::simulation::PulseRequest;
+use crate::simulation::{PulseRequest, SetpointRequest};
 
 /// The message is not a valid command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -94,6 +94,16 @@ pub fn pulse_message(id: &str, request: &PulseRequest) -> TorquePulse {
         delay_s: request.delay_s,
         shape: shape(request.shape).into(),
     }
+}
+
+/// Decodes a setpoint.
+pub fn setpoint_request(message: &Setpoint) -> SetpointRequest {
+    SetpointRequest { torque_nm: message.torque_nm, hold_s: message.hold_s }
+}
+
+/// Encodes a setpoint.
+pub fn setpoint_message(id: &str, request: &SetpointRequest) -> Setpoint {
+    Setpoint { id: id.to_owned(), torque_nm: request.torque_nm, hold_s: request.hold_s }
 }
 
 /// Decodes a pulse shape from its number.

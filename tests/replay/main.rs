@@ -182,6 +182,7 @@ fn prop_a_delay_is_waited_out_and_can_be_cut_short() -> Outcome {
 fn commands(file: &Path) -> Outcome<Vec<(String, Option<f64>)>> {
     let told = |applied: AppliedCommand| match applied.command {
         Some(applied_command::Command::Torque(pulse)) => (pulse.id, Some(pulse.torque_nm)),
+        Some(applied_command::Command::Setpoint(setpoint)) => (setpoint.id, Some(setpoint.torque_nm)),
         Some(applied_command::Command::Control(control)) => (control.id, None),
         None => (String::new(), None),
     };
@@ -195,10 +196,13 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
         let pulse = wire::TorquePulse { id: id.into(), torque_nm, duration_s: 0.01, ..wire::TorquePulse::default() };
         assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
     }
+    let hold = wire::Setpoint { id: "hold".into(), torque_nm: 1.5, hold_s: 0.01 };
+    assert!(client::setpoint(&service.client, &service.name, &hold)?.accepted);
     let (_, folder) = service.stop()?;
     let file = folder.path().join("run.mcap");
     let wanted = commands(&file)?;
-    assert_eq!(wanted[..2], [("push".to_owned(), Some(5.0)), ("pull".to_owned(), Some(-3.0))]);
+    let torques = [("push", 5.0), ("pull", -3.0), ("hold", 1.5)].map(|(id, torque_nm)| (id.to_owned(), Some(torque_nm)));
+    assert_eq!(wanted[..3], torques);
     // The recorded stop ends it before.
     let driven = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), Some(20.0), PublishRate::All)?;
     client::wait_for_service(&driven.client, &driven.name)?;
@@ -206,7 +210,7 @@ fn prop_recorded_commands_drive_another_service_when_asked_for() -> Outcome {
     let silent = replay(&driven.client, &plan, channel(), |_| Box::new(|_| {}));
     assert!(silent.is_err_and(|error| error.to_string().contains("--commands")), "commands are not telemetry");
     let report = replay(&driven.client, &ReplayOptions { commands: true, ..plan }, channel(), |_| Box::new(|_| {}))?;
-    assert_eq!(report.messages, 3);
+    assert_eq!(report.messages, 4);
     // The last of them was to stop, and was meant for the service, not for the replayer.
     let (_, folder) = driven.finish()?;
     assert_eq!(commands(&folder.path().join("run.mcap"))?, wanted);

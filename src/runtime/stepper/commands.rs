@@ -26,6 +26,9 @@ impl Stepper {
             Request::Torque(pulse) => {
                 self.simulation.add_pulse(pulse).map(|when| (when, "")).map_err(|refused| refused.to_string())
             }
+            Request::Setpoint(setpoint) => {
+                self.simulation.set_torque(setpoint).map(|when| (when, "")).map_err(|refused| refused.to_string())
+            }
             Request::Control(action) => self.control(action).map(|reason| (self.simulation.now(), reason)),
         };
         let reply = match verdict {
@@ -45,8 +48,8 @@ impl Stepper {
             // The output thread decides and remembers commands that start or stop a recording.
             self.ports.shared.remember(&reply, Some(&request));
         }
-        if let (true, Request::Torque(pulse), Some(shadow)) = (reply.accepted, &request, &mut self.shadow) {
-            shadow.add_pulse(pulse);
+        if let Some(shadow) = self.shadow.as_mut().filter(|_| reply.accepted) {
+            shadow.apply(&request);
         }
         let resets = reply.accepted && matches!(request, Request::Control(Action::Reset(_)));
         let records = matches!(request, Request::Control(Action::StartRecording(_)));

@@ -7,7 +7,7 @@ use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::output::Output;
 use crate::runtime::pacer::Pace;
 use crate::runtime::status::RunStatus;
-use crate::simulation::{EnergyVerdict, PerTelemetry, PublishRate};
+use crate::simulation::{EnergyVerdict, PerTelemetry, PublishRate, SetpointState};
 use crate::wire::status::State;
 
 /// Wall time between two status messages.
@@ -67,18 +67,25 @@ impl Stepper {
             account: self.simulation.account(),
             newton_iterations: self.simulation.newton_iterations(),
             pulses_pending: self.simulation.pulses_pending(),
+            setpoint: *self.simulation.setpoint(),
             retried_steps: self.simulation.retried(),
         };
         self.send(Output::Status(Box::new(status)));
     }
 
-    /// The warning of the status message: shadow lost, energy out of balance, or deflections out of range.
+    /// The warning of the status message: shadow lost, energy out of balance, deflections out of range, or a setpoint expired.
     fn warning(&self) -> Option<String> {
         if let Some(diverged) = self.shadow.as_ref().and_then(|shadow| shadow.lost()) {
             return Some(format!("the shadow {diverged}"));
         }
-        warning(self.simulation.energy_verdict(), self.statistics.worst_out_of_range)
+        let of_model = warning(self.simulation.energy_verdict(), self.statistics.worst_out_of_range);
+        of_model.or_else(|| setpoint_warning(self.simulation.setpoint()))
     }
+}
+
+/// The warning of the watchdog, until the next setpoint.
+pub(crate) fn setpoint_warning(setpoint: &SetpointState) -> Option<String> {
+    setpoint.expired.then(|| "the setpoint has expired: no other came within its hold_s, and the torque is zero".to_owned())
 }
 
 /// The warning of the simulation: energy out of balance, or a link bent by `worst_out_of_range` of its length.

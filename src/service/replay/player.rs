@@ -18,7 +18,9 @@ use crate::recording::{RecordedMessage, RecordingFile};
 use crate::runtime::{DeadlineWait, DurationHistogram, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
 use crate::service::status::with_lateness;
 use crate::service::{OnStatus, ServiceError};
-use crate::wire::{self, AppliedCommand, CommandReply, Control, Status, TorquePulse, applied_command::Command, status::State};
+use crate::wire::{
+    self, AppliedCommand, CommandReply, Control, Setpoint, Status, TorquePulse, applied_command::Command, status::State,
+};
 
 /// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
 const SPIN: Duration = Duration::from_micros(100);
@@ -339,16 +341,13 @@ impl<'a> Player<'a> {
     fn put_command(&self, message: &RecordedMessage) -> Result<(), ServiceError> {
         let Ok(applied) = AppliedCommand::decode(message.data.as_ref()) else { return Ok(()) };
         let keys = &self.routes.commands;
-        match applied.command {
-            Some(Command::Torque(pulse)) => {
-                client::put(self.session, &keys.torque, &pulse.encode_to_vec(), &TorquePulse::full_name())?;
-            }
-            Some(Command::Control(control)) => {
-                client::put(self.session, &keys.control, &control.encode_to_vec(), &Control::full_name())?;
-            }
-            None => {}
-        }
-        Ok(())
+        let (key, payload, schema) = match applied.command {
+            Some(Command::Torque(pulse)) => (&keys.torque, pulse.encode_to_vec(), TorquePulse::full_name()),
+            Some(Command::Setpoint(setpoint)) => (&keys.setpoint, setpoint.encode_to_vec(), Setpoint::full_name()),
+            Some(Command::Control(control)) => (&keys.control, control.encode_to_vec(), Control::full_name()),
+            None => return Ok(()),
+        };
+        Ok(client::put(self.session, key, &payload, &schema)?)
     }
 
     fn status(&mut self, state: State) {

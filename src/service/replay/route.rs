@@ -11,7 +11,7 @@ use crate::service::ServiceError;
 /// Name of a replay whose recording names no service.
 const NAMELESS: &str = "replay";
 /// Topics that are never replayed: the replay publishes its own, or they are not on the bus.
-const NEVER_REPLAYED: [&str; 5] = ["status", "checkpoint", "torque", "control", "replay"];
+const NEVER_REPLAYED: [&str; 6] = ["status", "checkpoint", "torque", "setpoint", "control", "replay"];
 
 /// Longest topic shown in full, characters.
 const SHOWN: usize = 60;
@@ -97,7 +97,11 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
     };
     names.insert(name.clone());
     let service = recorded.unwrap_or_else(|| name.clone());
-    let commands = Commands { torque: rename(&service.torque()), control: rename(&service.control()) };
+    let commands = Commands {
+        torque: rename(&service.torque()),
+        setpoint: rename(&service.setpoint()),
+        control: rename(&service.control()),
+    };
     Ok(RoutePlan { name, names, left_out, channels, commands })
 }
 
@@ -117,7 +121,8 @@ fn shortened(topic: &str) -> String {
 fn missing(replay: &ReplayOptions, source: &RecordingFile, recorded: Option<&Name>) -> Option<String> {
     let topics = || source.channels().map(|channel| channel.topic.clone());
     // Recorded commands have a topic of their own; they are published on these keys.
-    let renamed: Vec<String> = topics().chain(recorded.into_iter().flat_map(|name| [name.torque(), name.control()])).collect();
+    let command_keys = |name: &Name| [name.torque(), name.setpoint(), name.control()];
+    let renamed: Vec<String> = topics().chain(recorded.into_iter().flat_map(command_keys)).collect();
     let asked = replay.topics.iter().find(|wanted| !topics().any(|topic| selected(&topic, std::slice::from_ref(wanted))));
     let unknown = replay.remaps.iter().find(|remap| !renamed.iter().any(|topic| remap.apply(topic).is_some()));
     asked.or(unknown.map(|remap| &remap.old)).cloned()
@@ -138,6 +143,7 @@ fn is_played(key: &str, commands: bool) -> bool {
 /// Keys that recorded commands are published on.
 pub(super) struct Commands {
     pub torque: String,
+    pub setpoint: String,
     pub control: String,
 }
 
