@@ -1,8 +1,10 @@
-//! Tests of transfers between all models.
+//! Tests of transfers between all models, and of the models as lines in motion.
 
-use super::stations::Stations;
-use super::{CannotTransfer, Present, Transfer};
-use crate::mechanics::{FiniteElement, Input, Mechanism, Modal, Oscillator, Place, PlacePoint, Rigid};
+mod line;
+mod pairs;
+
+use super::{CannotTransfer, Present, Transfer, dot};
+use crate::mechanics::{ChainModel, FiniteElement, Input, Mechanism, Modal, Place, PlacePoint, Rigid};
 use crate::scene::{Chain, End, ModelKind, Scene, SceneSource, System};
 use crate::simulation::Simulation;
 
@@ -107,11 +109,19 @@ impl Moving {
 
     /// Its state in another model.
     fn to(&mut self, kind: Kind) -> Result<Self, CannotTransfer> {
-        let mut other = Self { input: self.input, ..Self::new(&self.chain, kind, self.input.motion.is_some()) };
+        self.to_a(Self::new(&self.chain, kind, self.input.motion.is_some()))
+    }
+
+    fn to_a(&mut self, mut other: Self) -> Result<Self, CannotTransfer> {
+        other.input = self.input;
         let mut transfer = Transfer::new(&self.chain, &*self.mechanism, &other.chain, &*other.mechanism)?;
         let old = Present { input: &self.input, q: &self.q, v: &self.v };
         transfer.apply(&mut *self.mechanism, &old, &mut *other.mechanism, &mut other.q, &mut other.v)?;
         Ok(other)
+    }
+
+    fn line(&mut self) -> &mut dyn ChainModel {
+        self.mechanism.as_chain().expect("a chain")
     }
 
     fn points(&mut self, places: &[Place]) -> Vec<PlacePoint> {
@@ -127,7 +137,7 @@ impl Moving {
         let (mut turn, mut momentum) = (vec![0.0; n], vec![0.0; n]);
         let chain = self.mechanism.as_chain().expect("a chain");
         chain.momentum(&self.input, &self.q, &self.v, &mut momentum);
-        let mut of = |link| chain.turn(&self.input, &self.q, link, &mut turn).then(|| super::dot(&turn, &momentum));
+        let mut of = |link| chain.turn(&self.input, &self.q, link, &mut turn).then(|| dot(&turn, &momentum));
         (0..2).filter_map(&mut of).collect()
     }
 
@@ -159,44 +169,4 @@ impl Moving {
             End::Free { .. } => gap,
         }
     }
-}
-
-#[test]
-fn explore() -> Tested {
-    for (name, overrides) in [("crank-slider", &["pulse=[]", "drive.speed_rad_per_s=20"][..])] {
-        let scene = scene(name, overrides)?;
-        for from in [Modes(1), Modes(4), Elements(32)] {
-            let mut old = Moving::after(150, &scene, from)?;
-            let (p, chords, [t, w]) = (old.momenta(), old.chords(), old.energies());
-            for to in [Kind::Rigid, Modes(1), Modes(4), Elements(2), Elements(3), Elements(8), Elements(32)] {
-                let mut new = old.to(to)?;
-                let lost: Vec<String> =
-                    new.momenta().iter().zip(&p).map(|(new, old)| format!("{:.1e}", new / old - 1.0)).collect();
-                let turned: Vec<String> =
-                    new.chords().iter().zip(&chords).map(|(new, old)| format!("{:.1e}", new - old)).collect();
-                let [t1, w1] = new.energies();
-                println!(
-                    "{from:?} -> {to:?}: momentum {lost:.1?}, gap {:.1e}, chords {turned:.1?}, T {t:.4} {:+.1e}, W {w:.5} {:+.1e}",
-                    new.gap_m(),
-                    t1 - t,
-                    w1 - w
-                );
-            }
-        }
-    }
-    let scene = scene("crank-slider", &[])?;
-    for from in [Kind::Rigid, Modes(4), Modes(20), Elements(32), Elements(128)] {
-        let mut old = Moving::after(150, &scene, from)?;
-        for to in [Kind::Rigid, Modes(1), Modes(4), Modes(20), Elements(32), Elements(128)] {
-            let mut new = old.to(to)?;
-            let mut transfer = Transfer::new(&old.chain, &*old.mechanism, &new.chain, &*new.mechanism)?;
-            let present = Present { input: &old.input, q: &old.q, v: &old.v };
-            let start = std::time::Instant::now();
-            for _ in 0..100 {
-                transfer.apply(&mut *old.mechanism, &present, &mut *new.mechanism, &mut new.q, &mut new.v)?;
-            }
-            println!("{from:?} -> {to:?} {:?}", start.elapsed() / 100);
-        }
-    }
-    Ok(())
 }

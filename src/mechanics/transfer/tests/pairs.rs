@@ -1,0 +1,238 @@
+//! What every transfer keeps.
+
+use proptest::prelude::*;
+
+use super::Kind::{Elements, Modal as Modes, Rigid};
+use super::*;
+use crate::mechanics::Oscillator;
+
+const BEAM: &[&str] = &["pulse=[]", "start.rate_rad_per_s=9", "base.torsion_spring_nm_per_rad=0", "start.angle_rad=0.4"];
+/// Chains of every kind, in motion.
+const SCENES: [(&str, &[&str]); 7] = [
+    ("crank-slider", &[]),
+    ("crank-slider", &["crank.axial=false", "rod.axial=false", "gravity.y_m_per_s2=-9.81"]),
+    ("crank-slider", &["crank.rigid=true"]),
+    ("crank-slider", &["rod.rigid=true"]),
+    ("crank-slider", &["pulse=[]", "drive.speed_rad_per_s=8"]),
+    ("ref-r5", &["beam.second_moment_m4=1e-7", "beam.area_m2=1e-3", "pulse.0.torque_nm=40"]),
+    ("two free links", &[]),
+];
+const TWO_FREE_LINKS: &str = r#"
+[crank]
+length_m = 0.5
+section = { shape = "rectangle", width_m = 0.01, height_m = 0.01 }
+density_kg_per_m3 = 7700.0
+youngs_modulus_pa = 2.1e11
+axial = true
+[rod]
+length_m = 0.8
+section = { shape = "rectangle", width_m = 0.01, height_m = 0.005 }
+density_kg_per_m3 = 7700.0
+youngs_modulus_pa = 2.1e11
+[tip]
+mass_kg = 0.1
+[gravity]
+y_m_per_s2 = -9.81
+[[pulse]]
+start_s = 0.0
+torque_nm = 15.0
+duration_s = 0.1
+"#;
+
+fn of(name: &str, overrides: &[&str]) -> Result<Scene, Box<dyn std::error::Error>> {
+    if name != "two free links" {
+        return scene(name, overrides);
+    }
+    let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+    Ok(SceneSource::parse(name, TWO_FREE_LINKS, &overrides)?.scene)
+}
+
+#[test]
+fn prop_momenta_chords_and_pins_are_kept_between_all_models() -> Tested {
+    for (name, overrides) in SCENES {
+        let scene = of(name, overrides)?;
+        let fixed = overrides.iter().any(|given| given.starts_with("drive"));
+        for from in ALL {
+            let mut old = Moving::after(100, &scene, from)?;
+            let (momenta, chords) = (old.momenta(), old.chords());
+            let turns = if name == "two free links" { 2 } else { 1 };
+            assert_eq!(momenta.len(), if fixed { 0 } else { turns });
+            for to in ALL {
+                let mut new = old.to(to)?;
+                let case = format!("{name} {overrides:?} {from:?} -> {to:?}");
+                for (old, new) in momenta.iter().zip(new.momenta()) {
+                    assert!((new / old - 1.0).abs() < 1e-12, "{case}: {new} for {old}");
+                }
+                assert!(new.gap_m() <= 1e-15, "{case}: {:e}", new.gap_m());
+                // A rod's angle follows from the length of the crank's chord; a rigid crank stands as prescribed.
+                let kept = if fixed && to == Rigid { 0 } else { turns };
+                for (old, new) in chords.iter().zip(new.chords()).take(kept) {
+                    assert!((new - old).abs() <= 2e-15, "{case}: {:e}", new - old);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn val_straight_links_move_on_as_they_did_whole_turns_counted() -> Tested {
+    for (name, overrides) in [("crank-slider", &[][..]), ("ref-r5", BEAM), ("two free links", &[])] {
+        let scene = of(name, overrides)?;
+        let mut rigid = Moving::new(scene.chain().ok_or("no chain")?, Rigid, false);
+        rigid.q.fill(40.5);
+        rigid.v.fill(-7.0);
+        if let [_, second] = &mut rigid.q[..] {
+            *second = -33.25;
+        }
+        let places: Vec<Place> = (0..rigid.chain.links.len())
+            .flat_map(|link| (0..=10).map(move |k| Place { link, xi: f64::from(k) / 10.0 }))
+            .collect();
+        let (expected, chords) = (rigid.points(&places), rigid.chords());
+        for from in ALL {
+            let mut old = rigid.to(from)?;
+            for to in ALL {
+                let mut new = old.to(to)?;
+                let case = format!("{name} {from:?} -> {to:?}");
+                for (new, old) in new.chords().iter().zip(&chords) {
+                    assert!((new - old).abs() < 1e-14, "{case}: {new} for {old}");
+                }
+                for (new, old) in new.points(&places).iter().zip(&expected) {
+                    for k in 0..2 {
+                        assert!((new.position_m[k] - old.position_m[k]).abs() < 1e-13, "{case}: {new:?} for {old:?}");
+                        assert!((new.velocity_m_per_s[k] - old.velocity_m_per_s[k]).abs() < 1e-12, "{case}: {new:?} for {old:?}");
+                    }
+                }
+                assert!(new.energies()[1] < 1e-18, "{case}: {:?}", new.energies());
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_there_and_back_changes_little() -> Tested {
+    let mut old = Moving::after(150, &of("crank-slider", &[])?, Elements(32))?;
+    let (chords, energies) = (old.chords(), old.energies());
+    let mut new = old.to(Modes(4))?.to(Elements(32))?;
+    let [crank, rod] = [0, 1].map(|i| (new.chords()[i] - chords[i]).abs());
+    let [kinetic, strain] = [0, 1].map(|i| (new.energies()[i] - energies[i]).abs());
+    assert!(crank <= 1e-15 && rod < 1e-9, "{crank:e} {rod:e}");
+    assert!(kinetic + strain < 1e-4 * (energies[0] + energies[1]), "{kinetic:e} {strain:e}");
+    Ok(())
+}
+
+#[test]
+fn prop_a_model_takes_its_own_state_to_the_bit() -> Tested {
+    for kind in ALL {
+        let mut old = Moving::after(50, &of("crank-slider", &[])?, kind)?;
+        let new = old.to(kind)?;
+        assert!(new.q == old.q && new.v == old.v, "{kind:?}");
+        assert!(Transfer::new(&old.chain, &*old.mechanism, &new.chain, &*new.mechanism)?.is_copy());
+    }
+    Ok(())
+}
+
+/// Were the membrane strained by the fit, its energy would be a multiple of what there is.
+#[test]
+fn regress_a_fit_strains_no_membrane() -> Tested {
+    for overrides in [&["crank.axial=false", "rod.axial=false"][..], &[]] {
+        let mut old = Moving::after(150, &of("crank-slider", overrides)?, Modes(4))?;
+        let [kinetic, strain] = old.energies();
+        for (to, tolerance) in
+            [(Elements(2), 1e-2), (Elements(4), 1e-3), (Elements(8), 1e-4), (Elements(16), 3e-5), (Modes(8), 1e-7)]
+        {
+            let [new_kinetic, new_strain] = old.to(to)?.energies();
+            assert!((new_strain - strain).abs() < tolerance * strain, "{to:?}: {strain} J to {new_strain} J");
+            assert!((new_kinetic - kinetic).abs() < 2e-4 * kinetic, "{to:?}: {kinetic} J to {new_kinetic} J");
+        }
+    }
+    Ok(())
+}
+
+/// The places of finite elements, and their velocities, approach those of the modes with the fourth power of the element; of the
+/// places across the rod, since along it modes have a few sines of foreshortening only.
+#[test]
+fn order_finite_elements_take_over_modes_with_their_own_order() -> Tested {
+    let mut old = Moving::after(150, &of("crank-slider", &["crank.axial=false", "rod.axial=false"])?, Modes(3))?;
+    let places: Vec<Place> = (0..=40).map(|k| Place { link: 1, xi: f64::from(k) / 40.0 }).collect();
+    let expected = old.points(&places);
+    let mut errors = Vec::new();
+    for elements in [4, 8, 16] {
+        let points = old.to(Elements(elements))?.points(&places);
+        let most = |of: fn(&PlacePoint) -> [f64; 2]| -> f64 {
+            let apart = points.iter().zip(&expected).map(|(new, old)| (of(new)[1] - of(old)[1]).abs());
+            apart.fold(0.0, f64::max)
+        };
+        errors.push([most(|point| point.position_m), most(|point| point.velocity_m_per_s)]);
+    }
+    let orders = |i: usize| (errors[0][i] / errors[1][i]).log2().min((errors[1][i] / errors[2][i]).log2());
+    assert!(orders(0) > 3.4 && orders(1) > 3.4, "{errors:?}");
+    Ok(())
+}
+
+#[test]
+fn regress_other_mechanisms_are_refused() -> Tested {
+    let mut slider = Moving::after(10, &of("crank-slider", &[])?, Modes(2))?;
+    let beam = Moving::new(of("ref-r5", &[])?.chain().ok_or("no chain")?, Modes(2), false);
+    let refused = Transfer::new(&slider.chain, &*slider.mechanism, &beam.chain, &*beam.mechanism);
+    assert_eq!(refused.err(), Some(CannotTransfer::OtherGeometry));
+    let System::Oscillator(masses) = scene("thesis-two-masses", &[])?.system else { return Err("no oscillator".into()) };
+    let mut masses = Oscillator::new(&masses);
+    let n = masses.degrees_of_freedom();
+    let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+    let mut transfer = Transfer::new(&slider.chain, &*slider.mechanism, &slider.chain, &masses)?;
+    let present = Present { input: &slider.input, q: &slider.q, v: &slider.v };
+    let refused = transfer.apply(&mut *slider.mechanism, &present, &mut masses, &mut q, &mut v);
+    assert_eq!(refused, Err(CannotTransfer::NotAChain));
+    let lost = vec![f64::NAN; slider.q.len()];
+    slider.q = lost;
+    assert!(slider.to(Elements(4)).is_err());
+    Ok(())
+}
+
+#[test]
+fn prop_a_prepared_transfer_does_not_allocate() -> Tested {
+    let scene = of("crank-slider", &[])?;
+    for (from, to) in [(Rigid, Modes(4)), (Modes(4), Elements(8)), (Elements(8), Modes(3)), (Elements(8), Rigid)] {
+        let mut old = Moving::after(50, &scene, from)?;
+        let mut new = old.to(to)?;
+        let mut transfer = Transfer::new(&old.chain, &*old.mechanism, &new.chain, &*new.mechanism)?;
+        let present = Present { input: &old.input, q: &old.q, v: &old.v };
+        let allocated = allocation_counter::measure(|| {
+            let done = transfer.apply(&mut *old.mechanism, &present, &mut *new.mechanism, &mut new.q, &mut new.v);
+            assert_eq!(done, Ok(()));
+        });
+        assert_eq!(allocated.count_total, 0, "{from:?} -> {to:?}");
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    /// Any shape and motion of the modes: what is kept does not depend on how smooth the motion was.
+    #[test]
+    fn prop_random_states_of_modes_keep_momentum_and_pins(
+        angle in -20.0..20.0_f64,
+        rate in -30.0..30.0_f64,
+        bent in prop::collection::vec(-1.0..1.0_f64, 20),
+        rates in prop::collection::vec(-1.0..1.0_f64, 20),
+    ) {
+        let scene = of("crank-slider", &["crank.axial=false", "rod.axial=false"]).expect("a scene");
+        let mut old = Moving::new(scene.chain().expect("a chain"), Modes(4), false);
+        (old.q[0], old.v[0]) = (angle, rate);
+        for k in 1..old.q.len() {
+            (old.q[k], old.v[k]) = (0.01 * bent[k], 2.0 * rates[k]);
+        }
+        let (momenta, chords) = (old.momenta(), old.chords());
+        let scale = old.mechanism.energy(&old.input, &old.q, &old.v, &old.v.clone()).kinetic_j.sqrt();
+        for to in [Rigid, Modes(1), Modes(2), Modes(7), Elements(2), Elements(5), Elements(16)] {
+            let mut new = old.to(to).expect("transferred");
+            prop_assert!((new.momenta()[0] - momenta[0]).abs() <= 1e-12 * (scale + momenta[0].abs()), "{to:?}");
+            prop_assert!(new.gap_m() < 1e-15 && (new.chords()[0] - chords[0]).abs() < 1e-14, "{to:?}: {:e}", new.gap_m());
+        }
+        let mut finer = old.to(Modes(8)).expect("transferred");
+        let (there, here) = (finer.energies(), old.energies());
+        prop_assert!((there[1] - here[1]).abs() <= 1e-9 * here[1], "{there:?} {here:?}");
+    }
+}
