@@ -147,14 +147,15 @@ fn compute(
     Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written })
 }
 
-/// Number of messages before the checkpoint to start from.
+/// Number of messages before the checkpoint to start from: the first at its instant, before resets and changes there.
 fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
-    let (mut number, mut begin) = (0, None);
+    let (mut number, mut begin, mut at_ns) = (0, None, None);
     let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
     walk(&source.path, |found, _| {
         let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
-        if schema(message) == Topic::Checkpoint.schema() && message.log_time <= until_ns {
-            begin = Some(number);
+        let later = message.log_time <= until_ns && at_ns != Some(message.log_time);
+        if schema(message) == Topic::Checkpoint.schema() && later {
+            (begin, at_ns) = (Some(number), Some(message.log_time));
         }
         number += 1;
         let decided = begin.is_some() && (!change.overrides.is_empty() || message.log_time > until_ns);

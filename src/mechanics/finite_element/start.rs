@@ -138,5 +138,9 @@ impl FiniteElement {
             }
             m.set_polar_rate(first + 1, rate, acceleration);
         }
+        if let (End::Slider(_), Some(end)) = (&self.chain.end, self.layout.end) {
+            // The slider does not leave its line, not even by rounding: it stays as it is set here.
+            (self.motion.v[end].y, self.motion.a[end].y) = (0.0, 0.0);
+        }
     }
 }
