@@ -13,6 +13,11 @@ impl SceneSource {
     /// [`SceneError`] if a change is refused as [`parse`](SceneSource::parse) would, or needs another run.
     pub fn changed(&self, changes: &[String]) -> Result<SceneSource, SceneError> {
         let changed = SceneSource::parse(&self.origin, &self.text, changes)?;
+        self.kept_by(changed, changes)
+    }
+
+    /// `changed` if a run of this scene can go on with it, or the refusal of one of the changes.
+    pub(super) fn kept_by(&self, changed: SceneSource, changes: &[String]) -> Result<SceneSource, SceneError> {
         match needs_another_run(&self.scene, &changed.scene) {
             None => Ok(changed),
             Some((key, problem)) => {

@@ -15,6 +15,17 @@ pub struct SceneError {
     pub problem: String,
 }
 
+impl SceneError {
+    /// Key, value and problem, without the place.
+    pub(super) fn reason(&self) -> String {
+        match (&*self.key, &self.value) {
+            ("", _) => self.problem.clone(),
+            (key, Some(value)) => format!("{key} = {value}: {}", self.problem),
+            (key, None) => format!("{key}: {}", self.problem),
+        }
+    }
+}
+
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", Shown(&self.place, 300))?;

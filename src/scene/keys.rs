@@ -212,6 +212,23 @@ pub(super) const BALANCE_TOLERANCE: Number = number(
 pub(super) const MAX_ITERATIONS: Count =
     Count { name: "max_iterations", low: 1, high: 1000, default: 20, meaning: "most Newton iterations in one step" };
 
+const LEVEL_NAME: Form = Form {
+    name: "name",
+    form: "string",
+    unit: "",
+    range: "a word",
+    meaning: "name of a level of detail; levels stand from the best to the cheapest, and the first is the scene itself",
+};
+const LEVEL_CHANGES: Form = Form {
+    name: "changes",
+    form: "list of `\"KEY=VALUE\"`",
+    unit: "",
+    range: "keys that a running scene can change; none for the first level",
+    meaning: "changes of the scene for this level",
+};
+pub(super) const LEVEL_ERROR: Number =
+    number("error_rad", "rad", [0.0, 1e9], Absent, "error of the crank's angle at this level, as `trade` states it");
+
 /// All tables of a scene file.
 const TABLES: &[Table] = &[
     Table {
@@ -275,6 +292,7 @@ const TABLES: &[Table] = &[
             Key::Number(BALANCE_TOLERANCE),
         ],
     },
+    Table { title: "[[level]]", keys: &[Key::Form(LEVEL_NAME), Key::Form(LEVEL_CHANGES), Key::Number(LEVEL_ERROR)] },
 ];
 
 /// The scene reference: every key of every table, in the order of the guide.

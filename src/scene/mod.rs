@@ -17,6 +17,7 @@ mod document;
 mod error;
 mod key;
 mod keys;
+mod level;
 mod link;
 mod oscillator;
 mod parse;
@@ -111,6 +112,13 @@ impl SceneSource {
                 problem: format!("a scene has at most {} KiB, and this has {}", SIZE_LIMIT / 1024, text.len() / 1024),
             });
         }
+        let source = Self::without_levels(origin, text, overrides)?;
+        source.check_levels()?;
+        Ok(source)
+    }
+
+    /// Validates `text` except for its levels' changes.
+    fn without_levels(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let text = SceneText::new(origin, text, overrides)?;
         let raw = parse::parse(&text)?;
         let scene = validate::validate(&raw, &text)?;

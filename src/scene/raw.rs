@@ -25,6 +25,17 @@ pub(super) struct Scene {
     pub oscillator: Option<Oscillator>,
     #[serde(default)]
     pub solver: Solver,
+    #[serde(default)]
+    pub level: Vec<Level>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Level {
+    pub name: String,
+    #[serde(default)]
+    pub changes: Vec<String>,
+    pub error_rad: Option<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize)]

@@ -11,6 +11,19 @@ pub struct Scene {
     pub commands: Commands,
     /// Model, integrator and step.
     pub solver: Solver,
+    /// Levels of detail, from the best to the cheapest; empty if the scene has one only. The first is the scene itself.
+    pub levels: Vec<Level>,
+}
+
+/// A level of detail: the scene with a few keys changed, for less cost and more error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Its name.
+    pub name: String,
+    /// `KEY=VALUE` changes of the scene.
+    pub changes: Vec<String>,
+    /// Its error in the first link's chord angle, as `trade` measured it, rad.
+    pub error_rad: Option<f64>,
 }
 
 /// The moving system: a chain of links, or masses on springs.

@@ -1,6 +1,6 @@
 //! Validation: raw structs become the typed scene. Every range and every rule between keys is checked here.
 
-use super::{SceneError, check::Checker, document::SceneText, keys, link, oscillator, raw, types::*};
+use super::{SceneError, check::Checker, document::SceneText, keys, level, link, oscillator, raw, types::*};
 use keys::{INTEGRATORS, MODELS, SHAPES};
 
 pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, SceneError> {
@@ -10,7 +10,8 @@ pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, Scen
         Some(oscillator) => System::Oscillator(oscillator::oscillator(&check, raw, oscillator)?),
         None => System::Chain(chain(&check, raw, solver.model)?),
     };
-    let scene = Scene { system, drive: drive(&check, raw)?, commands: commands(&check, &raw.commands)?, solver };
+    let (drive, commands, levels) = (drive(&check, raw)?, commands(&check, &raw.commands)?, level::levels(&check, &raw.level)?);
+    let scene = Scene { system, drive, commands, solver, levels };
     rules(&check, &scene)?;
     Ok(scene)
 }

@@ -135,7 +135,7 @@ fn same_coordinates(before: &Scene, after: &Scene) -> bool {
 fn same_equations(before: &Scene, after: &Scene) -> bool {
     let common = |scene: &Scene| {
         let mut scene = scene.clone();
-        scene.commands = before.commands;
+        (scene.commands, scene.levels) = (before.commands, Vec::new());
         scene.solver.balance_tolerance = before.solver.balance_tolerance;
         if let (System::Chain(chain), Some(first)) = (&mut scene.system, before.chain()) {
             chain.start = first.start;

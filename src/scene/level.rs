@@ -1,0 +1,98 @@
+//! Levels of detail: the same scene with a few keys changed, for less cost and more error.
+
+use super::check::Checker;
+use super::types::Level;
+use super::{SceneError, SceneSource, keys, raw};
+
+/// Most levels of a scene.
+const MOST: usize = 16;
+
+/// Checks names and errors; [`SceneSource::parse`] checks the changes.
+pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level>, SceneError> {
+    if levels.len() > MOST {
+        return Err(check.refuse("level", format!("a scene has at most {MOST} levels")));
+    }
+    let mut checked: Vec<Level> = Vec::new();
+    for (index, raw::Level { name, changes, error_rad }) in levels.iter().enumerate() {
+        let refuse = |key: &str, problem: &str| check.refuse(&format!("level.{index}.{key}"), problem);
+        let is_word = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c));
+        if !is_word {
+            return Err(refuse("name", "must be a word of letters, digits, `-`, `_` and `.`"));
+        }
+        if checked.iter().any(|level| level.name == *name) {
+            return Err(refuse("name", "another level has this name"));
+        }
+        if index == 0 && !changes.is_empty() {
+            return Err(refuse("changes", "the first level is the scene itself, without changes"));
+        }
+        if changes.iter().any(|change| change.trim_start().starts_with("level")) {
+            return Err(refuse("changes", "a level does not change levels"));
+        }
+        let table = format!("level.{index}");
+        let error_rad = error_rad.map(|error| check.number(&keys::LEVEL_ERROR, &table, error)).transpose()?;
+        checked.push(Level { name: name.clone(), changes: changes.clone(), error_rad });
+    }
+    Ok(checked)
+}
+
+impl SceneSource {
+    /// Checks that a run of the scene can go on with each of its levels.
+    pub(super) fn check_levels(&self) -> Result<(), SceneError> {
+        (0..self.scene.levels.len()).try_for_each(|index| self.at_level(index).map(|_| ()))
+    }
+
+    /// The scene at a level, its changes written into it; the scene itself if it has no such level.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a change is refused.
+    pub fn at_level(&self, index: usize) -> Result<SceneSource, SceneError> {
+        let Some(level) = self.scene.levels.get(index).filter(|level| !level.changes.is_empty()) else { return Ok(self.clone()) };
+        let changed = SceneSource::without_levels(&self.origin, &self.text, &level.changes);
+        changed.and_then(|changed| self.kept_by(changed, &level.changes)).map_err(|refused| {
+            let key = format!("level.{index}.changes");
+            self.refusal(&key, format!("level `{}`: {}", level.name, refused.reason()))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    fn with(levels: &str) -> Result<SceneSource, SceneError> {
+        let text = builtin::find("crank-slider").map(|scene| scene.text).unwrap_or_default();
+        SceneSource::parse("test.toml", &format!("{text}\n{levels}"), &[])
+    }
+
+    #[test]
+    fn prop_a_level_is_the_scene_with_its_changes() -> Result<(), SceneError> {
+        let source = with(
+            "[[level]]\nname = \"fine\"\n[[level]]\nname = \"rigid\"\nerror_rad = 0.05\n\
+             changes = [\"solver.model=rigid\", \"solver.integrator=runge-kutta\"]\n",
+        )?;
+        assert_eq!(source.at_level(0)?, source);
+        let rigid = source.at_level(1)?;
+        assert_eq!(rigid.scene.solver.model, crate::scene::ModelKind::Rigid);
+        assert_eq!((rigid.scene.levels.len(), source.scene.levels[1].error_rad), (2, Some(0.05)));
+        Ok(())
+    }
+
+    #[test]
+    fn prop_levels_are_refused_by_key() {
+        let first = "[[level]]\nname = \"fine\"\n";
+        for (levels, reason) in [
+            ("[[level]]\nname = \"a b\"\n", "level.0.name = \"a b\": must be a word"),
+            ("[[level]]\nname = \"a\"\nchanges = [\"rod.modes=1\"]\n", "the first level is the scene itself"),
+            ("[[level]]\nname = \"fine\"\n[[level]]\nname = \"fine\"\n", "another level has this name"),
+            ("LEVEL\"rod.length_m=2\"]\n", "level `fast`: rod.length_m = 2: a running scene keeps its geometry"),
+            ("LEVEL\"rod.lenght_m=2\"]\n", "did you mean `length_m`?"),
+            ("LEVEL\"rod.modes\"]\n", "expected KEY=VALUE"),
+            ("LEVEL]\nerror_rad = -1.0\n", "level.1.error_rad = -1.0: must be a number"),
+        ] {
+            let levels = levels.replace("LEVEL", &format!("{first}[[level]]\nname = \"fast\"\nchanges = ["));
+            let refused = with(&levels).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(refused.contains(reason), "{levels}: {refused}");
+        }
+    }
+}
