@@ -77,7 +77,7 @@ fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
         assert!(simulation.step_count() > 300 && answers.len() == 4);
         assert!(at_s.is_none_or(|at_s| (simulation.time_s() - at_s).abs() < 0.001));
         let (from, pending) = (simulation.step_count(), simulation.pulses_pending());
-        let resumption = Resumption { started: source.started, epoch_start_s, answers, of: "cut.mcap".to_owned() };
+        let resumption = Resumption { started: source.started, epoch_start_s, level: 0, answers, of: "cut.mcap".to_owned() };
         let until_s = straight.keys().map(|(_, _, step)| *step).max().unwrap_or(0) as f64 * 0.001;
         let service = Service::resume(source.scene.clone(), simulation, resumption, until_s, PublishRate::Hz(170.0))?;
         let (report, folder) = service.finish()?;

@@ -73,6 +73,11 @@ pub struct Angles {
     pub stamp: ::core::option::Option<Stamp>,
     #[prost(message, repeated, tag = "2")]
     pub links: ::prost::alloc::vec::Vec<LinkAngle>,
+    /// Level of detail in force, and its error in the first link's chord angle, if the scene states one; empty if it has no levels.
+    #[prost(string, tag = "3")]
+    pub level: ::prost::alloc::string::String,
+    #[prost(double, optional, tag = "4")]
+    pub level_error_rad: ::core::option::Option<f64>,
 }
 impl ::prost::Name for Angles {
 const NAME: &'static str = "Angles";
@@ -324,6 +329,11 @@ pub struct Status {
     /// As in Energies.
     #[prost(double, optional, tag = "66")]
     pub changed_j: ::core::option::Option<f64>,
+    /// As in Angles.
+    #[prost(string, tag = "67")]
+    pub level: ::prost::alloc::string::String,
+    #[prost(double, optional, tag = "68")]
+    pub level_error_rad: ::core::option::Option<f64>,
     /// Replay only. Its `stamp.sim_time_s` is recorded time, from the recording's first message.
     #[prost(message, optional, tag = "30")]
     pub replay: ::core::option::Option<Replay>,
@@ -678,7 +688,7 @@ pub struct Control {
     /// As in TorquePulse.
     #[prost(string, tag = "1")]
     pub id: ::prost::alloc::string::String,
-    #[prost(oneof = "control::Action", tags = "2, 3, 4, 5, 6, 7, 8, 9")]
+    #[prost(oneof = "control::Action", tags = "2, 3, 4, 5, 6, 7, 8, 9, 10")]
     pub action: ::core::option::Option<control::Action>,
 }
 /// Nested message and enum types in `Control`.
@@ -701,6 +711,8 @@ pub mod control {
         StopRecording(super::StopRecording),
         #[prost(message, tag = "9")]
         Set(super::Set),
+        #[prost(message, tag = "10")]
+        Level(super::Level),
     }
 }
 impl ::prost::Name for Control {
@@ -775,6 +787,16 @@ impl ::prost::Name for Set {
 const NAME: &'static str = "Set";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Set".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Set".into() }}
+/// Goes on at a level of detail that the scene names.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct Level {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+}
+impl ::prost::Name for Level {
+const NAME: &'static str = "Level";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Level".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Level".into() }}
 /// Command to a replay. Times are recorded time, from the recording's first message.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct ReplayControl {
@@ -866,7 +888,7 @@ pub struct AppliedCommand {
     pub stamp: ::core::option::Option<Stamp>,
     #[prost(message, optional, tag = "2")]
     pub reply: ::core::option::Option<CommandReply>,
-    /// After a change of the scene: the scene in force from here on, in full.
+    /// After a change of the scene: the scene from here on, in full, without the changes of the level in force.
     #[prost(string, tag = "7")]
     pub scene: ::prost::alloc::string::String,
     #[prost(oneof = "applied_command::Command", tags = "3, 4, 5")]
@@ -926,9 +948,12 @@ pub struct Checkpoint {
     /// State of the error estimate; empty if the method has none.
     #[prost(double, repeated, tag = "13")]
     pub error_estimate: ::prost::alloc::vec::Vec<f64>,
-    /// The scene in force, in full, if it is not the recording's; empty otherwise.
+    /// The scene, in full, if it is not the recording's; empty otherwise. Changes of the level in force are not written into it.
     #[prost(string, tag = "14")]
     pub scene: ::prost::alloc::string::String,
+    /// Level of detail in force; empty if it is the first, or the scene has none.
+    #[prost(string, tag = "16")]
+    pub level: ::prost::alloc::string::String,
     /// Traces of changes of the scene; absent if there was none in the epoch.
     #[prost(message, optional, tag = "15")]
     pub changes: ::core::option::Option<EpochChanges>,

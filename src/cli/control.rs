@@ -69,6 +69,11 @@ pub(super) enum Action {
         #[arg(required = true, value_name = "KEY=VALUE")]
         changes: Vec<String>,
     },
+    /// Go on at a level of detail that the scene names.
+    Level {
+        /// Name of the level.
+        name: String,
+    },
     /// Replay only: jump to a recorded time.
     Seek {
         /// Recorded time since the first message.
@@ -100,6 +105,7 @@ pub(super) fn control(args: Args) -> CommandResult {
             control::Action::StartRecording(wire::StartRecording { name: file.unwrap_or_default() })
         }
         Action::StopRecording => control::Action::StopRecording(wire::StopRecording {}),
+        Action::Level { name } => control::Action::Level(wire::Level { name }),
         Action::Set { changes } => control::Action::Set(wire::Set { changes }),
         Action::Seek { time } => {
             return control_replay(&args, replay_control::Action::Seek(Seek { time_s: time }));

@@ -56,8 +56,8 @@ pub(super) fn start_from(
         shown_s(simulation.time_s())
     );
     say!("resuming {of}");
-    let resumption = Some(Resumption { started: source.started, epoch_start_s, answers, of });
-    Ok((name, RunStart { scene, simulation, publish, resumption }))
+    let resumption = Some(Resumption { started: source.started, epoch_start_s, level: scene.level, answers, of });
+    Ok((name, RunStart { scene: scene.base, simulation, publish, resumption }))
 }
 
 fn recompute(file: &Path, source: &RecordedSession, at_s: Option<f64>) -> CommandResult<Resumed> {

@@ -122,9 +122,14 @@ pub(super) struct Args {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum Overruns {
+    /// Hurry until deadlines are met again.
     CatchUp,
+    /// Move all later deadlines.
     Skip,
+    /// End the run.
     Stop,
+    /// Go to a cheaper level of the scene before a deadline is missed, and back when there is room.
+    Degrade,
 }
 
 impl From<Overruns> for Overrun {
@@ -133,6 +138,7 @@ impl From<Overruns> for Overrun {
             Overruns::CatchUp => Overrun::CatchUp,
             Overruns::Skip => Overrun::Skip,
             Overruns::Stop => Overrun::Stop,
+            Overruns::Degrade => Overrun::Degrade,
         }
     }
 }
@@ -238,6 +244,7 @@ fn member(
     (endpoints, status_line): (&[String], &StatusLine),
 ) -> CommandResult<LiveSimulation> {
     let RunStart { scene, simulation, publish, resumption } = start;
+    check_levels(args, &scene)?;
     let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
     let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
@@ -272,6 +279,21 @@ fn member(
         endpoints: endpoints.to_vec(),
     };
     Ok(LiveSimulation { live, simulation, shadow })
+}
+
+/// Checks that the options suit the levels of a scene.
+fn check_levels(args: &Args, scene: &SceneSource) -> CommandResult<()> {
+    let levels = scene.scene.levels.len();
+    let problem = if args.shadow.is_some() && levels > 0 {
+        "--shadow follows the steps of one level: the scene has [[level]] tables"
+    } else if matches!(args.overrun, Overruns::Degrade) && levels < 2 {
+        "--overrun degrade needs a scene with [[level]] tables: `flexcrank trade SCENE --levels 4 --write FILE` writes them"
+    } else if matches!(args.overrun, Overruns::Degrade) && args.pace == Pace::Max {
+        "--overrun degrade keeps deadlines, and --pace max has none"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Usage(problem.to_owned()))
 }
 
 /// The same scene by another model, with the integrator that usually suits it.

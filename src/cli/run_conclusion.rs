@@ -35,7 +35,7 @@ fn severity(done: ExitStatus) -> u8 {
 }
 
 fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
-    if let (Some(Angles { stamp: Some(stamp), links }), false) = (&report.angles, many) {
+    if let (Some(Angles { stamp: Some(stamp), links, .. }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
     }

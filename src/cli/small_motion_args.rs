@@ -53,7 +53,8 @@ impl SubjectArgs {
         let bar = over_file(&file, 1);
         let resumed = resume(&session, Some(time_s), &|position| bar.set_position(position));
         bar.finish_and_clear();
-        let Resumed { mut simulation, scene: source, .. } = resumed?;
+        let Resumed { mut simulation, scene, .. } = resumed?;
+        let source = scene.source;
         let subject = Subject::new(&source.scene, None)?;
         let point = simulation.motion().ok_or(NoModes::Singular)?;
         Ok(Chosen { source, subject, instant: Some((point.into(), simulation.time_s())) })

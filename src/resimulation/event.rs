@@ -25,7 +25,16 @@ pub(super) fn topic(message: &RecordedMessage) -> &str {
     message.channel.topic.rsplit('/').next().unwrap_or_default()
 }
 
-/// The scene in force after a command that changes it.
+/// The name of the level that a command goes on at, if it does.
+pub(super) fn new_level(command: &AppliedCommand) -> Option<&str> {
+    let Some(applied_command::Command::Control(control)) = &command.command else { return None };
+    match &control.action {
+        Some(control::Action::Level(level)) => Some(&level.name),
+        _ => None,
+    }
+}
+
+/// The scene after a command that changes it.
 pub(super) fn new_scene(command: &AppliedCommand) -> Option<&str> {
     changes(command).map(|_| command.scene.as_str())
 }

@@ -1,12 +1,13 @@
 //! Re-simulation of a recorded scene, from one recorded instant to the next.
 
+use std::sync::Arc;
 use std::time::SystemTime;
 
 use prost::Message as _;
 
-use super::event::{changes, resets};
-use crate::runtime::PreparedChange;
-use crate::scene::SceneSource;
+use super::event::{changes, new_level, resets};
+use crate::runtime::{SceneInForce, Successor};
+use crate::scene::{SceneAtLevel, SceneError, SceneSource};
 use crate::simulation::{BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
 use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
 
@@ -14,10 +15,9 @@ use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, T
 pub(super) struct Resimulator {
     /// The recording's scene.
     first: SceneSource,
-    /// The scene in force.
-    scene: SceneSource,
+    scene: SceneAtLevel,
     simulation: Simulation,
-    telemetry: TelemetryEncoder,
+    telemetry: Arc<TelemetryEncoder>,
     epoch_start_s: f64,
     sample: Sample,
     /// The instant of the sample's observation.
@@ -53,35 +53,56 @@ pub(super) enum ResimulationFault {
 impl Resimulator {
     /// Starts at the beginning of a scene.
     pub(super) fn new(source: &SceneSource) -> Result<Self, BuildError> {
-        let simulation = Simulation::new(&source.scene)?;
+        let scene = SceneAtLevel::first(source.clone());
+        Self::at(source.clone(), scene)
+    }
+
+    /// Starts at the beginning of a scene at a level.
+    fn at(first: SceneSource, scene: SceneAtLevel) -> Result<Self, BuildError> {
+        let simulation = Simulation::new(&scene.source.scene)?;
         let sample = simulation.blank_sample();
-        let telemetry = TelemetryEncoder::new(&source.scene.system, simulation.start());
-        let (first, scene) = (source.clone(), source.clone());
+        let telemetry = SceneInForce::new(scene.clone(), &simulation).telemetry;
         Ok(Resimulator { first, scene, simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
     }
 
-    /// The text of the scene in force.
+    /// The text of the scene, without the changes of its level.
     pub(super) fn scene_text(&self) -> &str {
-        &self.scene.text
+        &self.scene.base.text
     }
 
     /// Changes the scene at the present instant. Returns the energy that the change brought in, J.
     pub(super) fn change(&mut self, changes: &[String]) -> Result<f64, ResimulationFault> {
-        let mut change = PreparedChange::new(&self.scene, changes, None).map_err(ResimulationFault::Unchanged)?;
-        let refused = |refused: NotChanged| ResimulationFault::Unchanged(refused.to_string());
-        let changed_j = change.apply(&mut self.simulation).map_err(refused)?;
-        self.scene = change.in_force.source.clone();
-        self.telemetry = TelemetryEncoder::clone(&change.in_force.telemetry);
+        let refused = |refused: SceneError| ResimulationFault::Unchanged(refused.to_string());
+        let after = self.scene.changed(changes).map_err(refused)?;
+        self.go_on_as(after)
+    }
+
+    /// Goes on at a level. Returns the energy that this brought in, J.
+    pub(super) fn go_to_level(&mut self, name: &str) -> Result<f64, ResimulationFault> {
+        let after = SceneAtLevel::named(&self.scene.base, name).map_err(ResimulationFault::Unchanged)?;
+        self.go_on_as(after)
+    }
+
+    fn go_on_as(&mut self, after: SceneAtLevel) -> Result<f64, ResimulationFault> {
         self.observed = None;
+        if after == self.scene {
+            return Ok(0.0);
+        }
+        let mut successor = Successor::new(&self.scene.source, &after.source).map_err(ResimulationFault::Unchanged)?;
+        let refused = |refused: NotChanged| ResimulationFault::Unchanged(refused.to_string());
+        let changed_j = successor.replace(&mut self.simulation).map_err(refused)?;
+        self.telemetry = SceneInForce::new(after.clone(), &self.simulation).telemetry;
+        self.scene = after;
         Ok(changed_j)
     }
 
-    /// Goes to the start of another scene, unless it is in force.
-    fn put_in_force(&mut self, text: &str) -> Option<()> {
+    /// Goes to the start of another scene or level, unless it is in force.
+    fn put_in_force(&mut self, text: &str, level: &str) -> Option<()> {
         let text = if text.is_empty() { &self.first.text } else { text };
-        if *text != self.scene.text {
-            let source = SceneSource::parse(&self.first.origin, text, &[]).ok()?;
-            *self = Resimulator { first: self.first.clone(), ..Resimulator::new(&source).ok()? };
+        if *text != self.scene.base.text || level != self.scene.name_beside_first() {
+            let base = SceneSource::parse(&self.first.origin, text, &[]).ok()?;
+            let scene = SceneAtLevel::named(&base, level).ok()?;
+            *self = Self::at(self.first.clone(), scene).ok()?;
         }
         Some(())
     }
@@ -91,7 +112,7 @@ impl Resimulator {
     }
 
     /// The simulation, the session time at which its epoch began (s), and the scene in force.
-    pub(super) fn into_parts(self) -> (Simulation, f64, SceneSource) {
+    pub(super) fn into_parts(self) -> (Simulation, f64, SceneAtLevel) {
         (self.simulation, self.epoch_start_s, self.scene)
     }
 
@@ -107,7 +128,7 @@ impl Resimulator {
     pub(super) fn restore(&mut self, checkpoint: &wire::Checkpoint) -> bool {
         self.observed = None;
         let Ok(state) = wire::recorded_checkpoint(checkpoint) else { return false };
-        let fits = self.put_in_force(&checkpoint.scene).is_some() && self.simulation.restore(&state);
+        let fits = self.put_in_force(&checkpoint.scene, &checkpoint.level).is_some() && self.simulation.restore(&state);
         if fits {
             self.epoch_start_s = checkpoint.epoch_start_s;
         }
@@ -168,6 +189,9 @@ impl Resimulator {
         if let Some(changes) = changes(command) {
             return self.change(changes).map(|_| ());
         }
+        if let Some(level) = new_level(command) {
+            return self.go_to_level(level).map(|_| ());
+        }
         self.torque(command)?;
         Ok(())
     }
@@ -212,13 +236,15 @@ impl Resimulator {
         }
         let computed = match recorded {
             Message::Checkpoint(_) => {
-                let scene = if self.scene.text == self.first.text { String::new() } else { self.scene.text.clone() };
+                let text = self.scene_text();
+                let scene = if text == self.first.text { String::new() } else { text.to_owned() };
+                let level = self.scene.name_beside_first().to_owned();
                 let state = wire::checkpoint(&self.simulation.checkpoint(), &self.stamp());
-                Some(Message::Checkpoint(Box::new(wire::Checkpoint { scene, ..state })))
+                Some(Message::Checkpoint(Box::new(wire::Checkpoint { scene, level, ..state })))
             }
-            Message::Status(status) => {
-                Some(Message::Status(Box::new((**status).clone().with_account(self.simulation.account()))))
-            }
+            Message::Status(status) => Some(Message::Status(Box::new(
+                (**status).clone().with_account(self.simulation.account()).at_level(self.telemetry.level()),
+            ))),
             _ => self.telemetry.message(recorded.topic(), &self.sample),
         };
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);

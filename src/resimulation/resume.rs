@@ -7,7 +7,7 @@ use super::resimulator::{EpochStep, Resimulator};
 use super::timeline::Timeline;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::runtime::CHECKPOINT_PERIOD_S;
-use crate::scene::SceneSource;
+use crate::scene::SceneAtLevel;
 use crate::simulation::Simulation;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic};
 
@@ -18,7 +18,7 @@ pub struct Resumed {
     /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
     /// The scene in force there.
-    pub scene: SceneSource,
+    pub scene: SceneAtLevel,
     /// Replies to the commands accepted until then, in order.
     pub answers: Vec<CommandReply>,
 }

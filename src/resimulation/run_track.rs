@@ -157,6 +157,8 @@ impl RunTrack {
                 Some("")
             }
             Action::Set(_) => Some(""),
+            // The service may give a cause.
+            Action::Level(_) => None,
             Action::Stop(_) => {
                 self.limit = Some(at);
                 Some("")

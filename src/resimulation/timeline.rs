@@ -1,25 +1,25 @@
 //! Times of a recording's steps, through resets and changes of the scene.
 
-use super::event::{new_scene, resets};
+use super::event::{new_level, new_scene, resets};
 use super::recorded_session::RecordedSession;
 use super::resimulator::EpochStep;
-use crate::scene::SceneSource;
+use crate::scene::{SceneAtLevel, SceneSource};
 use crate::simulation::{EpochChanges, PublishRate, StepGrid};
 use crate::wire::{self, Checkpoint, Message, Stamp};
 
 /// The grids of steps that hold, each from an instant on.
 pub(super) struct Timeline {
-    /// The step of the recording's own scene, s.
-    recorded_step_s: f64,
-    /// The step in force, s.
-    step_s: f64,
+    /// The recording's own scene.
+    recorded: SceneSource,
+    /// The scene in force.
+    scene: SceneAtLevel,
     sections: Vec<(EpochStep, StepGrid)>,
 }
 
 impl Timeline {
     pub(super) fn new(source: &RecordedSession) -> Self {
-        let step_s = source.scene.scene.solver.step_s;
-        Timeline { recorded_step_s: step_s, step_s, sections: Vec::new() }
+        let recorded = source.scene.clone();
+        Timeline { scene: SceneAtLevel::first(recorded.clone()), recorded, sections: Vec::new() }
     }
 
     /// Follows a message that may begin another grid.
@@ -28,11 +28,14 @@ impl Timeline {
         let at = (stamp.epoch, stamp.step);
         match event {
             Message::Checkpoint(checkpoint) => self.checkpoint(checkpoint, at),
-            Message::Commands(command) if resets(command) => self.begin((at.0 + 1, 0), StepGrid::new(self.step_s)),
+            Message::Commands(command) if resets(command) => self.begin((at.0 + 1, 0), StepGrid::new(self.step_s())),
             Message::Commands(command) => {
-                if let Some(step_s) = new_scene(command).and_then(step_of) {
-                    self.step_s = step_s;
-                    self.begin(at, self.grid_at(at).with_step(at.1, step_s));
+                let text = new_scene(command).map(|text| (text, self.scene.name_beside_first().to_owned()));
+                let level = new_level(command).map(|level| (self.scene.base.text.as_str(), level.to_owned()));
+                if let Some((text, level)) = text.or(level) {
+                    let text = text.to_owned();
+                    self.go_on_as(&text, &level);
+                    self.begin(at, self.grid_at(at).with_step(at.1, self.step_s()));
                 }
             }
             _ => {}
@@ -40,12 +43,26 @@ impl Timeline {
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint, at: EpochStep) {
-        self.step_s = match checkpoint.scene.as_str() {
-            "" => self.recorded_step_s,
-            scene => step_of(scene).unwrap_or(self.step_s),
-        };
+        let text = if checkpoint.scene.is_empty() { self.recorded.text.clone() } else { checkpoint.scene.clone() };
+        self.go_on_as(&text, &checkpoint.level);
         let changes: Option<EpochChanges> = wire::recorded_checkpoint(checkpoint).ok().and_then(|state| state.changes);
-        self.begin(at, changes.map_or(StepGrid::new(self.step_s), |changes| changes.grid));
+        self.begin(at, changes.map_or(StepGrid::new(self.step_s()), |changes| changes.grid));
+    }
+
+    /// Goes on with a scene at a level, or stays if it is none.
+    fn go_on_as(&mut self, text: &str, level: &str) {
+        if text == self.scene.base.text && level == self.scene.name_beside_first() {
+            return;
+        }
+        let base = SceneSource::parse(&self.recorded.origin, text, &[]).ok();
+        if let Some(scene) = base.and_then(|base| SceneAtLevel::named(&base, level).ok()) {
+            self.scene = scene;
+        }
+    }
+
+    /// The step in force, s.
+    fn step_s(&self) -> f64 {
+        self.scene.source.scene.solver.step_s
     }
 
     fn begin(&mut self, at: EpochStep, grid: StepGrid) {
@@ -57,12 +74,12 @@ impl Timeline {
     /// The grid on which a step ends.
     fn grid_at(&self, at: EpochStep) -> StepGrid {
         let section = self.sections.iter().rev().find(|(from, _)| from.0 == at.0 && from.1 <= at.1);
-        section.map_or(StepGrid::new(self.step_s), |(_, grid)| *grid)
+        section.map_or(StepGrid::new(self.step_s()), |(_, grid)| *grid)
     }
 
     /// The shortest step so far, s.
     pub(super) fn shortest_step_s(&self) -> f64 {
-        self.sections.iter().map(|(_, grid)| grid.step_s).fold(self.step_s, f64::min)
+        self.sections.iter().map(|(_, grid)| grid.step_s).fold(self.step_s(), f64::min)
     }
 
     /// Whether a stamp is consistent with `log_time`: its time equals that of its step, and does not lie after it.
@@ -80,7 +97,7 @@ impl Timeline {
         };
         let is_there = |step: &u64| source.log_time_ns(epoch_start_s + self.grid_at((epoch, *step)).time_s(*step)) == log_time_ns;
         let of_epoch = self.sections.iter().rev().filter(|(from, _)| from.0 == epoch).map(|(_, grid)| *grid);
-        of_epoch.chain([StepGrid::new(self.step_s)]).filter_map(|grid| on(&grid)).find(is_there)
+        of_epoch.chain([StepGrid::new(self.step_s())]).filter_map(|grid| on(&grid)).find(is_there)
     }
 
     /// Number of steps after `after` and before `before`, within an epoch, that are published at `rate`.
@@ -93,11 +110,6 @@ impl Timeline {
             due += rate.due_between(after.max(from.1), until, grid);
             until = until.min(from.1.saturating_add(1));
         }
-        due + if until > after { rate.due_between(after, until, &StepGrid::new(self.step_s)) } else { 0 }
+        due + if until > after { rate.due_between(after, until, &StepGrid::new(self.step_s())) } else { 0 }
     }
-}
-
-/// The step of a scene, s; `None` if it is no scene.
-fn step_of(scene: &str) -> Option<f64> {
-    SceneSource::parse("", scene, &[]).ok().map(|source| source.scene.solver.step_s)
 }

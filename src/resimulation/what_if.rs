@@ -8,7 +8,7 @@ use prost::Message as _;
 use super::ResimulationError;
 use super::deviation::Deviation;
 use super::difference::{Difference, Field};
-use super::event::{changes, decode, resets, schema, topic};
+use super::event::{changes, decode, new_level, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
 use super::timeline::Timeline;
@@ -288,7 +288,14 @@ impl Attempt<'_> {
             return Ok(self.resimulator.command(command)?);
         }
         if let Some(changes) = changes(command) {
-            return self.change(command, changes, message);
+            let effective = self.resimulator.simulation().now();
+            let changed_j = self.resimulator.change(changes)?;
+            return self.record_change(command, (effective, changed_j), message);
+        }
+        if let Some(level) = new_level(command) {
+            let effective = self.resimulator.simulation().now();
+            let changed_j = self.resimulator.go_to_level(level)?;
+            return self.record_change(command, (effective, changed_j), message);
         }
         let Some(effective) = self.resimulator.torque(command)? else { return Ok(()) };
         let id = command.reply.as_ref().map_or("", |reply| &reply.id);
@@ -296,10 +303,13 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    /// Repeats a recorded change upon the scene in force here.
-    fn change(&mut self, command: &AppliedCommand, changes: &[String], message: &RecordedMessage) -> Result<(), Stopped> {
-        let effective = self.resimulator.simulation().now();
-        let changed_j = self.resimulator.change(changes)?;
+    /// Records a change of the scene or its level, repeated upon the scene in force here.
+    fn record_change(
+        &mut self,
+        command: &AppliedCommand,
+        (effective, changed_j): (Effective, f64),
+        message: &RecordedMessage,
+    ) -> Result<(), Stopped> {
         let reply = CommandReply {
             effective_step: effective.step,
             effective_sim_time_s: effective.sim_time_s,
@@ -308,7 +318,7 @@ impl Attempt<'_> {
         };
         let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
         let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
-        let scene = self.resimulator.scene_text().to_owned();
+        let scene = if command.scene.is_empty() { String::new() } else { self.resimulator.scene_text().to_owned() };
         let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), scene, command: command.command.clone() };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
         Ok(())

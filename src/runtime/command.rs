@@ -38,12 +38,13 @@ impl Request {
             Request::Control(control::Action::StartRecording(_)) => "start-recording",
             Request::Control(control::Action::StopRecording(_)) => "stop-recording",
             Request::Control(control::Action::Set(_)) => "set",
+            Request::Control(control::Action::Level(_)) => "level",
         }
     }
 
     /// Whether it changes the scene.
     pub fn changes_scene(&self) -> bool {
-        matches!(self, Request::Control(control::Action::Set(_)))
+        matches!(self, Request::Control(control::Action::Set(_) | control::Action::Level(_)))
     }
 
     /// Whether it starts or stops a recording.

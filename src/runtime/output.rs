@@ -5,7 +5,8 @@ use std::sync::mpsc::Sender;
 use std::time::Instant;
 
 use super::command::{ReplyTo, Request};
-use super::scene_change::{PreparedChange, SceneInForce};
+use super::ladder::SceneInForce;
+use super::scene_change::PreparedChange;
 use super::status::RunStatus;
 use crate::simulation::{Checkpoint, PerTelemetry, Sample, Stamp};
 use crate::wire::{CommandReply, Overruns, Shadow};
@@ -29,8 +30,10 @@ pub enum Output {
     Answer(Box<Answer>),
     /// The full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
-    /// The scene in force from here on, after a change, or `None` if it was refused; with what is left of the change, to be dropped.
-    Scene(Option<Arc<SceneInForce>>, Box<PreparedChange>),
+    /// The scene in force from here on.
+    Scene(Arc<SceneInForce>),
+    /// The rest of a change of the scene, to be dropped.
+    ChangeLeftOver(Box<PreparedChange>),
     /// Samples dropped because the pool was empty.
     MissedSamples(Box<PerTelemetry<Option<MissedSamples>>>, Stamp),
     /// Missed deadlines.
@@ -43,8 +46,8 @@ pub enum Output {
 pub struct Answer {
     /// The reply. If the request starts or stops a recording, it is the reply if that succeeds: the output thread decides.
     pub reply: CommandReply,
-    /// Sends the reply.
-    pub reply_to: ReplyTo,
+    /// Sends the reply; `None` if nobody asked.
+    pub reply_to: Option<ReplyTo>,
     /// The request, to be recorded if the reply accepts it; `None` for a retry.
     pub request: Option<Request>,
     /// When the stepping thread took the command.

@@ -21,6 +21,8 @@ pub enum Overrun {
     Skip,
     /// End the run.
     Stop,
+    /// Go to a cheaper level of the scene before a deadline is missed, and back when there is room; missed ones are caught up with.
+    Degrade,
 }
 
 /// Deadlines that are missed by more than this are moved instead of caught up with.
@@ -70,7 +72,7 @@ impl Pacer {
     pub fn verdict(policy: Overrun, late: Duration) -> Option<Duration> {
         let moved = match policy {
             Overrun::Skip => true,
-            Overrun::CatchUp | Overrun::Stop => late > GIVE_UP,
+            Overrun::CatchUp | Overrun::Stop | Overrun::Degrade => late > GIVE_UP,
         };
         moved.then(|| round_up(late))
     }

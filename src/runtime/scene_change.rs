@@ -1,42 +1,45 @@
 //! A change of the running scene, built off the stepping thread and swapped in between two steps.
 
-use std::sync::Arc;
-
-use crate::scene::{ModelKind, SceneSource};
-use crate::simulation::{BuildError, NoRoute, NotChanged, Route, Simulation};
-use crate::wire::TelemetryEncoder;
-
-/// A scene in force, and the encoder of its samples.
-pub struct SceneInForce {
-    /// The scene.
-    pub source: SceneSource,
-    /// Encodes its samples.
-    pub telemetry: Arc<TelemetryEncoder>,
-}
+use super::ladder::{Ladder, of_build, route};
+use crate::scene::{ModelKind, SceneError, SceneSource};
+use crate::simulation::{NotChanged, Route, Simulation};
 
 /// A simulation that goes on where another stands, and the way there.
-struct Successor {
-    simulation: Simulation,
+pub struct Successor {
+    simulation: Box<Simulation>,
     route: Route,
 }
 
-/// Everything that a change of the scene needs.
-pub struct PreparedChange {
-    /// The scene in force after it.
-    pub in_force: Arc<SceneInForce>,
-    main: Successor,
-    shadow: Option<Successor>,
-}
-
 impl Successor {
-    fn new(before: &SceneSource, after: &SceneSource) -> Result<Self, NoRoute> {
-        let simulation = Simulation::new(&after.scene)?;
-        Ok(Successor { simulation, route: Route::new(&before.scene, &after.scene)? })
+    /// The simulation of `after`, for one of `before` to go on as.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    pub fn new(before: &SceneSource, after: &SceneSource) -> Result<Self, String> {
+        let simulation = Simulation::new(&after.scene).map_err(|refused| of_build(after, &refused))?;
+        Ok(Successor { simulation: Box::new(simulation), route: route(before, after)? })
     }
 
-    fn replace(&mut self, running: &mut Simulation) -> Result<f64, NotChanged> {
+    /// Lets `running` go on as this one. Returns the energy that the change brought in, J.
+    ///
+    /// # Errors
+    /// [`NotChanged`]; `running` is as it was then.
+    pub fn replace(&mut self, running: &mut Simulation) -> Result<f64, NotChanged> {
         running.change_to(&mut self.simulation, &mut self.route)
     }
+}
+
+/// Everything that a change of the scene needs, at whatever level the run is when it holds.
+pub struct PreparedChange {
+    /// The scene after it, at its first level.
+    pub base: SceneSource,
+    /// The levels after the change; before it, once it holds.
+    ladder: Ladder,
+    /// The way from each level to the same one after the change.
+    routes: Vec<Route>,
+    /// The simulation that was replaced, until this is dropped off the stepping thread.
+    replaced: Option<Box<Simulation>>,
+    shadow: Option<Successor>,
 }
 
 impl PreparedChange {
@@ -48,32 +51,40 @@ impl PreparedChange {
         if changes.is_empty() {
             return Err("no change given: KEY=VALUE, such as slider.mass_kg=0.3".to_owned());
         }
-        let after = before.changed(changes).map_err(|refused| refused.to_string())?;
-        let refused = |refused: NoRoute| match refused {
-            NoRoute::Build(BuildError { key, .. }) => after.refusal(key, refused.to_string()).to_string(),
-            NoRoute::Transfer(_) => refused.to_string(),
-        };
-        let main = Successor::new(before, &after).map_err(refused)?;
+        let in_words = |refused: SceneError| refused.to_string();
+        let base = before.changed(changes).map_err(in_words)?;
         let shadow = shadow.map(|model| {
-            let by_model = |source: &SceneSource| source.by_model(model).map_err(|refused| refused.to_string());
-            Successor::new(&by_model(before)?, &by_model(&after)?).map_err(|refused| format!("the shadow: {refused}"))
+            let by_model = |source: &SceneSource| source.by_model(model).map_err(in_words);
+            Successor::new(&by_model(before)?, &by_model(&base)?).map_err(|refused| format!("the shadow: {refused}"))
         });
-        let telemetry = Arc::new(TelemetryEncoder::new(&after.scene.system, main.simulation.start()));
-        let in_force = Arc::new(SceneInForce { source: after, telemetry });
-        Ok(PreparedChange { in_force, main, shadow: shadow.transpose()? })
+        let ladder = Ladder::new(&base)?;
+        let way = |level: usize| {
+            let after = ladder.scene(level).map_or(&base, |scene| &scene.source);
+            route(&before.at_level(level).map_err(in_words)?, after)
+        };
+        let routes = (0..ladder.count()).map(way).collect::<Result<_, String>>()?;
+        Ok(PreparedChange { base, ladder, routes, replaced: None, shadow: shadow.transpose()? })
     }
 
-    /// Steps that `running` has to take before the change can hold; `None` if it never can.
-    pub(super) fn steps_ahead(&self, running: &Simulation) -> Option<u64> {
-        running.steps_to_change(&self.in_force.source.scene.solver)
+    /// Steps that `running`, at this level, has to take before the change can hold; `None` if it never can.
+    pub(super) fn steps_ahead(&self, running: &Simulation, level: usize) -> Option<u64> {
+        self.ladder.steps_ahead(running, level)
     }
 
-    /// Lets the changed scene go on where `running` stands. Returns the energy that the change brought in, J.
+    /// Lets the changed scene go on where `running` stands, at the level of `present`, which becomes that of the changed scene.
+    /// Returns the energy that the change brought in, J.
     ///
     /// # Errors
-    /// [`NotChanged`]; `running` is as it was then.
-    pub fn apply(&mut self, running: &mut Simulation) -> Result<f64, NotChanged> {
-        self.main.replace(running)
+    /// [`NotChanged`]; everything is as it was then.
+    pub fn apply(&mut self, running: &mut Simulation, present: &mut Ladder) -> Result<f64, NotChanged> {
+        let level = present.present();
+        let route = self.routes.get_mut(level).ok_or(NotChanged::OtherState)?;
+        let (changed_j, left_over) = self.ladder.take_over(running, level, route);
+        self.replaced = left_over;
+        if changed_j.is_ok() {
+            std::mem::swap(&mut self.ladder, present);
+        }
+        changed_j
     }
 
     /// Lets the changed shadow go on where `running` stands.

@@ -11,6 +11,8 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::command::{Command, SharedState};
+use super::governor::Governor;
+use super::ladder::Ladder;
 use super::missed_deadlines::WakeUp;
 use super::output::{Outbox, Output};
 use super::pacer::{Overrun, Pace};
@@ -126,6 +128,12 @@ pub struct Stepper {
     statistics: Statistics,
     drops: Drops,
     schedule: Schedule,
+    /// The levels of the scene; `None` until it is known.
+    ladder: Option<Ladder>,
+    /// Chooses the level, under [`Overrun::Degrade`].
+    governor: Option<Governor>,
+    /// The level that the governor asks for, and the cost of the step that made it ask.
+    wanted_level: Option<(usize, Duration)>,
     /// A change of the scene that waits for a common instant of its steps and the present ones.
     waiting_change: Option<Command>,
     resumed: bool,
@@ -156,6 +164,9 @@ impl Stepper {
             statistics: Statistics::new()?,
             drops: Drops::default(),
             schedule: Schedule::default(),
+            ladder: None,
+            governor: None,
+            wanted_level: None,
             waiting_change: None,
             resumed: false,
             epoch_start_s: 0.0,
@@ -167,6 +178,15 @@ impl Stepper {
         self.epoch_start_s = epoch_start_s;
         answers.iter().for_each(|answer| self.ports.shared.remember(answer, None));
         self.resumed = true;
+        self
+    }
+
+    /// Lets commands change the scene or its level; `ladder` is that of the simulation.
+    pub fn with_ladder(mut self, ladder: Ladder) -> Self {
+        if let (Overrun::Degrade, Pace::Factor(factor)) = (self.stepping.overrun, self.stepping.pace) {
+            self.governor = Some(Governor::new(&ladder.costs(factor), ladder.present()));
+        }
+        self.ladder = Some(ladder);
         self
     }
 
@@ -303,6 +323,7 @@ impl Stepper {
         }
         self.status_by_simulated_time();
         self.take_waiting_change();
+        self.govern(cost);
         Ok(())
     }
 

@@ -31,6 +31,9 @@ impl SceneSource {
 
 /// A key that a running scene cannot change, with the reason; `None` if it can go on as `after`.
 fn needs_another_run(before: &Scene, after: &Scene) -> Option<(String, &'static str)> {
+    if before.levels != after.levels {
+        return Some(("level".to_owned(), "a running scene keeps its levels: start another run"));
+    }
     let system = match (&before.system, &after.system) {
         (System::Chain(before), System::Chain(after)) => other_geometry(before, after),
         (System::Oscillator(before), System::Oscillator(after)) => {

@@ -3,6 +3,7 @@
 use super::check::Checker;
 use super::types::Level;
 use super::{SceneError, SceneSource, keys, raw};
+use crate::nearest::nearest;
 
 /// Most levels of a scene.
 const MOST: usize = 16;
@@ -52,6 +53,62 @@ impl SceneSource {
             let key = format!("level.{index}.changes");
             self.refusal(&key, format!("level `{}`: {}", level.name, refused.reason()))
         })
+    }
+}
+
+/// A scene at one of its levels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneAtLevel {
+    /// The scene at its first level.
+    pub base: SceneSource,
+    /// The level in force, from 0.
+    pub level: usize,
+    /// The scene in force: the base with the level's changes.
+    pub source: SceneSource,
+}
+
+impl SceneAtLevel {
+    /// The scene at its first level.
+    pub fn first(base: SceneSource) -> Self {
+        SceneAtLevel { source: base.clone(), base, level: 0 }
+    }
+
+    /// The scene at the level of this name, the first for an empty one.
+    ///
+    /// # Errors
+    /// The reason: no such level, or one of its changes is refused.
+    pub fn named(base: &SceneSource, name: &str) -> Result<Self, String> {
+        let levels = &base.scene.levels;
+        let index = if name.is_empty() { Some(0) } else { levels.iter().position(|level| level.name == name) };
+        let level = index.ok_or_else(|| {
+            let names: Vec<&str> = levels.iter().map(|level| level.name.as_str()).collect();
+            let known =
+                if names.is_empty() { "the scene has none".to_owned() } else { format!("known here: {}", names.join(", ")) };
+            let hint = nearest(name, names.iter().copied()).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+            format!("no level `{name}`{hint} ({known})")
+        })?;
+        let source = base.at_level(level).map_err(|refused| refused.to_string())?;
+        Ok(SceneAtLevel { base: base.clone(), level, source })
+    }
+
+    /// The same level of the scene with `KEY=VALUE` changes.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a change is refused.
+    pub fn changed(&self, changes: &[String]) -> Result<Self, SceneError> {
+        let base = self.base.changed(changes)?;
+        let source = base.at_level(self.level)?;
+        Ok(SceneAtLevel { base, level: self.level, source })
+    }
+
+    /// The level in force; `None` if the scene has none.
+    pub fn in_force(&self) -> Option<&Level> {
+        self.base.scene.levels.get(self.level)
+    }
+
+    /// The name of the level in force; empty if it is the first.
+    pub fn name_beside_first(&self) -> &str {
+        self.in_force().filter(|_| self.level > 0).map_or("", |level| &level.name)
     }
 }
 

@@ -31,6 +31,7 @@ use std::path::Path;
 pub use error::SceneError;
 pub use key::KeyRow;
 pub use keys::{INTEGRATORS, MODELS, SHAPES, reference, reference_markdown};
+pub use level::SceneAtLevel;
 pub use types::*;
 
 use crate::text_file;

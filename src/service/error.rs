@@ -12,6 +12,9 @@ pub enum ServiceError {
     /// The recording failed.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// A level of the scene cannot be computed.
+    #[error("{0}")]
+    Scene(String),
     /// A thread could not be started.
     #[error("cannot start a thread: {0}")]
     Thread(#[from] std::io::Error),

@@ -18,12 +18,12 @@ use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
-    Command, Ending, Finish, Inbox, Outbox, Output, Pace, Ports, Request, RunSummary, ShadowSimulation, Spin, Stepper,
-    SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
+    Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Request, RunSummary, SceneInForce, ShadowSimulation,
+    Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
-use crate::scene::SceneSource;
+use crate::scene::{SceneAtLevel, SceneSource};
 use crate::simulation::{EnergyVerdict, PublishRates, Sample, Simulation};
-use crate::wire::{self, Angles, CommandReply, TelemetryEncoder, control};
+use crate::wire::{self, Angles, CommandReply, control};
 
 /// Samples in flight from one simulation, if few run.
 const MOST_SAMPLES: usize = 2048;
@@ -73,6 +73,8 @@ pub struct Resumption {
     pub started: SystemTime,
     /// Session time at which the epoch began, s.
     pub epoch_start_s: f64,
+    /// Level of the scene in force, from 0.
+    pub level: usize,
     /// Replies to the commands accepted before, so that a retry is not applied again.
     pub answers: Vec<CommandReply>,
     /// The recording, and where the session resumes.
@@ -231,10 +233,15 @@ impl Group {
         }
         let (stepping, resumed) = (live.stepping, live.resumed.clone());
         let changer = SceneChanger::new(&inbox, live.scene.clone(), shadow.as_ref().map(ShadowSimulation::model));
-        let output_worker = output_worker(session, live, &simulation, (&inbox, changer), to_pool)?;
+        let level = live.resumed.as_ref().map_or(0, |resumed| resumed.level);
+        let source = live.scene.at_level(level).map_err(|refused| ServiceError::Scene(refused.to_string()))?;
+        let scene = SceneAtLevel { base: live.scene.clone(), level, source };
+        let ladder = Ladder::of_running(&scene, &simulation).map_err(ServiceError::Scene)?;
+        let in_force = Arc::clone(ladder.in_force());
+        let output_worker = output_worker(session, live, in_force, (&inbox, changer), to_pool)?;
         let output = Outbox::new(self.output.clone(), self.workers.len());
         let ports = Ports { commands, output, pool, shared: inbox.shared() };
-        let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?;
+        let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?.with_ladder(ladder);
         if let Some(Resumption { epoch_start_s, answers, .. }) = resumed {
             stepper = stepper.resumed(epoch_start_s, &answers);
         }
@@ -250,7 +257,7 @@ impl Group {
 fn output_worker(
     session: &Session,
     live: LiveOptions,
-    simulation: &Simulation,
+    in_force: Arc<SceneInForce>,
     (inbox, changer): (&Inbox, SceneChanger),
     pool: SyncSender<Arc<Sample>>,
 ) -> Result<OutputWorker, ServiceError> {
@@ -277,14 +284,14 @@ fn output_worker(
     let changer = Arc::new(changer);
     let commands = bus::service_commands(session, &live.name, inbox, move |command| changer.submit(command))?;
     let about = About::new(&live.scene.origin, &live.endpoints);
-    let modes = ModesService::new(live.scene.scene.clone(), inbox.shared());
-    let mut endpoint = ServiceEndpoint::declare(session, &live.name, (&live.scene.text, &about), commands)?;
+    let modes = ModesService::new(in_force.scene.source.scene.clone(), inbox.shared());
+    let mut endpoint = ServiceEndpoint::declare(session, &live.name, (&in_force.scene.source.text, &about), commands)?;
     let answering = Arc::clone(&modes);
     endpoint.take_questions_for_modes(session, &live.name, move |question| answering.take(question))?;
     Ok(OutputWorker {
         name: live.name,
         endpoint,
-        telemetry: Arc::new(TelemetryEncoder::new(&live.scene.scene.system, simulation.start())),
+        in_force,
         target,
         recorder,
         pool,
@@ -296,7 +303,6 @@ fn output_worker(
         drops: DropLedger::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
         last_stamp: None,
-        changed_scene: None,
     })
 }
 

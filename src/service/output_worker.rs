@@ -15,9 +15,7 @@ use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SceneInForce, SharedState};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
-use crate::wire::{
-    self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, TelemetryEncoder, Topic, applied_command, control::Action,
-};
+use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, Topic, applied_command, control::Action};
 
 /// Called with every status message, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -60,7 +58,8 @@ pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outpu
 pub(super) struct OutputWorker {
     pub name: Name,
     pub endpoint: ServiceEndpoint,
-    pub telemetry: Arc<TelemetryEncoder>,
+    /// The scene in force.
+    pub in_force: Arc<SceneInForce>,
     pub target: RecordingTarget,
     pub recorder: Option<Recorder>,
     pub pool: SyncSender<Arc<Sample>>,
@@ -75,8 +74,6 @@ pub(super) struct OutputWorker {
     pub scene_update_timer: Option<SceneUpdateTimer>,
     /// Stamp of the last message.
     pub last_stamp: Option<Stamp>,
-    /// The scene in force, if it was changed.
-    pub changed_scene: Option<Arc<SceneInForce>>,
 }
 
 /// The recordings made so far.
@@ -135,11 +132,13 @@ impl OutputWorker {
             Output::Status(run) => self.status(*run),
             Output::Answer(answer) => self.answer(*answer),
             Output::Checkpoint(checkpoint, stamp) => {
-                let message = wire::Checkpoint { scene: self.scene_beside_recorded(), ..wire::checkpoint(&checkpoint, &stamp) };
+                let (scene, level) = self.scene_beside_recorded();
+                let message = wire::Checkpoint { scene, level, ..wire::checkpoint(&checkpoint, &stamp) };
                 self.record(Topic::Checkpoint, message.encode_to_vec(), &stamp);
                 self.modes.keep(*checkpoint, stamp);
             }
-            Output::Scene(in_force, _) => in_force.into_iter().for_each(|in_force| self.change_scene(in_force)),
+            Output::Scene(in_force) => self.change_scene(in_force),
+            Output::ChangeLeftOver(_) => {}
             Output::MissedSamples(missed, stamp) => self.missed(*missed, &stamp),
             Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
             Output::Over => {}
@@ -148,16 +147,16 @@ impl OutputWorker {
 
     /// Goes on with the scene in force from here on.
     fn change_scene(&mut self, in_force: Arc<SceneInForce>) {
-        self.telemetry = Arc::clone(&in_force.telemetry);
-        self.endpoint.set_scene(&in_force.source.text);
-        self.modes.change_scene(&in_force.source.scene);
-        self.changed_scene = Some(in_force);
+        self.endpoint.set_scene(&in_force.scene.source.text);
+        self.modes.change_scene(&in_force.scene.source.scene);
+        self.in_force = in_force;
     }
 
-    /// The scene in force; empty if it is the one in the metadata of recordings.
-    fn scene_beside_recorded(&self) -> String {
-        let text = self.changed_scene.as_ref().map(|in_force| &in_force.source.text);
-        text.filter(|text| **text != self.target.session.scene).cloned().unwrap_or_default()
+    /// The scene, empty if it is the one in the metadata of recordings, and the level in force, empty if it is the first.
+    fn scene_beside_recorded(&self) -> (String, String) {
+        let scene = &self.in_force.scene;
+        let text = Some(&scene.base.text).filter(|text| **text != self.target.session.scene);
+        (text.cloned().unwrap_or_default(), scene.name_beside_first().to_owned())
     }
 
     /// When the file reaches its part size, requests a checkpoint: the recording goes on in a new file from there.
@@ -170,7 +169,7 @@ impl OutputWorker {
     }
 
     fn sample(&mut self, sample: &Arc<Sample>, due: PerTelemetry<bool>, deadline: Option<Instant>) {
-        let (telemetry, stamp, put_before) = (Arc::clone(&self.telemetry), &sample.stamp, self.statistics.put);
+        let (telemetry, stamp, put_before) = (Arc::clone(&self.in_force.telemetry), &sample.stamp, self.statistics.put);
         for (topic, _) in due.by_topic().into_iter().filter(|(topic, due)| *due && telemetry.has(*topic)) {
             let make = || telemetry.message(topic, sample).as_ref().map(Message::encode_to_vec).unwrap_or_default();
             let kept = SnapshotEntry::Sample(Arc::clone(&telemetry), Arc::clone(sample));
@@ -278,7 +277,7 @@ impl OutputWorker {
 
     /// Adds samples dropped by the stepping thread to the drop ledger.
     fn missed(&mut self, missed: PerTelemetry<Option<MissedSamples>>, stamp: &Stamp) {
-        for (topic, missed) in missed.by_topic().into_iter().filter(|(topic, _)| self.telemetry.has(*topic)) {
+        for (topic, missed) in missed.by_topic().into_iter().filter(|(topic, _)| self.in_force.telemetry.has(*topic)) {
             let Some(MissedSamples { first_step, last, count }) = missed else { continue };
             let (stamp, topic) = (Some(wire::stamp(&last)), topic.chunk().to_owned());
             self.drops.add(Gap { stamp, topic, count, first_step, published: false });
@@ -309,16 +308,15 @@ impl OutputWorker {
                 None => reply = self.control_recording(of_recording, reply),
             }
         }
-        self.shared.answered();
-        reply_to(reply.clone());
+        if let Some(reply_to) = reply_to {
+            self.shared.answered();
+            reply_to(reply.clone());
+        }
         if let Some(request) = request.filter(|_| reply.accepted) {
             self.statistics.commands_accepted += 1;
-            let applied = match &self.changed_scene {
-                Some(in_force) if request.changes_scene() => {
-                    AppliedCommand { scene: in_force.source.text.clone(), ..applied(request, reply, &stamp) }
-                }
-                _ => applied(request, reply, &stamp),
-            };
+            let changes = matches!(request, Request::Control(Action::Set(_)));
+            let scene = if changes { self.in_force.scene.base.text.clone() } else { String::new() };
+            let applied = AppliedCommand { scene, ..applied(request, reply, &stamp) };
             self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
         }
     }

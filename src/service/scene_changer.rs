@@ -1,10 +1,10 @@
 //! Prepares changes of a running scene, one after the other, on a thread of its own that begins with the first.
 
+use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, OnceLock};
 use std::thread::Builder;
 
-use crate::runtime::{Command, Inbox, PreparedChange, Request, SceneInForce};
+use crate::runtime::{Command, Inbox, PreparedChange, Request};
 use crate::scene::{ModelKind, SceneSource};
 use crate::wire::control;
 
@@ -64,7 +64,7 @@ fn prepare_all(commands: &Receiver<Command>, inbox: &Inbox, source: &mut SceneSo
                 continue;
             }
         };
-        let in_force: Arc<SceneInForce> = Arc::clone(&prepared.in_force);
+        let after = prepared.base.clone();
         let (done, outcome) = sync_channel(1);
         let reply = Box::new(move |answer: crate::wire::CommandReply| {
             let accepted = answer.accepted;
@@ -74,7 +74,7 @@ fn prepare_all(commands: &Receiver<Command>, inbox: &Inbox, source: &mut SceneSo
         });
         inbox.submit(Command { id, request, reply, change: Some(Box::new(prepared)) });
         if outcome.recv() == Ok(true) {
-            source.clone_from(&in_force.source);
+            *source = after;
         }
     }
 }

@@ -46,7 +46,7 @@ impl OutputWorker {
             given_up_s: given_up.as_secs_f64(),
             drops: self.drops.totals(),
             spin_s: run.spin.map(|spin| spin.as_secs_f64()),
-            ..with_lateness(lateness).with_account(run.account)
+            ..with_lateness(lateness).with_account(run.account).at_level(self.in_force.telemetry.level())
         }
     }
 }

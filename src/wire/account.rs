@@ -1,9 +1,16 @@
 //! The energy and error fields of a status.
 
 use super::{Status, status};
+use crate::scene::Level;
 use crate::simulation::{Account, EnergyLedger, EnergyVerdict};
 
 impl Status {
+    /// States the level of detail in force.
+    pub fn at_level(self, level: Option<&Level>) -> Status {
+        let name = level.map_or(String::new(), |level| level.name.clone());
+        Status { level: name, level_error_rad: level.and_then(|level| level.error_rad), ..self }
+    }
+
     /// Sets energies, works, verdict and estimated error.
     pub fn with_account(self, Account { ledger, verdict, error }: Account) -> Status {
         let EnergyLedger { energy, work_in_j, dissipated_j, changed_j, balance_error_j, worst_balance_j, in_play_j } = ledger;

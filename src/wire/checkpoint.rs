@@ -36,8 +36,9 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         setpoints_expired: checkpoint.setpoint.expirations,
         setpoint_expired: checkpoint.setpoint.expired,
         changes: checkpoint.changes.as_ref().map(epoch_changes),
-        // The scene is not part of a simulation's state; whoever knows it adds it.
+        // Scene and level are no part of a simulation's state; whoever knows them adds them.
         scene: String::new(),
+        level: String::new(),
     }
 }
 

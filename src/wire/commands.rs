@@ -19,7 +19,7 @@ pub enum BadCommand {
     #[error("shape {0} does not exist: 0 is RECTANGULAR, 1 is RAISED_COSINE")]
     Shape(i32),
     /// A control message without an action.
-    #[error("no action given: pause, resume, step, reset, stop, start_recording, stop_recording or set")]
+    #[error("no action given: pause, resume, step, reset, stop, start_recording, stop_recording, set or level")]
     NoAction,
     /// A replay control message without an action.
     #[error("no action given: pause, resume, seek, rate, next or stop")]
@@ -81,7 +81,7 @@ pub fn replay_action(action: control::Action) -> Result<replay_control::Action, 
         control::Action::Reset(_) => Ok(replay_control::Action::Seek(Seek { time_s: 0.0 })),
         control::Action::Stop(stop) => Ok(replay_control::Action::Stop(stop)),
         control::Action::StartRecording(_) | control::Action::StopRecording(_) => Err(BadCommand::ReplayerRecords),
-        control::Action::Set(_) => Err(BadCommand::ReplayerChangesScene),
+        control::Action::Set(_) | control::Action::Level(_) => Err(BadCommand::ReplayerChangesScene),
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use super::topic::{Message, Topic};
 use super::{Angles, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
 use crate::mechanics::{LinkObservation, Observation};
-use crate::scene::System;
+use crate::scene::{Level, System};
 use crate::simulation::{EnergyLedger, Sample, Stamp};
 
 /// Encodes samples: holds the links' names and the positions at the start.
@@ -15,6 +15,7 @@ pub struct TelemetryEncoder {
     names: Vec<&'static str>,
     turns: bool,
     start: Observation,
+    level: Option<Level>,
 }
 
 /// A time in protobuf.
@@ -34,7 +35,17 @@ impl TelemetryEncoder {
             System::Chain(chain) => chain.links.iter().map(|link| link.name.as_str()).collect(),
             System::Oscillator(_) => vec!["mass"],
         };
-        TelemetryEncoder { names, turns: matches!(system, System::Chain(_)), start: start.clone() }
+        TelemetryEncoder { names, turns: matches!(system, System::Chain(_)), start: start.clone(), level: None }
+    }
+
+    /// States the level of detail in force.
+    pub fn at_level(self, level: Option<&Level>) -> Self {
+        TelemetryEncoder { level: level.cloned(), ..self }
+    }
+
+    /// The level of detail in force.
+    pub fn level(&self) -> Option<&Level> {
+        self.level.as_ref()
     }
 
     /// Whether the mechanism has a telemetry topic: an oscillator has neither angles nor loads.
@@ -93,7 +104,12 @@ impl TelemetryEncoder {
             end_rotation_rad: now.nodes.last().and_then(|node| node.rotation_rad),
             revolutions: ((now.chord_rad - start.chord_rad) / TAU).trunc() as i64,
         };
-        Angles { stamp: Some(stamp(&sample.stamp)), links: self.links(sample).map(angle).collect() }
+        Angles {
+            stamp: Some(stamp(&sample.stamp)),
+            links: self.links(sample).map(angle).collect(),
+            level: self.level.as_ref().map_or(String::new(), |level| level.name.clone()),
+            level_error_rad: self.level.as_ref().and_then(|level| level.error_rad),
+        }
     }
 
     /// Loads, joint forces and internal forces.

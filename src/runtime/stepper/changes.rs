@@ -1,71 +1,135 @@
-//! Changes of the running scene: swapped in between two steps.
+//! Changes of the running scene and of its level: swapped in between two steps.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::Stepper;
-use crate::runtime::command::Command;
+use crate::runtime::command::{Command, ReplyTo, Request};
 use crate::runtime::output::{Answer, Output};
-use crate::runtime::scene_change::PreparedChange;
-use crate::simulation::NotChanged;
-use crate::wire::CommandReply;
+use crate::runtime::pacer::Pace;
+use crate::simulation::Effective;
+use crate::wire::{self, CommandReply, control::Action};
 
 impl Stepper {
-    /// Applies a change of the scene, or lets it wait for a step at which it can hold.
-    pub(super) fn handle_change(&mut self, mut command: Command) {
-        let stamp = self.stamp();
+    /// Applies a change of the scene or its level, or lets it wait for a step at which it can hold.
+    pub(super) fn handle_change(&mut self, command: Command) {
         if let Some(reply) = self.ports.shared.reply_to_retry(&command.id, &command.request) {
-            return self.send(Output::Answer(Box::new(Answer { reply, reply_to: command.reply, request: None, stamp })));
+            let stamp = self.stamp();
+            let answer = Answer { reply, reply_to: Some(command.reply), request: None, stamp };
+            return self.send(Output::Answer(Box::new(answer)));
         }
-        let Some(mut change) = command.change.take() else { return };
-        match change.steps_ahead(&self.simulation) {
-            Some(1..) if !self.run.paused => {
-                command.change = Some(change);
-                self.waiting_change = Some(command);
-                return;
-            }
-            _ => {}
-        }
-        let Command { id, request, reply: reply_to, .. } = command;
-        let effective = self.simulation.now();
-        let changed = self.change_scene(&mut change);
-        let reply = match &changed {
-            Ok(changed_j) => CommandReply {
-                id,
-                accepted: true,
-                effective_step: effective.step,
-                effective_sim_time_s: effective.sim_time_s,
-                changed_j: Some(*changed_j),
-                ..CommandReply::default()
-            },
-            Err(refused) => CommandReply { id, reason: refused.to_string(), ..CommandReply::default() },
-        };
-        if reply.accepted {
-            self.ports.shared.remember(&reply, Some(&request));
-        } else {
-            self.ports.shared.count_rejected();
-        }
-        let in_force = reply.accepted.then(|| Arc::clone(&change.in_force));
-        self.send(Output::Scene(in_force, change));
-        self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: Some(request), stamp })));
-        if changed.is_ok() {
-            self.checkpoint();
+        match self.steps_to_change(&command) {
+            Some(1..) if !self.run.paused => self.waiting_change = Some(command),
+            _ => self.apply_change(command),
         }
     }
 
-    /// Lets the simulation and its shadow go on by the changed scene. Returns the energy that the change brought in, J.
-    fn change_scene(&mut self, change: &mut PreparedChange) -> Result<f64, NotChanged> {
-        let changed_j = change.apply(&mut self.simulation)?;
-        if let Some(shadow) = &mut self.shadow {
-            shadow.change(change);
+    /// Steps before the change can hold; `None` if it never can.
+    fn steps_to_change(&self, command: &Command) -> Option<u64> {
+        let ladder = self.ladder.as_ref()?;
+        match (&command.request, &command.change) {
+            (_, Some(change)) => change.steps_ahead(&self.simulation, ladder.present()),
+            (Request::Control(Action::Level(level)), None) => {
+                ladder.steps_ahead(&self.simulation, ladder.named(&level.name).ok()?)
+            }
+            _ => None,
         }
-        Ok(changed_j)
     }
 
     /// Applies the change that waits, if its step has come.
     pub(super) fn take_waiting_change(&mut self) {
-        let steps_ahead = |command: &Command| command.change.as_ref().and_then(|change| change.steps_ahead(&self.simulation));
-        if let Some(command) = self.waiting_change.take_if(|command| !matches!(steps_ahead(command), Some(1..))) {
-            self.handle_change(command);
+        if self.waiting_change.as_ref().is_some_and(|command| !matches!(self.steps_to_change(command), Some(1..)))
+            && let Some(command) = self.waiting_change.take()
+        {
+            self.apply_change(command);
         }
     }
+
+    fn apply_change(&mut self, command: Command) {
+        let Command { id, request, reply: reply_to, mut change } = command;
+        let effective = self.simulation.now();
+        let changed = match (&request, &mut change, &mut self.ladder) {
+            (_, Some(change), Some(ladder)) => {
+                let changed = change.apply(&mut self.simulation, ladder).map_err(|refused| refused.to_string());
+                if let (Ok(_), Some(shadow)) = (&changed, &mut self.shadow) {
+                    shadow.change(change);
+                }
+                changed
+            }
+            (Request::Control(Action::Level(level)), None, Some(ladder)) => ladder
+                .named(&level.name)
+                .and_then(|to| ladder.switch(&mut self.simulation, to).map_err(|refused| refused.to_string())),
+            _ => Err("the scene cannot be changed here".to_owned()),
+        };
+        let rest = change.map(Output::ChangeLeftOver);
+        match changed {
+            Ok(changed_j) => {
+                self.tell_governor(&request);
+                let reply = changed_reply(id, String::new(), effective, changed_j);
+                self.ports.shared.remember(&reply, Some(&request));
+                self.tell_change(reply, Some(reply_to), request);
+            }
+            Err(reason) => {
+                self.ports.shared.count_rejected();
+                let (reply, stamp) = (CommandReply { id, reason, ..CommandReply::default() }, self.stamp());
+                let answer = Answer { reply, reply_to: Some(reply_to), request: Some(request), stamp };
+                self.send(Output::Answer(Box::new(answer)));
+            }
+        }
+        rest.into_iter().for_each(|rest| self.send(rest));
+    }
+
+    /// Lets the governor follow a command.
+    fn tell_governor(&mut self, request: &Request) {
+        let (Some(governor), Some(ladder)) = (&mut self.governor, &self.ladder) else { return };
+        match (request, self.stepping.pace) {
+            (Request::Control(Action::Level(_)), _) => governor.commanded(ladder.present()),
+            (_, Pace::Factor(factor)) => *governor = governor.with_costs(&ladder.costs(factor)),
+            _ => {}
+        }
+    }
+
+    /// Goes to the level that the governor asks for after a step of this cost; not across the edge of a pulse, nor before the steps of
+    /// both levels meet.
+    pub(super) fn govern(&mut self, cost: Duration) {
+        let (Some(governor), Some(ladder)) = (&mut self.governor, &mut self.ladder) else { return };
+        if self.run.paused {
+            return;
+        }
+        if let Some(to) = governor.after_step(self.clock.elapsed(), cost) {
+            self.wanted_level = Some((to, cost));
+        }
+        let Some((to, cost)) = self.wanted_level else { return };
+        if ladder.steps_ahead(&self.simulation, to) != Some(0) || self.simulation.has_edge_in_next_step() {
+            return;
+        }
+        self.wanted_level = None;
+        let effective = self.simulation.now();
+        match ladder.switch(&mut self.simulation, to) {
+            Ok(changed_j) => {
+                governor.went_to(to);
+                let name = ladder.name(to).to_owned();
+                let reply = changed_reply(String::new(), format!("a step took {cost:.2?}"), effective, changed_j);
+                self.tell_change(reply, None, Request::Control(Action::Level(wire::Level { name })));
+            }
+            Err(refused) => tracing::warn!("stays at its level: {refused}"),
+        }
+    }
+
+    /// Sends the scene in force, the reply, and the state from which the changed scene goes on.
+    fn tell_change(&mut self, reply: CommandReply, reply_to: Option<ReplyTo>, request: Request) {
+        let stamp = self.stamp();
+        if let Some(in_force) = self.ladder.as_ref().map(|ladder| Arc::clone(ladder.in_force())) {
+            self.send(Output::Scene(in_force));
+        }
+        self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: Some(request), stamp })));
+        self.checkpoint();
+    }
+}
+
+/// The reply to an accepted change.
+fn changed_reply(id: String, reason: String, effective: Effective, changed_j: f64) -> CommandReply {
+    let Effective { step, sim_time_s } = effective;
+    let changed_j = Some(changed_j);
+    CommandReply { id, accepted: true, reason, effective_step: step, effective_sim_time_s: sim_time_s, changed_j }
 }

@@ -14,13 +14,13 @@ const STEPS_LIMIT: u64 = 1_000_000_000;
 impl Stepper {
     /// Checks and applies a command, and sends its reply.
     pub(super) fn handle_command(&mut self, command: Command) {
-        if command.change.is_some() {
+        if command.request.changes_scene() {
             return self.handle_change(command);
         }
         let Command { id, request, reply: reply_to, .. } = command;
         let stamp = self.stamp();
         if let Some(reply) = self.ports.shared.reply_to_retry(&id, &request) {
-            return self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: None, stamp })));
+            return self.send(Output::Answer(Box::new(Answer { reply, reply_to: Some(reply_to), request: None, stamp })));
         }
         let verdict = match &request {
             Request::Torque(pulse) => {
@@ -57,7 +57,7 @@ impl Stepper {
             // The recording ends with the state in full.
             self.checkpoint();
         }
-        self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: Some(request), stamp })));
+        self.send(Output::Answer(Box::new(Answer { reply, reply_to: Some(reply_to), request: Some(request), stamp })));
         if resets || records {
             // The checkpoint follows the command that caused it, so that a recording can be re-simulated in its own order, from
             // its first message on.
@@ -94,7 +94,7 @@ impl Stepper {
             }
             Action::Reset(_) => self.reset()?,
             Action::Stop(_) => self.run.stopping = true,
-            Action::Set(_) => return Err("the change is not prepared".to_owned()),
+            Action::Set(_) | Action::Level(_) => return Err("the scene cannot be changed here".to_owned()),
             Action::StartRecording(_) | Action::StopRecording(_) => {}
         }
         Ok("")
