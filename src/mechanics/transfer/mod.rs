@@ -101,7 +101,7 @@ impl Room {
 }
 
 impl Transfer {
-    /// From one model, of this chain, to another, of that chain.
+    /// From one model, of this chain, to another, of that chain. Motion is prescribed in both, or in neither.
     ///
     /// # Errors
     /// [`CannotTransfer::OtherGeometry`] when lengths or ends differ.
@@ -212,13 +212,13 @@ impl Transfer {
         let (mut gram, mut lost) = ([[0.0; TURNS]; TURNS], [0.0; TURNS]);
         from.momentum(old.input, old.q, old.v, &mut self.old.momentum);
         to.momentum(old.input, q, v, &mut self.new.momentum);
-        for link in 0..TURNS {
+        for (link, row) in gram.iter_mut().enumerate() {
             let [old_turn, new_turn] = [&mut self.old.turns[link], &mut self.new.turns[link]];
             if from.turn(&still, old.q, link, old_turn) && to.turn(&still, q, link, new_turn) {
                 lost[link] = dot(old_turn, &self.old.momentum) - dot(new_turn, &self.new.momentum);
             } else {
                 new_turn.fill(0.0);
-                gram[link][link] = 1.0;
+                row[link] = 1.0;
             }
         }
         for link in 0..TURNS {

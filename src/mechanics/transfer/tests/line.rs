@@ -39,7 +39,7 @@ fn val_pulled_back_vectors_are_derivatives_of_the_places() -> Tested {
         let mut pulled = vec![0.0; n];
         moving.line().pull_back(&input, &q, &places, &vectors, &mut pulled);
         let scale = pulled.iter().fold(1.0, |most: f64, p| most.max(p.abs()));
-        for j in 0..n {
+        for (j, pulled) in pulled.iter().enumerate() {
             let mut work = |step: f64| -> f64 {
                 moving.q.copy_from_slice(&q);
                 moving.q[j] += step;
@@ -47,7 +47,7 @@ fn val_pulled_back_vectors_are_derivatives_of_the_places() -> Tested {
                 points.iter().zip(&vectors).map(|(point, f)| dot(&point.position_m, f)).sum()
             };
             let difference = (work(1e-5) - work(-1e-5)) / 2e-5;
-            assert!((difference - pulled[j]).abs() < 1e-7 * scale, "{case} {j}: {} for {difference}", pulled[j]);
+            assert!((difference - pulled).abs() < 1e-7 * scale, "{case} {j}: {pulled} for {difference}");
         }
         moving.q.copy_from_slice(&q);
     })
@@ -62,7 +62,7 @@ fn val_momenta_are_derivatives_of_kinetic_energy() -> Tested {
         let mut momentum = vec![0.0; n];
         moving.line().momentum(&input, &q, &v, &mut momentum);
         let kinetic = moving.energies()[0];
-        for j in 0..n {
+        for (j, p) in momentum.iter().enumerate() {
             let step = 0.1;
             let mut at = |by: f64| {
                 moving.v.copy_from_slice(&v);
@@ -70,8 +70,7 @@ fn val_momenta_are_derivatives_of_kinetic_energy() -> Tested {
                 moving.energies()[0]
             };
             let difference = (at(step) - at(-step)) / (2.0 * step);
-            let close = (difference - momentum[j]).abs() < 1e-12 * (kinetic + momentum[j].abs());
-            assert!(close, "{case} {j}: {} for {difference}", momentum[j]);
+            assert!((difference - p).abs() < 1e-12 * (kinetic + p.abs()), "{case} {j}: {p} for {difference}");
         }
         moving.v.copy_from_slice(&v);
     })

@@ -109,10 +109,10 @@ impl Moving {
 
     /// Its state in another model.
     fn to(&mut self, kind: Kind) -> Result<Self, CannotTransfer> {
-        self.to_a(Self::new(&self.chain, kind, self.input.motion.is_some()))
+        self.hand_to(Self::new(&self.chain, kind, self.input.motion.is_some()))
     }
 
-    fn to_a(&mut self, mut other: Self) -> Result<Self, CannotTransfer> {
+    fn hand_to(&mut self, mut other: Self) -> Result<Self, CannotTransfer> {
         other.input = self.input;
         let mut transfer = Transfer::new(&self.chain, &*self.mechanism, &other.chain, &*other.mechanism)?;
         let old = Present { input: &self.input, q: &self.q, v: &self.v };
