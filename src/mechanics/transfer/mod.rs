@@ -221,14 +221,13 @@ impl Transfer {
                 row[link] = 1.0;
             }
         }
-        for link in 0..TURNS {
-            to.momentum(&still, q, &self.new.turns[link], &mut self.new.momentum);
-            for (other, turn) in self.new.turns.iter().enumerate() {
-                gram[other][link] += dot(turn, &self.new.momentum);
-            }
+        let Room { turns, momentum } = &mut self.new;
+        for (turn, row) in turns.iter().zip(&mut gram) {
+            to.momentum(&still, q, turn, momentum);
+            row.iter_mut().zip(turns.iter()).for_each(|(entry, other)| *entry += dot(other, momentum));
         }
         let rates = solve(gram, lost).ok_or(CannotTransfer::Singular)?;
-        for (turn, rate) in self.new.turns.iter().zip(rates) {
+        for (turn, rate) in turns.iter().zip(rates) {
             v.iter_mut().zip(turn).for_each(|(v, turn)| *v += rate * turn);
         }
         Ok(())
