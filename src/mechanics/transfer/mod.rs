@@ -157,6 +157,39 @@ impl Transfer {
         finite.then_some(()).ok_or(CannotTransfer::OutOfReach)
     }
 
+    /// Sets accelerations to go on with in steps of `h_s`, at a state of the new model: with `r(q, v, a) = M a + …`, damping C and
+    /// stiffness K,
+    ///
+    /// ```text
+    /// (M + ½h C + ¼h² K) a = −r(q, v, 0)
+    /// ```
+    ///
+    /// A mode of frequency ω that stands x from its rest gets `−ω² x/(1 + ¼h²ω²)`. For the slow ones that is the equation of motion.
+    /// Fast ones, which steps do not resolve, are displaced a little by every fit. Their own accelerations may be 10⁵ times those of
+    /// the motion, a predictor would throw the state out of reach, and steps would fail; so they get what brings them to rest.
+    ///
+    /// # Errors
+    /// [`CannotTransfer::Singular`] when that matrix is singular.
+    pub fn accelerations(
+        &mut self,
+        to: &mut dyn Mechanism,
+        new: &Present,
+        h_s: f64,
+        a: &mut [f64],
+    ) -> Result<(), CannotTransfer> {
+        a.fill(0.0);
+        if a.is_empty() {
+            return Ok(());
+        }
+        let (Present { input, q, v }, rest) = (*new, &mut self.new.momentum);
+        let step = Weights { acceleration: 1.0, velocity: 0.5 * h_s, position: 0.25 * h_s * h_s };
+        to.residual(input, q, v, a, rest);
+        to.factor(input, q, v, a, step).map_err(|_| CannotTransfer::Singular)?;
+        to.solve(rest);
+        a.iter_mut().zip(rest).for_each(|(a, rest)| *a = -*rest);
+        Ok(())
+    }
+
     /// The old model's links in the frames of their chords.
     fn take_shapes(&mut self) {
         for (i, shape) in self.shapes.iter_mut().enumerate() {

@@ -192,6 +192,47 @@ fn regress_a_fit_strains_no_membrane() -> Tested {
             assert!((new_kinetic - kinetic).abs() < 2e-4 * kinetic, "{to:?}: {kinetic} J to {new_kinetic} J");
         }
     }
+    // Two modes place points along the rod by two sines; taken as they are, they would strain it by half its energy.
+    let given = &["crank.axial=false", "rod.axial=false", "pulse.0.torque_nm=60"];
+    let mut old = Moving::after(75, &of("crank-slider", given)?, Modes(2))?;
+    let [strain, new_strain] = [old.energies()[1], old.to(Elements(16))?.energies()[1]];
+    assert!((new_strain - strain).abs() < 1e-3 * strain, "{strain} J to {new_strain} J");
+    Ok(())
+}
+
+/// The second model's simulation, taken over from the first model after 75 steps, goes on for 100 more.
+fn goes_on(scene: &Scene, from: Kind, to: Kind) -> Tested {
+    let mut old = Moving::after(75, scene, from)?;
+    let mut new = old.to(to)?;
+    let mut transfer = Transfer::new(&old.chain, &*old.mechanism, &new.chain, &*new.mechanism)?;
+    let present = Present { input: &new.input, q: &new.q, v: &new.v };
+    let mut a = vec![0.0; new.q.len()];
+    transfer.accelerations(&mut *new.mechanism, &present, scene.solver.step_s, &mut a)?;
+    let mut simulation = Simulation::new(&with(scene, to))?;
+    for _ in 0..75 {
+        simulation.step()?;
+    }
+    let plain = simulation.checkpoint();
+    let mut taken = plain.clone();
+    taken.state = [&new.q[..], &new.v, &a, &a, &vec![0.0; a.len()]].concat();
+    assert!(simulation.restore(&taken));
+    for _ in 0..100 {
+        simulation.step()?;
+    }
+    Ok(())
+}
+
+/// Where the first predictor follows the accelerations of the equation of motion, 1e5 times those of the motion, steps fail.
+#[test]
+fn regress_finite_elements_go_on_from_any_model() -> Tested {
+    for torque in ["pulse.0.torque_nm=20", "pulse.0.torque_nm=40"] {
+        let scene = of("crank-slider", &[torque])?;
+        for from in [Rigid, Modes(1), Modes(2), Modes(4), Elements(2), Elements(4), Elements(32)] {
+            for to in [Elements(8), Elements(16), Elements(32), Modes(3)] {
+                goes_on(&scene, from, to).map_err(|error| format!("{torque} {from:?} -> {to:?}: {error}"))?;
+            }
+        }
+    }
     Ok(())
 }
 
