@@ -74,12 +74,12 @@ impl Route {
         Ok(Route { kind })
     }
 
-    /// Brings `to`, at `t_s`, to the state of `from`.
+    /// Brings `to` at `t_s`, to go on in steps of `h_s`, to the state of `from`.
     fn take(
         &mut self,
         (from, from_law): (&mut (dyn Engine + 'static), &DriveLaw),
         (to, to_law): (&mut (dyn Engine + 'static), &DriveLaw),
-        t_s: f64,
+        [t_s, h_s]: [f64; 2],
         room: &mut Vec<f64>,
     ) -> Result<(), NotChanged> {
         match (&mut self.kind, from.dynamics(), to.dynamics()) {
@@ -92,7 +92,10 @@ impl Route {
                 let input = from_law.input(t_s);
                 let present = Present { input: &input, q: old.q, v: old.v };
                 transfer.apply(old.mechanism, &present, new.mechanism, new.q, new.v)?;
-                to.begin(to_law, t_s)?;
+                let input = to_law.input(t_s);
+                let present = Present { input: &input, q: new.q, v: new.v };
+                transfer.accelerations(new.mechanism, &present, h_s, new.a)?;
+                to.begin_as_given();
             }
             _ => {
                 room.clear();
@@ -173,7 +176,7 @@ impl Simulation {
         next.load.go_on_from(&self.load);
         next.law.torque = next.load.at(now_s);
         let (from, to) = ((&mut *self.engine, &self.law), (&mut *next.engine, &next.law));
-        route.take(from, to, now_s, &mut next.saved)?;
+        route.take(from, to, [now_s, next.grid.step_s], &mut next.saved)?;
         next.grid = self.grid.with_step(self.step, next.grid.step_s);
         (next.step, next.epoch) = (self.step, self.epoch);
         let energy = next.engine.energy(&next.law, now_s);

@@ -18,11 +18,12 @@ pub struct Motion {
     pub a: Vec<f64>,
 }
 
-/// A mechanism with its coordinates and velocities.
+/// A mechanism with its coordinates, velocities and accelerations.
 pub(super) struct Dynamics<'a> {
     pub mechanism: &'a mut dyn Mechanism,
     pub q: &'a mut Vec<f64>,
     pub v: &'a mut Vec<f64>,
+    pub a: &'a mut Vec<f64>,
 }
 
 /// One model of one scene, advanced in steps.
@@ -58,6 +59,8 @@ pub(super) trait Engine: Send {
     fn begin(&mut self, _law: &DriveLaw, _t_s: f64) -> Result<(), StepError> {
         Ok(())
     }
+    /// Begins at the present coordinates, velocities and accelerations.
+    fn begin_as_given(&mut self) {}
     /// Fills `out` for `t_s`, where the last step ended.
     fn observe(&mut self, law: &DriveLaw, t_s: f64, out: &mut Observation) -> Result<(), StepError>;
     /// Appends everything that is carried from one step to the next.

@@ -106,7 +106,13 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn dynamics(&mut self) -> Option<Dynamics<'_>> {
-        Some(Dynamics { mechanism: &mut self.mechanism, q: &mut self.state.q, v: &mut self.state.v })
+        Some(Dynamics { mechanism: &mut self.mechanism, q: &mut self.state.q, v: &mut self.state.v, a: &mut self.state.a })
+    }
+
+    fn begin_as_given(&mut self) {
+        let State { a, alpha, residual, .. } = &mut self.state;
+        alpha.copy_from_slice(a);
+        residual.fill(0.0);
     }
 
     fn begin(&mut self, law: &DriveLaw, t_s: f64) -> Result<(), StepError> {
