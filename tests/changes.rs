@@ -8,7 +8,7 @@ use std::path::Path;
 use common::{Outcome, Service};
 use flexcrank::bus::client;
 use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, Resumed, resume, verify, what_if};
-use flexcrank::runtime::{Pace, PreparedChange};
+use flexcrank::runtime::{Pace, Successor};
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{PublishRate, Simulation};
 use flexcrank::wire::control::Action;
@@ -82,9 +82,9 @@ fn lively() -> Result<(SceneSource, Simulation), Box<dyn std::error::Error>> {
 
 fn changed(source: &mut SceneSource, simulation: &mut Simulation, changes: &[&str]) -> Result<f64, Box<dyn std::error::Error>> {
     let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
-    let mut change = PreparedChange::new(source, &changes, None)?;
-    let changed_j = change.apply(simulation)?;
-    source.clone_from(&change.in_force.source);
+    let after = source.changed(&changes)?;
+    let changed_j = Successor::new(source, &after)?.replace(simulation)?;
+    *source = after;
     Ok(changed_j)
 }
 
@@ -172,12 +172,14 @@ fn prop_random_changes_keep_the_balance_and_go_on_from_their_checkpoints() -> Ou
     let (mut done, mut refused) = (0, 0);
     while done < 150 {
         let changes = random.change();
-        let Ok(mut change) = PreparedChange::new(&source, &changes, None) else {
+        let after = source.changed(&changes).ok();
+        let successor = after.and_then(|after| Some((Successor::new(&source, &after).ok()?, after)));
+        let Some((mut successor, after)) = successor else {
             refused += 1;
             continue;
         };
         let before = simulation.ledger();
-        match change.apply(&mut simulation) {
+        match successor.replace(&mut simulation) {
             Ok(_) => {}
             Err(flexcrank::simulation::NotChanged::Later(_)) => {
                 simulation.step()?;
@@ -185,7 +187,7 @@ fn prop_random_changes_keep_the_balance_and_go_on_from_their_checkpoints() -> Ou
             }
             Err(other) => return Err(format!("{changes:?}: {other}").into()),
         }
-        source.clone_from(&change.in_force.source);
+        source = after;
         let after = simulation.ledger();
         let moved_j = after.balance_error_j - before.balance_error_j;
         assert!(moved_j.abs() <= 1e-12 * after.in_play_j, "{changes:?}: {moved_j} J");
@@ -207,6 +209,67 @@ fn prop_random_changes_keep_the_balance_and_go_on_from_their_checkpoints() -> Ou
 fn set(service: &Service, id: &str, changes: Vec<String>) -> Result<CommandReply, Box<dyn std::error::Error>> {
     let control = Control { id: id.to_owned(), action: Some(Action::Set(wire::Set { changes })) };
     Ok(client::control(&service.client, &service.name, &control)?)
+}
+
+/// The default scene with three levels.
+fn leveled() -> Result<SceneSource, flexcrank::scene::SceneError> {
+    let text = flexcrank::scene::builtin::find("crank-slider").map(|scene| scene.text).unwrap_or_default();
+    let levels = r#"
+[[level]]
+name = "good"
+error_rad = 1e-3
+[[level]]
+name = "fair"
+error_rad = 1e-2
+changes = ["crank.rigid=true", "rod.modes=1", "rod.axial=false", "solver.step_s=4e-3"]
+[[level]]
+name = "rough"
+error_rad = 1e-1
+changes = ["solver.model=rigid", "solver.integrator=runge-kutta"]
+"#;
+    SceneSource::parse("leveled.toml", &format!("{text}{levels}"), &[])
+}
+
+#[test]
+fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome {
+    let service = Service::start(leveled()?, Pace::Factor(20.0), None, PublishRate::Hz(100.0))?;
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    let level = |name: &str| -> Result<CommandReply, Box<dyn std::error::Error>> {
+        let control = Control { id: String::new(), action: Some(Action::Level(wire::Level { name: name.to_owned() })) };
+        Ok(client::control(&service.client, &service.name, &control)?)
+    };
+    let mut heard = 0;
+    for name in ["fair", "rough", "good", "rough", "fair"] {
+        let reply = level(name)?;
+        assert!(reply.accepted && reply.changed_j.is_some(), "{name}: {reply:?}");
+        heard += 100;
+        listener.wait_for(flexcrank::bus::Topic::Angles, heard, std::time::Duration::from_secs(60))?;
+        assert!(set(&service, "", vec![format!("slider.mass_kg={}", 0.2 + 1e-4 * f64::from(heard as u16))])?.accepted);
+    }
+    let refused = level("fairr")?;
+    assert_eq!((refused.accepted, refused.reason.contains("did you mean `fair`?")), (false, true), "{}", refused.reason);
+    assert!(set(&service, "", vec!["level.1.name=other".into()])?.reason.contains("keeps its levels"));
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    let source = RecordedSession::open(&file)?;
+    let found = verify(&source, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    let angles: Vec<wire::Angles> = common::decoded(&file, "angles")?;
+    let stated = |name: &str, error: f64| angles.iter().filter(|a| a.level == name && a.level_error_rad == Some(error)).count();
+    assert!(stated("good", 1e-3) > 50 && stated("fair", 1e-2) > 100 && stated("rough", 1e-1) > 100);
+    // A session resumes at its level.
+    let end = resume(&source, None, &|_| {})?;
+    assert_eq!((end.scene.level, end.scene.in_force().map(|level| level.name.as_str())), (1, Some("fair")));
+    let outcome = what_if(
+        &source,
+        &Change { overrides: vec!["slider.mass_kg=0.21".into()], ..Change::default() },
+        &file.with_file_name("other.mcap"),
+        &|_| {},
+    )?;
+    assert!(outcome.deviation.first.is_some());
+    let found = verify(&RecordedSession::open(&file.with_file_name("other.mcap"))?, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    Ok(())
 }
 
 /// How many changes a run gets; the heavy trial asks for a thousand.
@@ -275,7 +338,7 @@ fn goes_on_from_anywhere(source: &RecordedSession, file: &Path, random: &mut Ran
                 simulation.step()?;
             }
             let seen = simulation.observe()?;
-            assert_eq!(seen.links[1].chord_rad.to_bits(), next.links[1].chord_rad.to_bits(), "{at_s} s of {}", scene.text);
+            assert_eq!(seen.links[1].chord_rad.to_bits(), next.links[1].chord_rad.to_bits(), "{at_s} s of {}", scene.source.text);
         }
         let pulse = AddedPulse { start_s: at_s, torque_nm: 0.5, duration_s: 0.05 };
         let change = Change { pulses: vec![pulse], ..Change::default() };

@@ -683,6 +683,44 @@ impl ::prost::Name for Setpoint {
 const NAME: &'static str = "Setpoint";
 const PACKAGE: &'static str = "flexcrank.v1";
 fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Setpoint".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Setpoint".into() }}
+/// Lock-step, only while paused or with the pace "lockstep": applies a torque, takes steps, and is answered with the state after them.
+/// Sent as a query. Other commands wait until it is over; a pause or a stop ends it early.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Advance {
+    /// As in TorquePulse. A retry under the same id gets the stored answer.
+    #[prost(string, tag = "1")]
+    pub id: ::prost::alloc::string::String,
+    /// Torque over exactly these steps, in place of the setpoint in force; absent: that stays in force.
+    #[prost(double, optional, tag = "2")]
+    pub torque_nm: ::core::option::Option<f64>,
+    /// 1 to 1e9.
+    #[prost(uint64, tag = "3")]
+    pub steps: u64,
+}
+impl ::prost::Name for Advance {
+const NAME: &'static str = "Advance";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Advance".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.Advance".into() }}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct AdvanceReply {
+    #[prost(message, optional, tag = "1")]
+    pub reply: ::core::option::Option<CommandReply>,
+    /// The state after the steps; absent if the advance was refused, or was answered too long ago to be stored.
+    #[prost(message, optional, tag = "2")]
+    pub angles: ::core::option::Option<Angles>,
+    /// driving_torque_nm is the exact mean over the steps.
+    #[prost(message, optional, tag = "3")]
+    pub loads: ::core::option::Option<Loads>,
+    #[prost(message, optional, tag = "4")]
+    pub energies: ::core::option::Option<Energies>,
+    /// Of an oscillator, which has neither angles nor loads.
+    #[prost(message, optional, tag = "5")]
+    pub displacements: ::core::option::Option<Displacements>,
+}
+impl ::prost::Name for AdvanceReply {
+const NAME: &'static str = "AdvanceReply";
+const PACKAGE: &'static str = "flexcrank.v1";
+fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.AdvanceReply".into() }fn type_url() -> ::prost::alloc::string::String { "/flexcrank.v1.AdvanceReply".into() }}
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Control {
     /// As in TorquePulse.
@@ -891,7 +929,7 @@ pub struct AppliedCommand {
     /// After a change of the scene: the scene from here on, in full, without the changes of the level in force.
     #[prost(string, tag = "7")]
     pub scene: ::prost::alloc::string::String,
-    #[prost(oneof = "applied_command::Command", tags = "3, 4, 5")]
+    #[prost(oneof = "applied_command::Command", tags = "3, 4, 5, 6")]
     pub command: ::core::option::Option<applied_command::Command>,
 }
 /// Nested message and enum types in `AppliedCommand`.
@@ -904,6 +942,8 @@ pub mod applied_command {
         Control(super::Control),
         #[prost(message, tag = "5")]
         Setpoint(super::Setpoint),
+        #[prost(message, tag = "6")]
+        Advance(super::Advance),
     }
 }
 impl ::prost::Name for AppliedCommand {

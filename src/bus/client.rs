@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use prost::{Message as _, Name as _};
+use prost::Message as _;
 use zenoh::bytes::Encoding;
 use zenoh::handlers::{FifoChannel, FifoChannelHandler, RingChannel, RingChannelHandler};
 use zenoh::pubsub::Subscriber;
@@ -15,7 +15,9 @@ use super::BusError;
 use super::about::About;
 use super::encoding::{protobuf, protobuf_of};
 use super::keys::{Name, every, every_presence};
-use crate::wire::{CommandReply, Control, ReplayControl, Setpoint, Snapshot, Status, Topic, TorquePulse, status::State};
+use crate::wire::{
+    Advance, AdvanceReply, CommandReply, Control, ReplayControl, Setpoint, Snapshot, Status, Topic, TorquePulse, status::State,
+};
 
 /// Time for a service to be found after a session was opened.
 pub const DISCOVERY_TIMEOUT: Duration = Duration::from_millis(2000);
@@ -117,6 +119,15 @@ pub fn setpoint(session: &Session, name: &Name, setpoint: &Setpoint) -> Result<C
     command(session, &name.setpoint(), setpoint).map_err(|error| named_if_replay(session, name, error))
 }
 
+/// Applies a torque and takes steps while the service is paused; returns the state after them.
+///
+/// # Errors
+/// [`BusError::NoReply`] if no reply comes within `patience`: a retry under the same id is safe. [`BusError::Replay`] if the name is
+/// a replay's.
+pub fn advance(session: &Session, name: &Name, advance: &Advance, patience: Duration) -> Result<AdvanceReply, BusError> {
+    ask(session, &name.advance(), advance, patience).map_err(|error| named_if_replay(session, name, error))
+}
+
 fn named_if_replay(session: &Session, name: &Name, error: BusError) -> BusError {
     match error {
         BusError::NoReply(_) if is_replay(session, name) => BusError::Replay(name.clone()),
@@ -146,13 +157,23 @@ pub fn replay_control(session: &Session, name: &Name, control: &ReplayControl) -
 }
 
 fn command<M: prost::Name>(session: &Session, key: &str, command: &M) -> Result<CommandReply, BusError> {
-    let query = session.get(key).payload(command.encode_to_vec()).encoding(protobuf_of::<M>()).timeout(REPLY_TIMEOUT);
+    ask(session, key, command, REPLY_TIMEOUT)
+}
+
+/// Queries a key and decodes the first answer.
+fn ask<M: prost::Name, R: prost::Name + Default>(
+    session: &Session,
+    key: &str,
+    question: &M,
+    patience: Duration,
+) -> Result<R, BusError> {
+    let query = session.get(key).payload(question.encode_to_vec()).encoding(protobuf_of::<M>()).timeout(patience);
     let replies = query.wait().map_err(BusError::failed)?;
     let reply = replies.recv().ok().and_then(|reply| reply.into_result().ok());
     let sample = reply.ok_or_else(|| BusError::NoReply(key.to_owned()))?;
-    CommandReply::decode(&*sample.payload().to_bytes()).map_err(|cause| BusError::Undecodable {
+    R::decode(&*sample.payload().to_bytes()).map_err(|cause| BusError::Undecodable {
         key: key.to_owned(),
-        expected: CommandReply::full_name(),
+        expected: R::full_name(),
         cause: cause.to_string(),
     })
 }

@@ -1,7 +1,7 @@
 //! Commands on the bus: a query is answered, a put is not.
 
 use prost::{DecodeError, Message as _};
-use zenoh::bytes::ZBytes;
+use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
@@ -13,7 +13,9 @@ use super::encoding::{answer, protobuf_of};
 use super::keys::Name;
 use super::refusal_log::RefusalLog;
 use crate::runtime::{Command, Inbox, ReplyTo, Request};
-use crate::wire::{self, BadCommand, CommandReply, Control, ReplayControl, Setpoint, TorquePulse, replay_control};
+use crate::wire::{
+    self, Advance, AdvanceReply, BadCommand, CommandReply, Control, ReplayControl, Setpoint, TorquePulse, replay_control,
+};
 
 /// Size limit of a command, bytes.
 const PAYLOAD_LIMIT: usize = 4096;
@@ -25,13 +27,26 @@ type Payload = Result<Vec<u8>, BadCommand>;
 /// The id and the request of a command, or its id as far as it was readable and why it is refused.
 type Decoded<T> = Result<(String, T), (String, BadCommand)>;
 
+/// How a key accepts commands and encodes its replies.
+#[derive(Clone, Copy)]
+struct Manner {
+    /// Whether it accepts puts beside queries.
+    puts: bool,
+    encode: fn(AdvanceReply) -> (Vec<u8>, Encoding),
+}
+
+const COMMANDS: Manner =
+    Manner { puts: true, encode: |reply| (reply.reply.unwrap_or_default().encode_to_vec(), protobuf_of::<CommandReply>()) };
+const QUERIES: Manner = Manner { puts: false, ..COMMANDS };
+const ADVANCES: Manner = Manner { puts: false, encode: |reply| (reply.encode_to_vec(), protobuf_of::<AdvanceReply>()) };
+
 /// A key that accepts commands.
 pub struct CommandKey {
     queryable: Queryable<()>,
     subscriber: Option<Subscriber<()>>,
 }
 
-/// Declares the command keys of a service, `…/torque`, `…/setpoint` and `…/control`. `submit` takes their commands and must return at
+/// Declares the command keys of a service, `…/torque`, `…/setpoint`, `…/control` and `…/advance`. `submit` takes their commands and must return at
 /// once.
 ///
 /// # Errors
@@ -42,14 +57,19 @@ pub fn service_commands(
     inbox: &Inbox,
     submit: impl Fn(Command) + Clone + Send + Sync + 'static,
 ) -> Result<Vec<CommandKey>, BusError> {
-    let declare = |key, decode: fn(Payload) -> Decoded<Request>| {
+    let declare = |key, manner, decode: fn(Payload) -> Decoded<Request>| {
         let (inbox, submit) = (inbox.clone(), submit.clone());
-        CommandKey::declare(session, key, true, move |payload, reply| match decode(payload) {
+        CommandKey::declare(session, key, manner, move |payload, reply| match decode(payload) {
             Ok((id, request)) => submit(Command { id, request, reply, change: None }),
             Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
         })
     };
-    Ok(vec![declare(name.torque(), torque)?, declare(name.setpoint(), setpoint)?, declare(name.control(), control)?])
+    Ok(vec![
+        declare(name.torque(), COMMANDS, torque)?,
+        declare(name.setpoint(), COMMANDS, setpoint)?,
+        declare(name.control(), COMMANDS, control)?,
+        declare(name.advance(), ADVANCES, advance)?,
+    ])
 }
 
 /// Declares the command keys of a replay: `…/replay` for queries and puts, and `…/control` for queries only, because the replay
@@ -62,22 +82,22 @@ pub fn replay_commands(
     name: &Name,
     handle: impl Fn(String, replay_control::Action, ReplyTo) + Clone + Send + Sync + 'static,
 ) -> Result<Vec<CommandKey>, BusError> {
-    let declare = |key, puts, decode: fn(Payload) -> Decoded<replay_control::Action>| {
+    let declare = |key, manner, decode: fn(Payload) -> Decoded<replay_control::Action>| {
         let handle = handle.clone();
-        CommandKey::declare(session, key, puts, move |payload, reply| match decode(payload) {
+        CommandKey::declare(session, key, manner, move |payload, reply| match decode(payload) {
             Ok((id, action)) => handle(id, action, reply),
-            Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }),
+            Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }.into()),
         })
     };
-    Ok(vec![declare(name.replay(), true, replay)?, declare(name.control(), false, control_of_replay)?])
+    Ok(vec![declare(name.replay(), COMMANDS, replay)?, declare(name.control(), QUERIES, control_of_replay)?])
 }
 
 impl CommandKey {
-    /// Declares a key for queries, and for puts if `puts`.
+    /// Declares a key.
     fn declare(
         session: &Session,
         key: String,
-        puts: bool,
+        manner: Manner,
         receive: impl Fn(Payload, ReplyTo) + Clone + Send + Sync + 'static,
     ) -> Result<Self, BusError> {
         let refusal_log = RefusalLog::default();
@@ -85,7 +105,7 @@ impl CommandKey {
         let put = move |sample: Sample| {
             let refusal_log = put_log.clone();
             let payload = admitted(&put_key, sample.key_expr(), Some(sample.payload()));
-            receive_put(payload, Box::new(move |reply| refusal_log.record(&reply)));
+            receive_put(payload, Box::new(move |reply| refusal_log.record(&reply.reply.unwrap_or_default())));
         };
         let own_key = key.clone();
         let query = move |query: Query| {
@@ -94,11 +114,14 @@ impl CommandKey {
                 refusal_log.record(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
             }
             let key = own_key.clone();
-            let reply = move |reply: CommandReply| answer(&query, &key, reply.encode_to_vec(), protobuf_of::<CommandReply>());
+            let reply = move |reply: AdvanceReply| {
+                let (payload, encoding) = (manner.encode)(reply);
+                answer(&query, &key, payload, encoding);
+            };
             receive(payload, Box::new(reply));
         };
         let queryable = session.declare_queryable(key.clone()).callback(query).wait().map_err(BusError::failed)?;
-        let subscriber = puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
+        let subscriber = manner.puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
         Ok(CommandKey { queryable, subscriber: subscriber.transpose()? })
     }
 
@@ -154,6 +177,13 @@ fn setpoint(payload: Payload) -> Decoded<Request> {
     decode(payload, |setpoint: Setpoint| {
         let request = wire::setpoint_request(&setpoint);
         (setpoint.id, Ok(Request::Setpoint(request)))
+    })
+}
+
+fn advance(payload: Payload) -> Decoded<Request> {
+    decode(payload, |advance: Advance| {
+        let request = wire::advance_request(&advance);
+        (advance.id, Ok(Request::Advance(request)))
     })
 }
 

@@ -47,6 +47,10 @@ impl Name {
     pub fn setpoint(&self) -> String {
         self.key("setpoint")
     }
+    /// Key of lock-step.
+    pub fn advance(&self) -> String {
+        self.key("advance")
+    }
     /// Key of control commands.
     pub fn control(&self) -> String {
         self.key("control")

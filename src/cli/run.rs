@@ -53,7 +53,7 @@ pub(super) struct Args {
     /// resumed session. Several services are named NAME-001, NAME-002, …
     #[arg(long)]
     pub name: Option<Name>,
-    /// Pace: real, max, or simulated seconds per second.
+    /// Pace: real, max, simulated seconds per second, or lockstep: clients ask for the steps (flexcrank/NAME/advance).
     #[arg(long, default_value = "real", value_parser = pace)]
     pub pace: Pace,
     /// Finish at this simulated time: 10, 0.5, 200ms, 10min.

@@ -12,7 +12,8 @@ pub(super) fn pace(text: &str) -> Result<Pace, String> {
     match text {
         "real" => Ok(Pace::Factor(1.0)),
         "max" => Ok(Pace::Max),
-        factor => number(factor, 1e-3, 1e6).map(Pace::Factor).map_err(|problem| format!("real, max, or {problem}")),
+        "lockstep" => Ok(Pace::Lockstep),
+        factor => number(factor, 1e-3, 1e6).map(Pace::Factor).map_err(|problem| format!("real, max, lockstep, or {problem}")),
     }
 }
 

@@ -382,6 +382,9 @@ fn describe(command: &AppliedCommand, id: &str) -> String {
             let (torque_nm, hold_s) = (setpoint.torque_nm, setpoint.hold_s);
             format!("the setpoint `{id}` of {torque_nm} N·m for at most {hold_s} s, taken at step {step}")
         }
+        Some(applied_command::Command::Advance(advance)) => {
+            format!("the advance `{id}` of {} steps, taken at step {step}", advance.steps)
+        }
         _ => format!("the control `{id}` at step {step}"),
     }
 }

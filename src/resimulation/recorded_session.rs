@@ -57,6 +57,16 @@ impl RecordedSession {
         matches!(self.metadata.fact("part"), "" | "1")
     }
 
+    /// Whether it is a what-if, which leaves out commands that pause.
+    pub(super) fn is_what_if(&self) -> bool {
+        !self.metadata.fact("what_if").is_empty()
+    }
+
+    /// Whether the run began paused.
+    pub(super) fn is_lockstep(&self) -> bool {
+        self.metadata.fact("pace") == "lockstep"
+    }
+
     /// `log_time` of an instant of the session, ns.
     pub fn log_time_ns(&self, session_s: f64) -> u64 {
         recording::log_time_ns(self.started, session_s)

@@ -203,6 +203,10 @@ impl Resimulator {
             Some(applied_command::Command::Setpoint(setpoint)) => {
                 Ok(Some(self.simulation.set_torque(&wire::setpoint_request(setpoint))?))
             }
+            Some(applied_command::Command::Advance(advance)) => match advance.torque_nm {
+                Some(torque_nm) => Ok(Some(self.simulation.set_torque_for(torque_nm, advance.steps)?)),
+                None => Ok(Some(self.simulation.now())),
+            },
             Some(applied_command::Command::Control(_)) | None => Ok(None),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::event::{is_report, resets};
 use super::resimulator::EpochStep;
-use crate::wire::{AppliedCommand, Message, Status, applied_command, control::Action, status::State};
+use crate::wire::{Advance, AppliedCommand, CommandReply, Message, Status, applied_command, control::Action, status::State};
 
 /// The state of the run, as the commands so far imply it.
 pub(super) struct RunTrack {
@@ -20,9 +20,9 @@ pub(super) struct RunTrack {
 }
 
 impl RunTrack {
-    /// `whole`: the recording begins with the run.
-    pub(super) fn new(whole: bool) -> Self {
-        let (paused, accepted) = (whole.then_some(false), whole.then_some(0));
+    /// `whole`: the recording begins with the run. `lockstep`: the run begins paused.
+    pub(super) fn new(whole: bool, lockstep: bool) -> Self {
+        let (paused, accepted) = (whole.then_some(lockstep), whole.then_some(0));
         RunTrack {
             paused,
             limit: None,
@@ -54,6 +54,9 @@ impl RunTrack {
         let Some(stamp) = event.stamp() else { return Some("the message has no stamp".to_owned()) };
         let at = (stamp.epoch, stamp.step);
         self.messages += 1;
+        if self.messages == 1 && self.paused == Some(true) {
+            self.limit = Some(at);
+        }
         if is_report(event) {
             return None;
         }
@@ -107,11 +110,15 @@ impl RunTrack {
         let (id, action) = match &command.command {
             Some(applied_command::Command::Torque(pulse)) => (&pulse.id, None),
             Some(applied_command::Command::Setpoint(setpoint)) => (&setpoint.id, None),
+            Some(applied_command::Command::Advance(advance)) => (&advance.id, None),
             Some(applied_command::Command::Control(control)) => (&control.id, control.action.as_ref()),
             None => return Some("the command is empty".to_owned()),
         };
         if *id != reply.id {
             return Some(format!("the command `{id}` has the reply to `{}`", reply.id));
+        }
+        if let Some(applied_command::Command::Advance(advance)) = &command.command {
+            return self.advance(advance, &reply, at, command.stamp.unwrap_or_default().sim_time_s);
         }
         let Some(action) = action else {
             return (!reply.reason.is_empty()).then(|| format!("the reply to a torque says {}", reply.reason));
@@ -119,7 +126,7 @@ impl RunTrack {
         let first = self.messages == 1;
         if let Action::StartRecording(_) = action {
             // This count, too, was known before the recording began.
-            (self.paused, self.accepted) = (None, None);
+            (self.paused, self.limit, self.accepted) = (None, None, None);
             return (!first).then(|| "a recording begins within another".to_owned());
         }
         let reason = self.control(action, at);
@@ -136,13 +143,29 @@ impl RunTrack {
         }
     }
 
+    /// An advance is taken only while paused; it lets the mechanism go on by its steps.
+    fn advance(&mut self, advance: &Advance, reply: &CommandReply, at: EpochStep, time_s: f64) -> Option<String> {
+        self.limit = self.limit.map(|(epoch, step)| (epoch, step.saturating_add(advance.steps)));
+        if self.paused == Some(false) {
+            return Some("an advance, though the run was not paused".to_owned());
+        }
+        let fits = reply.effective_step == at.1 + 1 && reply.effective_sim_time_s.to_bits() == time_s.to_bits();
+        (!fits || !reply.reason.is_empty()).then(|| "the reply to an advance states another step or time".to_owned())
+    }
+
     /// Applies a control; returns the reply's reason, as far as it is known.
     fn control(&mut self, action: &Action, at: EpochStep) -> Option<&'static str> {
         let paused = self.paused;
         match action {
             Action::Pause(_) => {
-                (self.paused, self.limit) = (Some(true), if paused == Some(true) { self.limit } else { Some(at) });
-                Some(if paused? { "was paused already" } else { "" })
+                let limit = self.limit.replace(at);
+                self.paused = Some(true);
+                match (paused?, limit) {
+                    (false, _) => Some(""),
+                    (true, Some(limit)) if limit > at => Some("was paused already; the remaining steps are cancelled"),
+                    (true, Some(_)) => Some("was paused already"),
+                    (true, None) => None,
+                }
             }
             Action::Resume(_) => {
                 (self.paused, self.limit) = (Some(false), None);

@@ -74,7 +74,7 @@ impl<'a> Reading<'a> {
             survey: Survey { physics, ..Survey::default() },
             holes: MissingSteps::new(source),
             channels: ChannelCheck::new(&source.name, source.metadata.other_build().is_empty()),
-            run: RunTrack::new(source.begins_with_run()),
+            run: RunTrack::new(source.begins_with_run() && !source.is_what_if(), source.is_lockstep()),
             timeline: Timeline::new(source),
             of_run: Vec::new(),
             epoch_start: None,

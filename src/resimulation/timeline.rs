@@ -61,7 +61,7 @@ impl Timeline {
     }
 
     /// The step in force, s.
-    fn step_s(&self) -> f64 {
+    pub(super) fn step_s(&self) -> f64 {
         self.scene.source.scene.solver.step_s
     }
 

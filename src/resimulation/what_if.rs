@@ -297,9 +297,16 @@ impl Attempt<'_> {
             let changed_j = self.resimulator.go_to_level(level)?;
             return self.record_change(command, (effective, changed_j), message);
         }
-        let Some(effective) = self.resimulator.torque(command)? else { return Ok(()) };
+        let mut command = command.clone();
+        if let Some(applied_command::Command::Advance(advance)) = &mut command.command {
+            advance.steps = self.steps_as_long(advance.steps);
+            if advance.steps == 0 {
+                return Ok(());
+            }
+        }
+        let Some(effective) = self.resimulator.torque(&command)? else { return Ok(()) };
         let id = command.reply.as_ref().map_or("", |reply| &reply.id);
-        self.record_torque(id, command.command.clone(), effective, message);
+        self.record_torque(id, command.command, effective, message);
         Ok(())
     }
 
@@ -322,6 +329,15 @@ impl Attempt<'_> {
         let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), scene, command: command.command.clone() };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
         Ok(())
+    }
+
+    /// Number of own steps from now to the end of `steps` of the recording.
+    fn steps_as_long(&self, steps: u64) -> u64 {
+        let now = self.resimulator.instant().1;
+        let grid = self.resimulator.simulation().grid();
+        let end_s = grid.time_s(now) + steps as f64 * self.timeline.step_s();
+        let step = grid.origin_step as f64 + ((end_s - grid.origin_s) / grid.step_s - 1e-6).ceil();
+        (step.max(0.0) as u64).saturating_sub(now)
     }
 
     /// Records a command whose torque was applied.

@@ -7,8 +7,8 @@ use std::thread::Thread;
 
 use super::reply_cache::ReplyCache;
 use super::scene_change::PreparedChange;
-use crate::simulation::{PulseRequest, SetpointRequest};
-use crate::wire::{CommandReply, control};
+use crate::simulation::{AdvanceRequest, PulseRequest, SetpointRequest};
+use crate::wire::{AdvanceReply, CommandReply, control};
 
 /// Capacity of the command queue; a command that finds it full is refused.
 const QUEUE: usize = 1024;
@@ -20,6 +20,8 @@ pub enum Request {
     Torque(PulseRequest),
     /// Hold a torque until the next setpoint.
     Setpoint(SetpointRequest),
+    /// While paused, apply a torque and take steps.
+    Advance(AdvanceRequest),
     /// Control the run: pause, resume, step, reset, stop, start or stop a recording, change the scene.
     Control(control::Action),
 }
@@ -30,6 +32,7 @@ impl Request {
         match self {
             Request::Torque(_) => "torque",
             Request::Setpoint(_) => "setpoint",
+            Request::Advance(_) => "advance",
             Request::Control(control::Action::Pause(_)) => "pause",
             Request::Control(control::Action::Resume(_)) => "resume",
             Request::Control(control::Action::Step(_)) => "step",
@@ -53,8 +56,8 @@ impl Request {
     }
 }
 
-/// Sends the reply of a command. Called off the stepping thread.
-pub type ReplyTo = Box<dyn FnOnce(CommandReply) + Send>;
+/// Sends the reply of a command, which has a state only after an advance. Called off the stepping thread.
+pub type ReplyTo = Box<dyn FnOnce(AdvanceReply) + Send>;
 
 /// A decoded command with its reply callback.
 pub struct Command {
@@ -182,6 +185,6 @@ impl Inbox {
     /// Refuses a command that is not queued, and counts the refusal.
     pub fn refuse(&self, id: String, reason: String, reply: ReplyTo) {
         self.shared.count_rejected();
-        reply(CommandReply { id, accepted: false, reason, ..CommandReply::default() });
+        reply(CommandReply { id, accepted: false, reason, ..CommandReply::default() }.into());
     }
 }

@@ -54,7 +54,10 @@ impl Ladder {
     pub fn of_running(scene: &SceneAtLevel, simulation: &Simulation) -> Result<Self, String> {
         if scene.base.scene.levels.is_empty() {
             let in_force = Arc::new(SceneInForce::new(scene.clone(), simulation));
-            return Ok(Ladder { rungs: vec![Rung { in_force, cost: Duration::ZERO, spare: None, ways: vec![None] }], present: 0 });
+            return Ok(Ladder {
+                rungs: vec![Rung { in_force, cost: Duration::ZERO, spare: None, ways: vec![None] }],
+                present: 0,
+            });
         }
         let mut ladder = Ladder::new(&scene.base)?;
         ladder.present = scene.level;

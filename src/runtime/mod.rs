@@ -28,7 +28,7 @@ pub use deadline_wait::{DeadlineWait, deadline_wait};
 pub use duration_histogram::{DurationHistogram, DurationQuantiles};
 pub use governor::{Governor, LevelCost};
 pub use ladder::{Ladder, SceneInForce};
-pub use output::{Answer, MissedSamples, Outbox, Output};
+pub use output::{Advanced, Answer, MissedSamples, Outbox, Output};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub(crate) use realtime::exact_timers;
 pub(crate) use reply_cache::ReplyCache;

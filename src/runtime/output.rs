@@ -28,6 +28,8 @@ pub enum Output {
     Status(Box<RunStatus>),
     /// The reply to a command.
     Answer(Box<Answer>),
+    /// The end of an advance.
+    Advanced(Box<Advanced>),
     /// The full state, for the recording.
     Checkpoint(Box<Checkpoint>, Stamp),
     /// The scene in force from here on.
@@ -52,6 +54,16 @@ pub struct Answer {
     pub request: Option<Request>,
     /// When the stepping thread took the command.
     pub stamp: Stamp,
+}
+
+/// The end of an advance. Its command was recorded where it began.
+pub struct Advanced {
+    /// The state after its last step; `None` if that cannot be observed.
+    pub sample: Option<Arc<Sample>>,
+    /// The reply.
+    pub reply: CommandReply,
+    /// Sends the reply.
+    pub reply_to: ReplyTo,
 }
 
 /// The sending end of the output queue of one simulator. Several simulators share a queue.

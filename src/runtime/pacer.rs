@@ -7,6 +7,8 @@ use std::time::Duration;
 pub enum Pace {
     /// As fast as the machine can.
     Max,
+    /// Not by itself: clients ask for the steps.
+    Lockstep,
     /// Simulated seconds per wall second.
     Factor(f64),
 }
@@ -46,7 +48,7 @@ impl Pacer {
     /// Makes simulated time `session_s` due `now`, rounded up to half a millisecond; later instants follow at `pace`.
     pub fn new(pace: Pace, now: Duration, session_s: f64) -> Self {
         let anchor = match pace {
-            Pace::Max => now,
+            Pace::Max | Pace::Lockstep => now,
             Pace::Factor(_) => round_up(now),
         };
         Pacer { pace, anchor, anchor_s: session_s, given_up: Duration::ZERO }
@@ -55,7 +57,7 @@ impl Pacer {
     /// Returns the deadline of simulated time `session_s`; `None` if there are no deadlines.
     pub fn deadline(&self, session_s: f64) -> Option<Duration> {
         match self.pace {
-            Pace::Max => None,
+            Pace::Max | Pace::Lockstep => None,
             Pace::Factor(factor) => {
                 let since = Duration::from_secs_f64(((session_s - self.anchor_s) / factor).max(0.0));
                 Some(self.anchor + self.given_up + since)

@@ -6,7 +6,7 @@ use super::command::Request;
 use super::scene_change::PreparedChange;
 use crate::mechanics::Observation;
 use crate::scene::ModelKind;
-use crate::simulation::{Diverged, Simulation};
+use crate::simulation::{AdvanceRequest, Diverged, Simulation};
 use crate::wire;
 
 /// The second simulation, and the computing time of both.
@@ -42,13 +42,16 @@ impl ShadowSimulation {
         self.steps = self.steps.saturating_add(1);
     }
 
-    /// Applies a pulse or a setpoint that the main simulation accepted.
+    /// Applies the torque of a command that the main simulation accepted.
     pub(super) fn apply(&mut self, request: &Request) {
         // Both simulations have the same limits, so the shadow accepts the torque too.
         let _ = match request {
             Request::Torque(pulse) => self.simulation.add_pulse(pulse),
             Request::Setpoint(setpoint) => self.simulation.set_torque(setpoint),
-            Request::Control(_) => return,
+            Request::Advance(AdvanceRequest { torque_nm: Some(torque_nm), steps }) => {
+                self.simulation.set_torque_for(*torque_nm, *steps)
+            }
+            Request::Advance(_) | Request::Control(_) => return,
         };
     }
 

@@ -1,5 +1,6 @@
 //! One simulator on a stepping thread: it takes commands between steps, steps at deadlines and sends samples. It does no I/O.
 
+mod advance;
 mod changes;
 mod commands;
 mod deadlines;
@@ -159,7 +160,7 @@ impl Stepper {
             clock: Instant::now(),
             next: NextAction::Step(Duration::ZERO),
             spin: Duration::ZERO,
-            run: RunState::default(),
+            run: RunState { paused: stepping.pace == Pace::Lockstep, ..RunState::default() },
             deadlines: Deadlines::new(stepping.pace),
             statistics: Statistics::new()?,
             drops: Drops::default(),
@@ -192,7 +193,7 @@ impl Stepper {
 
     /// Whether steps have deadlines.
     pub(super) fn has_deadlines(&self) -> bool {
-        self.stepping.pace != Pace::Max
+        matches!(self.stepping.pace, Pace::Factor(_))
     }
 
     /// The next thing that the simulator needs.
@@ -210,7 +211,7 @@ impl Stepper {
             let published = self.publish(true.into());
             self.note_result(published);
         }
-        self.status(State::Running, None);
+        self.status(self.state(), None);
         // Spreads the status messages of all simulators on the thread over the status period.
         self.schedule.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
     }
@@ -255,7 +256,7 @@ impl Stepper {
             self.run.ending = Some(Ending::Finished);
             NextAction::Over
         } else if self.run.paused {
-            NextAction::Idle(if more { Duration::ZERO } else { self.schedule.next_status })
+            NextAction::Idle(if more || !self.run.waiting.is_empty() { Duration::ZERO } else { self.schedule.next_status })
         } else {
             NextAction::Step(self.due().unwrap_or_default())
         };
@@ -267,6 +268,7 @@ impl Stepper {
     /// Ends the run. Publishes the last good state at any publishing rate.
     pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.run.ending.take().unwrap_or(Ending::Stopped);
+        self.end_advances(&ending);
         let (phase, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, None),
             Ending::Diverged(diverged) => (State::Diverged, Some(diverged.to_string())),
@@ -295,11 +297,13 @@ impl Stepper {
         let count = if self.run.paused { self.run.pending_single_steps.min(BURST) } else { self.batch() };
         let mut deadlines = self.deadlines_at(wake_up);
         for _ in 0..count {
-            if let Err(ending) = self.step_on_time(&mut deadlines) {
-                self.run.ending = Some(ending);
-            }
+            let taken = self.step_on_time(&mut deadlines);
             if self.run.paused {
                 self.run.pending_single_steps -= 1;
+            }
+            match taken {
+                Ok(()) => self.count_advance(),
+                Err(ending) => self.run.ending = Some(ending),
             }
             if self.run.ending.is_some() || self.finished() {
                 return;
@@ -398,8 +402,12 @@ impl Stepper {
             if until < Duration::MAX && self.clock.elapsed() >= until {
                 return true;
             }
+            if let Some(command) = self.next_waiting() {
+                self.handle_command(command);
+                continue;
+            }
             match self.ports.commands.try_recv() {
-                Ok(command) => self.handle_command(command),
+                Ok(command) => self.handle_in_turn(command),
                 Err(TryRecvError::Empty) => return false,
                 Err(TryRecvError::Disconnected) => {
                     self.run.stopping = true;

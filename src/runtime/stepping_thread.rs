@@ -83,6 +83,11 @@ impl SteppingThread {
     /// Waits for the next deadline, or for housekeeping, and does it.
     fn wait_and_step(&mut self) {
         let next = self.steppers.iter().map(|(stepper, _)| stepper.next().at()).min().unwrap_or_default();
+        if self.steppers.iter().all(|(stepper, _)| matches!(stepper.next(), NextAction::Idle(_))) {
+            // No step is due: a command ends the wait at once, as short as it may be.
+            thread::park_timeout(next.saturating_sub(self.clock.elapsed()));
+            return self.do_chores();
+        }
         let (now, spin) = (self.clock.elapsed(), self.spin.length(next.saturating_sub(self.last_deadline)));
         match deadline_wait(now, next, spin) {
             DeadlineWait::Sleep(time) if time > INTERRUPTIBLE_WAIT => {

@@ -10,6 +10,7 @@ use std::time::{Duration, SystemTime};
 use tokio::sync::oneshot;
 
 use super::ServiceError;
+use super::advance_answers::AdvanceAnswers;
 use super::drop_ledger::DropLedger;
 use super::live_modes::ModesService;
 use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingHistory, RecordingTarget, serve};
@@ -262,6 +263,7 @@ fn output_worker(
     pool: SyncSender<Arc<Sample>>,
 ) -> Result<OutputWorker, ServiceError> {
     let mut facts = vec![("publish_hz", live.stepping.publish.to_string())];
+    facts.extend((live.stepping.pace == Pace::Lockstep).then(|| ("pace", "lockstep".to_owned())));
     facts.extend(live.resumed.as_ref().map(|resumed| ("resumes", resumed.of.clone())));
     let target = RecordingTarget {
         folder: live.recordings,
@@ -270,7 +272,10 @@ fn output_worker(
             fsync: live.fsync,
             split: live.split,
             limit_bytes: live.max_recording_bytes,
-            when_full: if live.stepping.pace == Pace::Max { WhenFull::Wait } else { WhenFull::Drop },
+            when_full: match live.stepping.pace {
+                Pace::Max | Pace::Lockstep => WhenFull::Wait,
+                Pace::Factor(_) => WhenFull::Drop,
+            },
         },
         session: recording::SessionInfo {
             name: live.name.to_string(),
@@ -301,6 +306,7 @@ fn output_worker(
         modes,
         statistics: OutputStatistics::new()?,
         drops: DropLedger::default(),
+        advances: AdvanceAnswers::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),
         last_stamp: None,
     })

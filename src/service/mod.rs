@@ -1,5 +1,6 @@
 //! Live services and replays: the layer that joins bus, recording and runtime.
 
+mod advance_answers;
 mod drop_ledger;
 mod error;
 mod live;

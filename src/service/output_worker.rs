@@ -8,12 +8,13 @@ use std::time::Instant;
 use prost::Message as _;
 use tokio::sync::oneshot;
 
+use super::advance_answers::AdvanceAnswers;
 use super::drop_ledger::DropLedger;
 use super::live_modes::ModesService;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
-use crate::runtime::{Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SceneInForce, SharedState};
+use crate::runtime::{Advanced, Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SceneInForce, SharedState};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, Topic, applied_command, control::Action};
 
@@ -70,6 +71,8 @@ pub(super) struct OutputWorker {
     pub modes: Arc<ModesService>,
     pub statistics: OutputStatistics,
     pub drops: DropLedger,
+    /// Answers retries of advances.
+    pub advances: AdvanceAnswers,
     /// Decides which samples are published as scene updates, if any are.
     pub scene_update_timer: Option<SceneUpdateTimer>,
     /// Stamp of the last message.
@@ -131,6 +134,7 @@ impl OutputWorker {
             Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || shadow.encode_to_vec()),
             Output::Status(run) => self.status(*run),
             Output::Answer(answer) => self.answer(*answer),
+            Output::Advanced(advanced) => self.advanced(*advanced),
             Output::Checkpoint(checkpoint, stamp) => {
                 let (scene, level) = self.scene_beside_recorded();
                 let message = wire::Checkpoint { scene, level, ..wire::checkpoint(&checkpoint, &stamp) };
@@ -308,9 +312,14 @@ impl OutputWorker {
                 None => reply = self.control_recording(of_recording, reply),
             }
         }
-        if let Some(reply_to) = reply_to {
+        if reply_to.is_some() {
             self.shared.answered();
-            reply_to(reply.clone());
+        }
+        match (reply_to, &request) {
+            (None, _) => {}
+            (Some(reply_to), None) if reply.accepted => self.advances.reply_to_retry(reply.clone(), reply_to),
+            (Some(_), Some(Request::Advance(_))) if reply.accepted => self.advances.begin(&reply.id),
+            (Some(reply_to), _) => reply_to(reply.clone().into()),
         }
         if let Some(request) = request.filter(|_| reply.accepted) {
             self.statistics.commands_accepted += 1;
@@ -319,6 +328,16 @@ impl OutputWorker {
             let applied = AppliedCommand { scene, ..applied(request, reply, &stamp) };
             self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
         }
+    }
+
+    /// Answers an advance with the state after its steps.
+    fn advanced(&mut self, Advanced { sample, reply, reply_to }: Advanced) {
+        let answer = match &sample {
+            Some(sample) => self.in_force.telemetry.advance_reply(reply, sample),
+            None => reply.into(),
+        };
+        self.advances.finish(answer, reply_to);
+        sample.into_iter().for_each(|sample| self.return_to_pool(sample));
     }
 
     /// Starts or stops a recording; returns the reply.
@@ -378,6 +397,7 @@ fn applied(request: Request, reply: CommandReply, stamp: &Stamp) -> AppliedComma
     let command = match request {
         Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&id, &pulse)),
         Request::Setpoint(setpoint) => applied_command::Command::Setpoint(wire::setpoint_message(&id, &setpoint)),
+        Request::Advance(advance) => applied_command::Command::Advance(wire::advance_message(&id, &advance)),
         Request::Control(action) => applied_command::Command::Control(wire::Control { id, action: Some(action) }),
     };
     AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(reply), command: Some(command), scene: String::new() }

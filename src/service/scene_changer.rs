@@ -6,7 +6,7 @@ use std::thread::Builder;
 
 use crate::runtime::{Command, Inbox, PreparedChange, Request};
 use crate::scene::{ModelKind, SceneSource};
-use crate::wire::control;
+use crate::wire::{AdvanceReply, control};
 
 /// Changes that may wait to be prepared; more are refused.
 const QUEUE: usize = 64;
@@ -53,7 +53,7 @@ impl SceneChanger {
 fn prepare_all(commands: &Receiver<Command>, inbox: &Inbox, source: &mut SceneSource, shadow: Option<ModelKind>) {
     while let Ok(Command { id, request, reply, .. }) = commands.recv() {
         if let Some(again) = inbox.shared().reply_to_retry(&id, &request) {
-            reply(again);
+            reply(again.into());
             continue;
         }
         let Request::Control(control::Action::Set(set)) = &request else { continue };
@@ -66,8 +66,8 @@ fn prepare_all(commands: &Receiver<Command>, inbox: &Inbox, source: &mut SceneSo
         };
         let after = prepared.base.clone();
         let (done, outcome) = sync_channel(1);
-        let reply = Box::new(move |answer: crate::wire::CommandReply| {
-            let accepted = answer.accepted;
+        let reply = Box::new(move |answer: AdvanceReply| {
+            let accepted = answer.reply.as_ref().is_some_and(|reply| reply.accepted);
             reply(answer);
             // The receiver waits for exactly this.
             let _ = done.send(accepted);

@@ -43,6 +43,8 @@ pub(super) struct Load {
     pub pulses: Pulses,
     pub setpoint: SetpointState,
     pub delivered: DeliveredImpulse,
+    /// Impulse since the last mark, which no sample ends.
+    pub marked: DeliveredImpulse,
     /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
     pub uses_torque_slope: bool,
 }
@@ -62,6 +64,7 @@ impl Load {
             limits: scene.commands,
             refuses_torque: build::refuses_torque(scene),
             delivered: DeliveredImpulse::default(),
+            marked: DeliveredImpulse::default(),
             uses_torque_slope: scene.solver.integrator.order() == 4,
         }
     }
@@ -70,7 +73,7 @@ impl Load {
     pub(super) fn go_on_from(&mut self, before: &Load) {
         self.pulses.clear();
         before.pulses.iter().for_each(|pulse| self.pulses.push(*pulse));
-        (self.setpoint, self.delivered) = (before.setpoint, before.delivered);
+        (self.setpoint, self.delivered, self.marked) = (before.setpoint, before.delivered, before.marked);
     }
 
     /// Returns to the scene's own pulses.
@@ -111,15 +114,20 @@ impl Load {
     /// Applies a commanded setpoint at `now_s`.
     pub(super) fn set(&mut self, request: &SetpointRequest, now_s: f64) -> Result<(), PulseRefused> {
         let SetpointRequest { torque_nm, hold_s } = *request;
-        if ![torque_nm, hold_s].iter().all(|number| number.is_finite()) {
+        if hold_s.is_finite() && !(SHORTEST_HOLD_S..=LONGEST_HOLD_S).contains(&hold_s) {
+            return Err(PulseRefused::Hold(hold_s));
+        }
+        self.hold(HeldTorque { start_s: now_s, torque_nm, hold_s, watched: torque_nm != 0.0 })
+    }
+
+    /// Replaces the setpoint in force.
+    pub(super) fn hold(&mut self, held: HeldTorque) -> Result<(), PulseRefused> {
+        if !(held.torque_nm.is_finite() && held.hold_s.is_finite()) {
             return Err(PulseRefused::SetpointNotFinite);
         }
         self.check_acts()?;
-        if !(SHORTEST_HOLD_S..=LONGEST_HOLD_S).contains(&hold_s) {
-            return Err(PulseRefused::Hold(hold_s));
-        }
-        self.check_limit(torque_nm)?;
-        self.setpoint.replace(HeldTorque { start_s: now_s, torque_nm, hold_s, watched: torque_nm != 0.0 });
+        self.check_limit(held.torque_nm)?;
+        self.setpoint.replace(held);
         Ok(())
     }
 
@@ -159,8 +167,11 @@ impl Load {
 
     /// Adds the impulse of a step of `h_s`, and drops the pulses and the setpoint that are over.
     pub(super) fn deliver(&mut self, from_s: f64, to_s: f64, h_s: f64) {
-        self.delivered.impulse_nm_s += self.mean_nm(from_s, to_s) * h_s;
-        self.delivered.over_s += h_s;
+        let impulse_nm_s = self.mean_nm(from_s, to_s) * h_s;
+        for delivered in [&mut self.delivered, &mut self.marked] {
+            delivered.impulse_nm_s += impulse_nm_s;
+            delivered.over_s += h_s;
+        }
         self.pulses.retire(to_s);
         self.setpoint.retire(to_s);
     }

@@ -2,7 +2,7 @@
 
 use super::error::PulseRefused;
 use super::pulses;
-use super::{Effective, Simulation};
+use super::{DeliveredImpulse, Effective, Simulation};
 use crate::scene::{Pulse, PulseShape};
 
 /// Shortest hold of a commanded setpoint, s.
@@ -17,6 +17,15 @@ pub struct SetpointRequest {
     pub torque_nm: f64,
     /// Simulated time after which the torque ends unless another setpoint comes, s.
     pub hold_s: f64,
+}
+
+/// A commanded advance in lock-step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdvanceRequest {
+    /// Torque over the steps, N·m; `None` leaves the setpoint in force.
+    pub torque_nm: Option<f64>,
+    /// Number of steps.
+    pub steps: u64,
 }
 
 /// A torque in force: a rectangular pulse that the next setpoint cuts off.
@@ -88,6 +97,30 @@ impl Simulation {
     pub fn set_torque(&mut self, request: &SetpointRequest) -> Result<Effective, PulseRefused> {
         self.load.set(request, self.time_s())?;
         Ok(self.now())
+    }
+
+    /// Applies a setpoint that holds for exactly the next `steps`, and ends without a warning.
+    ///
+    /// # Errors
+    /// As of [`Simulation::set_torque`].
+    pub fn set_torque_for(&mut self, torque_nm: f64, steps: u64) -> Result<Effective, PulseRefused> {
+        let start_s = self.time_s();
+        // As the last step computes its own end, so that the hold is over exactly there.
+        let end_s = self.grid.time_s(self.step + steps);
+        self.load.hold(HeldTorque { start_s, torque_nm, hold_s: end_s - start_s, watched: false })?;
+        Ok(self.now())
+    }
+
+    /// Begins the period of [`Simulation::mean_torque_since_mark_nm`].
+    pub fn mark_torque(&mut self) {
+        self.load.marked = DeliveredImpulse::default();
+    }
+
+    /// Mean torque since the mark, N·m; of a prescribed motion, the torque that it needed when it was observed last.
+    pub fn mean_torque_since_mark_nm(&self) -> f64 {
+        let DeliveredImpulse { impulse_nm_s, over_s } = self.load.marked;
+        let mean_nm = if over_s > 0.0 { impulse_nm_s / over_s } else { self.law.torque.mean_nm };
+        self.observed.last.motion_torque_nm.unwrap_or(mean_nm)
     }
 
     /// The setpoint and its watchdog.

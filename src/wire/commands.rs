@@ -1,8 +1,10 @@
 //! Commands: decoded from messages and back. Ranges are checked by the simulation.
 
-use super::{Next, Seek, Setpoint, TorquePulse, control, replay_control, torque_pulse::Shape};
+use super::{
+    Advance, AdvanceReply, CommandReply, Next, Seek, Setpoint, TorquePulse, control, replay_control, torque_pulse::Shape,
+};
 use crate::scene::PulseShape;
-use crate::simulation::{PulseRequest, SetpointRequest};
+use crate::simulation::{AdvanceRequest, PulseRequest, SetpointRequest};
 
 /// The message is not a valid command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -104,6 +106,23 @@ pub fn setpoint_request(message: &Setpoint) -> SetpointRequest {
 /// Encodes a setpoint.
 pub fn setpoint_message(id: &str, request: &SetpointRequest) -> Setpoint {
     Setpoint { id: id.to_owned(), torque_nm: request.torque_nm, hold_s: request.hold_s }
+}
+
+/// Decodes an advance.
+pub fn advance_request(message: &Advance) -> AdvanceRequest {
+    AdvanceRequest { torque_nm: message.torque_nm, steps: message.steps }
+}
+
+/// Encodes an advance.
+pub fn advance_message(id: &str, request: &AdvanceRequest) -> Advance {
+    Advance { id: id.to_owned(), torque_nm: request.torque_nm, steps: request.steps }
+}
+
+impl From<CommandReply> for AdvanceReply {
+    /// A reply without a state.
+    fn from(reply: CommandReply) -> Self {
+        AdvanceReply { reply: Some(reply), ..AdvanceReply::default() }
+    }
 }
 
 /// Decodes a pulse shape from its number.

@@ -11,7 +11,10 @@ mod topic;
 
 pub use checkpoint::{checkpoint, recorded_checkpoint};
 use commands::pulse_shape;
-pub use commands::{BadCommand, pulse_message, pulse_request, replay_action, setpoint_message, setpoint_request, shape};
+pub use commands::{
+    BadCommand, advance_message, advance_request, pulse_message, pulse_request, replay_action, setpoint_message,
+    setpoint_request, shape,
+};
 pub use rates::BadRates;
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::time::SystemTime;
 
 use super::topic::{Message, Topic};
-use super::{Angles, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
+use super::{AdvanceReply, Angles, CommandReply, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
 use crate::mechanics::{LinkObservation, Observation};
 use crate::scene::{Level, System};
 use crate::simulation::{EnergyLedger, Sample, Stamp};
@@ -67,6 +67,17 @@ impl TelemetryEncoder {
             Topic::Energies => Message::Energies(Box::new(self.energies(sample))),
             _ => return None,
         })
+    }
+
+    /// The answer to an advance: `sample` is the state after its steps.
+    pub fn advance_reply(&self, reply: CommandReply, sample: &Sample) -> AdvanceReply {
+        AdvanceReply {
+            angles: self.turns.then(|| self.angles(sample)),
+            loads: self.turns.then(|| self.loads(sample)),
+            energies: Some(self.energies(sample)),
+            displacements: (!self.turns).then(|| self.displacements(sample)),
+            ..reply.into()
+        }
     }
 
     /// State of every node of every link.

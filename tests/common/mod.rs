@@ -129,6 +129,16 @@ impl Service {
         Self::launch(tempfile::tempdir()?, scene, (simulation, None), stepping, |live| live.resumed = Some(resumption))
     }
 
+    /// Resumes a recorded session in lock-step.
+    pub fn resume_in_lockstep(
+        scene: SceneSource,
+        simulation: Simulation,
+        resumption: Resumption,
+    ) -> Result<Self, Box<dyn Error>> {
+        let stepping = SteppingOptions { pace: Pace::Lockstep, publish: PublishRate::All.into(), ..SteppingOptions::default() };
+        Self::launch(tempfile::tempdir()?, scene, (simulation, None), stepping, |live| live.resumed = Some(resumption))
+    }
+
     fn launch(
         folder: TempDir,
         scene: SceneSource,

@@ -96,8 +96,9 @@ fn prop_a_source_is_read_from_any_time_on_with_an_index_and_without() -> Outcome
 fn prop_a_damaged_chunk_is_reported_with_its_position() -> Outcome {
     let (file, _folder) = recording()?;
     let mut bytes = std::fs::read(&file)?;
-    let middle = bytes.len() / 3;
-    bytes[middle] ^= 0x10;
+    let chunks = mcap::Summary::read(&bytes)?.ok_or("no summary")?.chunk_indexes;
+    let chunk = &chunks[chunks.len() / 2];
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0x10;
     std::fs::write(&file, bytes)?;
     let source = RecordingFile::open(&file)?;
     let error = source.messages_from(0)?.find_map(Result::err).ok_or("nothing was noticed")?;

@@ -183,6 +183,7 @@ fn commands(file: &Path) -> Outcome<Vec<(String, Option<f64>)>> {
     let told = |applied: AppliedCommand| match applied.command {
         Some(applied_command::Command::Torque(pulse)) => (pulse.id, Some(pulse.torque_nm)),
         Some(applied_command::Command::Setpoint(setpoint)) => (setpoint.id, Some(setpoint.torque_nm)),
+        Some(applied_command::Command::Advance(advance)) => (advance.id, advance.torque_nm),
         Some(applied_command::Command::Control(control)) => (control.id, None),
         None => (String::new(), None),
     };

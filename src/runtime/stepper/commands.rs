@@ -3,13 +3,12 @@
 use std::time::Duration;
 
 use super::Stepper;
-use crate::runtime::command::{Command, Request};
+use super::advance::STEPS_LIMIT;
+use crate::runtime::command::{Command, ReplyTo, Request};
 use crate::runtime::output::{Answer, Output};
-use crate::simulation::Effective;
+use crate::runtime::pacer::Pace;
+use crate::simulation::{AdvanceRequest, Effective, Stamp};
 use crate::wire::{CommandReply, Steps, control::Action};
-
-/// Largest count of one `step` command.
-const STEPS_LIMIT: u64 = 1_000_000_000;
 
 impl Stepper {
     /// Checks and applies a command, and sends its reply.
@@ -29,6 +28,7 @@ impl Stepper {
             Request::Setpoint(setpoint) => {
                 self.simulation.set_torque(setpoint).map(|when| (when, "")).map_err(|refused| refused.to_string())
             }
+            Request::Advance(advance) => self.apply_advance(advance).map(|when| (when, "")),
             Request::Control(action) => self.control(action).map(|reason| (self.simulation.now(), reason)),
         };
         let reply = match verdict {
@@ -51,6 +51,9 @@ impl Stepper {
         if let Some(shadow) = self.shadow.as_mut().filter(|_| reply.accepted) {
             shadow.apply(&request);
         }
+        if let (true, Request::Advance(advance)) = (reply.accepted, &request) {
+            return self.answer_advance(*advance, reply, reply_to, stamp);
+        }
         let resets = reply.accepted && matches!(request, Request::Control(Action::Reset(_)));
         let records = matches!(request, Request::Control(Action::StartRecording(_)));
         if matches!(request, Request::Control(Action::StopRecording(_))) {
@@ -69,14 +72,26 @@ impl Stepper {
         }
     }
 
+    /// Records an advance where it begins; its sender is answered where it ends.
+    fn answer_advance(&mut self, advance: AdvanceRequest, reply: CommandReply, reply_to: ReplyTo, stamp: Stamp) {
+        let begun =
+            Answer { reply: reply.clone(), reply_to: Some(Box::new(|_| {})), request: Some(Request::Advance(advance)), stamp };
+        self.send(Output::Answer(Box::new(begun)));
+        self.begin_advance(advance, reply, reply_to);
+    }
+
     /// Applies an action. Returns why it changed nothing, if so, or why it is refused.
     fn control(&mut self, action: &Action) -> Result<&'static str, String> {
         match action {
             Action::Pause(_) if self.run.paused => {
+                self.finish_advance("cut short by a pause");
                 return Ok(match std::mem::take(&mut self.run.pending_single_steps) {
                     0 => "was paused already",
                     _ => "was paused already; the remaining steps are cancelled",
                 });
+            }
+            Action::Resume(_) if self.stepping.pace == Pace::Lockstep => {
+                return Err("the pace is lockstep: steps are taken by advance, or by step".to_owned());
             }
             Action::Resume(_) if !self.run.paused => return Ok("was running already"),
             Action::Step(_) if !self.run.paused => return Err("steps are counted only when paused: pause first".to_owned()),

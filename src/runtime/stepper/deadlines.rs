@@ -27,7 +27,7 @@ impl Stepper {
     /// Number of steps taken per wake-up.
     pub(super) fn batch(&self) -> u64 {
         match self.stepping.pace {
-            Pace::Max => BURST,
+            Pace::Max | Pace::Lockstep => BURST,
             Pace::Factor(factor) => batch(self.simulation.step_s() / factor),
         }
     }

@@ -1,8 +1,11 @@
 //! The parts of a stepper's state.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::Ending;
+use super::advance::Advance;
+use crate::runtime::command::Command;
 use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::missed_deadlines::{MissedDeadlines, StepTimings};
 use crate::runtime::output::MissedSamples;
@@ -16,6 +19,10 @@ use crate::simulation::{PerTelemetry, Stamp};
 pub(super) struct RunState {
     pub paused: bool,
     pub pending_single_steps: u64,
+    /// The advance under way.
+    pub advance: Option<Advance>,
+    /// Commands that wait for its end, in order.
+    pub waiting: VecDeque<Command>,
     pub stopping: bool,
     pub ending: Option<Ending>,
 }

@@ -44,7 +44,7 @@ impl Stepper {
         }
     }
 
-    fn state(&self) -> State {
+    pub(super) fn state(&self) -> State {
         if self.run.paused { State::Paused } else { State::Running }
     }
 

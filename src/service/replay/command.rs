@@ -86,5 +86,5 @@ impl ReplayCommand {
 
 /// Replies with a refusal.
 pub(super) fn refuse(id: String, reason: String, reply: ReplyTo) {
-    reply(CommandReply { id, reason, ..CommandReply::default() });
+    reply(CommandReply { id, reason, ..CommandReply::default() }.into());
 }

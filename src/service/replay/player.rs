@@ -243,7 +243,7 @@ impl<'a> Player<'a> {
     fn handle_command(&mut self, command: ReplayCommand) -> Result<(), ServiceError> {
         let ReplayCommand { id, action, reply } = command;
         if let Some(answer) = self.replies.get(&id, action.kind()) {
-            reply(answer);
+            reply(answer.into());
             return Ok(());
         }
         let kind = action.kind();
@@ -252,7 +252,7 @@ impl<'a> Player<'a> {
                 let at_s = self.position_s();
                 let answer = CommandReply { id, accepted: true, reason, effective_sim_time_s: at_s, ..CommandReply::default() };
                 self.replies.insert(&answer, Some(kind));
-                reply(answer);
+                reply(answer.into());
             }
             Err(reason) => refuse(id, reason, reply),
         }
@@ -345,7 +345,8 @@ impl<'a> Player<'a> {
             Some(Command::Torque(pulse)) => (&keys.torque, pulse.encode_to_vec(), TorquePulse::full_name()),
             Some(Command::Setpoint(setpoint)) => (&keys.setpoint, setpoint.encode_to_vec(), Setpoint::full_name()),
             Some(Command::Control(control)) => (&keys.control, control.encode_to_vec(), Control::full_name()),
-            None => return Ok(()),
+            // An advance is sent as a query only.
+            Some(Command::Advance(_)) | None => return Ok(()),
         };
         Ok(client::put(self.session, key, &payload, &schema)?)
     }

@@ -1,0 +1,68 @@
+"""The guide's controller as printed, in lock-step and in real time; and how often Python can advance a service."""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from check import BINARY, PATIENCE_S, Machine, expect, expect_if, service, wait_for
+
+RESISTANCE = "slider.resistance_table=[[0, 0], [3.14, 0], [5.8, 20], [6.28, 0]]"
+
+
+def controlled(folder, pace, within):
+    """Runs the guide's program with a service at this pace, and verifies the recording."""
+    listing = Path("src/guide/bus.md").read_text().split("```python\n")[1].split("```")[0]
+    expect("the guide's controller has at most 25 lines", len(listing.strip().splitlines()) <= 25)
+    record = f"{folder}/{pace}.mcap"
+    arguments = ["run", "--pace", pace, "--record", record, "--set", "pulse=[]", "--set", RESISTANCE]
+    process = subprocess.Popen([BINARY, *arguments], cwd=folder)
+    try:
+        listed = lambda: subprocess.run([BINARY, "list"], capture_output=True, text=True).stdout.split()
+        wait_for(lambda: "crank" in listed(), "the service is found")
+        printed = subprocess.run([sys.executable, "-c", listing], capture_output=True, text=True, timeout=2 * PATIENCE_S)
+        speed = float(printed.stdout.split()[0]) if printed.returncode == 0 else printed.stderr
+        expect(f"the controller holds 10 rad/s, {pace}", printed.returncode == 0 and abs(speed - 10) < within, speed)
+        process.send_signal(signal.SIGINT)
+        expect("Ctrl-C ends cleanly", process.wait(PATIENCE_S) == 0)
+    finally:
+        process.kill()
+        process.wait()
+    verified = subprocess.run([BINARY, "verify", record, "--json"], capture_output=True, text=True)
+    expect("its recording is computed again to the bit", json.loads(verified.stdout)["verdict"] == "equal", verified.stdout)
+    return speed
+
+
+def round_trips():
+    """Round trips a second of one step each, beside those of a query that zenoh's own thread answers."""
+    machine, count, rates = Machine(), 1000, {}
+    with service(["run", "--pace", "lockstep", "--no-record"], "fast") as (process, client):
+        client.learn()
+        advance = client.type("Advance")(torque_nm=0.1, steps=1).SerializeToString()
+        for key, payload in (("advance", advance), ("about", None)) * 3:
+            begun = time.perf_counter()
+            for _ in range(count):
+                if client.ask(key, payload) is None:
+                    expect(f"{key} is answered", False)
+            rates.setdefault(key, []).append(count / (time.perf_counter() - begun))
+        process.send_signal(signal.SIGINT)
+        process.wait(PATIENCE_S)
+    quiet = machine.is_quiet()
+    plain, advances = (sorted(rates[key])[1] for key in ("about", "advance"))
+    figure = f"{advances:.0f} a second; {plain:.0f} of a query for `about`"
+    expect_if(quiet, "Python advances a service 1,500 times a second", advances > 1500, figure)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        controlled(folder, "lockstep", 0.1)
+        controlled(folder, "real", 0.5)
+    round_trips()
+    print("closed loop: all holds")
+
+
+if __name__ == "__main__":
+    main()
