@@ -1,7 +1,7 @@
 //! Takes the state of one model of a chain to another of the same geometry: rigid, modal or finite-element.
 //!
 //! **Shape.** The new model takes over the chord angles, whole turns counted, and fits its coordinates to the deflections
-//! ([`ChainModel::fit`]).
+//! ([`ChainModel::fit`]). A slider's rod closes on y = 0; a prescribed tangent stands as prescribed.
 //!
 //! **Velocities.** They are the ones that leave the least kinetic energy in what the new model cannot do of the old velocities u: with
 //! the velocities `ẋ = J q̇ + …` of its own places and the masses W there,
@@ -21,7 +21,12 @@
 //! q̇ ← q̇ + Σ λ_i c_i      Σ_j (c_i · M c_j) λ_j = p_i,old − p_i,new
 //! ```
 //!
-//! a turn of the links as rigid bodies, by a rate of the order of δ over the length.
+//! a turn of the links as rigid bodies. It is small, as δ is: of the built-in crank-slider, whose crank turns at 8.5 rad/s in the middle
+//! of its vibration, λ is 6e-2 rad/s into rigid links, 6e-6 into one mode, 2e-7 from 32 elements to four modes, 4e-6 to 8 elements.
+//!
+//! **Limits.** The mean axial strain of a link is kept, not its distribution. A model without axial strain has none to hand over:
+//! finite elements then begin with slack links, and the axial force rings about its mean for some ten steps. Into rigid links all
+//! vibration is lost, with its energy.
 
 mod stations;
 #[cfg(test)]

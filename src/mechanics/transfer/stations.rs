@@ -15,7 +15,7 @@ const GAUSS: [[f64; 2]; 4] = [
 #[derive(Debug, Clone)]
 pub(super) struct Stations {
     pub(super) places: Vec<Place>,
-    /// Of the first places; the rest has none.
+    /// Masses of the first places; the rest has none.
     pub(super) masses_kg: Vec<f64>,
     pub(super) lengths_m: Vec<f64>,
     links: Vec<Spans>,

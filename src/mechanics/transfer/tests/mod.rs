@@ -131,7 +131,7 @@ impl Moving {
         points
     }
 
-    /// Of every rigid motion.
+    /// Momenta of every rigid motion.
     fn momenta(&mut self) -> Vec<f64> {
         let n = self.q.len();
         let (mut turn, mut momentum) = (vec![0.0; n], vec![0.0; n]);
@@ -148,7 +148,7 @@ impl Moving {
         angles
     }
 
-    /// Kinetic and strain.
+    /// Kinetic and strain energy, J.
     fn energies(&mut self) -> [f64; 2] {
         let energy = self.mechanism.energy(&self.input, &self.q, &self.v, &vec![0.0; self.q.len()]);
         [energy.kinetic_j, energy.strain_j.unwrap_or(0.0)]

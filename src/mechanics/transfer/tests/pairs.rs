@@ -1,4 +1,4 @@
-//! What every transfer keeps.
+//! Quantities that every transfer keeps.
 
 use proptest::prelude::*;
 
@@ -64,7 +64,8 @@ torque_nm = 15.0
 duration_s = 0.1
 "#;
 
-fn of(name: &str, overrides: &[&str]) -> Result<Scene, Box<dyn std::error::Error>> {
+/// A scene of these, or a built-in one.
+pub(super) fn of(name: &str, overrides: &[&str]) -> Result<Scene, Box<dyn std::error::Error>> {
     let text = match name {
         "two free links" => TWO_FREE_LINKS,
         "lumped rod" => LUMPED_ROD,
