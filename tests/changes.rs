@@ -164,6 +164,63 @@ fn prop_a_prescribed_speed_changes_without_a_jump() -> Outcome {
     Ok(())
 }
 
+/// Switches where the mechanism is fast, strongly bent or next to a dead centre: no step fails at first, no number is not finite.
+#[test]
+fn prop_switches_at_extreme_states_leave_finite_states() -> Outcome {
+    let models = [
+        vec!["solver.model=rigid", "solver.integrator=runge-kutta"],
+        vec!["solver.model=modal", "solver.integrator=esdirk"],
+        vec!["solver.model=modal", "solver.integrator=esdirk", "rod.modes=1", "crank.rigid=true"],
+        vec!["solver.model=modal", "solver.integrator=generalized-alpha", "rod.modes=6"],
+        vec!["solver.model=finite-element", "solver.integrator=esdirk", "rod.elements=16", "crank.elements=8"],
+        vec!["solver.model=finite-element", "solver.integrator=generalized-alpha", "rod.elements=3", "crank.elements=2"],
+    ];
+    let (mut switches, mut refused) = (0, 0);
+    for torque_nm in [1.0, 20.0, 60.0, 120.0] {
+        // After the pulse; strongly bent; at the dead centres.
+        for from in &models {
+            let mut keys: Vec<String> = from.iter().map(|key| (*key).to_owned()).collect();
+            keys.push(format!("pulse.0.torque_nm={torque_nm}"));
+            let source = SceneSource::open("crank-slider", &keys)?;
+            let mut simulation = Simulation::new(&source.scene)?;
+            for step in 1..=120_u32 {
+                if simulation.step().is_err() {
+                    break;
+                }
+                let chord = simulation.observe()?.links[0].chord_rad;
+                let near_dead_centre = (chord / std::f64::consts::PI - (chord / std::f64::consts::PI).round()).abs() < 0.02;
+                if step % 20 != 0 && !near_dead_centre {
+                    continue;
+                }
+                for to in &models {
+                    let changes: Vec<String> = to.iter().map(|key| (*key).to_owned()).collect();
+                    let after = source.changed(&changes)?;
+                    let mut other = Simulation::new(&source.scene)?;
+                    assert!(other.restore(&simulation.checkpoint()));
+                    switches += 1;
+                    if Successor::new(&source, &after)?.replace(&mut other).is_err() {
+                        refused += 1;
+                        continue;
+                    }
+                    assert!(
+                        other.checkpoint().state.iter().all(|number| number.is_finite()),
+                        "{from:?} to {to:?} in step {step}"
+                    );
+                    for _ in 0..5 {
+                        if other.step().is_err() {
+                            refused += 1;
+                            break;
+                        }
+                        assert!(other.observe()?.is_finite() && other.ledger().energy.total_j().is_finite());
+                    }
+                }
+            }
+        }
+    }
+    assert!(switches > 1000 && 50 * refused < switches, "{refused} of {switches} are refused or diverge");
+    Ok(())
+}
+
 /// Whatever is changed, the balance of energy stays as closed as it was, and a checkpoint goes on to the bit.
 #[test]
 fn prop_random_changes_keep_the_balance_and_go_on_from_their_checkpoints() -> Outcome {

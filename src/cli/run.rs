@@ -20,13 +20,16 @@ use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 use super::supervise::supervise;
-use super::values::{flush_period, frames, pace, positive_time, recording_size, services, spin, split};
+use super::values::{flush_period, frames, pace, positive, positive_time, recording_size, services, spin, split};
 use crate::bus::{self, BusOptions, Name, Session};
 use crate::recording::{RecordingError, Split, paths};
-use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Spin, SteppingOptions, ThreadOptions};
+use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
 use crate::simulation::{PublishRate, PublishRates};
+
+/// The random times of `--slow-solver` are the same in each run.
+const SLOWDOWN_SEED: u64 = 17;
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -63,9 +66,13 @@ pub(super) struct Args {
     /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or the rate of the resumed session.
     #[arg(long, value_name = "HZ")]
     pub publish_hz: Option<PublishRates>,
-    /// Policy for deadlines missed by more than a step: catch-up; skip (move the deadlines and report it); or stop, with exit code 5.
+    /// Policy for deadlines missed by more than a step: catch-up; skip (move the deadlines and report it); stop, with exit code 5; or
+    /// degrade (go to a cheaper [[level]] of the scene before a deadline is missed, and back when there is room).
     #[arg(long, value_name = "POLICY", default_value = "catch-up")]
     pub overrun: Overruns,
+    /// For trials: at random times, steps take this many times as long.
+    #[arg(long, hide = true, value_name = "FACTOR", value_parser = positive)]
+    pub slow_solver: Option<f64>,
     /// Busy-wait for this long before each deadline instead of sleeping (0 disables it). auto adapts, so that one wake-up in a
     /// thousand is later; at most 200us and a fifth of the period. Default: auto for one service, 0 for several.
     #[arg(long, value_name = "TIME", value_parser = spin)]
@@ -263,7 +270,13 @@ fn member(
     let live = LiveOptions {
         name,
         scene,
-        stepping: SteppingOptions { pace: args.pace, until_s: args.until, publish, overrun: args.overrun.into() },
+        stepping: SteppingOptions {
+            pace: args.pace,
+            until_s: args.until,
+            publish,
+            overrun: args.overrun.into(),
+            slowdown: args.slow_solver.map(|factor| Slowdown::new(factor, SLOWDOWN_SEED)),
+        },
         record: path,
         recordings: folder.to_owned(),
         flush_period: args.flush,

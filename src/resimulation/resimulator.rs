@@ -80,14 +80,11 @@ impl Resimulator {
     /// Goes on at a level. Returns the energy that this brought in, J.
     pub(super) fn go_to_level(&mut self, name: &str) -> Result<f64, ResimulationFault> {
         let after = SceneAtLevel::named(&self.scene.base, name).map_err(ResimulationFault::Unchanged)?;
-        self.go_on_as(after)
+        if after.level == self.scene.level { Ok(0.0) } else { self.go_on_as(after) }
     }
 
     fn go_on_as(&mut self, after: SceneAtLevel) -> Result<f64, ResimulationFault> {
         self.observed = None;
-        if after == self.scene {
-            return Ok(0.0);
-        }
         let mut successor = Successor::new(&self.scene.source, &after.source).map_err(ResimulationFault::Unchanged)?;
         let refused = |refused: NotChanged| ResimulationFault::Unchanged(refused.to_string());
         let changed_j = successor.replace(&mut self.simulation).map_err(refused)?;

@@ -2,6 +2,7 @@
 
 use super::event::{is_report, resets};
 use super::resimulator::EpochStep;
+use crate::runtime::GOVERNED;
 use crate::wire::{Advance, AppliedCommand, CommandReply, Message, Status, applied_command, control::Action, status::State};
 
 /// The state of the run, as the commands so far imply it.
@@ -136,6 +137,8 @@ impl RunTrack {
             return Some(format!("the reply states step {}, not {step}, or another time", reply.effective_step));
         }
         match reason {
+            // A switch that nobody commanded has its cause.
+            Some(_) if matches!(action, Action::Level(_)) && reply.reason.starts_with(GOVERNED) => None,
             Some(expected) if expected != reply.reason => {
                 Some(format!("the reply says `{}`, where `{expected}` was due", reply.reason))
             }
@@ -180,8 +183,7 @@ impl RunTrack {
                 Some("")
             }
             Action::Set(_) => Some(""),
-            // The service may give a cause.
-            Action::Level(_) => None,
+            Action::Level(_) => Some(""),
             Action::Stop(_) => {
                 self.limit = Some(at);
                 Some("")

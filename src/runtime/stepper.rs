@@ -18,8 +18,10 @@ use super::missed_deadlines::WakeUp;
 use super::output::{Outbox, Output};
 use super::pacer::{Overrun, Pace};
 use super::shadow::ShadowSimulation;
+use super::slowdown::Slowdown;
 use crate::simulation::{Diverged, EnergyVerdict, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
+pub(crate) use changes::GOVERNED;
 use parts::{Deadlines, Drops, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
 pub(crate) use reporting::{setpoint_warning, unbalanced, warning};
@@ -42,13 +44,15 @@ pub struct SteppingOptions {
     pub publish: PublishRates,
     /// Policy for missed deadlines.
     pub overrun: Overrun,
+    /// A load for trials of deadlines.
+    pub slowdown: Option<Slowdown>,
 }
 
 impl Default for SteppingOptions {
     /// Real time without end, at the default publishing rate.
     fn default() -> Self {
         let publish = PublishRate::DEFAULT.into();
-        SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default() }
+        SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default(), slowdown: None }
     }
 }
 

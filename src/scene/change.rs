@@ -126,7 +126,6 @@ mod tests {
                 "rod.length_m=2.0",
                 "--set rod.length_m=2.0: rod.length_m = 2.0: a running scene keeps its geometry",
             ),
-            ("crank-slider", "drive.speed_rad_per_s=3.0", "a running scene keeps its kind of drive"),
             ("crank-slider", "solver.model=incremental", "carries its own state"),
             ("crank-slider", "rod.lenght_m=1", "did you mean `length_m`?"),
             ("crank-slider", "slider.mass_kg=-1", "0"),

@@ -95,7 +95,7 @@ impl Route {
                 let input = to_law.input(t_s);
                 let present = Present { input: &input, q: new.q, v: new.v };
                 transfer.accelerations(new.mechanism, &present, h_s, new.a)?;
-                to.begin_as_given();
+                to.begin_as_given(to_law, t_s);
             }
             _ => {
                 room.clear();

@@ -59,8 +59,9 @@ pub(super) trait Engine: Send {
     fn begin(&mut self, _law: &DriveLaw, _t_s: f64) -> Result<(), StepError> {
         Ok(())
     }
-    /// Begins at the present coordinates, velocities and accelerations.
-    fn begin_as_given(&mut self) {}
+    /// Begins at the present coordinates, velocities and accelerations, at `t_s`: what they leave over of the equations of motion is no
+    /// jump of the load.
+    fn begin_as_given(&mut self, _law: &DriveLaw, _t_s: f64) {}
     /// Fills `out` for `t_s`, where the last step ended.
     fn observe(&mut self, law: &DriveLaw, t_s: f64, out: &mut Observation) -> Result<(), StepError>;
     /// Appends everything that is carried from one step to the next.

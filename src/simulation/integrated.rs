@@ -109,10 +109,10 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         Some(Dynamics { mechanism: &mut self.mechanism, q: &mut self.state.q, v: &mut self.state.v, a: &mut self.state.a })
     }
 
-    fn begin_as_given(&mut self) {
-        let State { a, alpha, residual, .. } = &mut self.state;
+    fn begin_as_given(&mut self, law: &DriveLaw, t_s: f64) {
+        let State { q, v, a, alpha, residual } = &mut self.state;
         alpha.copy_from_slice(a);
-        residual.fill(0.0);
+        self.mechanism.residual(&law.input(t_s), q, v, a, residual);
     }
 
     fn begin(&mut self, law: &DriveLaw, t_s: f64) -> Result<(), StepError> {

@@ -296,11 +296,13 @@ mod tests {
         let before = Ledger::new(at(10.0, 1.0)).after(work(3.0, 1.0), at(12.3, 1.0), true)?;
         let ledger = before.changed(at(32.3, 6.0)).changed(at(30.3, 6.0));
         let energies = ledger.energies();
-        assert_eq!((energies.changed_j, energies.in_play_j), (23.0, 10.0 + 3.0 + 20.0 + 2.0));
+        assert_eq!(energies.changed_j, 23.0);
+        assert!((energies.in_play_j - (10.0 + 3.0 + 20.0 + 2.0)).abs() < 1e-13, "{energies:?}");
         // It neither opens the balance nor closes it.
         assert!((energies.balance_error_j - before.energies().balance_error_j).abs() < 1e-14);
         // Nothing has fallen because the scene changed; it has when it falls.
-        assert_eq!(ledger.after(work(0.0, 0.0), at(34.3, 2.0), true)?.energies().in_play_j, 35.0 + 4.0);
+        let fallen = ledger.after(work(0.0, 0.0), at(34.3, 2.0), true)?.energies();
+        assert!((fallen.in_play_j - (35.0 + 4.0)).abs() < 1e-13, "{fallen:?}");
         Ok(())
     }
 }

@@ -22,9 +22,14 @@ use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, ReflectMess
 
 type Failure = Box<dyn std::error::Error>;
 
+/// A second level of the default scene.
+const LEVELS: &str = "\n[[level]]\nname = \"good\"\nerror_rad = 1e-3\n[[level]]\nname = \"rough\"\nerror_rad = 0.1\n\
+    changes = [\"solver.model=rigid\", \"solver.integrator=runge-kutta\"]\n";
+
 /// A short recording with commands of every kind, and scene updates.
 fn eventful() -> Result<(tempfile::TempDir, PathBuf), Failure> {
-    let scene = SceneSource::open("crank-slider", &["pulse=[]".to_owned()])?;
+    let text = flexcrank::scene::builtin::find("crank-slider")?.text;
+    let scene = SceneSource::parse("levels.toml", &format!("{text}{LEVELS}"), &["pulse=[]".to_owned()])?;
     let service = Service::start_as(tempfile::tempdir()?, scene, Pace::Factor(50.0), None, |live| {
         live.stepping.publish = PublishRate::Hz(20.0).into();
         live.scene_updates_hz = Some(5.0);
@@ -46,6 +51,8 @@ fn eventful() -> Result<(tempfile::TempDir, PathBuf), Failure> {
     listener.wait_for(flexcrank::bus::Topic::Angles, 30, std::time::Duration::from_secs(30))?;
     say(Action::Reset(wire::Reset {}))?;
     assert!(pulse(4.0, 0.1)?.accepted);
+    assert!(say(Action::Set(wire::Set { changes: vec!["slider.mass_kg=0.3".into(), "solver.step_s=1e-3".into()] }))?.accepted);
+    assert!(say(Action::Level(wire::Level { name: "rough".into() }))?.accepted);
     listener.wait_for(flexcrank::bus::Topic::Angles, 60, std::time::Duration::from_secs(30))?;
     let (_, folder) = service.stop()?;
     let file = folder.path().join("run.mcap");

@@ -63,6 +63,10 @@ fn headline(view: &View) -> Line<'_> {
     if view.silence.as_secs_f64() > SILENCE_S {
         line.push_span(format!("  silent for {:.0} s", view.silence.as_secs_f64()).red().bold());
     }
+    if !status.level.is_empty() {
+        let error = status.level_error_rad.map_or(String::new(), |error| format!(" ({error:.0e} rad)"));
+        line.push_span(format!("  level {}{error}", status.level).cyan());
+    }
     if let Some(replay) = &status.replay {
         line.push_span(format!(" of {:.2} s at {} times  {}", replay.duration_s, replay.rate, replay.file));
     }

@@ -78,6 +78,8 @@ pub struct Present<'a> {
 #[derive(Debug, Clone)]
 pub struct Transfer {
     same: bool,
+    /// Whether both chains have the same masses: a chain whose masses change keeps its velocities, and its momentum changes with them.
+    keeps_momentum: bool,
     stations: Stations,
     shapes: Vec<LinkShape>,
     /// The old model's, one for each place of `stations`.
@@ -118,6 +120,7 @@ impl Transfer {
         let shapes = stations.shapes();
         Ok(Self {
             same: from.coordinates().iter().map(|c| &c.name).eq(to.coordinates().iter().map(|c| &c.name)),
+            keeps_momentum: same_masses(from_chain, to_chain),
             points: vec![PlacePoint::default(); stations.places.len()],
             own: vec![PlacePoint::default(); stations.masses_kg.len()],
             missing: vec![[0.0; 2]; stations.masses_kg.len()],
@@ -157,7 +160,9 @@ impl Transfer {
         self.take_shapes();
         to.fit(old.input, &self.shapes, q);
         self.project(to, old.input, q, v)?;
-        self.keep_momentum(from, old, to, q, v)?;
+        if self.keeps_momentum {
+            self.keep_momentum(from, old, to, q, v)?;
+        }
         let finite = q.iter().chain(v.iter()).all(|x| x.is_finite());
         finite.then_some(()).ok_or(CannotTransfer::OutOfReach)
     }
@@ -317,6 +322,18 @@ fn alike(one: &Chain, other: &Chain) -> bool {
     let lengths = |chain: &Chain| chain.links.iter().map(|link| link.length_m).collect::<Vec<_>>();
     let slides = |chain: &Chain| matches!(chain.end, End::Slider(_));
     lengths(one) == lengths(other) && slides(one) == slides(other)
+}
+
+/// Whether the links and the end have the same masses.
+fn same_masses(one: &Chain, other: &Chain) -> bool {
+    let links = |chain: &Chain| -> Vec<[f64; 3]> {
+        chain.links.iter().map(|link| [link.mass_kg, link.centre_of_mass_m, link.inertia_kg_m2]).collect()
+    };
+    let end = |chain: &Chain| match &chain.end {
+        End::Free { tip_mass_kg } => *tip_mass_kg,
+        End::Slider(slider) => slider.mass_kg,
+    };
+    links(one) == links(other) && end(one) == end(other)
 }
 
 /// Solves two equations with a positive matrix.

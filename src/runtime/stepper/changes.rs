@@ -10,6 +10,9 @@ use crate::runtime::pacer::Pace;
 use crate::simulation::Effective;
 use crate::wire::{self, CommandReply, control::Action};
 
+/// Beginning of the cause of a switch that nobody commanded.
+pub(crate) const GOVERNED: &str = "a step took ";
+
 impl Stepper {
     /// Applies a change of the scene or its level, or lets it wait for a step at which it can hold.
     pub(super) fn handle_change(&mut self, command: Command) {
@@ -109,7 +112,7 @@ impl Stepper {
             Ok(changed_j) => {
                 governor.went_to(to);
                 let name = ladder.name(to).to_owned();
-                let reply = changed_reply(String::new(), format!("a step took {cost:.2?}"), effective, changed_j);
+                let reply = changed_reply(String::new(), format!("{GOVERNED}{cost:.2?}"), effective, changed_j);
                 self.tell_change(reply, None, Request::Control(Action::Level(wire::Level { name })));
             }
             Err(refused) => tracing::warn!("stays at its level: {refused}"),

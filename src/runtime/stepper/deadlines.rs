@@ -65,6 +65,9 @@ impl Stepper {
         }
         deadlines.late = late.unwrap_or_default();
         let taken = self.simulation.step();
+        if let Some(slowdown) = &mut self.stepping.slowdown {
+            slowdown.prolong(self.clock.elapsed(), begun);
+        }
         let cost = begun.elapsed();
         taken.map_err(Ending::Diverged)?;
         deadlines.before = None;
