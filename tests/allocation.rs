@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail")]
 
 use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
-use flexcrank::simulation::Simulation;
+use flexcrank::simulation::{SetpointRequest, Simulation};
 
 const MODELS: [ModelKind; 4] = [ModelKind::Rigid, ModelKind::Incremental, ModelKind::Modal, ModelKind::FiniteElement];
 
@@ -36,6 +36,28 @@ fn regress_steps_and_looks_allocate_nothing() {
             let count = allocations(model, integrator, elements);
             assert_eq!(count, 0, "{model:?}, {integrator:?}");
         }
+    }
+}
+
+#[test]
+fn regress_setpoints_allocate_nothing() {
+    for model in MODELS {
+        let integrator = model.usual_integrator().as_str();
+        let elements = if model == ModelKind::Incremental { 1 } else { 4 };
+        let overrides = [
+            format!("solver.model={}", model.as_str()),
+            format!("solver.integrator={integrator}"),
+            format!("crank.elements={elements}"),
+            format!("rod.elements={elements}"),
+        ];
+        let mut run = Simulation::new(&SceneSource::open("crank-slider", &overrides).unwrap().scene).unwrap();
+        let counted = allocation_counter::measure(|| {
+            for n in 0..200_u32 {
+                run.set_torque(&SetpointRequest { torque_nm: f64::from(n % 3), hold_s: 3e-4 }).unwrap();
+                run.step().unwrap();
+            }
+        });
+        assert_eq!(counted.count_total, 0, "{model:?}");
     }
 }
 

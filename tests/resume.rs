@@ -83,7 +83,7 @@ fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
         let (report, folder) = service.finish()?;
         assert_eq!(report.dropped, 0);
         let resumed = telemetry(&folder.path().join("run.mcap"))?;
-        assert!(pending > 0 && resumed.len() > 300);
+        assert!(pending > 0 && resumed.len() > 100);
         // The last sample of either run may be off the rate, and its mean torque of a shorter time.
         let last = straight.keys().map(|(_, _, step)| *step).max();
         for (key, value) in resumed.iter().filter(|((_, _, step), _)| Some(*step) != last) {

@@ -318,7 +318,8 @@ impl OutputWorker {
         match (reply_to, &request) {
             (None, _) => {}
             (Some(reply_to), None) if reply.accepted => self.advances.reply_to_retry(reply.clone(), reply_to),
-            (Some(_), Some(Request::Advance(_))) if reply.accepted => self.advances.begin(&reply.id),
+            // It is answered when its steps are taken.
+            (Some(_), Some(Request::Advance(_))) if reply.accepted => {}
             (Some(reply_to), _) => reply_to(reply.clone().into()),
         }
         if let Some(request) = request.filter(|_| reply.accepted) {
@@ -336,7 +337,7 @@ impl OutputWorker {
             Some(sample) => self.in_force.telemetry.advance_reply(reply, sample),
             None => reply.into(),
         };
-        self.advances.finish(answer, reply_to);
+        self.advances.answer(answer, reply_to);
         sample.into_iter().for_each(|sample| self.return_to_pool(sample));
     }
 

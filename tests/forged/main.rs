@@ -44,8 +44,17 @@ fn eventful() -> Result<(tempfile::TempDir, PathBuf), Failure> {
     for (torque_nm, delay_s) in [(5.0, 0.0), (-3.0, 0.3333), (2.0, 1000.0)] {
         assert!(pulse(torque_nm, delay_s)?.accepted);
     }
+    let setpoint = |torque_nm: f64, hold_s: f64| {
+        let setpoint = wire::Setpoint { id: format!("{hold_s}"), torque_nm, hold_s };
+        client::setpoint(&service.client, &service.name, &setpoint)
+    };
+    assert!(setpoint(0.3, 0.25)?.accepted);
     say(Action::Pause(wire::Pause {}))?;
     say(Action::Step(wire::Steps { count: 7 }))?;
+    let advance = wire::Advance { id: "advance".to_owned(), torque_nm: Some(0.2), steps: 5 };
+    let patience = std::time::Duration::from_secs(30);
+    let advanced = client::advance(&service.client, &service.name, &advance, patience)?;
+    assert!(advanced.reply.is_some_and(|reply| reply.accepted));
     say(Action::Resume(wire::Resume {}))?;
     let listener = common::Listener::new(&service.client, &service.name)?;
     listener.wait_for(flexcrank::bus::Topic::Angles, 30, std::time::Duration::from_secs(30))?;
@@ -53,6 +62,8 @@ fn eventful() -> Result<(tempfile::TempDir, PathBuf), Failure> {
     assert!(pulse(4.0, 0.1)?.accepted);
     assert!(say(Action::Set(wire::Set { changes: vec!["slider.mass_kg=0.3".into(), "solver.step_s=1e-3".into()] }))?.accepted);
     assert!(say(Action::Level(wire::Level { name: "rough".into() }))?.accepted);
+    // In force at the end.
+    assert!(setpoint(-0.1, 60.0)?.accepted);
     listener.wait_for(flexcrank::bus::Topic::Angles, 60, std::time::Duration::from_secs(30))?;
     let (_, folder) = service.stop()?;
     let file = folder.path().join("run.mcap");
@@ -118,7 +129,9 @@ fn other(value: &Value, field: &FieldDescriptor) -> Value {
         Value::U64(value) => Value::U64(value.wrapping_add(1)),
         Value::F32(value) => Value::F32(value.next_up()),
         // The last bit of an input may have no effect.
-        Value::F64(value) if field.full_name().contains("TorquePulse") => Value::F64(value * (1.0 + 1e-9) + 1e-9),
+        Value::F64(value) if ["TorquePulse", ".Setpoint", ".Advance"].iter().any(|of| field.full_name().contains(of)) => {
+            Value::F64(value * (1.0 + 1e-9) + 1e-9)
+        }
         Value::F64(value) => Value::F64(value.next_up()),
         Value::String(value) => Value::String(format!("{value}x")),
         Value::EnumNumber(value) => Value::EnumNumber((value + 1) % 3),

@@ -81,6 +81,25 @@ fn val_a_setpoint_moves_as_a_rectangular_pulse_of_its_hold() {
 }
 
 #[test]
+fn prop_the_torque_of_an_advance_covers_exactly_its_steps() {
+    for step_s in [1e-3, 2e-3, 1e-4 / 3.0] {
+        let mut simulation = free("rigid", "runge-kutta", step_s);
+        for n in 1..200_u32 {
+            let (torque_nm, steps) = (1.0 - f64::from(n % 3), 1 + n % 7);
+            simulation.set_torque_for(torque_nm, steps.into()).unwrap();
+            for _ in 0..steps {
+                simulation.step().unwrap();
+                let mean_nm = simulation.take_mean_torque_nm();
+                assert!((mean_nm - torque_nm).abs() <= 1e-15, "{mean_nm} for {torque_nm} in step {}", simulation.step_count());
+            }
+            assert_eq!(*simulation.setpoint(), SetpointState::default(), "over, and no warning");
+        }
+        simulation.step().unwrap();
+        assert_eq!(simulation.take_mean_torque_nm(), 0.0);
+    }
+}
+
+#[test]
 fn prop_setpoints_add_to_pulses_and_constant_torque() {
     let mut simulation = simulation(&["solver.step_s=1e-3", "pulse=[]", "torque.constant_nm=0.5"]);
     let shape = PulseShape::RaisedCosine;
