@@ -149,8 +149,8 @@ impl RunTrack {
     /// An advance is taken only while paused; it lets the mechanism go on by its steps.
     fn advance(&mut self, advance: &Advance, reply: &CommandReply, at: EpochStep, time_s: f64) -> Option<String> {
         self.limit = self.limit.map(|(epoch, step)| (epoch, step.saturating_add(advance.steps)));
-        if self.paused == Some(false) {
-            return Some("an advance, though the run was not paused".to_owned());
+        if self.paused == Some(false) || advance.steps == 0 {
+            return Some("an advance of no steps, or though the run was not paused".to_owned());
         }
         let fits = reply.effective_step == at.1 + 1 && reply.effective_sim_time_s.to_bits() == time_s.to_bits();
         (!fits || !reply.reason.is_empty()).then(|| "the reply to an advance states another step or time".to_owned())

@@ -106,7 +106,7 @@ impl Simulation {
     pub fn set_torque_for(&mut self, torque_nm: f64, steps: u64) -> Result<Effective, PulseRefused> {
         let start_s = self.time_s();
         // As the last step computes its own end, so that the hold is over exactly there.
-        let end_s = self.grid.time_s(self.step + steps);
+        let end_s = self.grid.time_s(self.step.saturating_add(steps));
         self.load.hold(HeldTorque { start_s, torque_nm, hold_s: end_s - start_s, watched: false })?;
         Ok(self.now())
     }

@@ -94,6 +94,18 @@ fn val_an_advance_answers_with_the_state_after_its_steps() -> Outcome {
 }
 
 #[test]
+fn prop_an_oscillator_answers_with_displacements() -> Outcome {
+    let scene = SceneSource::open("thesis-two-masses", &[])?;
+    let service = Service::start(scene, Pace::Lockstep, None, PublishRate::All)?;
+    let answer = advance(&service, "", None, 10)?;
+    assert_eq!((answer.angles, answer.loads, answer.displacements.as_ref().map(|all| all.nodes.len())), (None, None, Some(2)));
+    let pushed = advance(&service, "", 1.0, 1)?;
+    assert!(reply(&pushed).reason.contains("[oscillator]"), "{pushed:?}");
+    let (_, folder) = service.stop()?;
+    assert_verified(&folder.path().join("run.mcap"))
+}
+
+#[test]
 fn prop_an_advance_is_refused_with_its_reason() -> Outcome {
     let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
     let running = advance(&service, "", 1.0, 1)?;

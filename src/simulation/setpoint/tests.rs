@@ -99,6 +99,18 @@ fn prop_the_torque_of_an_advance_covers_exactly_its_steps() {
     }
 }
 
+/// A forged recording may state any number of steps.
+#[test]
+fn regress_any_number_of_steps_is_held() {
+    let mut simulation = free("rigid", "runge-kutta", 1e-3);
+    simulation.step().unwrap();
+    for steps in [u64::MAX, 0] {
+        simulation.set_torque_for(1.0, steps).unwrap();
+        simulation.step().unwrap();
+        assert_eq!(simulation.setpoint().held.is_some(), steps > 0);
+    }
+}
+
 #[test]
 fn prop_setpoints_add_to_pulses_and_constant_torque() {
     let mut simulation = simulation(&["solver.step_s=1e-3", "pulse=[]", "torque.constant_nm=0.5"]);
