@@ -713,7 +713,7 @@ pub struct AdvanceReply {
     pub loads: ::core::option::Option<Loads>,
     #[prost(message, optional, tag = "4")]
     pub energies: ::core::option::Option<Energies>,
-    /// Of an oscillator, which has neither angles nor loads.
+    /// Present only for an oscillator, which has neither angles nor loads.
     #[prost(message, optional, tag = "5")]
     pub displacements: ::core::option::Option<Displacements>,
 }

@@ -27,18 +27,18 @@ type Payload = Result<Vec<u8>, BadCommand>;
 /// The id and the request of a command, or its id as far as it was readable and why it is refused.
 type Decoded<T> = Result<(String, T), (String, BadCommand)>;
 
-/// How a key accepts commands and encodes its replies.
+/// Whether a key accepts puts, and the encoding of its replies.
 #[derive(Clone, Copy)]
-struct Manner {
+struct KeyOptions {
     /// Whether it accepts puts beside queries.
     puts: bool,
     encode: fn(AdvanceReply) -> (Vec<u8>, Encoding),
 }
 
-const COMMANDS: Manner =
-    Manner { puts: true, encode: |reply| (reply.reply.unwrap_or_default().encode_to_vec(), protobuf_of::<CommandReply>()) };
-const QUERIES: Manner = Manner { puts: false, ..COMMANDS };
-const ADVANCES: Manner = Manner { puts: false, encode: |reply| (reply.encode_to_vec(), protobuf_of::<AdvanceReply>()) };
+const COMMANDS: KeyOptions =
+    KeyOptions { puts: true, encode: |reply| (reply.reply.unwrap_or_default().encode_to_vec(), protobuf_of::<CommandReply>()) };
+const QUERIES: KeyOptions = KeyOptions { puts: false, ..COMMANDS };
+const ADVANCES: KeyOptions = KeyOptions { puts: false, encode: |reply| (reply.encode_to_vec(), protobuf_of::<AdvanceReply>()) };
 
 /// A key that accepts commands.
 pub struct CommandKey {
@@ -57,9 +57,9 @@ pub fn service_commands(
     inbox: &Inbox,
     submit: impl Fn(Command) + Clone + Send + Sync + 'static,
 ) -> Result<Vec<CommandKey>, BusError> {
-    let declare = |key, manner, decode: fn(Payload) -> Decoded<Request>| {
+    let declare = |key, options, decode: fn(Payload) -> Decoded<Request>| {
         let (inbox, submit) = (inbox.clone(), submit.clone());
-        CommandKey::declare(session, key, manner, move |payload, reply| match decode(payload) {
+        CommandKey::declare(session, key, options, move |payload, reply| match decode(payload) {
             Ok((id, request)) => submit(Command { id, request, reply, change: None }),
             Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
         })
@@ -82,9 +82,9 @@ pub fn replay_commands(
     name: &Name,
     handle: impl Fn(String, replay_control::Action, ReplyTo) + Clone + Send + Sync + 'static,
 ) -> Result<Vec<CommandKey>, BusError> {
-    let declare = |key, manner, decode: fn(Payload) -> Decoded<replay_control::Action>| {
+    let declare = |key, options, decode: fn(Payload) -> Decoded<replay_control::Action>| {
         let handle = handle.clone();
-        CommandKey::declare(session, key, manner, move |payload, reply| match decode(payload) {
+        CommandKey::declare(session, key, options, move |payload, reply| match decode(payload) {
             Ok((id, action)) => handle(id, action, reply),
             Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }.into()),
         })
@@ -97,7 +97,7 @@ impl CommandKey {
     fn declare(
         session: &Session,
         key: String,
-        manner: Manner,
+        options: KeyOptions,
         receive: impl Fn(Payload, ReplyTo) + Clone + Send + Sync + 'static,
     ) -> Result<Self, BusError> {
         let refusal_log = RefusalLog::default();
@@ -115,13 +115,13 @@ impl CommandKey {
             }
             let key = own_key.clone();
             let reply = move |reply: AdvanceReply| {
-                let (payload, encoding) = (manner.encode)(reply);
+                let (payload, encoding) = (options.encode)(reply);
                 answer(&query, &key, payload, encoding);
             };
             receive(payload, Box::new(reply));
         };
         let queryable = session.declare_queryable(key.clone()).callback(query).wait().map_err(BusError::failed)?;
-        let subscriber = manner.puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
+        let subscriber = options.puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
         Ok(CommandKey { queryable, subscriber: subscriber.transpose()? })
     }
 
