@@ -67,6 +67,12 @@ def table(binary, recording, folder, topic):
     return list(csv.DictReader(path.open())) if path else []
 
 
+def by_solver(rows):
+    """Missed deadlines whose cause is the solver; the machine's own stalls are counted apart."""
+    count = lambda row, n: int(row[f"causes.{n}.count"]) if row.get(f"causes.{n}.cause") == "SOLVER" else 0
+    return sum(count(row, n) for row in rows for n in range(4))
+
+
 def statuses(binary, recording, folder):
     return table(binary, recording, folder, "status")
 
@@ -95,10 +101,9 @@ def main():
             recording = folder / f"{policy}.mcap"
             run = [binary, "run", scene, *settings, "--no-bus", "--until", str(until_s), "--record", recording]
             subprocess.run([*run, "--overrun", policy, "--slow-solver", str(FACTOR)], capture_output=True, text=True)
-            rows = table(binary, recording, folder / policy, "overruns")
-            misses[policy] = int(statuses(binary, recording, folder / policy)[-1]["overruns"])
-            by_solver = sum(int(row["count"]) for row in rows)
-            print(f"{policy}: {misses[policy]} missed deadlines ({by_solver} reported) under {len(begun)} loads")
+            every = int(statuses(binary, recording, folder / policy)[-1]["overruns"])
+            misses[policy] = by_solver(table(binary, recording, folder / policy, "overruns"))
+            print(f"{policy}: {every} missed deadlines under {len(begun)} loads, {misses[policy]} of them by the solver")
         judge(expect, binary, folder, begun, misses, until_s)
         found = json.loads(subprocess.run([binary, "verify", folder / "degrade.mcap", "--json"], capture_output=True, text=True).stdout)
         expect(found["verdict"] in ("equal", "lossy"), f"verify: {found['verdict']}, {found['findings']}")
@@ -119,8 +124,8 @@ def judge(expect, binary, folder, begun, misses, until_s):
     if not JUDGED:
         print("  measured, not judged")
         return
-    expect(misses["catch-up"] >= 100 * until_s / 600, f"catch-up: {misses['catch-up']} missed deadlines, at least 100 in ten minutes")
-    expect(misses["degrade"] <= len(begun), f"degrade: {misses['degrade']} missed deadlines, one for each load at most")
+    expect(misses["catch-up"] >= 100 * until_s / 600, f"catch-up: {misses['catch-up']} deadlines missed by the solver, at least 100 in ten minutes")
+    expect(misses["degrade"] <= len(begun), f"degrade: {misses['degrade']} deadlines missed by the solver, one for each load at most")
     expect(max(returns, default=0) <= 2.0, "back at the best level two seconds after a load at most")
 
 
