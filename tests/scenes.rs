@@ -152,7 +152,7 @@ fn known(overrides: &[&str]) -> BTreeSet<String> {
 
 #[test]
 fn prop_the_reference_has_every_key_that_the_parser_knows_and_no_other() {
-    const TABLES: [(&str, &[&str]); 14] = [
+    const TABLES: [(&str, &[&str]); 15] = [
         ("[crank], [rod] or [beam]", &["rod.nosuch=1"]),
         (
             "section",
@@ -174,6 +174,7 @@ fn prop_the_reference_has_every_key_that_the_parser_knows_and_no_other() {
         ("[commands]", &["commands.nosuch=1"]),
         ("[oscillator]", &["oscillator.nosuch=1"]),
         ("[solver]", &["solver.nosuch=1"]),
+        ("[[level]]", &["level=[{name='good', nosuch=1}]"]),
     ];
     let rows = scene::reference();
     for (table, overrides) in TABLES {

@@ -2,7 +2,7 @@
 
 use super::ResimulationError;
 use super::difference::{Difference, Field};
-use super::event::{changes, decode, is_report, new_level, schema, topic};
+use super::event::{decode, is_report, schema, topic};
 use super::finding::Finding;
 use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, ResimulationFault, Resimulator};
@@ -299,13 +299,10 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
         let (id, reply) = (command.reply.as_ref().map_or("", |reply| &reply.id), command.reply.clone().unwrap_or_default());
         self.last_command = Some(describe(command, id));
-        if let Some(changes) = changes(command) {
-            let changed = self.resimulator.change(changes);
-            return self.change(command, changed, at);
-        }
-        if let Some(level) = new_level(command) {
-            let changed = self.resimulator.go_to_level(level);
-            return self.change(command, changed, at);
+        match self.resimulator.change(command) {
+            Ok(Some(changed_j)) => return self.change(command, changed_j, at),
+            Err(fault) => return self.lost(at, &fault),
+            Ok(None) => {}
         }
         match self.resimulator.torque(command) {
             Ok(Some(effective)) => {
@@ -320,12 +317,8 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     }
 
     /// Counts a change of the scene or its level, and compares the scene after it and the energy that it brought in.
-    fn change(&mut self, command: &AppliedCommand, changed: Result<f64, ResimulationFault>, at: EpochStep) {
+    fn change(&mut self, command: &AppliedCommand, changed: f64, at: EpochStep) {
         let stated = command.reply.as_ref().and_then(|reply| reply.changed_j);
-        let changed = match changed {
-            Ok(changed_j) => changed_j,
-            Err(fault) => return self.lost(at, &fault),
-        };
         self.done.changes += 1;
         if !command.scene.is_empty() && self.resimulator.scene_text() != command.scene {
             self.fault(at, "the recorded scene is not the one that the changes lead to".to_owned());

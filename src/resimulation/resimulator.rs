@@ -70,15 +70,17 @@ impl Resimulator {
         &self.scene.base.text
     }
 
-    /// Changes the scene at the present instant. Returns the energy that the change brought in, J.
-    pub(super) fn change(&mut self, changes: &[String]) -> Result<f64, ResimulationFault> {
-        let refused = |refused: SceneError| ResimulationFault::Unchanged(refused.to_string());
-        let after = self.scene.changed(changes).map_err(refused)?;
-        self.go_on_as(after)
+    /// Changes the scene or its level at the present instant, if the command does. Returns the energy that this brought in, J.
+    pub(super) fn change(&mut self, command: &AppliedCommand) -> Result<Option<f64>, ResimulationFault> {
+        if let Some(changes) = changes(command) {
+            let refused = |refused: SceneError| ResimulationFault::Unchanged(refused.to_string());
+            let after = self.scene.changed(changes).map_err(refused)?;
+            return self.go_on_as(after).map(Some);
+        }
+        new_level(command).map(|level| self.go_to_level(level)).transpose()
     }
 
-    /// Goes on at a level. Returns the energy that this brought in, J.
-    pub(super) fn go_to_level(&mut self, name: &str) -> Result<f64, ResimulationFault> {
+    fn go_to_level(&mut self, name: &str) -> Result<f64, ResimulationFault> {
         let after = SceneAtLevel::named(&self.scene.base, name).map_err(ResimulationFault::Unchanged)?;
         if after.level == self.scene.level { Ok(0.0) } else { self.go_on_as(after) }
     }
@@ -183,11 +185,8 @@ impl Resimulator {
         if resets(command) {
             return self.go_to((self.simulation.epoch() + 1, 0), |_| {});
         }
-        if let Some(changes) = changes(command) {
-            return self.change(changes).map(|_| ());
-        }
-        if let Some(level) = new_level(command) {
-            return self.go_to_level(level).map(|_| ());
+        if self.change(command)?.is_some() {
+            return Ok(());
         }
         self.torque(command)?;
         Ok(())

@@ -8,7 +8,7 @@ use prost::Message as _;
 use super::ResimulationError;
 use super::deviation::Deviation;
 use super::difference::{Difference, Field};
-use super::event::{changes, decode, new_level, resets, schema, topic};
+use super::event::{decode, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
 use super::timeline::Timeline;
@@ -287,14 +287,8 @@ impl Attempt<'_> {
             self.record(Topic::Commands, message.data.to_vec(), message);
             return Ok(self.resimulator.command(command)?);
         }
-        if let Some(changes) = changes(command) {
-            let effective = self.resimulator.simulation().now();
-            let changed_j = self.resimulator.change(changes)?;
-            return self.record_change(command, (effective, changed_j), message);
-        }
-        if let Some(level) = new_level(command) {
-            let effective = self.resimulator.simulation().now();
-            let changed_j = self.resimulator.go_to_level(level)?;
+        let effective = self.resimulator.simulation().now();
+        if let Some(changed_j) = self.resimulator.change(command)? {
             return self.record_change(command, (effective, changed_j), message);
         }
         let mut command = command.clone();

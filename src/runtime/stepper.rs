@@ -4,6 +4,7 @@ mod advance;
 mod changes;
 mod commands;
 mod deadlines;
+mod ending;
 mod parts;
 mod reporting;
 
@@ -12,17 +13,16 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::command::{Command, SharedState};
-use super::governor::Governor;
-use super::ladder::Ladder;
 use super::missed_deadlines::WakeUp;
 use super::output::{Outbox, Output};
 use super::pacer::{Overrun, Pace};
 use super::shadow::ShadowSimulation;
 use super::slowdown::Slowdown;
-use crate::simulation::{Diverged, EnergyVerdict, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
+use crate::simulation::{Diverged, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
 use crate::wire::{CommandReply, status::State};
 pub(crate) use changes::GOVERNED;
-use parts::{Deadlines, Drops, RunState, Schedule, Statistics};
+pub use ending::{Ending, RunSummary};
+use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
 pub(crate) use reporting::{setpoint_warning, unbalanced, warning};
 
@@ -54,35 +54,6 @@ impl Default for SteppingOptions {
         let publish = PublishRate::DEFAULT.into();
         SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default(), slowdown: None }
     }
-}
-
-/// The end of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Ending {
-    /// The simulation reached `until_s`.
-    Finished,
-    /// A command, a signal or a lost receiver stopped the run.
-    Stopped,
-    /// The simulation diverged.
-    Diverged(Diverged),
-    /// A step missed its deadline under [`Overrun::Stop`].
-    Late {
-        /// The step that missed its deadline.
-        step: u64,
-        /// The lateness.
-        late: Duration,
-    },
-}
-
-/// The result of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RunSummary {
-    /// The end of the run.
-    pub ending: Ending,
-    /// Number of dropped samples.
-    pub dropped: u64,
-    /// Verdict on the energy balance of the last epoch.
-    pub verdict: EnergyVerdict,
 }
 
 /// The next thing that a simulator needs from its thread.
@@ -133,14 +104,7 @@ pub struct Stepper {
     statistics: Statistics,
     drops: Drops,
     schedule: Schedule,
-    /// The levels of the scene; `None` until it is known.
-    ladder: Option<Ladder>,
-    /// Chooses the level, under [`Overrun::Degrade`].
-    governor: Option<Governor>,
-    /// The level that the governor asks for, and the cost of the step that made it ask.
-    wanted_level: Option<(usize, Duration)>,
-    /// A change of the scene that waits for a common instant of its steps and the present ones.
-    waiting_change: Option<Command>,
+    levels: Levels,
     resumed: bool,
     epoch_start_s: f64,
 }
@@ -169,10 +133,7 @@ impl Stepper {
             statistics: Statistics::new()?,
             drops: Drops::default(),
             schedule: Schedule::default(),
-            ladder: None,
-            governor: None,
-            wanted_level: None,
-            waiting_change: None,
+            levels: Levels::default(),
             resumed: false,
             epoch_start_s: 0.0,
         })
@@ -183,15 +144,6 @@ impl Stepper {
         self.epoch_start_s = epoch_start_s;
         answers.iter().for_each(|answer| self.ports.shared.remember(answer, None));
         self.resumed = true;
-        self
-    }
-
-    /// Lets commands change the scene or its level; `ladder` is that of the simulation.
-    pub fn with_ladder(mut self, ladder: Ladder) -> Self {
-        if let (Overrun::Degrade, Pace::Factor(factor)) = (self.stepping.overrun, self.stepping.pace) {
-            self.governor = Some(Governor::new(&ladder.costs(factor), ladder.present()));
-        }
-        self.ladder = Some(ladder);
         self
     }
 

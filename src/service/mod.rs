@@ -1,6 +1,7 @@
 //! Live services and replays: the layer that joins bus, recording and runtime.
 
 mod advance_answers;
+mod applied;
 mod drop_ledger;
 mod error;
 mod live;

@@ -9,6 +9,7 @@ use prost::Message as _;
 use tokio::sync::oneshot;
 
 use super::advance_answers::AdvanceAnswers;
+use super::applied::applied;
 use super::drop_ledger::DropLedger;
 use super::live_modes::ModesService;
 use super::scene_update_timer::SceneUpdateTimer;
@@ -16,7 +17,7 @@ use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{Advanced, Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SceneInForce, SharedState};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
-use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, Topic, applied_command, control::Action};
+use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, Topic, control::Action};
 
 /// Called with every status message, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -390,16 +391,4 @@ impl OutputWorker {
         }
         self.recordings.finished.extend(recorder.finish(reason));
     }
-}
-
-/// The record of a command that took effect.
-fn applied(request: Request, reply: CommandReply, stamp: &Stamp) -> AppliedCommand {
-    let id = reply.id.clone();
-    let command = match request {
-        Request::Torque(pulse) => applied_command::Command::Torque(wire::pulse_message(&id, &pulse)),
-        Request::Setpoint(setpoint) => applied_command::Command::Setpoint(wire::setpoint_message(&id, &setpoint)),
-        Request::Advance(advance) => applied_command::Command::Advance(wire::advance_message(&id, &advance)),
-        Request::Control(action) => applied_command::Command::Control(wire::Control { id, action: Some(action) }),
-    };
-    AppliedCommand { stamp: Some(wire::stamp(stamp)), reply: Some(reply), command: Some(command), scene: String::new() }
 }

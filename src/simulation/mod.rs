@@ -55,7 +55,7 @@ pub use crate::integrate::Work;
 use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
 use crate::scene::Scene;
-use drive::{DriveLaw, Torque};
+use drive::DriveLaw;
 use engine::Engine;
 use ledger::Ledger;
 use load::Load;
@@ -355,48 +355,6 @@ impl Simulation {
     /// Energies, works and estimated error of the present state.
     pub fn account(&self) -> Account {
         Account { ledger: self.ledger(), verdict: self.energy_verdict(), error: self.error }
-    }
-
-    /// Everything needed to go on from here.
-    pub fn checkpoint(&self) -> Checkpoint {
-        let mut state = Vec::new();
-        self.engine.save(&mut state);
-        let pulses = self.load.pulses.iter().copied().collect();
-        Checkpoint {
-            step: self.step,
-            epoch: self.epoch,
-            state,
-            pulses,
-            setpoint: self.load.setpoint,
-            ledger: self.ledger.entries(),
-            error: self.error,
-            torque_nm: self.law.torque.mean_nm,
-            delivered: self.load.delivered,
-            changes: self.epoch_changes(),
-        }
-    }
-
-    /// Goes back (or on) to a checkpoint of the same scene, of the one in force then if it was changed; `false`, and nothing changed, when it does not fit.
-    pub fn restore(&mut self, checkpoint: &Checkpoint) -> bool {
-        let other_step = |changes: &EpochChanges| changes.grid.step_s.to_bits() != self.grid.step_s.to_bits();
-        if checkpoint.changes.as_ref().is_some_and(other_step) || !self.engine.restore(&checkpoint.state) {
-            return false;
-        }
-        (self.step, self.epoch) = (checkpoint.step, checkpoint.epoch);
-        self.load.replace_pulses(&checkpoint.pulses);
-        self.load.setpoint = checkpoint.setpoint;
-        self.law.torque = Torque::constant(checkpoint.torque_nm);
-        self.load.delivered = checkpoint.delivered;
-        self.error = checkpoint.error;
-        let changes = checkpoint.changes;
-        self.changed = changes.is_some();
-        self.grid = changes.map_or(StepGrid::new(self.grid.step_s), |changes| changes.grid);
-        self.law.set_origin(changes.and_then(|changes| changes.motion));
-        let energy = self.engine.energy(&self.law, self.time_s());
-        let unchanged = (self.observed.start.energy, ChangedEnergy::default());
-        let start = changes.map_or(unchanged, |changes| (changes.start, changes.changed));
-        self.ledger = Ledger::at(start, &checkpoint.ledger, energy);
-        true
     }
 }
 

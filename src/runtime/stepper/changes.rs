@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use super::Stepper;
 use crate::runtime::command::{Command, ReplyTo, Request};
+use crate::runtime::governor::Governor;
+use crate::runtime::ladder::Ladder;
 use crate::runtime::output::{Answer, Output};
-use crate::runtime::pacer::Pace;
+use crate::runtime::pacer::{Overrun, Pace};
 use crate::simulation::Effective;
 use crate::wire::{self, CommandReply, control::Action};
 
@@ -14,6 +16,15 @@ use crate::wire::{self, CommandReply, control::Action};
 pub(crate) const GOVERNED: &str = "a step took ";
 
 impl Stepper {
+    /// Lets commands change the scene or its level; `ladder` is that of the simulation.
+    pub fn with_ladder(mut self, ladder: Ladder) -> Self {
+        if let (Overrun::Degrade, Pace::Factor(factor)) = (self.stepping.overrun, self.stepping.pace) {
+            self.levels.governor = Some(Governor::new(&ladder.costs(factor), ladder.present()));
+        }
+        self.levels.ladder = Some(ladder);
+        self
+    }
+
     /// Applies a change of the scene or its level, or lets it wait for a step at which it can hold.
     pub(super) fn handle_change(&mut self, command: Command) {
         if let Some(reply) = self.ports.shared.reply_to_retry(&command.id, &command.request) {
@@ -22,14 +33,14 @@ impl Stepper {
             return self.send(Output::Answer(Box::new(answer)));
         }
         match self.steps_to_change(&command) {
-            Some(1..) if !self.run.paused => self.waiting_change = Some(command),
+            Some(1..) if !self.run.paused => self.levels.waiting = Some(command),
             _ => self.apply_change(command),
         }
     }
 
     /// Steps before the change can hold; `None` if it never can.
     fn steps_to_change(&self, command: &Command) -> Option<u64> {
-        let ladder = self.ladder.as_ref()?;
+        let ladder = self.levels.ladder.as_ref()?;
         match (&command.request, &command.change) {
             (_, Some(change)) => change.steps_ahead(&self.simulation, ladder.present()),
             (Request::Control(Action::Level(level)), None) => {
@@ -41,8 +52,8 @@ impl Stepper {
 
     /// Applies the change that waits, if its step has come.
     pub(super) fn take_waiting_change(&mut self) {
-        if self.waiting_change.as_ref().is_some_and(|command| !matches!(self.steps_to_change(command), Some(1..)))
-            && let Some(command) = self.waiting_change.take()
+        if self.levels.waiting.as_ref().is_some_and(|command| !matches!(self.steps_to_change(command), Some(1..)))
+            && let Some(command) = self.levels.waiting.take()
         {
             self.apply_change(command);
         }
@@ -51,7 +62,7 @@ impl Stepper {
     fn apply_change(&mut self, command: Command) {
         let Command { id, request, reply: reply_to, mut change } = command;
         let effective = self.simulation.now();
-        let changed = match (&request, &mut change, &mut self.ladder) {
+        let changed = match (&request, &mut change, &mut self.levels.ladder) {
             (_, Some(change), Some(ladder)) => {
                 let changed = change.apply(&mut self.simulation, ladder).map_err(|refused| refused.to_string());
                 if let (Ok(_), Some(shadow)) = (&changed, &mut self.shadow) {
@@ -84,7 +95,7 @@ impl Stepper {
 
     /// Lets the governor follow a command.
     fn tell_governor(&mut self, request: &Request) {
-        let (Some(governor), Some(ladder)) = (&mut self.governor, &self.ladder) else { return };
+        let (Some(governor), Some(ladder)) = (&mut self.levels.governor, &self.levels.ladder) else { return };
         match (request, self.stepping.pace) {
             (Request::Control(Action::Level(_)), _) => governor.commanded(ladder.present()),
             (_, Pace::Factor(factor)) => *governor = governor.with_costs(&ladder.costs(factor)),
@@ -95,18 +106,18 @@ impl Stepper {
     /// Goes to the level that the governor asks for after a step of this cost; not across the edge of a pulse, nor before the steps of
     /// both levels meet.
     pub(super) fn govern(&mut self, cost: Duration) {
-        let (Some(governor), Some(ladder)) = (&mut self.governor, &mut self.ladder) else { return };
+        let (Some(governor), Some(ladder)) = (&mut self.levels.governor, &mut self.levels.ladder) else { return };
         if self.run.paused {
             return;
         }
         if let Some(to) = governor.after_step(self.clock.elapsed(), cost) {
-            self.wanted_level = Some((to, cost));
+            self.levels.wanted = Some((to, cost));
         }
-        let Some((to, cost)) = self.wanted_level else { return };
+        let Some((to, cost)) = self.levels.wanted else { return };
         if ladder.steps_ahead(&self.simulation, to) != Some(0) || self.simulation.has_edge_in_next_step() {
             return;
         }
-        self.wanted_level = None;
+        self.levels.wanted = None;
         let effective = self.simulation.now();
         match ladder.switch(&mut self.simulation, to) {
             Ok(changed_j) => {
@@ -122,7 +133,7 @@ impl Stepper {
     /// Sends the scene in force, the reply, and the state from which the changed scene goes on.
     fn tell_change(&mut self, reply: CommandReply, reply_to: Option<ReplyTo>, request: Request) {
         let stamp = self.stamp();
-        if let Some(in_force) = self.ladder.as_ref().map(|ladder| Arc::clone(ladder.in_force())) {
+        if let Some(in_force) = self.levels.ladder.as_ref().map(|ladder| Arc::clone(ladder.in_force())) {
             self.send(Output::Scene(in_force));
         }
         self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: Some(request), stamp })));

@@ -7,6 +7,8 @@ use super::Ending;
 use super::advance::Advance;
 use crate::runtime::command::Command;
 use crate::runtime::duration_histogram::DurationHistogram;
+use crate::runtime::governor::Governor;
+use crate::runtime::ladder::Ladder;
 use crate::runtime::missed_deadlines::{MissedDeadlines, StepTimings};
 use crate::runtime::output::MissedSamples;
 use crate::runtime::pacer::{Pace, Pacer};
@@ -101,4 +103,17 @@ pub(super) struct Schedule {
     pub next_status: Duration,
     /// In session time, s.
     pub next_checkpoint_s: f64,
+}
+
+/// The levels of the scene, and changes that wait.
+#[derive(Default)]
+pub(super) struct Levels {
+    /// `None` until the scene is known.
+    pub ladder: Option<Ladder>,
+    /// Chooses the level, under [`Overrun::Degrade`](crate::runtime::Overrun::Degrade).
+    pub governor: Option<Governor>,
+    /// The level that the governor asks for, and the cost of the step that made it ask.
+    pub wanted: Option<(usize, Duration)>,
+    /// A change of the scene or its level that waits for a common instant of its steps and the present ones.
+    pub waiting: Option<Command>,
 }

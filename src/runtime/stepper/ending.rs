@@ -1,0 +1,34 @@
+//! The end of a run.
+
+use std::time::Duration;
+
+use crate::simulation::{Diverged, EnergyVerdict};
+
+/// The end of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ending {
+    /// The simulation reached `until_s`.
+    Finished,
+    /// A command, a signal or a lost receiver stopped the run.
+    Stopped,
+    /// The simulation diverged.
+    Diverged(Diverged),
+    /// A step missed its deadline under [`Overrun::Stop`].
+    Late {
+        /// The step that missed its deadline.
+        step: u64,
+        /// The lateness.
+        late: Duration,
+    },
+}
+
+/// The result of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSummary {
+    /// The end of the run.
+    pub ending: Ending,
+    /// Number of dropped samples.
+    pub dropped: u64,
+    /// Verdict on the energy balance of the last epoch.
+    pub verdict: EnergyVerdict,
+}
