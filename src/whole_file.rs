@@ -61,6 +61,22 @@ impl Write for WholeFile {
     }
 }
 
+/// Writes a whole file at once, where there is none.
+///
+/// # Errors
+/// Fails if the file cannot be written, or exists.
+pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    if path.symlink_metadata().is_ok() {
+        return Err(io::ErrorKind::AlreadyExists.into());
+    }
+    let mut file = WholeFile::create(path)?;
+    file.write_all(bytes)?;
+    match file {
+        WholeFile::Beside(file, path) => file.persist_noclobber(path).map(drop).map_err(|refused| refused.error),
+        direct @ WholeFile::Direct(_) => direct.finish(),
+    }
+}
+
 /// Writes a whole file at once.
 ///
 /// # Errors
@@ -94,6 +110,13 @@ mod tests {
         write_whole(Path::new("/dev/null"), b"nothing")?;
         assert!(!fs::metadata("/dev/null")?.is_file());
         assert!(write_whole(&folder.path().join("none/table.csv"), b"").is_err());
+        let taken = write_new(&path, b"fourth").map_err(|refused| refused.kind());
+        assert!(taken == Err(io::ErrorKind::AlreadyExists) && fs::read(&path)? == b"third");
+        write_new(&folder.path().join("new.csv"), b"fifth")?;
+        assert_eq!(
+            (fs::read(folder.path().join("new.csv"))?.as_slice(), fs::read_dir(folder.path())?.count()),
+            (&b"fifth"[..], 3)
+        );
         Ok(())
     }
 }

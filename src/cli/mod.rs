@@ -55,6 +55,7 @@ mod status_line;
 mod supervise;
 mod thesis_figures;
 mod trade;
+mod trade_levels;
 mod trade_modes;
 mod trade_table;
 mod values;

@@ -1,11 +1,10 @@
 //! `trade`: measures speed against accuracy, and chooses the cheapest settings that suffice.
 
-use std::fs::File;
 use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
+use clap::{ArgGroup, ValueEnum};
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use indicatif::ProgressBar;
 
@@ -16,14 +15,17 @@ use super::folders::must_be_writable;
 use super::output::{output, print_json};
 use super::progress::bar;
 use super::signals::Interruption;
+use super::trade_levels::decide_levels;
 use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
 use crate::plot::{Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
-    Choice, Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, study, table,
+    Choice, Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, choose_levels,
+    study, table,
 };
+use crate::whole_file::write_new;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -32,11 +34,18 @@ Examples:
   flexcrank trade ref-r2s --tolerance 1e-3 --real-time-factor 5 --outputs angle,slider
   flexcrank trade --tolerance 1e-3 --real-time-factor 20 --outputs angle,slider,deflection,energy
   flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
+  flexcrank trade --levels 4 --real-time-factor 5 --write levels.toml
 
 Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint forces \
     over their peaks, energy balance over the largest kinetic and strain energy; the largest over the run's instants. \
     Energy errors grow over time: if energy is among the outputs, --tolerance also checks the choice over ten minutes \
     of the scene, and --budget does not bound that check.
+
+Levels of detail are settings between which a running service can switch. --levels prints them as [[level]] tables, or with --write \
+    writes the scene with them. All reach --real-time-factor. The first is the best of those, within --tolerance if that is given; \
+    its keys become the scene's own. The last is the cheapest with an error of at most 0.5 in the outputs that count. Each costs at \
+    most 0.7 of the one before, by counted work; their steps divide one another. Each is verified on another speed and pulse, and \
+    error_rad is the larger error of the crank's chord angle. Before they are accepted, a run switches between neighbours, both ways.
 
 Columns (all with --wide, --csv and --json): error is the largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
@@ -71,6 +80,7 @@ struct OutputArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(group = ArgGroup::new("choice").args(["tolerance", "levels"]).multiple(true))]
 pub(super) struct Args {
     /// A built-in scene or a TOML file.
     #[arg(default_value = builtin::DEFAULT, add = ArgValueCompleter::new(completions::scenes))]
@@ -102,11 +112,14 @@ pub(super) struct Args {
     /// Choose the cheapest settings with errors within this tolerance, or explain why there are none.
     #[arg(long, value_name = "ERROR", value_parser = positive)]
     tolerance: Option<f64>,
-    /// Simulated seconds per second that the choice must reach.
-    #[arg(long, value_name = "FACTOR", default_value = "1", requires = "tolerance", value_parser = positive)]
+    /// Choose this many levels of detail, 2 to 8, from the best setting that is fast enough to the cheapest that is of use.
+    #[arg(long, value_name = "N", value_parser = levels)]
+    levels: Option<usize>,
+    /// Simulated seconds per second that the choice, or every level, must reach.
+    #[arg(long, value_name = "FACTOR", default_value = "1", requires = "choice", value_parser = positive)]
     real_time_factor: f64,
-    /// Write a copy of the scene with the chosen settings; the file must not exist.
-    #[arg(long, value_name = "FILE", requires = "tolerance")]
+    /// Write a copy of the scene with the chosen settings or levels; the file must not exist.
+    #[arg(long, value_name = "FILE", requires = "choice")]
     write: Option<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
@@ -138,6 +151,11 @@ impl From<OutputGroupWord> for OutputGroup {
 
 pub(super) fn trade(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
+    if args.levels.is_some() && args.models == [ModelKind::Incremental] {
+        return Err(Failure::Usage(
+            "--models: incremental carries its own state, so that no run can switch to it or from it".into(),
+        ));
+    }
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
         return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
@@ -160,10 +178,17 @@ pub(super) fn trade(args: &Args) -> CommandResult {
         say!("warning: interrupted: the table is a part, {} configurations", study.rows.len());
         return Ok(ExitStatus::Interrupted);
     }
-    let Some(tolerance) = args.tolerance else { return Ok(ExitStatus::Success) };
-    let demands = Demands { tolerance, real_time_factor: args.real_time_factor };
+    if args.tolerance.is_none() && args.levels.is_none() {
+        return Ok(ExitStatus::Success);
+    }
+    let demands = Demands { tolerance: args.tolerance.unwrap_or(f64::INFINITY), real_time_factor: args.real_time_factor };
     let verifying = bar(0, "verifying, {elapsed}  {wide_msg}");
     let mut show = |running: &Configuration| verifying.set_message(running.to_string());
+    if let Some(count) = args.levels {
+        let levels = choose_levels(&source, &study, &demands, count, args.budget, &mut show);
+        verifying.finish_and_clear();
+        return decide_levels(args, count, levels);
+    }
     let choice = choose(&source.scene, &study, &demands, args.budget, &mut show);
     verifying.finish_and_clear();
     let lost = |chosen: &Chosen| modes.as_ref().map(|modes| lost(&study, modes, &chosen.row).join("; "));
@@ -210,7 +235,7 @@ fn question(args: &Args) -> Question {
             elements: args.elements.clone(),
             modes: args.modes.clone(),
             steps_s: args.steps.clone(),
-            link_by_link: args.tolerance.is_some(),
+            link_by_link: args.tolerance.is_some() || args.levels.is_some(),
         },
         outputs: args.outputs.iter().map(|word| OutputGroup::from(*word)).collect(),
         until_s: args.until,
@@ -233,13 +258,19 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice, lost: impl FnOnce(
             writeln!(out)?;
             lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
             writeln!(out, "{}", sections(chosen, &keys))?;
-            if let Some(path) = &args.write {
-                File::create_new(path).and_then(|mut file| file.write_all(copy.text.as_bytes())).map_err(Failure::file(path))?;
-                say!("wrote {}", path.display());
-            }
+            write_scene(args, &copy)?;
             Ok(ExitStatus::Success)
         }
     }
+}
+
+/// Writes the scene to `--write`.
+pub(super) fn write_scene(args: &Args, scene: &SceneSource) -> CommandResult<()> {
+    if let Some(path) = &args.write {
+        write_new(path, scene.text.as_bytes()).map_err(Failure::file(path))?;
+        say!("wrote {}", path.display());
+    }
+    Ok(())
 }
 
 /// The settings as TOML, with their measured errors and speed.
@@ -256,7 +287,12 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     if chosen.passed_over > 0 {
         text += &format!("# ({} cheaper ones held at first, but not when they were verified)\n", chosen.passed_over);
     }
-    let mut table = "";
+    text + &tables(keys)
+}
+
+/// `TABLE.KEY=VALUE` as TOML.
+pub(super) fn tables(keys: &[String]) -> String {
+    let (mut text, mut table) = (String::new(), "");
     for (name, rest) in keys.iter().filter_map(|key| key.split_once('.')) {
         if name != table {
             text += &format!("[{name}]\n");
@@ -289,6 +325,10 @@ fn find<T: Copy>(word: &str, words: &[(&str, T)]) -> Result<T, String> {
 fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     Format::of(&path).map(|_| path).ok_or_else(|| "a picture ends in .svg or .png".to_owned())
+}
+
+fn levels(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|number| (2..=8).contains(number)).ok_or_else(|| "a whole number from 2 to 8".to_owned())
 }
 
 fn elements(text: &str) -> Result<usize, String> {

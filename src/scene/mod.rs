@@ -18,6 +18,7 @@ mod error;
 mod key;
 mod keys;
 mod level;
+mod level_text;
 mod link;
 mod oscillator;
 mod parse;
@@ -32,6 +33,7 @@ pub use error::SceneError;
 pub use key::KeyRow;
 pub use keys::{INTEGRATORS, MODELS, SHAPES, reference, reference_markdown};
 pub use level::SceneAtLevel;
+pub use level_text::level_tables;
 pub use types::*;
 
 use crate::text_file;

@@ -2,15 +2,13 @@
 
 use std::fmt;
 
+use super::Study;
 use super::configuration::Configuration;
-use super::errors::Errors;
-use super::grid::Grid;
 use super::output_group::OutputGroup;
-use super::reference::{Reference, WELL_RESOLVED};
-use super::run::{Failed, energy_error, run, time};
+use super::run::Failed;
 use super::sweep::{Measured, Row};
-use super::{REFERENCE_PART, Study};
-use crate::scene::{Drive, Motion, Pulse, Scene, System};
+use super::verification::{Trial, Verification};
+use crate::scene::Scene;
 
 /// Requirements on the choice.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,19 +17,6 @@ pub struct Demands {
     pub tolerance: f64,
     /// Simulated seconds per second of computing, at least.
     pub real_time_factor: f64,
-}
-
-/// One configuration's standing on the runs that verify it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trial {
-    /// Errors on another speed and pulse.
-    pub errors: Errors,
-    /// The largest that counts.
-    pub error: f64,
-    /// Simulated seconds per second there, by the slowest repeat.
-    pub real_time_factor: f64,
-    /// Error of the energy balance in ten minutes of the scene itself, where energy counts and the rest holds.
-    pub long_energy: Option<f64>,
 }
 
 /// The configuration that holds both demands on all runs.
@@ -97,13 +82,6 @@ pub enum Refusal {
 /// Chosen, or refused.
 pub type Choice = Result<Chosen, Refusal>;
 
-/// Speed factor of the verifying run.
-const OTHER_SPEED: f64 = 1.2;
-const OTHER_TORQUE: f64 = 0.8;
-const OTHER_DURATION: f64 = 1.5;
-/// Duration over which energy must be kept, s. A short run shows little of a long one, in which energy errors reach the
-/// vibrations that the step resolves worst.
-const LONG_S: f64 = 600.0;
 /// Candidates that are verified at most.
 const CANDIDATES: usize = 12;
 
@@ -119,38 +97,30 @@ pub fn choose(
     progress: &mut dyn FnMut(&Configuration),
 ) -> Choice {
     let candidates = candidates(study, demands)?;
-    let other = other(scene);
-    let chain = other.chain().ok_or(Refusal::Nothing)?;
-    let wanted = (study.outputs.as_slice(), demands.tolerance / WELL_RESOLVED);
-    let reference = Reference::converge(&other, chain, &study.grid, wanted, REFERENCE_PART * budget_s, progress)
-        .map_err(Refusal::NoVerification)?;
+    let verification = Verification::new(scene, study, demands.tolerance, budget_s, progress)?;
     let mut refusal = Refusal::Nothing;
     for (passed_over, (row, measured)) in candidates.into_iter().take(CANDIDATES).enumerate() {
         progress(&row.configuration);
-        let Ok(mut trial) = verify(&row.configuration, &other, &study.grid, &reference, &study.outputs) else { continue };
-        if study.outputs.contains(&OutputGroup::Energy) && trial.holds(demands) {
-            let Ok(error) = energy_error(&row.configuration, scene, &study.grid, LONG_S) else { continue };
-            trial.long_energy = Some(error);
+        let Ok(mut trial) = verification.run(&row.configuration) else { continue };
+        if trial.holds(demands) {
+            let Ok(error) = verification.long_energy(&row.configuration) else { continue };
+            trial.long_energy = error;
         }
         if trial.holds(demands) {
             return Ok(Chosen { row: row.clone(), real_time_factor: speed(measured), trial, passed_over });
         }
-        refusal = Refusal::Verification {
-            last: row.configuration.clone(),
-            error_times: trial.worst() / demands.tolerance,
-            speed_times: demands.real_time_factor / trial.real_time_factor,
-        };
+        refusal = trial.refusal(demands, &row.configuration);
     }
     Err(refusal)
 }
 
 /// Simulated seconds per second, by the slowest repeat.
-fn speed(measured: &Measured) -> f64 {
+pub(super) fn speed(measured: &Measured) -> f64 {
     measured.timing.slowest_per_s.recip()
 }
 
 /// Returns the configurations that meet the requirements, cheapest first by counted work, or the requirement that fails.
-fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
+pub(super) fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
     let mut all: Vec<(&Row, &Measured)> = study.measured().collect();
     all.sort_by(|a, b| a.1.counted_s_per_s.total_cmp(&b.1.counted_s_per_s));
     let (accurate, fast) = (|m: &Measured| m.error <= demands.tolerance, |m: &Measured| speed(m) >= demands.real_time_factor);
@@ -187,52 +157,6 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
     }
 }
 
-fn verify(
-    configuration: &Configuration,
-    other: &Scene,
-    grid: &Grid,
-    reference: &Reference,
-    outputs: &[OutputGroup],
-) -> Result<Trial, Failed> {
-    let (run, seconds) = run(configuration, other, grid)?;
-    let timing = time(configuration, other, grid, seconds)?;
-    let errors = reference.errors(&run);
-    let error = reference.bounded_error(&errors, outputs);
-    Ok(Trial { errors, error, real_time_factor: timing.slowest_per_s.recip(), long_energy: None })
-}
-
-impl Trial {
-    fn worst(&self) -> f64 {
-        self.error.max(self.long_energy.unwrap_or(0.0))
-    }
-
-    fn holds(&self, demands: &Demands) -> bool {
-        self.worst() <= demands.tolerance && self.real_time_factor >= demands.real_time_factor
-    }
-}
-
-/// The same mechanism at another speed, by another pulse: every motion a fifth faster, every pulse a fifth weaker and half again
-/// as long (so its impulse a fifth larger).
-fn other(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    if let System::Chain(chain) = &mut scene.system {
-        chain.start.rate_rad_per_s *= OTHER_SPEED;
-    }
-    match &mut scene.drive {
-        Drive::Torque { constant_nm, pulses } => {
-            *constant_nm *= OTHER_SPEED;
-            for Pulse { torque_nm, duration_s, .. } in pulses {
-                *torque_nm *= OTHER_TORQUE;
-                *duration_s *= OTHER_DURATION;
-            }
-        }
-        Drive::Motion(Motion::Speed(rate)) => *rate *= OTHER_SPEED,
-        Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => *to_rad_per_s *= OTHER_SPEED,
-        Drive::Motion(Motion::Table(rows)) => rows.iter_mut().for_each(|row| row[0] /= OTHER_SPEED),
-    }
-    scene
-}
-
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -252,6 +176,9 @@ impl fmt::Display for Refusal {
                 "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow; \
                  at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
             ),
+            Refusal::Verification { last, error_times: 0.0, speed_times } => {
+                write!(f, "verification fails on another speed and pulse: {last} needs {speed_times:.3} times the time allowed")
+            }
             Refusal::Verification { last, error_times, speed_times } => write!(
                 f,
                 "verification fails on another speed and pulse, or in energy over ten minutes: {last} has {error_times:.3} times \

@@ -162,6 +162,22 @@ impl Configuration {
     }
 }
 
+impl Configuration {
+    /// A word for a level of detail: `modal-4-2ms`.
+    pub(super) fn word(&self) -> String {
+        let Family { model, integrator: _, resolution, rigid } = &self.family;
+        let size = if *resolution > 0 { format!("-{resolution}") } else { String::new() };
+        let part = match rigid[..] {
+            [true, false] if *resolution > 0 => "-rigid-crank",
+            [false, true] if *resolution > 0 => "-rigid-rod",
+            _ => "",
+        };
+        // Seven digits: a product has rounding beyond them.
+        let step_ms: f64 = format!("{:.6e}", 1e3 * self.step_s).parse().unwrap_or(1e3 * self.step_s);
+        format!("{}{size}{part}-{step_ms}ms", model.as_str())
+    }
+}
+
 impl fmt::Display for Configuration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}, step {:e} s", self.family, self.step_s)

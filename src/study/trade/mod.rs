@@ -11,6 +11,9 @@ mod errors;
 mod excitation;
 mod front;
 mod grid;
+mod ladder;
+mod level_tables;
+mod levels;
 mod lost_modes;
 mod output_group;
 mod reference;
@@ -18,19 +21,22 @@ mod run;
 mod selection;
 mod sweep;
 mod table;
+mod transfer_trial;
+mod verification;
 
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::scene::Scene;
 
-pub use choice::{Choice, Chosen, Demands, Refusal, Trial, choose};
+pub use choice::{Choice, Chosen, Demands, Refusal, choose};
 pub use configuration::{Configuration, Family};
 pub use effort::RunEffort;
 pub use errors::Errors;
 pub use excitation::{Excitation, ExcitedMode, NoExcitation};
 pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
+pub use levels::{Levels, MeasuredLevel, NoLevels, PassedOver, Unfit, choose_levels};
 pub use lost_modes::{LostModes, ModeError, Reason};
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{Reference, WELL_RESOLVED};
@@ -38,6 +44,8 @@ pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
 pub use table::table;
+pub use transfer_trial::NoSwitch;
+pub use verification::Trial;
 
 /// The request of a study.
 #[derive(Debug, Clone, PartialEq)]

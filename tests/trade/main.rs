@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
+mod levels;
+
 use std::path::Path;
 use std::process::Command;
 

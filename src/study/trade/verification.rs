@@ -1,0 +1,116 @@
+//! Runs that verify a configuration: the same mechanism at another speed, by another pulse.
+
+use super::choice::{Demands, Refusal};
+use super::configuration::Configuration;
+use super::errors::Errors;
+use super::output_group::OutputGroup;
+use super::reference::{Reference, WELL_RESOLVED};
+use super::run::{Failed, energy_error, run, time};
+use super::{REFERENCE_PART, Study};
+use crate::scene::{Drive, Motion, Pulse, Scene, System};
+
+/// One configuration's standing on the runs that verify it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Errors on another speed and pulse.
+    pub errors: Errors,
+    /// The largest that counts.
+    pub error: f64,
+    /// The one of the first link's chord angle, rad; at least the uncertainty of the reference there.
+    pub angle_rad: f64,
+    /// Simulated seconds per second there, by the slowest repeat.
+    pub real_time_factor: f64,
+    /// Error of the energy balance in ten minutes of the scene itself, where energy counts and the rest holds.
+    pub long_energy: Option<f64>,
+}
+
+/// Speed factor of the verifying run.
+const OTHER_SPEED: f64 = 1.2;
+const OTHER_TORQUE: f64 = 0.8;
+const OTHER_DURATION: f64 = 1.5;
+/// Duration over which energy must be kept, s. A short run shows little of a long one, in which energy errors reach the
+/// vibrations that the step resolves worst.
+const LONG_S: f64 = 600.0;
+
+/// The other run and its reference.
+pub(super) struct Verification<'a> {
+    scene: &'a Scene,
+    study: &'a Study,
+    other: Scene,
+    reference: Reference,
+}
+
+impl<'a> Verification<'a> {
+    /// Converges the other run's reference for errors of `tolerance`. `budget_s` bounds it; `progress` is called before every run.
+    pub(super) fn new(
+        scene: &'a Scene,
+        study: &'a Study,
+        tolerance: f64,
+        budget_s: f64,
+        progress: &mut dyn FnMut(&Configuration),
+    ) -> Result<Self, Refusal> {
+        let other = other(scene);
+        let chain = other.chain().ok_or(Refusal::Nothing)?;
+        let wanted = (study.outputs.as_slice(), tolerance / WELL_RESOLVED);
+        let reference = Reference::converge(&other, chain, &study.grid, wanted, REFERENCE_PART * budget_s, progress)
+            .map_err(Refusal::NoVerification)?;
+        Ok(Verification { scene, study, other, reference })
+    }
+
+    /// Runs a configuration on the other speed and pulse.
+    pub(super) fn run(&self, configuration: &Configuration) -> Result<Trial, Failed> {
+        let (run, seconds) = run(configuration, &self.other, &self.study.grid)?;
+        let timing = time(configuration, &self.other, &self.study.grid, seconds)?;
+        let errors = self.reference.errors(&run);
+        let error = self.reference.bounded_error(&errors, &self.study.outputs);
+        let angle_rad = self.reference.bounded_error(&errors, &[OutputGroup::Angle]);
+        Ok(Trial { errors, error, angle_rad, real_time_factor: timing.slowest_per_s.recip(), long_energy: None })
+    }
+
+    /// Error of the energy balance in ten minutes of the scene itself, if energy counts.
+    pub(super) fn long_energy(&self, configuration: &Configuration) -> Result<Option<f64>, Failed> {
+        let counts = self.study.outputs.contains(&OutputGroup::Energy);
+        counts.then(|| energy_error(configuration, self.scene, &self.study.grid, LONG_S)).transpose()
+    }
+}
+
+impl Trial {
+    fn worst(&self) -> f64 {
+        self.error.max(self.long_energy.unwrap_or(0.0))
+    }
+
+    pub(super) fn holds(&self, demands: &Demands) -> bool {
+        self.worst() <= demands.tolerance && self.real_time_factor >= demands.real_time_factor
+    }
+
+    /// The refusal of a configuration that does not hold.
+    pub(super) fn refusal(&self, demands: &Demands, configuration: &Configuration) -> Refusal {
+        Refusal::Verification {
+            last: configuration.clone(),
+            error_times: self.worst() / demands.tolerance,
+            speed_times: demands.real_time_factor / self.real_time_factor,
+        }
+    }
+}
+
+/// The same mechanism at another speed, by another pulse: every motion a fifth faster, every pulse a fifth weaker and half again
+/// as long (so its impulse a fifth larger).
+fn other(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    if let System::Chain(chain) = &mut scene.system {
+        chain.start.rate_rad_per_s *= OTHER_SPEED;
+    }
+    match &mut scene.drive {
+        Drive::Torque { constant_nm, pulses } => {
+            *constant_nm *= OTHER_SPEED;
+            for Pulse { torque_nm, duration_s, .. } in pulses {
+                *torque_nm *= OTHER_TORQUE;
+                *duration_s *= OTHER_DURATION;
+            }
+        }
+        Drive::Motion(Motion::Speed(rate)) => *rate *= OTHER_SPEED,
+        Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => *to_rad_per_s *= OTHER_SPEED,
+        Drive::Motion(Motion::Table(rows)) => rows.iter_mut().for_each(|row| row[0] /= OTHER_SPEED),
+    }
+    scene
+}
