@@ -320,6 +320,7 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
     fn change(&mut self, command: &AppliedCommand, changed: f64, at: EpochStep) {
         let stated = command.reply.as_ref().and_then(|reply| reply.changed_j);
         self.done.changes += 1;
+        // The first reading reports a scene that is missing, or is none of this command.
         if !command.scene.is_empty() && self.resimulator.scene_text() != command.scene {
             self.fault(at, "the recorded scene is not the one that the changes lead to".to_owned());
         }

@@ -1,6 +1,6 @@
 //! Follows the run through a recording: what is paused stands still, what has ended goes no further, and what is counted adds up.
 
-use super::event::{is_report, resets};
+use super::event::{changes, is_report, new_level, resets};
 use super::resimulator::EpochStep;
 use crate::runtime::GOVERNED;
 use crate::wire::{Advance, AppliedCommand, CommandReply, Message, Status, applied_command, control::Action, status::State};
@@ -107,6 +107,10 @@ impl RunTrack {
         let reply = command.reply.clone().unwrap_or_default();
         if !reply.accepted {
             return Some("a refused command is recorded as applied".to_owned());
+        }
+        let (changes, level) = (changes(command).is_some(), new_level(command).is_some());
+        if changes == command.scene.is_empty() || (changes || level) != reply.changed_j.is_some() {
+            return Some("a change, and no other command, states its energy, and the scene if it changes that".to_owned());
         }
         let (id, action) = match &command.command {
             Some(applied_command::Command::Torque(pulse)) => (&pulse.id, None),
