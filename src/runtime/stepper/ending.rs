@@ -13,7 +13,7 @@ pub enum Ending {
     Stopped,
     /// The simulation diverged.
     Diverged(Diverged),
-    /// A step missed its deadline under [`Overrun::Stop`].
+    /// A step missed its deadline under [`Overrun::Stop`](crate::runtime::Overrun::Stop).
     Late {
         /// The step that missed its deadline.
         step: u64,
