@@ -37,8 +37,13 @@ fn replace(document: &mut DocumentMut, levels: &[(Level, String)]) {
         return;
     }
     let old = document.get("level").and_then(Item::as_array_of_tables).and_then(|old| old.get(0)).cloned();
-    let (before, position) = match old {
-        Some(old) => (old.decor().prefix().and_then(|prefix| prefix.as_str()).unwrap_or("\n").to_owned(), old.position()),
+    let before = match old {
+        Some(old) => {
+            let above = old.decor().prefix().and_then(|prefix| prefix.as_str()).unwrap_or("\n");
+            // The comment of a level that was written here goes with it.
+            let end = above.find(HEAD).map_or(above.len(), |head| head + HEAD.len());
+            above[..end].to_owned()
+        }
         None => {
             // An inline list of levels, too, gives way to tables at the end.
             document.remove("level");
@@ -46,13 +51,12 @@ fn replace(document: &mut DocumentMut, levels: &[(Level, String)]) {
             let end = document.trailing().as_str().unwrap_or_default().to_owned();
             let gap = if end.is_empty() && document.is_empty() { "" } else { "\n" };
             document.set_trailing("");
-            (format!("{end}{gap}{HEAD}"), None)
+            format!("{end}{gap}{HEAD}")
         }
     };
     let mut tables = ArrayOfTables::new();
     for (index, level) in levels.iter().enumerate() {
         let mut table = table(level);
-        table.set_position(position);
         let gap = if index == 0 { before.as_str() } else { "\n" };
         table.decor_mut().set_prefix(format!("{gap}# {}\n", level.1));
         tables.push(table);
@@ -100,6 +104,7 @@ mod tests {
         assert_eq!(format!("# Levels of detail{tables}"), level_tables(&levels()));
         assert_eq!(with.scene.levels, levels().into_iter().map(|(level, _)| level).collect::<Vec<_>>());
         assert_eq!(with.at_level(1)?.scene.solver.step_s, 0.01);
+        assert_eq!(with.with_levels(&[], &levels())?.text, with.text);
         Ok(())
     }
 
