@@ -329,6 +329,34 @@ fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome 
     Ok(())
 }
 
+/// Changes that wait for a common instant keep their order; a pause refuses them, since the run comes to no other step.
+#[test]
+fn prop_changes_that_wait_are_applied_in_order_or_refused() -> Outcome {
+    let service = Service::start(leveled()?, Pace::Factor(1.0), None, PublishRate::Hz(100.0))?;
+    let say = |action: Action| -> Result<CommandReply, Box<dyn std::error::Error>> {
+        Ok(client::control(&service.client, &service.name, &Control { id: String::new(), action: Some(action) })?)
+    };
+    for k in 0..10 {
+        let (name, other) = if k % 2 == 0 { ("fair", "good") } else { ("good", "fair") };
+        let first = say(Action::Level(wire::Level { name: name.into() }))?;
+        let second = set(&service, "", vec![format!("slider.mass_kg={}", 0.2 + 0.01 * f64::from(k))])?;
+        assert!(first.accepted && second.accepted && second.effective_step >= first.effective_step, "{name} {other}");
+    }
+    say(Action::Pause(wire::Pause {}))?;
+    // A step of 4 ms can begin at every other step of 2 ms.
+    let refused = (0..2).map(|_| {
+        say(Action::Level(wire::Level { name: "good".into() }))?;
+        say(Action::Step(wire::Steps { count: 1 }))?;
+        say(Action::Level(wire::Level { name: "fair".into() })).map(|reply| (reply.accepted, reply.reason))
+    });
+    let refused: Vec<(bool, String)> = refused.collect::<Result<_, _>>()?;
+    assert!(refused.iter().any(|(accepted, reason)| !accepted && reason.contains("1 steps from here")), "{refused:?}");
+    let (_, folder) = service.stop()?;
+    let found = verify(&RecordedSession::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    Ok(())
+}
+
 /// How many changes a run gets; the heavy trial asks for a thousand.
 fn count() -> usize {
     std::env::var("FLEXCRANK_CHANGES").ok().and_then(|count| count.parse().ok()).unwrap_or(60)

@@ -188,6 +188,7 @@ impl Stepper {
         self.status_if_due();
         self.report_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
+        self.take_waiting_changes();
         if self.run.paused && self.ports.shared.take_checkpoint_wanted() {
             // No step comes after which it would be made.
             self.checkpoint();
@@ -225,6 +226,7 @@ impl Stepper {
     pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.run.ending.take().unwrap_or(Ending::Stopped);
         self.end_advances(&ending);
+        self.end_changes();
         let (phase, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, None),
             Ending::Diverged(diverged) => (State::Diverged, Some(diverged.to_string())),
@@ -282,7 +284,7 @@ impl Stepper {
             self.publish(due)?;
         }
         self.status_by_simulated_time();
-        self.take_waiting_change();
+        self.take_waiting_changes();
         self.govern(cost);
         Ok(())
     }

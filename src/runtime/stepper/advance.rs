@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Ending, Stepper};
 use crate::runtime::command::{Command, ReplyTo, Request};
-use crate::runtime::output::{Advanced, Answer, Output};
+use crate::runtime::output::{Advanced, Output};
 use crate::simulation::{AdvanceRequest, Effective};
 use crate::wire::{CommandReply, control::Action};
 
@@ -94,10 +94,7 @@ impl Stepper {
             _ => self.finish_advance("stopped"),
         }
         while let Some(Command { id, reply: reply_to, .. }) = self.run.waiting.pop_front() {
-            self.ports.shared.count_rejected();
-            let reply = CommandReply { id, reason: "the run is over".to_owned(), ..CommandReply::default() };
-            let stamp = self.stamp();
-            self.send(Output::Answer(Box::new(Answer { reply, reply_to: Some(reply_to), request: None, stamp })));
+            self.refuse(id, "the run is over".to_owned(), reply_to);
         }
     }
 }

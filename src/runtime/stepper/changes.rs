@@ -33,7 +33,8 @@ impl Stepper {
             return self.send(Output::Answer(Box::new(answer)));
         }
         match self.steps_to_change(&command) {
-            Some(1..) if !self.run.paused => self.levels.waiting = Some(command),
+            Some(1..) if !self.run.paused => self.levels.waiting.push_back(command),
+            _ if !self.levels.waiting.is_empty() => self.levels.waiting.push_back(command),
             _ => self.apply_change(command),
         }
     }
@@ -50,13 +51,29 @@ impl Stepper {
         }
     }
 
-    /// Applies the change that waits, if its step has come.
-    pub(super) fn take_waiting_change(&mut self) {
-        if self.levels.waiting.as_ref().is_some_and(|command| !matches!(self.steps_to_change(command), Some(1..)))
-            && let Some(command) = self.levels.waiting.take()
-        {
+    /// Applies the changes that wait, as far as their step has come. A run that stands still refuses them: it comes to no other step.
+    pub(super) fn take_waiting_changes(&mut self) {
+        let stands = self.run.paused && self.run.pending_single_steps == 0;
+        while let Some(command) = self.levels.waiting.pop_front() {
+            if !stands && matches!(self.steps_to_change(&command), Some(1..)) {
+                return self.levels.waiting.push_front(command);
+            }
             self.apply_change(command);
         }
+    }
+
+    /// Refuses the changes that wait when the run ends.
+    pub(super) fn end_changes(&mut self) {
+        while let Some(Command { id, reply: reply_to, .. }) = self.levels.waiting.pop_front() {
+            self.refuse(id, "the run is over".to_owned(), reply_to);
+        }
+    }
+
+    /// Refuses a command.
+    pub(super) fn refuse(&mut self, id: String, reason: String, reply_to: ReplyTo) {
+        self.ports.shared.count_rejected();
+        let (reply, stamp) = (CommandReply { id, reason, ..CommandReply::default() }, self.stamp());
+        self.send(Output::Answer(Box::new(Answer { reply, reply_to: Some(reply_to), request: None, stamp })));
     }
 
     fn apply_change(&mut self, command: Command) {
@@ -83,12 +100,7 @@ impl Stepper {
                 self.ports.shared.remember(&reply, Some(&request));
                 self.tell_change(reply, Some(reply_to), request);
             }
-            Err(reason) => {
-                self.ports.shared.count_rejected();
-                let (reply, stamp) = (CommandReply { id, reason, ..CommandReply::default() }, self.stamp());
-                let answer = Answer { reply, reply_to: Some(reply_to), request: Some(request), stamp };
-                self.send(Output::Answer(Box::new(answer)));
-            }
+            Err(reason) => self.refuse(id, reason, reply_to),
         }
         rest.into_iter().for_each(|rest| self.send(rest));
     }

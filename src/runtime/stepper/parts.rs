@@ -114,6 +114,6 @@ pub(super) struct Levels {
     pub governor: Option<Governor>,
     /// The level that the governor asks for, and the cost of the step that made it ask.
     pub wanted: Option<(usize, Duration)>,
-    /// A change of the scene or its level that waits for a common instant of its steps and the present ones.
-    pub waiting: Option<Command>,
+    /// Changes of the scene or its level that wait for a common instant of their steps and the present ones, in their order.
+    pub waiting: VecDeque<Command>,
 }
