@@ -126,7 +126,7 @@ mod tests {
                 "rod.length_m=2.0",
                 "--set rod.length_m=2.0: rod.length_m = 2.0: a running scene keeps its geometry",
             ),
-            ("crank-slider", "solver.model=incremental solver.integrator=two-point", "carries its own state"),
+            ("thesis-crank-slider", "solver.model=modal", "carries its own state"),
             ("crank-slider", "rod.lenght_m=1", "did you mean `length_m`?"),
             ("crank-slider", "slider.mass_kg=-1", "0"),
         ] {
