@@ -1021,6 +1021,9 @@ pub struct EpochChanges {
     pub origin_s: f64,
     #[prost(double, tag = "11")]
     pub step_s: f64,
+    /// Size of the step that ended there.
+    #[prost(double, tag = "12")]
+    pub previous_step_s: f64,
     /// Since the last change of a prescribed speed, the crank's angle counts from here.
     #[prost(double, optional, tag = "3")]
     pub motion_origin_s: ::core::option::Option<f64>,

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::command::Request;
 use super::scene_change::PreparedChange;
+use crate::integrate::StepError;
 use crate::mechanics::Observation;
 use crate::scene::ModelKind;
 use crate::simulation::{AdvanceRequest, Diverged, Simulation};
@@ -58,7 +59,9 @@ impl ShadowSimulation {
     /// Changes the scene as that of the main simulation was changed.
     pub(super) fn change(&mut self, change: &mut PreparedChange) {
         if self.lost.is_none() && change.apply_to_shadow(&mut self.simulation).is_err() {
-            self.lost = Some(self.simulation.lost_by_change());
+            let energy_j = self.simulation.ledger().energy.total_j();
+            let (step, sim_time_s) = (self.simulation.step_count() + 1, self.simulation.time_s());
+            self.lost = Some(Diverged { step, sim_time_s, energy_j, cause: StepError::NotFinite.into() });
         }
     }
 

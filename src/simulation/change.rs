@@ -2,7 +2,7 @@
 
 use super::drive::DriveLaw;
 use super::engine::Engine;
-use super::{BuildError, Cause, Diverged, EpochChanges, Simulation, finite};
+use super::{BuildError, Cause, EpochChanges, Simulation, finite};
 use crate::integrate::{StepError, Work};
 use crate::mechanics::{CannotTransfer, Present, Transfer};
 use crate::scene::{Link, ModelKind, Scene, Solver, System};
@@ -188,11 +188,6 @@ impl Simulation {
         let changed_j = next.ledger().changed_j - self.ledger().changed_j;
         std::mem::swap(self, next);
         Ok(changed_j)
-    }
-
-    /// The divergence of a simulation that cannot go on by a changed scene.
-    pub(crate) fn lost_by_change(&self) -> Diverged {
-        self.diverged(StepError::NotFinite.into())
     }
 
     /// Traces of the changes in this epoch.

@@ -9,6 +9,8 @@ pub struct StepGrid {
     pub origin_s: f64,
     /// Size of a step, h, s.
     pub step_s: f64,
+    /// Size of the step that ends at the origin, s: it decides whether a sample was due there.
+    pub previous_step_s: f64,
 }
 
 /// Largest difference of a ratio of steps from a whole number.
@@ -17,18 +19,23 @@ const ROUNDING: f64 = 1e-6;
 impl StepGrid {
     /// The grid of an epoch that begins with steps of this size.
     pub fn new(step_s: f64) -> Self {
-        StepGrid { origin_step: 0, origin_s: 0.0, step_s }
+        StepGrid { origin_step: 0, origin_s: 0.0, step_s, previous_step_s: step_s }
     }
 
-    /// Simulated time after `step` steps, s.
+    /// Simulated time after `step` steps, s; before the origin that of the last step only.
     pub fn time_s(&self, step: u64) -> f64 {
-        self.origin_s + (step as f64 - self.origin_step as f64) * self.step_s
+        let step_s = if step < self.origin_step { self.previous_step_s } else { self.step_s };
+        self.origin_s + (step as f64 - self.origin_step as f64) * step_s
     }
 
     /// The grid from `step` on, with steps of another size; this one if the size is the same.
     pub fn with_step(self, step: u64, step_s: f64) -> Self {
         let same = step_s.to_bits() == self.step_s.to_bits();
-        if same { self } else { StepGrid { origin_step: step, origin_s: self.time_s(step), step_s } }
+        if same {
+            return self;
+        }
+        let previous_step_s = if step == self.origin_step { self.previous_step_s } else { self.step_s };
+        StepGrid { origin_step: step, origin_s: self.time_s(step), step_s, previous_step_s }
     }
 
     /// Steps from `step` to the next instant that steps of `step_s` since t = 0 reach as well; `None` if neither size is a multiple
@@ -63,6 +70,9 @@ mod tests {
         let back = grid.with_step(600, 2e-3);
         assert_eq!((back.time_s(600), back.time_s(700)), (1.1, 1.3));
         assert_eq!(back.with_step(650, 2e-3), back);
+        // The step that ended at the origin is as long as it was, however often the next one changes.
+        let again = back.with_step(700, 1e-3).with_step(700, 4e-3);
+        assert_eq!((again.time_s(699), again.time_s(700), again.time_s(701)), (back.time_s(699), back.time_s(700), 1.304));
     }
 
     #[test]

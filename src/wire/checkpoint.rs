@@ -75,11 +75,12 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
 }
 
 fn epoch_changes(changes: &EpochChanges) -> super::EpochChanges {
-    let EpochChanges { grid: StepGrid { origin_step, origin_s, step_s }, motion, start, changed } = *changes;
+    let EpochChanges { grid: StepGrid { origin_step, origin_s, step_s, previous_step_s }, motion, start, changed } = *changes;
     super::EpochChanges {
         origin_step,
         origin_s,
         step_s,
+        previous_step_s,
         motion_origin_s: motion.map(|motion| motion.time_s),
         motion_origin_rad: motion.map(|motion| motion.angle_rad),
         start_kinetic_j: Some(start.kinetic_j),
@@ -92,10 +93,10 @@ fn epoch_changes(changes: &EpochChanges) -> super::EpochChanges {
 }
 
 fn recorded_changes(message: &super::EpochChanges) -> EpochChanges {
-    let super::EpochChanges { origin_step, origin_s, step_s, .. } = *message;
+    let super::EpochChanges { origin_step, origin_s, step_s, previous_step_s, .. } = *message;
     let motion = message.motion_origin_s.zip(message.motion_origin_rad);
     EpochChanges {
-        grid: StepGrid { origin_step, origin_s, step_s },
+        grid: StepGrid { origin_step, origin_s, step_s, previous_step_s },
         motion: motion.map(|(time_s, angle_rad)| MotionOrigin { time_s, angle_rad }),
         start: Energy {
             kinetic_j: message.start_kinetic_j.unwrap_or(0.0),
