@@ -11,7 +11,7 @@ use crate::simulation::{AdvanceRequest, PulseRequest, SetpointRequest};
 use crate::wire::{AdvanceReply, CommandReply, control};
 
 /// Capacity of the command queue; a command that finds it full is refused.
-const QUEUE: usize = 1024;
+pub(super) const QUEUE: usize = 1024;
 
 /// The request of a command.
 #[derive(Debug, Clone, PartialEq)]

@@ -185,6 +185,10 @@ impl Stepper {
     pub(super) fn housekeep(&mut self, spin: Duration) {
         let begun = self.clock.elapsed();
         self.spin = spin;
+        if self.run.ending.is_some() {
+            // A status or a command now would be one of a step that was not taken.
+            return self.decide(false);
+        }
         self.status_if_due();
         self.report_overruns_if_due(begun);
         let more = self.take_commands(Duration::MAX);
@@ -226,7 +230,7 @@ impl Stepper {
     pub(super) fn end(&mut self) -> RunSummary {
         let ending = self.run.ending.take().unwrap_or(Ending::Stopped);
         self.end_advances(&ending);
-        self.end_changes();
+        self.refuse_waiting();
         let (phase, message) = match &ending {
             Ending::Finished | Ending::Stopped => (State::Finished, None),
             Ending::Diverged(diverged) => (State::Diverged, Some(diverged.to_string())),

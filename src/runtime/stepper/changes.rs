@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::Stepper;
-use crate::runtime::command::{Command, ReplyTo, Request};
+use crate::runtime::command::{Command, QUEUE, ReplyTo, Request};
 use crate::runtime::governor::Governor;
 use crate::runtime::ladder::Ladder;
 use crate::runtime::output::{Answer, Output};
@@ -62,9 +62,12 @@ impl Stepper {
         }
     }
 
-    /// Refuses the changes that wait when the run ends.
-    pub(super) fn end_changes(&mut self) {
-        while let Some(Command { id, reply: reply_to, .. }) = self.levels.waiting.pop_front() {
+    /// Refuses the changes and commands that wait when the run ends.
+    pub(super) fn refuse_waiting(&mut self) {
+        // A queue that is filled as fast as it is emptied has an end, too.
+        for _ in 0..QUEUE + self.levels.waiting.len() {
+            let waiting = self.levels.waiting.pop_front().or_else(|| self.ports.commands.try_recv().ok());
+            let Some(Command { id, reply: reply_to, .. }) = waiting else { return };
             self.refuse(id, "the run is over".to_owned(), reply_to);
         }
     }
