@@ -357,7 +357,7 @@ fn prop_changes_that_wait_are_applied_in_order_or_refused() -> Outcome {
     Ok(())
 }
 
-/// How many changes a run gets; the heavy trial asks for a thousand.
+/// Number of changes in a run; the variable asks for more than CI makes.
 fn count() -> usize {
     std::env::var("FLEXCRANK_CHANGES").ok().and_then(|count| count.parse().ok()).unwrap_or(60)
 }

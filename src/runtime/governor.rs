@@ -10,7 +10,7 @@ const AIM: f64 = 0.6;
 const ROOM: f64 = 0.5;
 /// Time over which the slowdown is averaged, before a better level is returned to.
 const MEMORY: Duration = Duration::from_millis(100);
-/// How long there must be room for a better level, at first and at most: it doubles when a return was too early.
+/// Time for which a better level must have room, at first and at most: it doubles when a return was too early.
 const PATIENCE: [Duration; 2] = [Duration::from_millis(500), Duration::from_millis(1500)];
 /// A descent so soon after a return shows that the return was too early.
 const TOO_EARLY: Duration = Duration::from_secs(1);

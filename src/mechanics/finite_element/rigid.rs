@@ -102,7 +102,7 @@ impl GuidedRod {
         GuidedForces { pin: Vector2::new(on_p.x, on_p.y - rod_end_y), slider_x, rod_end_y, on_a }
     }
 
-    /// What a vector at distance `ξ L` from the pin does on the pin: `f + ξ (∂a/∂p)ᵀ f`.
+    /// Moves a vector from the distance `ξ L` from the pin to the pin, with the same virtual work: `f + ξ (∂a/∂p)ᵀ f`.
     pub(super) fn push(&self, m: &PinMotion, xi: f64, f: &Vector2<f64>) -> Vector2<f64> {
         let Reach([_, g1, ..]) = self.reach(m.p.y);
         Vector2::new(f.x, f.y + xi * (g1 * f.x - f.y))
