@@ -70,7 +70,7 @@ fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
     let straight = telemetry(&folder.path().join("run.mcap"))?;
     let whole = std::fs::read(folder.path().join("run.mcap"))?;
     let cut = folder.path().join("cut.mcap");
-    std::fs::write(&cut, &whole[..whole.len() * 2 / 3])?;
+    std::fs::write(&cut, &whole[..whole.len() / 2])?;
     let source = RecordedSession::open(&cut)?;
     for at_s in [None, Some(0.7771)] {
         let Resumed { simulation, epoch_start_s, answers, .. } = resume(&source, at_s, &|_| {})?;
@@ -83,7 +83,7 @@ fn prop_a_resumed_session_equals_an_uninterrupted_one_to_the_bit() -> Outcome {
         let (report, folder) = service.finish()?;
         assert_eq!(report.dropped, 0);
         let resumed = telemetry(&folder.path().join("run.mcap"))?;
-        assert!(pending > 0 && resumed.len() > 100);
+        assert!(pending > 0 && resumed.len() > 300);
         // The last sample of either run may be off the rate, and its mean torque of a shorter time.
         let last = straight.keys().map(|(_, _, step)| *step).max();
         for (key, value) in resumed.iter().filter(|((_, _, step), _)| Some(*step) != last) {

@@ -1,0 +1,198 @@
+//! Changes of a running service: recorded once each, and computed again to the bit.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use flexcrank::bus::client;
+use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, Resumed, resume, verify, what_if};
+use flexcrank::runtime::Pace;
+use flexcrank::scene::SceneSource;
+use flexcrank::simulation::PublishRate;
+use flexcrank::wire::control::Action;
+use flexcrank::wire::{self, AppliedCommand, CommandReply, Control, TorquePulse};
+
+use crate::common::{self, Outcome, Service};
+use crate::random::Random;
+
+fn set(service: &Service, id: &str, changes: Vec<String>) -> Result<CommandReply, Box<dyn std::error::Error>> {
+    let control = Control { id: id.to_owned(), action: Some(Action::Set(wire::Set { changes })) };
+    Ok(client::control(&service.client, &service.name, &control)?)
+}
+
+/// The default scene with three levels.
+fn leveled() -> Result<SceneSource, flexcrank::scene::SceneError> {
+    let text = flexcrank::scene::builtin::find("crank-slider").map(|scene| scene.text).unwrap_or_default();
+    let levels = r#"
+[[level]]
+name = "good"
+error_rad = 1e-3
+[[level]]
+name = "fair"
+error_rad = 1e-2
+changes = ["crank.rigid=true", "rod.modes=1", "rod.axial=false", "solver.step_s=4e-3"]
+[[level]]
+name = "rough"
+error_rad = 1e-1
+changes = ["solver.model=rigid", "solver.integrator=runge-kutta"]
+"#;
+    SceneSource::parse("leveled.toml", &format!("{text}{levels}"), &[])
+}
+
+#[test]
+fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome {
+    let service = Service::start(leveled()?, Pace::Factor(20.0), None, PublishRate::Hz(100.0))?;
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    let level = |name: &str| -> Result<CommandReply, Box<dyn std::error::Error>> {
+        let control = Control { id: String::new(), action: Some(Action::Level(wire::Level { name: name.to_owned() })) };
+        Ok(client::control(&service.client, &service.name, &control)?)
+    };
+    let mut heard = 0;
+    for name in ["fair", "rough", "good", "rough", "fair"] {
+        let reply = level(name)?;
+        assert!(reply.accepted && reply.changed_j.is_some(), "{name}: {reply:?}");
+        heard += 100;
+        listener.wait_for(flexcrank::bus::Topic::Angles, heard, std::time::Duration::from_secs(60))?;
+        assert!(set(&service, "", vec![format!("slider.mass_kg={}", 0.2 + 1e-4 * f64::from(heard as u16))])?.accepted);
+    }
+    let refused = level("fairr")?;
+    assert_eq!((refused.accepted, refused.reason.contains("did you mean `fair`?")), (false, true), "{}", refused.reason);
+    assert!(set(&service, "", vec!["level.1.name=other".into()])?.reason.contains("keeps its levels"));
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    let source = RecordedSession::open(&file)?;
+    let found = verify(&source, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    let angles: Vec<wire::Angles> = common::decoded(&file, "angles")?;
+    let stated = |name: &str, error: f64| angles.iter().filter(|a| a.level == name && a.level_error_rad == Some(error)).count();
+    assert!(stated("good", 1e-3) > 50 && stated("fair", 1e-2) > 100 && stated("rough", 1e-1) > 100);
+    // A session resumes at its level.
+    let end = resume(&source, None, &|_| {})?;
+    assert_eq!((end.scene.level, end.scene.in_force().map(|level| level.name.as_str())), (1, Some("fair")));
+    let outcome = what_if(
+        &source,
+        &Change { overrides: vec!["slider.mass_kg=0.21".into()], ..Change::default() },
+        &file.with_file_name("other.mcap"),
+        &|_| {},
+    )?;
+    assert!(outcome.deviation.first.is_some());
+    let found = verify(&RecordedSession::open(&file.with_file_name("other.mcap"))?, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    Ok(())
+}
+
+/// Changes that wait for a common instant keep their order; a pause refuses them, since the run comes to no other step.
+#[test]
+fn prop_changes_that_wait_are_applied_in_order_or_refused() -> Outcome {
+    let service = Service::start(leveled()?, Pace::Factor(1.0), None, PublishRate::Hz(100.0))?;
+    let say = |action: Action| -> Result<CommandReply, Box<dyn std::error::Error>> {
+        Ok(client::control(&service.client, &service.name, &Control { id: String::new(), action: Some(action) })?)
+    };
+    for k in 0..10 {
+        let (name, other) = if k % 2 == 0 { ("fair", "good") } else { ("good", "fair") };
+        let first = say(Action::Level(wire::Level { name: name.into() }))?;
+        let second = set(&service, "", vec![format!("slider.mass_kg={}", 0.2 + 0.01 * f64::from(k))])?;
+        assert!(first.accepted && second.accepted && second.effective_step >= first.effective_step, "{name} {other}");
+    }
+    say(Action::Pause(wire::Pause {}))?;
+    // A step of 4 ms can begin at every other step of 2 ms.
+    let refused = (0..2).map(|_| {
+        say(Action::Level(wire::Level { name: "good".into() }))?;
+        say(Action::Step(wire::Steps { count: 1 }))?;
+        say(Action::Level(wire::Level { name: "fair".into() })).map(|reply| (reply.accepted, reply.reason))
+    });
+    let refused: Vec<(bool, String)> = refused.collect::<Result<_, _>>()?;
+    assert!(refused.iter().any(|(accepted, reason)| !accepted && reason.contains("1 steps from here")), "{refused:?}");
+    let (_, folder) = service.stop()?;
+    let found = verify(&RecordedSession::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    Ok(())
+}
+
+/// Number of changes in a run; the variable asks for more than CI makes.
+fn count() -> usize {
+    std::env::var("FLEXCRANK_CHANGES").ok().and_then(|count| count.parse().ok()).unwrap_or(60)
+}
+
+#[test]
+fn prop_changes_of_a_running_service_are_recorded_and_computed_again() -> Outcome {
+    let scene = SceneSource::open("crank-slider", &[])?;
+    let service = Service::start(scene, Pace::Max, None, PublishRate::Hz(50.0))?;
+    let mut random = Random(11);
+    let mut accepted = HashSet::new();
+    for k in 0..count() {
+        let (id, changes) = (format!("set-{k}"), random.change());
+        let reply = set(&service, &id, changes.clone())?;
+        if reply.accepted {
+            assert!(reply.changed_j.is_some() && accepted.insert(id.clone()), "{reply:?}");
+            // A retry is answered, and changes nothing.
+            let again = set(&service, &id, changes)?;
+            assert_eq!((again.effective_step, again.changed_j), (reply.effective_step, reply.changed_j));
+        } else {
+            assert!(!reply.reason.is_empty() && reply.changed_j.is_none(), "{changes:?}: {reply:?}");
+        }
+        if k % 10 == 3 {
+            let pulse = TorquePulse { id: format!("pulse-{k}"), torque_nm: 1.0, duration_s: 0.1, ..TorquePulse::default() };
+            client::pulse(&service.client, &service.name, &pulse)?;
+        }
+        if k % 20 == 13 {
+            let reset = Control { id: format!("reset-{k}"), action: Some(Action::Reset(wire::Reset {})) };
+            assert!(client::control(&service.client, &service.name, &reset)?.accepted);
+        }
+    }
+    assert!(2 * accepted.len() > count(), "{} of {}", accepted.len(), count());
+    let (report, folder) = service.stop()?;
+    assert_eq!(report.dropped, 0);
+    let file = folder.path().join("run.mcap");
+    let recorded: Vec<AppliedCommand> = common::decoded(&file, "commands")?;
+    let sets: Vec<String> =
+        recorded.iter().filter(|c| !c.scene.is_empty()).filter_map(|c| Some(c.reply.as_ref()?.id.clone())).collect();
+    assert_eq!((sets.len(), sets.into_iter().collect::<HashSet<_>>()), (accepted.len(), accepted));
+    let source = RecordedSession::open(&file)?;
+    let found = verify(&source, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    goes_on_from_anywhere(&source, &file, &mut random, found.span_s)
+}
+
+/// Resuming at an instant, and a what-if from there, give what was recorded.
+fn goes_on_from_anywhere(source: &RecordedSession, file: &Path, random: &mut Random, span_s: f64) -> Outcome {
+    let angles: Vec<wire::Angles> = common::decoded(file, "angles")?;
+    for _ in 0..5 {
+        let at_s = random.between(0.05, 0.95) * span_s;
+        let Resumed { mut simulation, scene, epoch_start_s, .. } = resume(source, Some(at_s), &|_| {})?;
+        // The first sample from there on, unless another command comes before it.
+        let now = (simulation.epoch(), simulation.step_count());
+        let next = angles.iter().find(|angles| angles.stamp.is_some_and(|stamp| (stamp.epoch, stamp.step) >= now));
+        let next = next.ok_or("nothing recorded after it")?;
+        let stamp = next.stamp.unwrap_or_default();
+        let commands: Vec<AppliedCommand> = common::decoded(file, "commands")?;
+        let is_between = |command: &AppliedCommand| {
+            let at = command.stamp.map_or((0, 0), |stamp| (stamp.epoch, stamp.step));
+            at >= now && at < (stamp.epoch, stamp.step)
+        };
+        if !commands.iter().any(is_between) && stamp.epoch == now.0 {
+            while simulation.step_count() < stamp.step {
+                simulation.step()?;
+            }
+            let seen = simulation.observe()?;
+            assert_eq!(seen.links[1].chord_rad.to_bits(), next.links[1].chord_rad.to_bits(), "{at_s} s of {}", scene.source.text);
+        }
+        let pulse = AddedPulse { start_s: at_s, torque_nm: 0.5, duration_s: 0.05 };
+        let change = Change { pulses: vec![pulse], ..Change::default() };
+        let path = file.with_file_name(format!("what-if-{at_s}.mcap"));
+        let outcome = what_if(source, &change, &path, &|_| {})?;
+        // A reset shortly after the pulse takes its effect back before a sample shows it.
+        let is_sampled_after = angles
+            .iter()
+            .filter_map(|angles| angles.stamp)
+            .any(|stamp| stamp.epoch == now.0 && stamp.sim_time_s + epoch_start_s > at_s + 0.03);
+        match outcome.deviation.first {
+            Some(first) => {
+                assert!(first.sim_time_s + epoch_start_s >= at_s - 0.03, "it differs at {} s, before {at_s} s", first.sim_time_s);
+            }
+            None => assert!(!is_sampled_after, "the pulse at {at_s} s does nothing"),
+        }
+        let found = verify(&RecordedSession::open(&path)?, &|_, _| {})?;
+        assert_eq!(found.findings, [], "{}", path.display());
+    }
+    Ok(())
+}
