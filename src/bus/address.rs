@@ -6,7 +6,7 @@ use std::str::FromStr;
 use zenoh::config::EndPoint;
 
 /// Protocols that this build supports.
-const PROTOCOLS: &[&str] = if cfg!(feature = "tls") { &["tcp", "tls"] } else { &["tcp"] };
+const PROTOCOLS: &[&str] = if cfg!(feature = "tls") { &["tcp", "quic", "tls"] } else { &["tcp"] };
 
 /// An endpoint, `tcp/HOST:PORT`; zenoh's options may follow.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,8 +26,13 @@ pub enum BadAddress {
     Port(String),
 }
 
+/// Whether links of this protocol are encrypted.
+pub(super) fn is_encrypted(protocol: &str) -> bool {
+    ["quic", "tls"].contains(&protocol)
+}
+
 fn only_built_in(protocol: &str) -> &'static str {
-    if protocol == "tls" { "; tls needs a build with --features tls" } else { "" }
+    if is_encrypted(protocol) { "; encryption needs a build with --features tls" } else { "" }
 }
 
 impl FromStr for Address {

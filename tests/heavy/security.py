@@ -32,8 +32,8 @@ def configure(folder, endpoint):
     """The configuration of the program, with this machine's address and these passwords."""
     printed = lambda name: subprocess.run([BINARY, "files", name], check=True, capture_output=True, text=True).stdout
     gate = printed("gate.json5")
-    (folder / "gate.json5").write_text(gate.replace("tls/0.0.0.0:7447", endpoint))
-    member = printed("member.json5").replace("tls/gate.example:7447", endpoint)
+    (folder / "gate.json5").write_text(gate.replace("quic/0.0.0.0:7447", endpoint))
+    member = printed("member.json5").replace("quic/gate.example:7447", endpoint)
     assert endpoint in member and endpoint in (folder / "gate.json5").read_text()
     as_user = lambda user, password: member.replace('user: "viewer", password: "the viewer\'s password"', f'user: "{user}", password: "{password}"')
     for who, password in PASSWORDS.items():
@@ -42,7 +42,7 @@ def configure(folder, endpoint):
     (folder / "unknown.json5").write_text(as_user("somebody", PASSWORDS["control"]))
     (folder / "no-password.json5").write_text(member.replace('auth: { usrpwd: { user: "viewer", password: "the viewer\'s password" } },', ""))
     (folder / "other-authority.json5").write_text(as_user("control", PASSWORDS["control"]).replace("ca.pem", "other-ca.pem"))
-    (folder / "not-encrypted.json5").write_text(as_user("control", PASSWORDS["control"]).replace("tls/", "tcp/"))
+    (folder / "not-encrypted.json5").write_text(as_user("control", PASSWORDS["control"]).replace("quic/", "tcp/"))
 
 
 class Deployment:
@@ -165,7 +165,7 @@ def trial(router):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         certificates(folder)
-        configure(folder, free_endpoint().replace("tcp/", "tls/"))
+        configure(folder, free_endpoint().replace("tcp/", "quic/"))
         deployment = Deployment(folder, router)
         with deployment.running():
             roles(folder, deployment)
