@@ -27,8 +27,11 @@ impl Source {
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
-        let (mut tables, whole) =
-            if recorded { recording(path)? } else { (vec![Named { name: stem.clone(), table: Table::read_csv(path)? }], true) };
+        let (mut tables, whole) = if recorded {
+            recording(path)?
+        } else {
+            (vec![Named { name: stem.clone(), table: Table::read_csv(path)?, ..Named::default() }], true)
+        };
         if from_s.or(to_s).is_some() {
             plot::cut(&path.display().to_string(), &mut tables, from_s, to_s)?;
         }
@@ -82,7 +85,8 @@ fn recording(file: &Path) -> CommandResult<(Vec<Named>, bool)> {
     let named = |topic: TopicColumns| {
         let mut table = Table::default();
         topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
-        Named { name: topic.name, table }
+        let levels = topic.texts.into_iter().find(|(column, _)| column == "level").map(|(_, names)| names).unwrap_or_default();
+        Named { name: topic.name, table, levels }
     };
     Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
 }

@@ -13,6 +13,8 @@ pub struct Figure {
     pub equal_aspect: bool,
     /// Whether the curves are different signals: those that would look flat beside others get panels of their own.
     pub signals: bool,
+    /// Parts of the horizontal axis that are shaded behind the curves.
+    pub bands: Vec<Band>,
     /// Points that are numbered in place and listed beside the panel, joined by a line.
     pub numbered: Vec<Numbered>,
 }
@@ -24,6 +26,15 @@ pub struct Panel {
     pub y: Axis,
     /// The curves, in the order of the legend.
     pub series: Vec<Series>,
+}
+
+/// A part of the horizontal axis, shaded from below to above.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Band {
+    /// Its name in the legend; bands of one name have one colour.
+    pub label: String,
+    /// Where it begins and ends.
+    pub span: [f64; 2],
 }
 
 /// A numbered point.

@@ -10,6 +10,7 @@
 //! ```
 
 mod animation;
+mod band;
 mod canvas;
 mod curve;
 mod error;
@@ -39,7 +40,7 @@ mod work_precision;
 
 pub use canvas::{Lettering, escape};
 pub use error::PlotError;
-pub use figure::{Axis, Figure, Mark, Numbered, Panel, Scale, Series};
+pub use figure::{Axis, Band, Figure, Mark, Numbered, Panel, Scale, Series};
 pub use heat_map::{HeatMap, Key};
 pub use mechanism_picture::MechanismPicture;
 pub use mode_shape::mode_shape;

@@ -38,11 +38,12 @@ impl Figure {
 }
 
 /// Lays figures of several recordings over one another: a panel for each signal, a curve for each recording, under its name.
-/// Title and horizontal axis are those of the first.
+/// Title and horizontal axis are those of the first. Bands are left out: each recording has its own.
 pub fn overlaid(figures: &[(String, Figure)]) -> Figure {
     let mut overlaid = Figure {
         panels: Vec::new(),
         signals: false,
+        bands: Vec::new(),
         ..figures.first().map_or_else(Figure::default, |(_, figure)| figure.clone())
     };
     let mut signals: Vec<(&Axis, &str)> = Vec::new();

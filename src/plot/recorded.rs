@@ -1,15 +1,21 @@
 //! The standard figures of a recording, from the columns of its topics.
 
+use super::band;
 use super::figure::{Axis, Figure, Mark};
 use super::selection::{Named, SIMULATED_TIME};
 use crate::study::Table;
 
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
+/// Label of the time axis.
+const TIME: &str = "time";
 
 /// The default figures of a recording, each with the name of its part of the recording; quantities that the model does not compute are omitted.
+///
+/// Figures over time are shaded where the run was below its best level of detail.
 pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
-    let topic = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name)).map(|topic| &topic.table);
+    let named = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name));
+    let topic = |name: &str| named(name).map(|topic| &topic.table);
     let mut figures = Vec::new();
     if let Some(table) = topic("angles") {
         let angle = |field: &str| in_list(table, "links", field);
@@ -44,6 +50,10 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
         let energies = kinds.into_iter().filter_map(energy).collect();
         figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
+    let bands = named("angles").map(|angles| band::levels(angles, &time(&angles.table))).unwrap_or_default();
+    for figure in figures.iter_mut().filter(|(_, figure)| figure.x.label == TIME).map(|(_, figure)| figure) {
+        figure.bands.clone_from(&bands);
+    }
     figures.retain(|(_, figure)| figure.panels.iter().any(|panel| !panel.series.is_empty()));
     figures
 }
@@ -67,7 +77,7 @@ fn over_time(file: &str, title: &str, table: &Table, y: Axis, curves: Vec<(Strin
         _ => Mark::Line,
     };
     let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut figure = Figure { signals: true, ..Figure::new(title, Axis::new("time", "s"), y) };
+    let mut figure = Figure { signals: true, ..Figure::new(title, Axis::new(TIME, "s"), y) };
     for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
         let mark = mark(&label);
         figure = figure.series(label, &times, values, mark);

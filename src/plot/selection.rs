@@ -10,12 +10,14 @@ use crate::study::Table;
 pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 
 /// A table and its name in errors.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Named {
     /// Name of a file or topic.
     pub name: String,
     /// Its numbers.
     pub table: Table,
+    /// Names of the levels of detail that its column `level` counts from 0.
+    pub levels: Vec<String>,
 }
 
 /// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit.
@@ -84,7 +86,7 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     if groups.is_empty() {
         return Err(nothing());
     }
-    let tables = [Named { name: place.to_owned(), table: table.clone() }];
+    let tables = [Named { name: place.to_owned(), table: table.clone(), ..Named::default() }];
     if x == "ratio" {
         let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
         return Ok(vec![(String::new(), figure(place, &tables, Some(x), &names)?)]);

@@ -1,7 +1,6 @@
 //! A figure laid out on its sheet: title, panels with their legends, the list of numbered points.
 
 use super::canvas::{Align, Canvas, Lettering};
-use super::curve;
 use super::figure::{Axis, Figure, Panel, Scale};
 use super::frame::{Frame, Span, left_room};
 use super::legend::{Legend, SAMPLE};
@@ -9,6 +8,7 @@ use super::numbered;
 use super::output::Picture;
 use super::style::sheet::{BELOW, EDGE, RIGHT, TOP, WIDTH};
 use super::style::{Colour, text};
+use super::{band, curve};
 
 /// Height of the frame of one panel, least height of one of several, and the height that several share, px.
 const HEIGHT: f64 = 370.0;
@@ -39,26 +39,32 @@ impl Picture for Figure {
         let colour = |label: &str| Colour::curve(labels.iter().position(|other| *other == label).unwrap_or_default());
         let (mut frames, mut legends) = (self.frames(&panels), Vec::new());
         let (mut top, mut before) = (TOP, Vec::new());
+        let mut bands = band::labels(&self.bands);
         for (panel, frame) in panels.iter().zip(&mut frames) {
             let own: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
             let shown = if own.len() > 1 && own != before { own.as_slice() } else { &[] };
-            let legend = Legend::new(shown, frame.left, WIDTH - EDGE);
+            // The first panel explains the bands of all.
+            let shown = [shown, &std::mem::take(&mut bands)].concat();
+            let legend = Legend::new(&shown, frame.left, WIDTH - EDGE);
             frame.top = top + legend.height();
             top = frame.top + frame.height + BETWEEN;
-            legends.push(legend);
+            legends.push((legend, shown));
             before = own;
         }
         let mut canvas = Canvas::new(&self.title, [WIDTH, top - BETWEEN + BELOW + EDGE], lettering);
         canvas.fitted(&self.title, [WIDTH / 2.0, 22.0], Align::Centre, text::TITLE, WIDTH - 2.0 * EDGE);
-        for (number, ((panel, frame), legend)) in panels.iter().zip(&frames).zip(&legends).enumerate() {
+        for (number, ((panel, frame), (legend, shown))) in panels.iter().zip(&frames).zip(&legends).enumerate() {
             let last = number + 1 == panels.len();
+            band::draw(&mut canvas, frame, &self.bands);
             frame.draw(&mut canvas, (&self.x, last), &panel.y);
             for series in &panel.series {
                 curve::draw(&mut canvas, frame, series, colour(&series.label));
             }
             legend.draw(&mut canvas, frame.top - legend.height() - 4.0, |canvas, entry, at| {
-                let series = &panel.series[entry];
-                curve::draw_sample(canvas, at, SAMPLE, series.mark, colour(&series.label));
+                match panel.series.iter().find(|series| series.label == shown[entry]) {
+                    Some(series) => curve::draw_sample(canvas, at, SAMPLE, series.mark, colour(&series.label)),
+                    None => band::draw_sample(canvas, at, &self.bands, shown[entry]),
+                }
             });
         }
         if let Some(frame) = frames.first().filter(|_| !self.numbered.is_empty()) {

@@ -27,6 +27,8 @@ pub(super) const GREY: Colour = Colour(0x6e6e6e);
 /// Grid lines.
 pub(super) const GRID: Colour = Colour(0xdedede);
 pub(super) const WHITE: Colour = Colour(0xffffff);
+/// Colours of bands behind curves: paper that darkens, so that curves and grid stay visible.
+const BANDS: [u32; 4] = [0xfdf3dc, 0xf8e3bd, 0xefcfa0, 0xe3bb88];
 /// Width of curves, px.
 pub(super) const CURVE_WIDTH: f64 = 1.9;
 /// Radius of a point, px.
@@ -57,6 +59,11 @@ impl Colour {
     /// The colour of the curve at `place` in the legend.
     pub fn curve(place: usize) -> Self {
         Colour(CURVES[place % CURVES.len()])
+    }
+
+    /// The colour of the bands at `place` in the legend.
+    pub fn band(place: usize) -> Self {
+        Colour(BANDS[place.min(BANDS.len() - 1)])
     }
 
     /// The colour of category `place` of a map.

@@ -6,7 +6,10 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use super::RecordingError;
-use super::rows::{Decoder, Row, TimeRange};
+use super::rows::{Decoder, FieldValue, Row, TimeRange};
+
+/// Most different texts that a column may hold and still have numbers.
+const MOST_TEXTS: usize = 32;
 
 /// The numbers of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +27,11 @@ pub struct Contents {
 pub struct TopicColumns {
     /// Key expression.
     pub name: String,
-    /// Column names and values. Times are in seconds since 1970; a missing or non-numeric field is NaN.
+    /// Column names and values. Times are in seconds since 1970; a text is its place among the texts of its column; a missing
+    /// field is NaN, and so is a flag.
     pub columns: Vec<(String, Vec<f64>)>,
+    /// The texts of columns that hold texts, in the order in which they occur; only of columns with at most 32 of them.
+    pub texts: Vec<(String, Vec<String>)>,
 }
 
 /// Reads all messages of a recording.
@@ -49,8 +55,36 @@ pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
 /// The columns of a topic while rows are added.
 #[derive(Default)]
 struct ColumnBuilder {
-    columns: IndexMap<String, Vec<f64>>,
+    columns: IndexMap<String, Column>,
     rows: usize,
+}
+
+#[derive(Default)]
+struct Column {
+    values: Vec<f64>,
+    texts: Vec<String>,
+}
+
+impl Column {
+    /// The number of a cell: of a text, its place among the column's texts.
+    fn number(&mut self, cell: &FieldValue) -> f64 {
+        let FieldValue::Text(text) = cell else { return cell.number() };
+        let known = self.texts.iter().position(|known| known == text);
+        let place = known.or_else(|| {
+            let room = self.texts.len() <= MOST_TEXTS;
+            room.then(|| self.texts.push(text.clone())).map(|()| self.texts.len() - 1)
+        });
+        place.map_or(f64::NAN, |place| place as f64)
+    }
+
+    /// Its values, and its texts if it has few.
+    fn finish(mut self, rows: usize) -> (Vec<f64>, Vec<String>) {
+        if self.texts.len() > MOST_TEXTS {
+            return (vec![f64::NAN; rows], Vec::new());
+        }
+        self.values.resize(rows, f64::NAN);
+        (self.values, self.texts)
+    }
 }
 
 impl ColumnBuilder {
@@ -60,14 +94,22 @@ impl ColumnBuilder {
                 Some(column) => column,
                 None => self.columns.entry(name.clone()).or_default(),
             };
-            column.resize(self.rows, f64::NAN);
-            column.push(cell.number());
+            column.values.resize(self.rows, f64::NAN);
+            let number = column.number(cell);
+            column.values.push(number);
         }
         self.rows += 1;
     }
 
-    fn finish(mut self, name: String) -> TopicColumns {
-        self.columns.values_mut().for_each(|column| column.resize(self.rows, f64::NAN));
-        TopicColumns { name, columns: self.columns.into_iter().collect() }
+    fn finish(self, name: String) -> TopicColumns {
+        let mut topic = TopicColumns { name, ..TopicColumns::default() };
+        for (name, column) in self.columns {
+            let (values, texts) = column.finish(self.rows);
+            if !texts.is_empty() {
+                topic.texts.push((name.clone(), texts));
+            }
+            topic.columns.push((name, values));
+        }
+        topic
     }
 }

@@ -135,7 +135,7 @@ fn topic(name: &str, rows: usize) -> Named {
     for column in ["stamp.sim_time_s", "kinetic_j"] {
         table.push(column.to_owned(), (0..rows).map(|row| row as f64).collect());
     }
-    Named { name: format!("flexcrank/crank/{name}"), table }
+    Named { name: format!("flexcrank/crank/{name}"), table, ..Named::default() }
 }
 
 #[test]
@@ -147,6 +147,27 @@ fn regress_energies_are_drawn_from_their_own_topic_where_there_is_one() {
     };
     assert_eq!(points(&[topic("energies", 1000), topic("status", 19)]), [(Mark::Line, 1000)]);
     assert_eq!(points(&[topic("status", 19)]), [(Mark::Points, 19)], "of earlier versions");
+}
+
+#[test]
+fn prop_times_below_the_best_level_are_shaded_and_named() {
+    let mut angles = topic("angles", 10);
+    angles.levels = ["good", "fair", "rough"].map(str::to_owned).to_vec();
+    // After a reset the run goes on at the level in force, and a missing row interrupts nothing.
+    angles.table.push("level".to_owned(), vec![0.0, 0.0, 1.0, 1.0, 2.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    angles.table.push("level_error_rad".to_owned(), vec![1e-3, 1e-3, 1e-2, 1e-2, f64::NAN, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2]);
+    angles.table.push("links.crank.chord_rad".to_owned(), (0..10).map(f64::from).collect());
+    let (_, figure) = recorded(&[angles.clone()]).into_iter().find(|(file, _)| file == "angles").unwrap();
+    let bands: Vec<(&str, [f64; 2])> = figure.bands.iter().map(|band| (band.label.as_str(), band.span)).collect();
+    let fair = "level fair (1.0e-2 rad)";
+    assert_eq!(bands, [(fair, [2.0, 4.0]), ("level rough", [4.0, 5.0]), (fair, [7.0, 9.0])]);
+    let svg = String::from_utf8(figure.render(Format::Svg).unwrap()).unwrap();
+    let count = |colour: &str| svg.matches(&format!("fill=\"{colour}\"")).count();
+    assert_eq!([count("#fdf3dc"), count("#f8e3bd")], [2 + 1, 1 + 1], "bands and their samples in the legend");
+    let drawn = texts(&svg);
+    assert!([fair, "level rough"].iter().all(|label| drawn.iter().any(|text| text == label)), "{drawn:?}");
+    angles.table = topic("angles", 10).table;
+    assert!(recorded(&[angles]).iter().all(|(_, figure)| figure.bands.is_empty()), "a scene without levels");
 }
 
 /// A beam of length 2 that turns once in a second, bent to the left by 1 % of its length.

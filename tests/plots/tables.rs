@@ -136,7 +136,7 @@ fn val_names_are_read_as_quantities() {
     ] {
         let mut table = Table::default();
         table.push(column, vec![0.0, 1.0]);
-        let drawn = figure("", &[Named { name: String::new(), table }], None, &[column.to_owned()]).unwrap();
+        let drawn = figure("", &[Named { table, ..Named::default() }], None, &[column.to_owned()]).unwrap();
         let panel = &drawn.panels[0];
         assert_eq!([&panel.series[0].label, &panel.y.unit], [label, unit], "{column}");
     }
