@@ -134,7 +134,7 @@ impl Drawn {
         overrides.push(format!("solver.step_s={step_s:?}"));
         let steps = ((self.over_s / step_s).round() as u64).max(1);
         let measure = if self.meshed { Measure::Length } else { Measure::Travel };
-        Cell { overrides, steps, reference: None, measure }
+        Cell { overrides, steps, reference: None, measure, switch: None }
     }
 
     fn esdirk(&self, steps: u32) -> Cell {

@@ -126,7 +126,7 @@ fn prop_every_extreme_ends_cleanly() -> Tried {
 /// Two rows of four steps that ended so.
 fn ended(categories: [Category; 8]) -> Swept {
     let axis = |name, values: &[f64]| Axis::new(name, Spacing::Listed, values.to_vec());
-    let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Travel };
+    let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Travel, switch: None };
     let (x, y) = (axis("step_s", &[1e-6, 1e-5, 1e-4, 1e-3]), axis("damping_s", &[0.0, 1.0]));
     let map = Map { name: "damping".into(), title: "damping".into(), x, y, cells: vec![cell; 8] };
     let outcome = |category| Outcome { step: 1, ..Outcome::without_run(category, String::new()) };

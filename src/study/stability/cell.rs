@@ -2,10 +2,10 @@
 
 use super::base_scene::BaseScene;
 use super::outcome::{Category, Outcome};
-use super::plan::{Cell, Measure};
+use super::plan::{Cell, Measure, Switch};
 use super::trajectory::{Trajectory, distance_m, points};
 use crate::scene::SceneSource;
-use crate::simulation::{Diverged, EnergyLedger, Simulation};
+use crate::simulation::{Diverged, EnergyLedger, Route, Simulation};
 
 /// A cell is wrong when a pin or the middle of the rod is ever further from its reference than this part of its [`Measure`]; where
 /// no reference reaches, when the energy balance is off by this part of the energy that was there and put in.
@@ -19,10 +19,16 @@ const LEAST_TRAVEL: f64 = 1e-3;
 
 /// Runs a cell; every end is an outcome.
 pub(super) fn run(base: &BaseScene, cell: &Cell, reference: Option<&Trajectory>) -> Outcome {
-    let (mut simulation, length_m) = match build(base, cell) {
+    let refused = |message| Outcome::without_run(Category::Refused, message);
+    let (mut simulation, source) = match build(base, cell) {
         Ok(built) => built,
-        Err(message) => return Outcome::without_run(Category::Refused, message),
+        Err(message) => return refused(message),
     };
+    let mut switch = match cell.switch.as_ref().map(|switch| Pending::new(&source, switch)).transpose() {
+        Ok(switch) => switch,
+        Err(message) => return refused(message),
+    };
+    let length_m = source.scene.chain().map_or(1.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
     let mut comparison =
         Comparison { reference, length_m, measure: cell.measure, distance_m: None, reference_travel_m: 0.0, out_of_range: false };
     let every = (cell.steps / LOOKS).max(1);
@@ -31,6 +37,11 @@ pub(super) fn run(base: &BaseScene, cell: &Cell, reference: Option<&Trajectory>)
         let taken = simulation.step().and_then(|()| if look { simulation.observe().map(drop) } else { Ok(()) });
         if let Err(diverged) = taken {
             return ended(diverged, comparison.error(), &simulation);
+        }
+        if let Some(mut due) = switch.take_if(|switch| simulation.time_s() >= switch.at_s)
+            && let Err(not_changed) = simulation.change_to(&mut due.next, &mut due.route)
+        {
+            return Outcome { category: Category::Refused, message: not_changed.to_string(), ..reached(&simulation, None) };
         }
         if look {
             if !all_finite(&simulation) {
@@ -64,12 +75,27 @@ pub(super) fn follow(base: &BaseScene, reference: &Cell) -> Trajectory {
     trajectory
 }
 
-/// The simulation, and the length of crank and rod together, m.
-fn build(base: &BaseScene, cell: &Cell) -> Result<(Simulation, f64), String> {
+/// A change that its time has not come for.
+struct Pending {
+    at_s: f64,
+    next: Simulation,
+    route: Route,
+}
+
+impl Pending {
+    fn new(before: &SceneSource, switch: &Switch) -> Result<Self, String> {
+        let after = before.changed(&switch.changes).map_err(|refused| refused.to_string())?;
+        let next = Simulation::new(&after.scene).map_err(|refused| refused.to_string())?;
+        let route = Route::new(&before.scene, &after.scene).map_err(|refused| refused.to_string())?;
+        Ok(Pending { at_s: switch.at_s, next, route })
+    }
+}
+
+/// The simulation and its scene.
+fn build(base: &BaseScene, cell: &Cell) -> Result<(Simulation, SceneSource), String> {
     let source = SceneSource::parse(&base.origin, &base.text, &cell.overrides).map_err(|refused| refused.to_string())?;
     let simulation = Simulation::new(&source.scene).map_err(|refused| refused.to_string())?;
-    let length_m = source.scene.chain().map_or(1.0, |chain| chain.links.iter().map(|link| link.length_m).sum());
-    Ok((simulation, length_m))
+    Ok((simulation, source))
 }
 
 /// Compares a run with its reference.

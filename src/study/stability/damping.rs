@@ -113,7 +113,7 @@ impl Builder<'_> {
             for &step_s in &x.values {
                 let overrides = [method.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
                 let steps = self.thinned(self.count(step_s)).min(most_steps);
-                cells.push(Cell { overrides, steps, reference: Some(reference), measure });
+                cells.push(Cell { overrides, steps, reference: Some(reference), measure, switch: None });
             }
             named = Some(method);
         }

@@ -113,7 +113,7 @@ impl Labels {
     fn fine(&self, base: &BaseScene, cell: &Cell, reference: Option<(&Cell, &Trajectory)>, over_s: f64) -> Fine {
         let mut overrides = meshed(mechanism(cell), FINE_MESH);
         overrides.push("solver.integrator=esdirk".to_owned());
-        let key = format!("{over_s:?} {:?} {:?} {}", cell.reference, cell.measure, overrides.join(" "));
+        let key = format!("{over_s:?} {:?} {:?} {:?} {}", cell.reference, cell.measure, cell.switch, overrides.join(" "));
         let kept = once(&self.fine_runs, key);
         *kept.get_or_init(|| {
             let run = |steps: u64| {

@@ -50,6 +50,7 @@ impl MapPlan {
         builder.pulses();
         builder.starts();
         builder.revolutions();
+        builder.switches();
         builder.plan
     }
 }
@@ -117,7 +118,7 @@ impl Builder<'_> {
                 let overrides = [FINITE_ELEMENT.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
                 // The work of a cell stays the same: fewer steps of more elements.
                 let steps = self.thinned(self.count(step_s)).min((20_000.0 / count.max(1.0)) as u64);
-                cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
+                cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length, switch: None });
             }
         }
         self.add("elements", &FINITE_ELEMENT, &x, &counts, cells);
@@ -156,6 +157,7 @@ impl Builder<'_> {
                         steps: self.thinned(steps),
                         reference: Some(reference),
                         measure: Measure::Length,
+                        switch: None,
                     });
                 }
             }
@@ -181,7 +183,7 @@ impl Builder<'_> {
                     let reference = self.reference(&method, &given);
                     let overrides = [method.overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
                     let steps = self.thinned(self.count(step_s));
-                    cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
+                    cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length, switch: None });
                 }
             }
             self.add("starts", &method, &ratios, &angles, cells);
@@ -209,6 +211,7 @@ impl Builder<'_> {
                         steps,
                         reference: None,
                         measure: Measure::Length,
+                        switch: None,
                     });
                 }
             }
@@ -227,7 +230,7 @@ impl Builder<'_> {
             for &step_s in &x.values {
                 let overrides = [method.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
                 let steps = self.thinned(self.count(step_s));
-                cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length });
+                cells.push(Cell { overrides, steps, reference: Some(reference), measure: Measure::Length, switch: None });
             }
         }
         self.add(name, &method, &x, y, cells);

@@ -16,6 +16,7 @@ mod plan;
 mod report;
 mod schemes;
 mod sweep;
+mod switches;
 mod trajectory;
 
 pub use base_scene::{BaseScene, NotSuited};
@@ -24,7 +25,7 @@ pub use label::Label;
 pub use left_half_plane::{Point, ROUNDING, left_half_plane_table};
 pub use maps::Extent;
 pub use outcome::{Category, Outcome};
-pub use plan::{Axis, Cell, Map, MapPlan, Measure, NoMap, Spacing};
+pub use plan::{Axis, Cell, Map, MapPlan, Measure, NoMap, Spacing, Switch};
 pub use report::{FailsFiner, causes, counts, fails_finer, fails_finer_table, grid, labels, table, write_ends};
 pub use schemes::{Scheme, order_table, radius_table};
 pub use sweep::{Swept, sweep};

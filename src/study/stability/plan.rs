@@ -64,6 +64,17 @@ pub struct Cell {
     pub reference: Option<usize>,
     /// The length that its error is relative to.
     pub measure: Measure,
+    /// A change of the running scene.
+    pub switch: Option<Switch>,
+}
+
+/// A change of the scene while it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Switch {
+    /// The change holds after the first step that reaches this time, s.
+    pub at_s: f64,
+    /// `KEY=VALUE`.
+    pub changes: Vec<String>,
 }
 
 /// A category for every pair of an x and a y.
@@ -103,7 +114,7 @@ impl MapPlan {
 
     /// Index of a reference, which is added if it is new.
     pub(super) fn reference(&mut self, overrides: Vec<String>, steps: u64) -> usize {
-        let reference = Cell { overrides, steps, reference: None, measure: Measure::Length };
+        let reference = Cell { overrides, steps, reference: None, measure: Measure::Length, switch: None };
         self.references.iter().position(|known| *known == reference).unwrap_or_else(|| {
             self.references.push(reference);
             self.references.len() - 1
