@@ -3,7 +3,7 @@
 use super::Study;
 use super::choice::{Demands, Refusal, candidates, speed};
 use super::configuration::Configuration;
-use super::ladder::{Point, ladder};
+use super::level_choice::{Point, pick_levels};
 use super::level_tables::level_tables;
 use super::output_group::OutputGroup;
 use super::run::Failed;
@@ -169,7 +169,7 @@ struct Contest<'a> {
 impl Contest<'_> {
     /// Picks levels by what is known so far. One level alone is picked only until it is verified.
     fn pick(&self, count: usize) -> Result<Vec<usize>, NoLevels> {
-        let picked = ladder(&self.entrants.iter().map(Entrant::point).collect::<Vec<_>>(), count);
+        let picked = pick_levels(&self.entrants.iter().map(Entrant::point).collect::<Vec<_>>(), count);
         let Some(first) = picked.first().map(|place| &self.entrants[*place]) else {
             return Err(NoLevels::First(self.refusal()));
         };

@@ -11,7 +11,7 @@ mod errors;
 mod excitation;
 mod front;
 mod grid;
-mod ladder;
+mod level_choice;
 mod level_tables;
 mod levels;
 mod lost_modes;

@@ -11,14 +11,15 @@ pub(super) struct Point {
     pub step_s: f64,
 }
 
-/// Largest cost of a level over that of the level before: a smaller gain is not worth a switch.
+/// Largest cost of a level over that of the level before, and largest error of a level over that of the next: a smaller gain is not
+/// worth a switch.
 const WORTH: f64 = 0.7;
 
 /// Places of at most `count` points, the best first. It has the smallest error, and the last is the cheapest that a run can switch to.
 ///
 /// A run changes its step only by whole factors, so the steps of all levels divide one another. Of the settings with such steps, all
 /// levels are on the front. More levels are better, then a cheaper last one, then an even spread.
-pub(super) fn ladder(points: &[Point], count: usize) -> Vec<usize> {
+pub(super) fn pick_levels(points: &[Point], count: usize) -> Vec<usize> {
     let by_error = |a: &Point, b: &Point| a.error.total_cmp(&b.error).then(a.cost.total_cmp(&b.cost));
     let Some((first, best)) = points.iter().enumerate().min_by(|a, b| by_error(a.1, b.1)) else { return Vec::new() };
     let mut steps_s: Vec<f64> = points.iter().map(|point| point.step_s).filter(|step_s| fit(*step_s, best.step_s)).collect();
@@ -59,7 +60,7 @@ fn chains(steps_s: &[f64], last: Option<f64>) -> Vec<Vec<f64>> {
     next.flat_map(|next| chains(steps_s, Some(*next)).into_iter().map(|rest| [vec![*next], rest].concat())).collect()
 }
 
-/// The best ladder so far, among all that end with the cheapest level.
+/// The best levels so far, among all that end with the cheapest level.
 struct Search<'a> {
     points: &'a [Point],
     count: usize,
@@ -67,7 +68,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Tries every ladder that begins with `ladder` and goes on with some of `levels`, up to the last of them.
+    /// Tries every list that begins with `ladder` and goes on with some of `levels`, up to the last of them.
     fn extend(&mut self, ladder: &mut Vec<usize>, levels: &[usize]) {
         let Some((cheapest, between)) = levels.split_last() else { return };
         if self.is_worth(ladder, *cheapest) {
@@ -89,7 +90,11 @@ impl Search<'_> {
     }
 
     fn is_worth(&self, ladder: &[usize], next: usize) -> bool {
-        ladder.last().is_some_and(|last| self.points[next].cost <= WORTH * self.points[*last].cost)
+        let next = &self.points[next];
+        ladder
+            .last()
+            .map(|last| &self.points[*last])
+            .is_some_and(|last| next.cost <= WORTH * last.cost && last.error <= WORTH * next.error)
     }
 
     fn is_better(&self, ladder: &[usize]) -> bool {
@@ -113,7 +118,7 @@ mod tests {
     /// Points of `[cost, error, step in ms]`.
     fn levels(points: &[[f64; 3]], count: usize) -> Vec<usize> {
         let point = |[cost, error, step_ms]: &[f64; 3]| Point { cost: *cost, error: *error, step_s: 1e-3 * step_ms };
-        ladder(&points.iter().map(point).collect::<Vec<_>>(), count)
+        pick_levels(&points.iter().map(point).collect::<Vec<_>>(), count)
     }
 
     #[test]
@@ -133,6 +138,11 @@ mod tests {
         assert_eq!(levels(&[[1.0, 0.1, 1.0], [0.71, 1.0, 1.0]], 4), [0], "a gain of less than 0.3");
         assert_eq!(levels(&[[1.0, 0.1, 1.0], [0.8, 0.2, 1.0], [0.5, 0.3, 1.0], [0.4, 0.4, 1.0]], 4), [0, 3]);
         assert_eq!(levels(&[[8.0, 0.1, 1.0], [4.0, 0.5, 1.0], [3.0, 0.4, 1.0], [1.0, 1.0, 1.0]], 4), [0, 2, 3], "off the front");
+    }
+
+    #[test]
+    fn regress_a_level_hardly_better_than_a_much_cheaper_one_is_left_out() {
+        assert_eq!(levels(&[[64.0, 0.01, 1.0], [24.0, 0.14, 1.0], [4.0, 0.15, 1.0], [1.0, 1.0, 1.0]], 4), [0, 2, 3]);
     }
 
     #[test]
