@@ -187,6 +187,7 @@ fn regress_a_scene_that_cannot_start_names_file_line_and_key() -> Result<(), Box
 #[test]
 fn regress_one_picture_of_several_files_needs_overlay() -> Result<(), Box<dyn Error>> {
     let words = ["plot", SAMPLE, SAMPLE, "--y", "driving_torque_nm", "-o", "two.svg"];
+    refused(&["setpoint", "crank", "--torque", "1", "--hold", "1h"], 2, &["a time from 1us to 60s"])?;
     refused(&words, 2, &["would hold 2 figures", "lay the files over one another with --overlay"])
 }
 

@@ -6,7 +6,7 @@ use super::client_args::ClientArgs;
 use super::completions;
 use super::failure::CommandResult;
 use super::replies::{fresh_id, send_and_print};
-use super::values::{positive_time, torque};
+use super::values::{hold, torque};
 use crate::bus::{Name, client};
 use crate::simulation::SetpointRequest;
 use crate::wire;
@@ -31,7 +31,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NM", value_parser = torque)]
     pub torque: f64,
     /// Longest simulated time that the torque holds, 1us to 60s.
-    #[arg(long, value_name = "TIME", value_parser = positive_time)]
+    #[arg(long, value_name = "TIME", value_parser = hold)]
     pub hold: f64,
     /// Id of the command; a retry under the same id is not applied again.
     #[arg(long)]

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::recording::Split;
 use crate::runtime::{BadSpin, Pace, Spin};
+use crate::simulation::{LONGEST_HOLD_S, SHORTEST_HOLD_S};
 
 /// A year, s.
 const YEAR_S: f64 = 366.0 * 24.0 * 3600.0;
@@ -49,6 +50,11 @@ pub(super) fn spin(text: &str) -> Result<Spin, String> {
 /// A time above zero, s.
 pub(super) fn positive_time(text: &str) -> Result<f64, String> {
     time_within(text, 1e-9, 1e9, "1ns to 1e9 s")
+}
+
+/// The time that a setpoint holds, s. Its limits are the service's.
+pub(super) fn hold(text: &str) -> Result<f64, String> {
+    time_within(text, SHORTEST_HOLD_S, LONGEST_HOLD_S, "1us to 60s")
 }
 
 /// A time from zero, s.

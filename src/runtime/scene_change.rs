@@ -29,6 +29,16 @@ impl Successor {
     }
 }
 
+/// A refusal in words for whoever asked over the bus: the key is the place, so `--set` is left out.
+fn in_words(refused: SceneError) -> String {
+    let text = refused.to_string();
+    let option = if refused.key.is_empty() { "--set ".to_owned() } else { format!("{}: ", refused.place) };
+    match text.strip_prefix(&option) {
+        Some(rest) if refused.place.starts_with("--set ") => rest.to_owned(),
+        _ => text,
+    }
+}
+
 /// Everything that a change of the scene needs, at whatever level the run is when it holds.
 pub struct PreparedChange {
     /// The scene after it, at its first level.
@@ -51,7 +61,6 @@ impl PreparedChange {
         if changes.is_empty() {
             return Err("no change given: KEY=VALUE, such as slider.mass_kg=0.3".to_owned());
         }
-        let in_words = |refused: SceneError| refused.to_string();
         let base = before.changed(changes).map_err(in_words)?;
         let shadow = shadow.map(|model| {
             let by_model = |source: &SceneSource| source.by_model(model).map_err(in_words);

@@ -224,7 +224,7 @@ const LEVEL_CHANGES: Form = Form {
     form: "list of `\"KEY=VALUE\"`",
     unit: "",
     range: "keys that a running scene can change; none for the first level",
-    meaning: "changes of the scene for this level",
+    meaning: "changes of the scene for this level; the steps of all levels divide one another",
 };
 pub(super) const LEVEL_ERROR: Number =
     number("error_rad", "rad", [0.0, 1e9], Absent, "error of the crank's angle at this level, as `trade` states it");

@@ -7,6 +7,8 @@ use crate::nearest::nearest;
 
 /// Most levels of a scene.
 const MOST: usize = 16;
+/// Rounding of a ratio of steps.
+const ROUNDING: f64 = 1e-6;
 
 /// Checks names and errors; [`SceneSource::parse`] checks the changes.
 pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level>, SceneError> {
@@ -37,9 +39,22 @@ pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level
 }
 
 impl SceneSource {
-    /// Checks that a run of the scene can go on with each of its levels.
+    /// Checks that a run of the scene can go on with each of its levels, from any other of them.
     pub(super) fn check_levels(&self) -> Result<(), SceneError> {
-        (0..self.scene.levels.len()).try_for_each(|index| self.at_level(index).map(|_| ()))
+        let mut steps_s: Vec<f64> = Vec::new();
+        for index in 0..self.scene.levels.len() {
+            let step_s = self.at_level(index)?.scene.solver.step_s;
+            if let Some(other) = steps_s.iter().position(|other_s| !meet(step_s, *other_s)) {
+                let [one, two] = [index, other].map(|level| &self.scene.levels[level].name);
+                let problem = format!(
+                    "level `{one}`: a step of {step_s} s is neither a multiple nor a part of the step of level `{two}`, {} s",
+                    steps_s[other]
+                );
+                return Err(self.refusal(&format!("level.{index}.changes"), problem));
+            }
+            steps_s.push(step_s);
+        }
+        Ok(())
     }
 
     /// The scene at a level, its changes written into it; the scene itself if it has no such level.
@@ -54,6 +69,12 @@ impl SceneSource {
             self.refusal(&key, format!("level `{}`: {}", level.name, refused.reason()))
         })
     }
+}
+
+/// Whether one of two steps is a multiple of the other, but for rounding: then a run can change from one to the other.
+fn meet(one_s: f64, other_s: f64) -> bool {
+    let ratio = (one_s / other_s).max(other_s / one_s);
+    (ratio - ratio.round()).abs() < ROUNDING
 }
 
 /// A scene at one of its levels.
@@ -145,6 +166,10 @@ mod tests {
             ("LEVEL\"rod.length_m=2\"]\n", "level `fast`: rod.length_m = 2: a running scene keeps its geometry"),
             ("LEVEL\"rod.lenght_m=2\"]\n", "did you mean `length_m`?"),
             ("LEVEL\"rod.modes\"]\n", "expected KEY=VALUE"),
+            (
+                "LEVEL\"solver.step_s=0.003\"]\n",
+                "a step of 0.003 s is neither a multiple nor a part of the step of level `fine`, 0.002 s",
+            ),
             ("LEVEL]\nerror_rad = -1.0\n", "level.1.error_rad = -1.0: must be a number"),
         ] {
             let levels = levels.replace("LEVEL", &format!("{first}[[level]]\nname = \"fast\"\nchanges = ["));

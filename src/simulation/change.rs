@@ -14,8 +14,13 @@ pub enum NotChanged {
     #[error("the new step begins at a common instant of both, {0} steps from here")]
     Later(u64),
     /// Neither step is a multiple of the other.
-    #[error("the new step is neither a multiple of the present one nor a part of it")]
-    Step,
+    #[error("a step of {new_s} s is neither a multiple nor a part of the present step, {present_s} s")]
+    Step {
+        /// The present step, s.
+        present_s: f64,
+        /// The new step, s.
+        new_s: f64,
+    },
     /// The state does not fit the new model.
     #[error("the state does not fit the changed scene")]
     OtherState,
@@ -169,7 +174,7 @@ impl Simulation {
         match self.grid.steps_to_common(self.step, next.grid.step_s) {
             Some(0) => {}
             Some(later) => return Err(NotChanged::Later(later)),
-            None => return Err(NotChanged::Step),
+            None => return Err(NotChanged::Step { present_s: self.grid.step_s, new_s: next.grid.step_s }),
         }
         let now_s = self.time_s();
         next.law.go_on_from(&self.law, now_s);

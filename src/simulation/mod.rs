@@ -46,7 +46,7 @@ pub use loads::Loads;
 pub use pulses::Pulses;
 pub use rate::{BadRate, PublishRate};
 pub use sample::{Account, Sample, Stamp};
-pub use setpoint::{AdvanceRequest, HeldTorque, SetpointRequest, SetpointState};
+pub use setpoint::{AdvanceRequest, HeldTorque, LONGEST_HOLD_S, SHORTEST_HOLD_S, SetpointRequest, SetpointState};
 pub use small_motion::SmallMotion;
 pub use step_grid::StepGrid;
 pub use telemetry::{PerTelemetry, PublishRates};

@@ -6,9 +6,9 @@ use super::{DeliveredImpulse, Effective, Simulation};
 use crate::scene::{Pulse, PulseShape};
 
 /// Shortest hold of a commanded setpoint, s.
-pub(super) const SHORTEST_HOLD_S: f64 = 1e-6;
+pub const SHORTEST_HOLD_S: f64 = 1e-6;
 /// Longest hold of a commanded setpoint, s: a controller that has died lets go within a minute.
-pub(super) const LONGEST_HOLD_S: f64 = 60.0;
+pub const LONGEST_HOLD_S: f64 = 60.0;
 
 /// A commanded setpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -57,6 +57,18 @@ fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome 
     let refused = level("fairr")?;
     assert_eq!((refused.accepted, refused.reason.contains("did you mean `fair`?")), (false, true), "{}", refused.reason);
     assert!(set(&service, "", vec!["level.1.name=other".into()])?.reason.contains("keeps its levels"));
+    for (change, says) in [
+        ("slider.mas_kg=0.3", "slider.mas_kg = 0.3: unknown key; did you mean `mass_kg`?"),
+        ("slider.mass_kg={", "slider.mass_kg={: not TOML"),
+        ("crank.length_m=0.3", "crank.length_m = 0.3: a running scene keeps its geometry"),
+        (
+            "solver.step_s=3e-3",
+            "level `fair`: a step of 0.004 s is neither a multiple nor a part of the step of level `good`, 0.003 s",
+        ),
+    ] {
+        let reason = set(&service, "", vec![change.into()])?.reason;
+        assert!(reason.contains(says) && !reason.contains("--set"), "{change}: {reason}");
+    }
     let (_, folder) = service.stop()?;
     let file = folder.path().join("run.mcap");
     let source = RecordedSession::open(&file)?;
