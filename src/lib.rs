@@ -25,6 +25,8 @@ pub mod recording;
 #[cfg(feature = "service")]
 pub mod resimulation;
 #[cfg(feature = "service")]
+pub mod ros2;
+#[cfg(feature = "service")]
 pub mod runtime;
 pub mod scene;
 #[cfg(feature = "service")]

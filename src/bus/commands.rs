@@ -137,7 +137,7 @@ impl CommandKey {
 /// Checks that a message came under the exact key and within the size limit, and returns its payload.
 ///
 /// A key with wildcards may pass access rules that would block the key itself.
-fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Payload {
+pub(crate) fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -> Payload {
     let bytes = payload.map_or(0, ZBytes::len);
     if key.as_str() != own_key {
         return Err(BadCommand::Key { key: key.to_string(), own: own_key.to_owned() });

@@ -34,6 +34,12 @@ pub enum BusError {
     /// A declaration, publication or query failed.
     #[error("zenoh: {0}")]
     Failed(String),
+    /// The system refused a thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+    /// A thread panicked.
+    #[error("the thread `{0}` died")]
+    Died(&'static str),
     /// All local ports are taken.
     #[error("no free port from 7447 to 7462 on 127.0.0.1: end a service, or give --listen tcp/127.0.0.1:PORT")]
     NoPort,
@@ -100,7 +106,7 @@ impl BusError {
             message_of(&error).replace("[Single(", "").replace(")]", "").trim_end_matches(['!', ' ']).to_owned(),
         )
     }
-    pub(super) fn failed(error: zenoh::Error) -> Self {
+    pub(crate) fn failed(error: zenoh::Error) -> Self {
         BusError::Failed(message_of(&error))
     }
 }

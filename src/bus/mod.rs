@@ -1,4 +1,4 @@
-//! The bus: key expressions, sessions, services and clients. Only this layer uses zenoh.
+//! The bus: key expressions, sessions, services and clients. Only this layer and `ros2` use zenoh.
 
 mod about;
 mod address;
@@ -21,12 +21,14 @@ mod zenoh_messages;
 pub use crate::wire::Topic;
 pub use about::About;
 pub use address::{Address, BadAddress};
+pub(crate) use commands::admitted;
 pub use commands::{CommandKey, replay_commands, service_commands};
 pub use error::BusError;
 pub use keys::{BadName, Name, ROOT, key_of_topic};
 pub use name_claim::NameClaim;
 pub use question::Question;
 pub use raw_publisher::{RawPublisher, check_encoding};
+pub(crate) use refusal_log::RefusalLog;
 pub use service_endpoint::ServiceEndpoint;
 pub use session::BusOptions;
 pub use snapshot_cache::SnapshotEntry;

@@ -10,13 +10,13 @@ const LOG_PERIOD: Duration = Duration::from_secs(1);
 
 /// The time of the last line, and the number of refusals since.
 #[derive(Clone, Default)]
-pub(super) struct RefusalLog {
+pub(crate) struct RefusalLog {
     since: Arc<Mutex<(Option<Instant>, u64)>>,
 }
 
 impl RefusalLog {
     /// Logs a refusal, or counts it if the last line is less than a second old.
-    pub(super) fn record(&self, reply: &CommandReply) {
+    pub(crate) fn record(&self, reply: &CommandReply) {
         if reply.accepted {
             return;
         }

@@ -47,6 +47,8 @@ pub struct BusOptions {
     pub config: Option<PathBuf>,
     /// Neither listens nor connects: a session without a bus.
     pub isolated: bool,
+    /// With endpoints to connect to: announces this session there and links with the others there, as nodes of ROS 2 do.
+    pub gossip: bool,
     /// Lets this session list subscriptions, as [`subscribed_sessions`](super::subscribed_sessions()) needs.
     pub sees_subscriptions: bool,
 }
@@ -133,8 +135,10 @@ impl BusOptions {
         }
         if !self.connect.is_empty() {
             set(&mut config, CONNECT, &list(&self.connect))?;
-            // Gossip would announce loopback endpoints of other machines, which are useless here.
-            set(&mut config, "scouting/gossip/enabled", "false")?;
+            if !self.gossip {
+                // Gossip would announce loopback endpoints of other machines, which are useless here.
+                set(&mut config, "scouting/gossip/enabled", "false")?;
+            }
         } else if self.config.is_none() && self.listen.is_empty() {
             set(&mut config, CONNECT, &list(&neighbours()))?;
         }

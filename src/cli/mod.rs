@@ -42,6 +42,7 @@ mod replay;
 mod replies;
 mod response;
 mod resume;
+mod ros2_args;
 mod run;
 mod run_conclusion;
 mod sequence;

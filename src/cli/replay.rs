@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use clap_complete::engine::ArgValueCompleter;
@@ -15,6 +16,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::keyboard::Keyboard;
 use super::progress::bar;
+use super::ros2_args::{Nodes, Ros2Args};
 use super::service_names::on_the_bus;
 use super::signals::interrupted;
 use super::values::{number, positive_time, programs, time};
@@ -83,6 +85,8 @@ pub(super) struct ReplayArgs {
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
+    pub ros2: Ros2Args,
+    #[command(flatten)]
     pub bus: BusArgs,
 }
 
@@ -92,7 +96,8 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn replay(args: ReplayArgs) -> CommandResult {
-    let bus = BusOptions { sees_subscriptions: args.wait_for > 1, ..args.bus.options() };
+    let domain = args.ros2.domain()?;
+    let bus = BusOptions { sees_subscriptions: args.wait_for > 1, gossip: domain.is_some(), ..args.bus.options() };
     let mut replay = service::ReplayOptions {
         file: args.file,
         rate: args.rate,
@@ -121,7 +126,11 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         replay.endpoints.clone_from(&endpoints);
         let (player, own) = (session.clone(), sender.clone());
         let file = replay.file.display().to_string();
+        let (nodes, ros_session) = (Arc::new(Mutex::new(None)), session.clone());
+        let started_nodes = Arc::clone(&nodes);
         let on_the_bus = move |name: &Name| -> OnStatus {
+            let nodes = Nodes::start(&ros_session, std::iter::once(name), domain, false);
+            *started_nodes.lock().unwrap_or_else(PoisonError::into_inner) = Some(nodes);
             shown.suspend(|| say!("replaying {file} {}", on_the_bus(name, &endpoints)));
             Box::new(move |status| show(&shown, status))
         };
@@ -139,6 +148,9 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
             () = interrupted => drop(sender.send(ReplayCommand::quiet(ReplayAction::Stop))),
         }
         let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
+        if let Some(nodes) = nodes.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            nodes?.close()?;
+        }
         bus::close(&session)?;
         CommandResult::Ok(report?)
     });

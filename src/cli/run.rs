@@ -15,6 +15,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{must_have_folder, must_hold_recordings};
 use super::resume::{self, ResumeArgs, RunStart};
+use super::ros2_args::{Nodes, Ros2Args};
 use super::run_conclusion::conclude;
 use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
@@ -40,7 +41,8 @@ Examples:
   flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all
   flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync
   flexcrank run --resume recordings/crank.mcap
-  flexcrank run --supervise --record crank.mcap";
+  flexcrank run --supervise --record crank.mcap
+  flexcrank run --ros2 --connect tcp/localhost:7447";
 
 #[derive(Debug, Parser)]
 pub(super) struct Args {
@@ -121,8 +123,10 @@ pub(super) struct Args {
     #[arg(long, hide = true, requires = "supervise")]
     pub supervised_resume: Option<PathBuf>,
     /// Run without the bus, for batches: the service takes no port and no name, and nobody can reach it.
-    #[arg(long, conflicts_with_all = ["listen", "connect", "zenoh_config", "force"])]
+    #[arg(long, conflicts_with_all = ["listen", "connect", "zenoh_config", "force", "ros2"])]
     pub no_bus: bool,
+    #[command(flatten)]
+    pub ros2: Ros2Args,
     #[command(flatten)]
     pub bus: BusArgs,
 }
@@ -164,7 +168,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     }
     args.record.as_deref().map_or(Ok(()), must_have_folder)?;
     let (fixed, starts) = starts(&args)?;
-    let bus = BusOptions { isolated: args.no_bus, ..args.bus.options() };
+    let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };
     let status_line = StatusLine::new(starts.len(), args.until);
     let was_interrupted = Cell::new(false);
     let reports = runtime()?.block_on(async {
@@ -221,7 +225,10 @@ async fn serve(
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
     let waking = ThreadOptions { spin, realtime: !args.no_realtime };
-    Ok(service::run_all(session, members, waking, shutdown).await?)
+    let nodes = Nodes::start(session, members.iter().map(|member| &member.live.name), args.ros2.domain()?, true)?;
+    let reports = service::run_all(session, members, waking, shutdown).await;
+    nodes.close()?;
+    Ok(reports?)
 }
 
 /// The starts of all services: `count` of every scene, or a resumed session; with the name that the user or the session gave.
