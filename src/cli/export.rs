@@ -1,4 +1,4 @@
-//! `export`: writes a recording as tables.
+//! `export`: writes a recording as tables, or as a file for ROS 2.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::may_be_folder;
+use super::folders::{may_be_folder, must_have_folder};
 use super::output::output;
 use super::progress::elapsed;
 use super::values::{positive_time, time};
@@ -19,10 +19,11 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank export recordings/crank.mcap --csv tables
   flexcrank export recordings/crank.mcap --parquet tables
+  flexcrank export recordings/crank.mcap --ros2 bag.mcap
   flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links";
 
 #[derive(Debug, clap::Args)]
-#[command(group = clap::ArgGroup::new("format").args(["csv", "parquet"]).required(true).multiple(true))]
+#[command(group = clap::ArgGroup::new("format").args(["csv", "parquet", "ros2"]).required(true).multiple(true))]
 pub(super) struct Args {
     /// The recording.
     #[arg(add = ArgValueCompleter::new(completions::recordings))]
@@ -33,6 +34,9 @@ pub(super) struct Args {
     /// Folder for Parquet tables, one per topic.
     #[arg(long, value_name = "DIR")]
     pub parquet: Option<PathBuf>,
+    /// MCAP file for ROS 2: the messages that `run --ros2` publishes, for `ros2 bag play`, RViz and PlotJuggler.
+    #[arg(long, value_name = "FILE")]
+    pub ros2: Option<PathBuf>,
     /// Start at this recorded time.
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
     pub from: f64,
@@ -42,21 +46,25 @@ pub(super) struct Args {
     /// Keep one row per topic in each period of this recorded time: the first.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub every: Option<f64>,
-    /// Only these columns, by name or prefix: stamp.sim_time_s, links.crank. Times are always included.
+    /// Only these columns of tables, by name or prefix: stamp.sim_time_s, links.crank. Times are always included.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub columns: Vec<String>,
 }
 
 pub(super) fn export(args: Args) -> CommandResult {
-    let Args { file, csv, parquet, from, to, every, columns } = args;
+    let Args { file, csv, parquet, ros2, from, to, every, columns } = args;
+    ros2.as_deref().map_or(Ok(()), must_have_folder)?;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
-    let what = recording::Export { csv, parquet, from_s: from, to_s: to, every_s: every, columns };
+    let what = recording::Export { csv, parquet, ros2, from_s: from, to_s: to, every_s: every, columns };
     let progress = elapsed("exporting");
     let exported = recording::export(&file, &what);
     progress.finish_and_clear();
-    let Exported { tables, cut_off, skipped } = exported?;
+    let Exported { tables, ros2, cut_off, skipped } = exported?;
     for table in tables {
         writeln!(output(), "{} ({} rows)", table.path.display(), table.messages)?;
+    }
+    if let Some(bag) = ros2 {
+        writeln!(output(), "{} ({} messages)", bag.path.display(), bag.messages)?;
     }
     for topic in skipped {
         say!("warning: {topic} is not protobuf and was left out");

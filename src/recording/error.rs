@@ -58,6 +58,9 @@ pub enum RecordingError {
         /// Its topics.
         topics: Vec<String>,
     },
+    /// No topic is of a flexcrank service.
+    #[error("{}: no messages of a flexcrank service, so nothing to make ROS messages from", .0.display())]
+    NothingForRos(PathBuf),
     /// A message does not fit its schema in the file.
     #[error("{}: a message on `{topic}` does not fit its schema: {cause}", path.display())]
     Undecodable {

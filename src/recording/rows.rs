@@ -74,6 +74,30 @@ impl TimeRange {
         TimeRange { from_ns: nanoseconds(from_s), to_ns: to_s.map_or(u64::MAX, nanoseconds), every_ns }
     }
 
+    /// Calls `visit` for every message of this part of a recording, in order of log time; returns whether the file ends early.
+    pub fn each_message(
+        self,
+        path: &Path,
+        mut visit: impl FnMut(&RecordedMessage) -> Result<(), RecordingError>,
+    ) -> Result<bool, RecordingError> {
+        let source = RecordingFile::open(path)?;
+        let mut slots: HashMap<String, u64> = HashMap::new();
+        for message in source.messages_from(source.begin_ns().saturating_add(self.from_ns))? {
+            let message = message?;
+            let since_ns = message.log_time.saturating_sub(source.begin_ns());
+            if since_ns > self.to_ns {
+                continue;
+            }
+            if let Some(slot) = self.slot(since_ns)
+                && slots.insert(message.channel.topic.clone(), slot) == Some(slot)
+            {
+                continue;
+            }
+            visit(&message)?;
+        }
+        Ok(source.is_cut_off())
+    }
+
     /// Index of the period that a time belongs to; `None` without periods. A time just before the next period counts to that: log
     /// times are rounded.
     fn slot(&self, since_ns: u64) -> Option<u64> {
@@ -107,24 +131,11 @@ impl Decoder {
 
     /// Calls `visit` for every decodable message, in order of log time; returns whether the file ends early.
     pub fn each_row(&mut self, mut visit: impl FnMut(&str, &Row) -> Result<(), RecordingError>) -> Result<bool, RecordingError> {
-        let source = RecordingFile::open(&self.path)?;
-        let mut slots: HashMap<String, u64> = HashMap::new();
-        for message in source.messages_from(source.begin_ns().saturating_add(self.part.from_ns))? {
-            let message = message?;
-            let since_ns = message.log_time.saturating_sub(source.begin_ns());
-            if since_ns > self.part.to_ns {
-                continue;
-            }
-            if let Some(slot) = self.part.slot(since_ns)
-                && slots.insert(message.channel.topic.clone(), slot) == Some(slot)
-            {
-                continue;
-            }
-            if let Some(row) = self.row(&message)? {
-                visit(&message.channel.topic, &row)?;
-            }
-        }
-        Ok(source.is_cut_off())
+        let (path, part) = (self.path.clone(), self.part);
+        part.each_message(&path, |message| match self.row(message)? {
+            Some(row) => visit(&message.channel.topic, &row),
+            None => Ok(()),
+        })
     }
 
     fn row(&mut self, message: &RecordedMessage) -> Result<Option<Row>, RecordingError> {

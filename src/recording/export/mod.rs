@@ -1,8 +1,9 @@
-//! Export of recordings: one wide table per topic, as CSV or Parquet, decoded by the schemas in the file.
+//! Export of recordings: one wide table per topic, as CSV or Parquet, decoded by the schemas in the file; and a file for ROS 2.
 
 mod column_types;
 mod csv;
 mod parquet;
+mod ros2;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,30 +19,34 @@ pub struct Export {
     pub csv: Option<PathBuf>,
     /// Folder for Parquet tables.
     pub parquet: Option<PathBuf>,
+    /// MCAP file with messages of ROS 2.
+    pub ros2: Option<PathBuf>,
     /// Start, s since the first message.
     pub from_s: f64,
     /// End, s since the first message.
     pub to_s: Option<f64>,
     /// Keep one row per topic in each period of this length, s: the first.
     pub every_s: Option<f64>,
-    /// Columns by name or prefix (`links` for `links.crank.chord_rad`); empty exports all. Times are always included.
+    /// Columns of tables by name or prefix (`links` for `links.crank.chord_rad`); empty exports all. Times are always included.
     pub columns: Vec<String>,
 }
 
 /// The result of an export.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Exported {
     /// One table per topic and format.
     pub tables: Vec<Written>,
+    /// The file for ROS 2.
+    pub ros2: Option<Written>,
     /// Whether the recording ended early.
     pub cut_off: bool,
     /// Topics skipped because their messages are not protobuf.
     pub skipped: Vec<String>,
 }
 
-/// Writes `FOLDER/<topic, with dots for slashes>.csv`, and `.parquet`, for every protobuf topic of a recording.
+/// Writes tables and a file for ROS 2, as far as they are wanted.
 ///
-/// The columns `log_time` and `publish_time` come first. Every scalar of the message follows under its dotted name, with one type
+/// Tables are `FOLDER/<topic, with dots for slashes>.csv`, and `.parquet`, for every protobuf topic of a recording. The columns `log_time` and `publish_time` come first. Every scalar of the message follows under its dotted name, with one type
 /// throughout: integer, number, boolean, text or time. The file is read twice: for the columns, since messages may omit fields,
 /// and for the rows.
 ///
@@ -49,7 +54,19 @@ pub struct Exported {
 /// [`RecordingError`] if the recording cannot be read, a message does not fit its schema, a requested time or column does not
 /// exist, or a table cannot be written.
 pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
-    let mut decoder = Decoder::new(recording, TimeRange::new(export.from_s, export.to_s, export.every_s));
+    let part = TimeRange::new(export.from_s, export.to_s, export.every_s);
+    let with_tables = export.csv.is_some() || export.parquet.is_some();
+    let mut exported = if with_tables { tables(recording, export, part)? } else { Exported::default() };
+    if let Some(to) = &export.ros2 {
+        let (written, cut_off) = ros2::export(recording, to, part)?;
+        exported.cut_off |= cut_off;
+        exported.ros2 = Some(written);
+    }
+    Ok(exported)
+}
+
+fn tables(recording: &Path, export: &Export, part: TimeRange) -> Result<Exported, RecordingError> {
+    let mut decoder = Decoder::new(recording, part);
     let mut topics: BTreeMap<String, Columns> = BTreeMap::new();
     let cut_off = decoder.each_row(|topic, row| {
         learn(topics.entry(topic.to_owned()).or_default(), row);
@@ -68,7 +85,7 @@ pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingEr
     for table in tables.into_values() {
         table.finish(&mut written)?;
     }
-    Ok(Exported { tables: written, cut_off, skipped: decoder.skipped.into_iter().collect() })
+    Ok(Exported { tables: written, ros2: None, cut_off, skipped: decoder.skipped.into_iter().collect() })
 }
 
 /// The error for an export without rows: the recording has none at the requested times, or none at all.
