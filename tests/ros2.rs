@@ -7,6 +7,18 @@ use std::error::Error;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
+use std::time::Duration;
+
+use common::{Service, scene};
+use flexcrank::bus::{Topic, client};
+use flexcrank::recording::{Export, RecordingError, export};
+use flexcrank::ros2::{Node, NodeOptions};
+use flexcrank::runtime::Pace;
+use flexcrank::simulation::PublishRate;
+use flexcrank::wire::{Angles, AppliedCommand, Displacements, Loads, applied_command::Command};
+use prost::Message as _;
+use zenoh::Wait;
+use zenoh::handlers::FifoChannel;
 
 use flexcrank::ros2::{CdrError, Count, Field, Kind, RosType, Value};
 
@@ -128,5 +140,107 @@ fn prop_lengths_beyond_the_payload_are_refused_before_memory_is_taken() -> Resul
     assert_eq!(RosType::FLOAT64.decode(&[&[0, 0, 0, 0], &good[4..]].concat()), Err(CdrError::Header));
     let request = |byte: u8| RosType::SET_BOOL_REQUEST.decode(&[&header[..], &[byte]].concat());
     assert_eq!((request(1).is_ok(), request(2)), (true, Err(CdrError::Invalid("data"))));
+    Ok(())
+}
+
+/// Fields of a message.
+fn fields(value: Value) -> Vec<Value> {
+    match value {
+        Value::Message(values) | Value::List(values) => values,
+        other => vec![other],
+    }
+}
+
+/// The numbers of a list.
+fn bits(value: &Value) -> Vec<u64> {
+    let bits = |value: &Value| if let Value::F64(number) = value { number.to_bits() } else { 0 };
+    if let Value::List(values) = value { values.iter().map(bits).collect() } else { Vec::new() }
+}
+
+/// Keys of the node `test` in domain 3, whatever type and hash they end with.
+fn key(topic: &str) -> String {
+    format!("3/test/{topic}/**")
+}
+
+#[test]
+fn val_a_node_publishes_what_the_service_publishes_and_passes_on_torques() -> Result<(), Box<dyn Error>> {
+    let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::Hz(100.0))?;
+    let session = service.client.clone();
+    let states = session.declare_subscriber(key("joint_states")).with(FifoChannel::new(4096)).wait().unwrap();
+    let angles = client::subscribe(&session, &service.name, Topic::Angles)?;
+    let applied = session.declare_subscriber(service.name.topic(Topic::Commands)).with(FifoChannel::new(64)).wait().unwrap();
+    let node = Node::start(&session, &service.name, NodeOptions { domain: 3, number: 0, takes_torque: true })?;
+
+    let torque = format!("3/test/torque/{}/{}", RosType::FLOAT64.dds_name(), RosType::FLOAT64.hash());
+    let good = RosType::FLOAT64.encode(&Value::Message(vec![7.5.into()]))?;
+    for length in 0..good.len() {
+        session.put(&torque, &good[..length]).wait().unwrap();
+    }
+    // A key with wildcards includes the topic's, and is not it.
+    session.put(key("torque"), good.clone()).wait().unwrap();
+    session.put(&torque, good).wait().unwrap();
+    let command = applied.recv_timeout(Duration::from_secs(20)).unwrap().ok_or("no command was applied")?;
+    let Some(Command::Setpoint(setpoint)) = AppliedCommand::decode(&*command.payload().to_bytes())?.command else {
+        return Err("another command was applied".into());
+    };
+    assert_eq!((setpoint.torque_nm, setpoint.hold_s), (7.5, flexcrank::ros2::TORQUE_HOLD_S));
+
+    let mut received = Vec::new();
+    while received.len() < 50 {
+        let sample = states.recv_timeout(Duration::from_secs(20)).unwrap().ok_or("no joint state came")?;
+        assert_eq!(sample.attachment().map(|bytes| bytes.len()), Some(33));
+        received.push(fields(RosType::JOINT_STATE.decode(&sample.payload().to_bytes())?));
+    }
+    assert_eq!(node.close()?, 0, "nothing is dropped");
+    let sent: Vec<Angles> = client::new_messages(&angles).collect();
+    let sent: Vec<Vec<u64>> =
+        sent.iter().map(|angles| angles.links.iter().map(|link| link.chord_rad.to_bits()).collect()).collect();
+    let own: Vec<Vec<u64>> = received.iter().map(|joints| bits(&joints[2])[..2].to_vec()).collect();
+    let from = sent.iter().position(|angles| *angles == own[0]).ok_or("the first joint state is not a message of angles")?;
+    assert_eq!(sent[from..from + own.len()], own);
+    assert!(applied.try_recv().unwrap().is_none(), "hostile bytes became a command");
+    service.stop()?;
+    Ok(())
+}
+
+#[test]
+fn val_an_exported_file_has_every_sample_once() -> Result<(), Box<dyn Error>> {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::Hz(100.0))?.finish()?;
+    let (recording, bag) = (folder.path().join("run.mcap"), folder.path().join("bag.mcap"));
+    let what = Export { ros2: Some(bag.clone()), ..Export::default() };
+    let written = export(&recording, &what)?.ros2.ok_or("no file")?;
+    assert!(matches!(export(&recording, &what), Err(RecordingError::Exists(_))), "nothing is overwritten");
+    let states: Vec<Vec<Value>> = common::payloads(&bag, "joint_states")?
+        .iter()
+        .map(|bytes| RosType::JOINT_STATE.decode(bytes).map(fields))
+        .collect::<Result<_, _>>()?;
+    let angles: Vec<Angles> = common::decoded(&recording, "angles")?;
+    let ends: Vec<Displacements> = common::decoded(&recording, "displacements")?;
+    let loads: Vec<Loads> = common::decoded(&recording, "loads")?;
+    assert_eq!((states.len(), angles.len()), (101, 101));
+    for ((joints, angles), (end, loads)) in states.iter().zip(&angles).zip(ends.iter().zip(&loads)) {
+        let end = end.nodes.last().ok_or("no nodes")?;
+        let resistance = -loads.resistance_n.ok_or("no slider")?;
+        let wanted = |of: &[f64]| of.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+        let [crank, rod] = &angles.links[..] else { return Err("not two links".into()) };
+        assert_eq!(bits(&joints[2]), wanted(&[crank.chord_rad, rod.chord_rad, end.x_m]));
+        assert_eq!(bits(&joints[3]), wanted(&[crank.rate_rad_per_s, rod.rate_rad_per_s, end.vx_m_per_s]));
+        assert_eq!(bits(&joints[4]), wanted(&[loads.driving_torque_nm, 0.0, resistance]));
+    }
+    // Clock, joint states, frames and three joints for every sample; markers and diagnostics besides.
+    let others = (common::payloads(&bag, "markers")?.len() + common::payloads(&bag, "diagnostics")?.len()) as u64;
+    assert_eq!(written.messages, 6 * 101 + others);
+    Ok(())
+}
+
+#[test]
+fn prop_a_recording_without_a_service_leaves_no_file() -> Result<(), Box<dyn Error>> {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(0.1), PublishRate::Hz(100.0))?.finish()?;
+    let (recording, bag) = (folder.path().join("run.mcap"), folder.path().join("bag.mcap"));
+    let what = |to: &Path| Export { ros2: Some(to.to_owned()), ..Export::default() };
+    export(&recording, &what(&bag))?;
+    let again = folder.path().join("again.mcap");
+    assert!(matches!(export(&bag, &what(&again)), Err(RecordingError::NothingForRos(_))));
+    assert!(!again.exists());
     Ok(())
 }

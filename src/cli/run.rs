@@ -42,7 +42,7 @@ Examples:
   flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync
   flexcrank run --resume recordings/crank.mcap
   flexcrank run --supervise --record crank.mcap
-  flexcrank run --ros2 --connect tcp/localhost:7447";
+  flexcrank run --ros2";
 
 #[derive(Debug, Parser)]
 pub(super) struct Args {

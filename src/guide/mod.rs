@@ -17,6 +17,7 @@ chapters! {
     models: "models", "models.md", "Choose model, integrator and step; know whether to trust a run";
     bus: "bus", "bus.md", "Keys, messages, delivery, commands, watch; other machines";
     recordings: "recordings", "recordings.md", "Record, verify, resume, repair, replay, export";
+    ros2: "ros2", "ros2.md", "A service as a node of ROS 2; bags";
     realtime: "real-time", "realtime.md", "Deadlines, waiting, overruns, many services, systemd";
     security: "security", "security.md", "Encryption, passwords, roles";
     analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";
