@@ -107,6 +107,9 @@ pub(super) enum Command {
     /// Turn a rigid crank-slider once: motion, joint forces, torque; counterweights; a sweep over the crank-to-rod ratio.
     #[command(after_help = super::cycle::EXAMPLES)]
     Cycle(super::cycle::Args),
+    /// Run a campaign: a scene many times with keys that vary; a table of scalars, sensitivity indices.
+    #[command(after_help = super::sweep::EXAMPLES)]
+    Sweep(super::sweep::Args),
     /// Measure speed against accuracy of every model, integrator, mesh and step for a scene; choose the cheapest that suffices.
     #[command(after_help = super::trade::EXAMPLES)]
     Trade(super::trade::Args),

@@ -19,6 +19,7 @@ use crate::simulation::BuildError;
 use crate::small_motion::NoModes;
 use crate::study::cycle::CycleError;
 use crate::study::stability::{NoMap, NotSuited};
+use crate::study::sweep::{BadShard, NoIndices, SweepError};
 use crate::study::trade::TradeError;
 use crate::study::{HistoryError, TableError};
 
@@ -82,10 +83,12 @@ macro_rules! usage {
 
 usage! {
     BadName: |_| true,
+    BadShard: |_| true,
     BuildError: |_| true,
     BusError: |error| matches!(error, BusError::Config(_) | BusError::File { .. } | BusError::NoTls(_)),
     CycleError: |_| true,
     HistoryError: |_| false,
+    NoIndices: |error| !matches!(error, NoIndices::Sweep(_)),
     NoMap: |_| true,
     NoModes: |error| !matches!(error, NoModes::NotFound),
     NotSuited: |_| true,
@@ -95,6 +98,7 @@ usage! {
     SceneError: |_| true,
     ServiceError: |error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }),
     StepError: |_| false,
+    SweepError: |error| matches!(error, SweepError::Spec(_) | SweepError::Scene(_)),
     TableError: |_| false,
     TradeError: |error| !matches!(error, TradeError::NoReference(_)),
     UnknownChapter: |_| true,

@@ -54,6 +54,7 @@ mod stability;
 mod state_space_file;
 mod status_line;
 mod supervise;
+mod sweep;
 mod thesis_figures;
 mod trade;
 mod trade_levels;
@@ -105,6 +106,7 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Linearise(args) => linearise::linearise(&args),
         Command::Response(args) => response::response(&args),
         Command::Cycle(args) => cycle::cycle(&args),
+        Command::Sweep(args) => sweep::sweep(&args),
         Command::Trade(args) => trade::trade(&args),
         Command::Scenes { keys: true, markdown, .. } => files::keys(markdown),
         Command::Scenes { name, .. } => files::scenes(name.as_deref()),

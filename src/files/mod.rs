@@ -35,6 +35,11 @@ pub const FILES: &[File] = &[
         summary: "layout for Foxglove and Lichtblick: the mechanism beside charts",
         text: include_str!("foxglove-layout.json"),
     },
+    File {
+        name: "sweep.toml",
+        summary: "campaign for `flexcrank sweep`: sensitivity of joint forces to three keys",
+        text: include_str!("sweep.toml"),
+    },
     File { name: "to-rerun", summary: "Python script: converts a recording for Rerun", text: include_str!("to-rerun") },
 ];
 

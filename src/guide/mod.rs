@@ -21,6 +21,7 @@ chapters! {
     realtime: "real-time", "realtime.md", "Deadlines, waiting, overruns, many services, systemd";
     security: "security", "security.md", "Encryption, passwords, roles";
     analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";
+    campaigns: "campaigns", "campaigns.md", "Run a scene many times on one machine or many; sensitivity";
     exit_codes: "exit-codes", "exit_codes.md", "The code that each command ends with";
     library: "library", "library.md", "Two Rust programs; the modules";
     evidence: "evidence", "evidence.md", "Measured: beside Exudyn and IDA, lateness, a flood of commands";

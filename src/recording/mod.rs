@@ -27,6 +27,7 @@ mod writer;
 
 pub use end::{EndReason, RecordingEnd};
 pub use error::RecordingError;
+pub(crate) use export::{ColumnType, Columns, ParquetSheet, Sheet};
 pub use export::{Export, Exported, export};
 pub use format::{Channel, RecordedMessage};
 pub use message::Message;
@@ -36,6 +37,7 @@ pub use reader::{Messages, is_cut_off};
 pub use recorder::Recorder;
 pub use recording_file::RecordingFile;
 pub use recover::{Loss, Recovered, recover};
+pub(crate) use rows::FieldValue;
 pub use rows::scalars;
 pub use session_info::{SessionInfo, log_time_ns, nanoseconds};
 pub use settings::{Settings, Split, WhenFull};

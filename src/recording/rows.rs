@@ -12,7 +12,7 @@ use super::recording_file::RecordingFile;
 
 /// A scalar of a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum FieldValue {
+pub(crate) enum FieldValue {
     Integer(i64),
     Number(f64),
     Flag(bool),

@@ -88,7 +88,7 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
             return Err(check.refuse(&key(part), "goes with mass_kg: a link with section and density_kg_per_m3 is a uniform bar"));
         }
     }
-    let (area_m2, second_moment_m4) = section(check, name, raw)?;
+    let SectionMeasures { area_m2, second_moment_m4, extreme_fibre_m } = section(check, name, raw)?;
     let missing = |part: &str| check.refuse(name.as_str(), format!("missing key `{part}`"));
     let density = raw.density_kg_per_m3.ok_or_else(|| missing("density_kg_per_m3"))?;
     let modulus = match raw.youngs_modulus_pa {
@@ -104,37 +104,46 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
         second_moment_m4: second_moment_m4.unwrap_or(0.0),
         density_kg_per_m3: check.number(&keys::DENSITY, name.as_str(), density)?,
         youngs_modulus_pa: modulus,
+        extreme_fibre_m,
     }))
 }
 
-/// Area (m²) and second moment (m⁴), given or from the shape.
-fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<(f64, Option<f64>), SceneError> {
+/// Measures of a section, as far as they are known.
+struct SectionMeasures {
+    area_m2: f64,
+    second_moment_m4: Option<f64>,
+    extreme_fibre_m: Option<f64>,
+}
+
+/// The measures given, or those of the shape.
+fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<SectionMeasures, SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
     let size = |spec: &Number, value: f64| check.number(spec, &key("section"), value);
     let Some(shape) = raw.section else {
         let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), "missing key `area_m2` (or `section`)"))?;
         let moment = raw.second_moment_m4.map(|moment| check.number(&keys::SECOND_MOMENT, name.as_str(), moment)).transpose()?;
-        return Ok((check.number(&keys::AREA, name.as_str(), area)?, moment));
+        let area_m2 = check.number(&keys::AREA, name.as_str(), area)?;
+        return Ok(SectionMeasures { area_m2, second_moment_m4: moment, extreme_fibre_m: None });
     };
     if raw.area_m2.is_some() || raw.second_moment_m4.is_some() {
         return Err(check.refuse(&key("section"), "give section, or area_m2 and second_moment_m4, not both"));
     }
-    let (area, moment) = match shape {
+    let (area, moment, height) = match shape {
         raw::Section::Rectangle { width_m, height_m } => {
             let (b, h) = (size(&keys::WIDTH, width_m)?, size(&keys::HEIGHT, height_m)?);
-            (b * h, b * h.powi(3) / 12.0)
+            (b * h, b * h.powi(3) / 12.0, h)
         }
         raw::Section::Round { diameter_m } => {
             let d = size(&keys::DIAMETER, diameter_m)?;
-            (PI * d * d / 4.0, PI * d.powi(4) / 64.0)
+            (PI * d * d / 4.0, PI * d.powi(4) / 64.0, d)
         }
         raw::Section::Tube { outer_m, inner_m } => {
             let (outer, inner) = (size(&keys::OUTER, outer_m)?, size(&keys::INNER, inner_m)?);
             if inner >= outer {
                 return Err(check.refuse(&key("section.inner_m"), format!("must be smaller than outer_m = {outer:?}")));
             }
-            (PI * (outer.powi(2) - inner.powi(2)) / 4.0, PI * (outer.powi(4) - inner.powi(4)) / 64.0)
+            (PI * (outer.powi(2) - inner.powi(2)) / 4.0, PI * (outer.powi(4) - inner.powi(4)) / 64.0, outer)
         }
     };
-    Ok((area, Some(moment)))
+    Ok(SectionMeasures { area_m2: area, second_moment_m4: Some(moment), extreme_fibre_m: Some(0.5 * height) })
 }

@@ -34,6 +34,8 @@ pub use key::KeyRow;
 pub use keys::{INTEGRATORS, MODELS, SHAPES, reference, reference_markdown};
 pub use level::SceneAtLevel;
 pub use level_text::level_tables;
+#[cfg(feature = "service")]
+pub(crate) use parse::describe as toml_problem;
 pub use types::*;
 
 use crate::text_file;

@@ -12,7 +12,7 @@ pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
 }
 
 /// serde's message, with the nearest of the names it expected where one was unknown.
-fn describe(message: &str) -> String {
+pub(crate) fn describe(message: &str) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match (message.starts_with("unknown"), quoted.split_first()) {
         (true, Some((given, expected))) => {

@@ -142,6 +142,8 @@ pub struct Bar {
     pub density_kg_per_m3: f64,
     /// Young's modulus, Pa.
     pub youngs_modulus_pa: f64,
+    /// Distance of the outermost fibre from the bending axis, m, where the scene gives the section's shape.
+    pub extreme_fibre_m: Option<f64>,
 }
 
 impl Bar {

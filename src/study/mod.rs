@@ -1,8 +1,9 @@
-//! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings.
+//! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings, of which `sweep` takes only the Parquet writer.
 
 pub mod cycle;
 mod history;
 pub mod stability;
+pub mod sweep;
 mod table;
 pub mod trade;
 

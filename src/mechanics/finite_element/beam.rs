@@ -181,7 +181,13 @@ mod tests {
     use crate::scene::Bar;
     use proptest::prelude::*;
 
-    const BAR: Bar = Bar { area_m2: 1e-4, second_moment_m4: 8.333e-10, density_kg_per_m3: 7700.0, youngs_modulus_pa: 2.1e11 };
+    const BAR: Bar = Bar {
+        area_m2: 1e-4,
+        second_moment_m4: 8.333e-10,
+        density_kg_per_m3: 7700.0,
+        youngs_modulus_pa: 2.1e11,
+        extreme_fibre_m: None,
+    };
 
     fn straight(length: f64) -> Four {
         let along = Vector2::new(0.8, 0.6);

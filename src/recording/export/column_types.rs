@@ -11,7 +11,7 @@ use crate::recording::rows::{FieldValue, Row, TIMES};
 
 /// The type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ColumnType {
+pub(crate) enum ColumnType {
     Integer,
     Number,
     Flag,
@@ -41,7 +41,7 @@ impl ColumnType {
 }
 
 /// Columns with their types, in the order of their first appearance.
-pub(super) type Columns = IndexMap<String, ColumnType>;
+pub(crate) type Columns = IndexMap<String, ColumnType>;
 
 /// Adds the columns of a row.
 pub(super) fn learn(columns: &mut Columns, row: &Row) {

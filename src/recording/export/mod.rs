@@ -10,7 +10,9 @@ use std::path::{Path, PathBuf};
 
 use super::rows::{Decoder, FieldValue, Row, TimeRange};
 use super::{RecordingError, RecordingFile, writer::Written};
-use column_types::{Columns, learn, select};
+pub(crate) use column_types::{ColumnType, Columns};
+use column_types::{learn, select};
+pub(crate) use parquet::ParquetSheet;
 
 /// Options of an export.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -97,7 +99,7 @@ fn empty(recording: &Path, export: &Export, decoder: Decoder) -> Result<Recordin
 }
 
 /// A table file.
-trait Sheet {
+pub(crate) trait Sheet {
     /// Writes a row with one optional cell per column.
     fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError>;
     /// Closes the file.

@@ -20,7 +20,7 @@ use crate::whole_file::WholeFile;
 const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
 
 /// A Parquet file; missing fields are null.
-pub(super) struct ParquetSheet {
+pub(crate) struct ParquetSheet {
     path: PathBuf,
     file: SerializedFileWriter<WholeFile>,
     columns: Vec<Cells>,

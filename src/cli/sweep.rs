@@ -1,0 +1,171 @@
+//! `sweep`: campaigns of many runs, shared among threads, processes and machines.
+
+use std::io::Write as _;
+use std::num::NonZero;
+use std::ops::{ControlFlow, Range};
+use std::path::{Path, PathBuf};
+
+use super::aligned_table::{figure, print};
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::folders::{make_folder, must_be_writable};
+use super::output::output;
+use super::progress::bar;
+use super::signals::Interruption;
+use super::values::count;
+use crate::study::sweep::{Campaign, Merged, Shard, Spec, Worked, merge, sensitivity, sensitivity_table, work};
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  flexcrank files sweep.toml > sweep.toml              a campaign to begin with
+  flexcrank sweep sweep.toml                           run it on all cores; once more: only what is missing
+  flexcrank sweep sweep.toml --shard 3/16              the third of sixteen shares
+  flexcrank sweep sweep.toml --merge                   one table of all rows; names those that are missing
+  flexcrank sweep sweep.toml --indices rod_peak_moment_nm   sensitivity of a scalar to each key
+
+Rows are kept in SPEC's folder NAME.sweep as soon as they are computed. Several workers may share the folder, with or without \
+    shares: none computes a row that another has. In a Slurm job array, and in an indexed job of Kubernetes with its number of \
+    completions in JOB_COMPLETIONS, the share follows from the environment. A worker that has computed the last row of a campaign \
+    without shares merges the table.
+
+Exit codes: 0 done, 1 failed, or rows are missing after --merge, 2 usage, bad specification or scene, 130 interrupted: rows are kept.";
+
+/// Ranges of missing rows that are named.
+const NAMED: usize = 20;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The campaign: a TOML file.
+    pub spec: PathBuf,
+    /// Folder of the campaign. Default: NAME.sweep beside SPEC.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Compute this share only: the I-th of N, from 1. Default: the scheduler's, or everything.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Number of runs at a time. Default: one per core.
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub jobs: Option<u64>,
+    /// Compute nothing: write the table of all rows.
+    #[arg(long, conflicts_with_all = ["shard", "jobs"])]
+    pub merge: bool,
+    /// The table. Default: table.parquet in the campaign's folder.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Compute nothing: write sensitivity indices of these scalars, or of all, to indices.csv, and print them.
+    #[arg(long, value_name = "SCALAR", num_args = 0.., value_delimiter = ',', conflicts_with_all = ["shard", "jobs", "merge"])]
+    pub indices: Option<Vec<String>>,
+}
+
+pub(super) fn sweep(args: &Args) -> CommandResult {
+    // From here on, so that no signal leaves an empty folder.
+    let interruption = Interruption::watch()?;
+    let campaign = Campaign::open(&args.spec)?;
+    let folder = args.output.clone().unwrap_or_else(|| Spec::usual_folder(&args.spec));
+    if let Some(scalars) = &args.indices {
+        return indices(&campaign, &folder, scalars);
+    }
+    let table = args.table.clone().unwrap_or_else(|| folder.join("table.parquet"));
+    make_folder(&folder)?;
+    must_be_writable(&table)?;
+    if args.merge {
+        return merged(&merge(&campaign, &folder, &table)?, &campaign);
+    }
+    let shard = match args.shard {
+        Some(shard) => Some(shard),
+        None => Shard::of_environment(|name| std::env::var(name).ok())?,
+    };
+    interruption.keeps(true);
+    let worked = compute(&campaign, &folder, shard, args.jobs, &interruption)?;
+    interruption.keeps(false);
+    tell(&worked, &campaign)?;
+    match (worked.interrupted, worked.left(), shard) {
+        (true, ..) => Ok(ExitStatus::Interrupted),
+        (false, 0, None) => merged(&merge(&campaign, &folder, &table)?, &campaign),
+        (false, ..) => Ok(ExitStatus::Success),
+    }
+}
+
+fn compute(
+    campaign: &Campaign,
+    folder: &Path,
+    shard: Option<Shard>,
+    jobs: Option<u64>,
+    interruption: &Interruption,
+) -> CommandResult<Worked> {
+    let jobs = jobs.and_then(|jobs| NonZero::new(usize::try_from(jobs).ok()?));
+    let threads = jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
+    let bar = bar(campaign.runs(), "{wide_bar} {pos}/{len} runs{left}");
+    let worked = work(campaign, folder, shard, threads, &|done| {
+        bar.set_position(done);
+        if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    bar.finish_and_clear();
+    Ok(worked?)
+}
+
+/// Prints the result of a worker.
+fn tell(worked: &Worked, campaign: &Campaign) -> CommandResult<()> {
+    let share =
+        if worked.rows < campaign.runs() { format!(" of this share, of {} in all", campaign.runs()) } else { String::new() };
+    writeln!(output(), "{} runs{share}: {} computed, {} there before", worked.rows, worked.computed, worked.found)?;
+    if worked.left() > 0 {
+        let reason = if worked.interrupted { "interrupted: " } else { "" };
+        let others = if worked.interrupted { "not computed" } else { "left to other workers, who have them now" };
+        say!("{reason}{} runs {others}", worked.left());
+    }
+    Ok(())
+}
+
+/// Prints what a table holds, and what it lacks.
+fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
+    let mut out = output();
+    writeln!(
+        out,
+        "{}: {} rows, computed in {} s, SHA-256 {}",
+        merged.path.display(),
+        merged.rows,
+        figure(merged.seconds),
+        merged.sha256
+    )?;
+    for (ending, count) in &merged.endings {
+        writeln!(out, "{count:>10}  {}", ending.as_str())?;
+    }
+    if merged.missing.is_empty() {
+        return Ok(ExitStatus::Success);
+    }
+    let range = |range: &Range<u64>| match range.end - range.start {
+        1 => range.start.to_string(),
+        _ => format!("{}–{}", range.start, range.end - 1),
+    };
+    let named: Vec<String> = merged.missing.iter().take(NAMED).map(range).collect();
+    let more = if merged.missing.len() > NAMED { ", …" } else { "" };
+    let count = campaign.runs() - merged.rows;
+    Err(Failure::Failed(format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))))
+}
+
+fn indices(campaign: &Campaign, folder: &Path, scalars: &[String]) -> CommandResult {
+    let indices = sensitivity(campaign, folder, scalars)?;
+    let path = folder.join("indices.csv");
+    sensitivity_table(campaign, &indices).write_csv(&path)?;
+    let mut rows = vec![["scalar", "key", "first", "±", "total", "±"].map(str::to_owned).to_vec()];
+    for scalar in &indices {
+        for (key, axis) in scalar.keys.iter().zip(&campaign.spec().axes) {
+            let numbers = [key.first, key.first_error, key.total, key.total_error].map(|number| format!("{number:.4}"));
+            rows.push([scalar.column.clone(), axis.key.clone()].into_iter().chain(numbers).collect());
+        }
+    }
+    print(&rows, 2)?;
+    writeln!(output(), "{}", path.display())?;
+    let left_out = indices.iter().map(|scalar| scalar.left_out).max().unwrap_or(0);
+    match indices.first() {
+        None => Err(Failure::Failed("no scalar has indices: rows are missing, failed or all the same".to_owned())),
+        Some(_) if left_out > 0 => {
+            say!(
+                "warning: up to {left_out} samples are left out: one of their runs is missing, failed, or does not know the scalar"
+            );
+            Ok(ExitStatus::Success)
+        }
+        Some(_) => Ok(ExitStatus::Success),
+    }
+}

@@ -1,0 +1,133 @@
+//! One table of all rows, in the order of their indices: the same bytes whoever computed them.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest as _, Sha256};
+
+use super::SweepError;
+use super::axis::Value;
+use super::campaign::{Campaign, Sample};
+use super::chunk;
+use super::row::Row;
+use super::run::Ending;
+use crate::recording::{ColumnType, Columns, FieldValue, ParquetSheet, Sheet as _};
+
+/// A merged table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Merged {
+    /// The Parquet file.
+    pub path: PathBuf,
+    /// SHA-256 of the file, in hexadecimal.
+    pub sha256: String,
+    /// Rows in it.
+    pub rows: u64,
+    /// Runs without a row.
+    pub missing: Vec<Range<u64>>,
+    /// Number of rows by their end.
+    pub endings: BTreeMap<Ending, u64>,
+    /// Computing time of all rows, s.
+    pub seconds: f64,
+}
+
+/// Writes the rows in `folder` as one Parquet table: `index`, `id`, the keys that vary, `ending`, `cause`, `verdict`, then numbers.
+/// Computing times are left out: they differ from machine to machine.
+///
+/// # Errors
+/// [`SweepError`] if a file cannot be read or written.
+pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, SweepError> {
+    let mut sheet = Box::new(ParquetSheet::create(path.to_owned(), &columns(campaign))?);
+    let mut merged = Merged {
+        path: path.to_owned(),
+        sha256: String::new(),
+        rows: 0,
+        missing: Vec::new(),
+        endings: BTreeMap::new(),
+        seconds: 0.0,
+    };
+    each_row(campaign, folder, |sample, row| {
+        let Some(row) = row else {
+            merged.miss(sample.index);
+            return Ok(());
+        };
+        merged.rows += 1;
+        merged.seconds += row.seconds;
+        *merged.endings.entry(row.outcome.ending).or_default() += 1;
+        let cells = cells(campaign, sample, row);
+        Ok(sheet.write(&cells.iter().map(Option::as_ref).collect::<Vec<_>>())?)
+    })?;
+    sheet.finish()?;
+    merged.sha256 = sha256(path).map_err(SweepError::file(path))?;
+    Ok(merged)
+}
+
+impl Merged {
+    fn miss(&mut self, index: u64) {
+        match self.missing.last_mut() {
+            Some(last) if last.end == index => last.end += 1,
+            _ => self.missing.push(index..index + 1),
+        }
+    }
+}
+
+/// Calls `each` with every sample and its row, in order; with `None` where there is no row. Rows of one chunk are in memory at a time.
+pub(super) fn each_row(
+    campaign: &Campaign,
+    folder: &Path,
+    mut each: impl FnMut(&Sample, Option<&Row>) -> Result<(), SweepError>,
+) -> Result<(), SweepError> {
+    for chunk in 0..campaign.chunks() {
+        let samples: Vec<Sample> = campaign.samples(chunk).collect();
+        let rows = chunk::read(&chunk::path(folder, campaign, chunk), &samples, campaign.columns().len())?;
+        samples.iter().zip(&rows).try_for_each(|(sample, row)| each(sample, row.as_ref()))?;
+    }
+    Ok(())
+}
+
+fn columns(campaign: &Campaign) -> Columns {
+    let keys = campaign.spec().axes.iter().map(|axis| {
+        let kind = if axis.is_number() { ColumnType::Number } else { ColumnType::Text };
+        (axis.key.clone(), kind)
+    });
+    let numbers = campaign.columns().iter().map(|column| {
+        let kind = if column.is_count { ColumnType::Integer } else { ColumnType::Number };
+        (column.name.clone(), kind)
+    });
+    let named = |name: &str, kind| (name.to_owned(), kind);
+    let first = [named("index", ColumnType::Integer), named("id", ColumnType::Text)];
+    let words = ["ending", "cause", "verdict"].map(|name| named(name, ColumnType::Text));
+    first.into_iter().chain(keys).chain(words).chain(numbers).collect()
+}
+
+fn cells(campaign: &Campaign, sample: &Sample, row: &Row) -> Vec<Option<FieldValue>> {
+    let word = |word: &str| (!word.is_empty()).then(|| FieldValue::Text(word.to_owned()));
+    let key = |value: &Value, is_number: bool| match value.number().filter(|_| is_number) {
+        Some(number) => FieldValue::Number(number),
+        None => FieldValue::Text(value.word()),
+    };
+    let keys = sample.values.iter().zip(&campaign.spec().axes).map(|(value, axis)| Some(key(value, axis.is_number())));
+    let number = |(number, is_count): (Option<f64>, bool)| {
+        number.map(|number| if is_count { FieldValue::Integer(number as i64) } else { FieldValue::Number(number) })
+    };
+    let outcome = &row.outcome;
+    let numbers = outcome.numbers.iter().copied().zip(campaign.columns().iter().map(|column| column.is_count)).map(number);
+    let first = [Some(FieldValue::Integer(sample.index as i64)), word(&sample.id)];
+    let words = [word(outcome.ending.as_str()), word(&outcome.cause), word(outcome.verdict)];
+    first.into_iter().chain(keys).chain(words).chain(numbers).collect()
+}
+
+fn sha256(path: &Path) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    let mut file = std::fs::File::open(path)?;
+    let mut part = vec![0; 64 * 1024];
+    loop {
+        let read = io::Read::read(&mut file, &mut part)?;
+        if read == 0 {
+            break;
+        }
+        hash.update(&part[..read]);
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}

@@ -1,0 +1,240 @@
+//! One run: a scene to its end, and the scalars that are left of it.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::scalars::{Instant, Scalars};
+use crate::integrate::Effort;
+use crate::scene::{Scene, SceneError, SceneSource};
+use crate::simulation::{BuildError, Diverged, EnergyVerdict, Simulation};
+
+/// The end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Ending {
+    /// Ran to its end.
+    Done,
+    /// The simulation declared divergence.
+    Diverged,
+    /// Refused by the check of the scene, by the model, or by the limit of steps.
+    Refused,
+    /// The program panicked.
+    Panicked,
+}
+
+impl Ending {
+    /// All endings.
+    pub const ALL: [Ending; 4] = [Ending::Done, Ending::Diverged, Ending::Refused, Ending::Panicked];
+
+    /// Word for tables.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Ending::Done => "done",
+            Ending::Diverged => "diverged",
+            Ending::Refused => "refused",
+            Ending::Panicked => "panicked",
+        }
+    }
+}
+
+/// The outcome of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The end.
+    pub ending: Ending,
+    /// Why it did not run to its end; empty if it did.
+    pub cause: String,
+    /// Verdict on the energy balance; empty for a run that did not begin.
+    pub verdict: &'static str,
+    /// Scalars in the order of [`columns`]; `None` where the model knows nothing of it.
+    pub numbers: Vec<Option<f64>>,
+}
+
+/// Scalars of the run as a whole, which stand before those read at every step.
+pub(super) const WHOLE_RUN: [&str; 12] = [
+    "steps",
+    "diverged_step",
+    "sim_time_s",
+    "retried",
+    "newton_iterations",
+    "residuals",
+    "factorizations",
+    "final_energy_j",
+    "work_in_j",
+    "dissipated_j",
+    "worst_balance_j",
+    "in_play_j",
+];
+/// Names before this place are whole numbers, except `sim_time_s`.
+const COUNTS: usize = 7;
+
+/// A column of numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Name with unit.
+    pub name: String,
+    /// Whether it holds whole numbers.
+    pub is_count: bool,
+}
+
+/// The numbers that runs of a scene leave.
+pub(super) fn columns(scene: &Scene) -> Vec<Column> {
+    let counts = WHOLE_RUN.iter().enumerate().map(|(place, name)| (place < COUNTS && *name != "sim_time_s", (*name).to_owned()));
+    let read = Scalars::new(scene).names().into_iter().map(|name| (false, name));
+    counts.chain(read).map(|(is_count, name)| Column { name, is_count }).collect()
+}
+
+/// Limits of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Limits {
+    pub until_s: f64,
+    pub max_steps: u64,
+}
+
+/// Why a run has no proper end.
+enum Failed {
+    Refused(String),
+    Stopped,
+}
+
+impl From<SceneError> for Failed {
+    fn from(error: SceneError) -> Self {
+        Failed::Refused(error.to_string())
+    }
+}
+
+impl From<BuildError> for Failed {
+    fn from(error: BuildError) -> Self {
+        Failed::Refused(error.to_string())
+    }
+}
+
+/// Runs a scene; `None` if `stop` asked for an end before. A refusal, a divergence and a panic are outcomes like any other.
+pub(super) fn run(
+    source: impl FnOnce() -> Result<SceneSource, SceneError>,
+    limits: Limits,
+    columns: usize,
+    stop: &dyn Fn() -> bool,
+) -> Option<Outcome> {
+    let failed = |ending, cause| Outcome { ending, cause, verdict: "", numbers: vec![None; columns] };
+    match catch_unwind(AssertUnwindSafe(|| {
+        source().map_err(Failed::from).and_then(|source| simulate(&source.scene, limits, stop))
+    })) {
+        Ok(Ok(outcome)) if outcome.numbers.len() == columns => Some(outcome),
+        Ok(Ok(_)) => Some(failed(Ending::Refused, "has other links than the campaign's scene".to_owned())),
+        Ok(Err(Failed::Refused(cause))) => Some(failed(Ending::Refused, cause)),
+        Ok(Err(Failed::Stopped)) => None,
+        Err(panic) => Some(failed(Ending::Panicked, panic_message(panic))),
+    }
+}
+
+fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Outcome, Failed> {
+    let mut simulation = Simulation::new(scene)?;
+    // The last step ends at `until_s` or after it; quotients such as 22.8/0.1 may round up.
+    let steps = (limits.until_s / simulation.step_s() - 1e-6).ceil().max(1.0);
+    if steps > limits.max_steps as f64 {
+        let step_s = simulation.step_s();
+        return Err(Failed::Refused(format!("needs {steps} steps of {step_s} s, more than max_steps = {}", limits.max_steps)));
+    }
+    let mut scalars = Scalars::new(scene);
+    scalars.read(&Instant { torque_nm: simulation.take_mean_torque_nm(), seen: simulation.observation() }, true);
+    let mut cost = Cost::default();
+    let mut diverged = None;
+    while (simulation.step_count() as f64) < steps && diverged.is_none() {
+        if stop() {
+            return Err(Failed::Stopped);
+        }
+        diverged = step(&mut simulation, &mut scalars, &mut cost).err();
+    }
+    Ok(outcome(&simulation, &scalars, &cost, diverged))
+}
+
+fn step(simulation: &mut Simulation, scalars: &mut Scalars, cost: &mut Cost) -> Result<(), Diverged> {
+    simulation.step()?;
+    cost.add(simulation.effort());
+    let torque_nm = simulation.take_mean_torque_nm();
+    scalars.read(&Instant { seen: simulation.observe()?, torque_nm }, false);
+    Ok(())
+}
+
+/// Work of the solver over a run.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cost {
+    newton_iterations: u64,
+    residuals: u64,
+    factorizations: u64,
+}
+
+impl Cost {
+    fn add(&mut self, effort: Effort) {
+        self.newton_iterations += u64::from(effort.newton_iterations);
+        self.residuals += u64::from(effort.residuals);
+        self.factorizations += u64::from(effort.factorizations);
+    }
+}
+
+fn outcome(simulation: &Simulation, scalars: &Scalars, cost: &Cost, diverged: Option<Diverged>) -> Outcome {
+    let ledger = simulation.ledger();
+    let count = |count: u64| Some(count as f64);
+    let whole_run: [Option<f64>; WHOLE_RUN.len()] = [
+        count(simulation.step_count()),
+        diverged.as_ref().and_then(|diverged| count(diverged.step)),
+        Some(simulation.time_s()),
+        count(simulation.retried()),
+        count(cost.newton_iterations),
+        count(cost.residuals),
+        count(cost.factorizations),
+        Some(ledger.energy.total_j()),
+        Some(ledger.work_in_j),
+        Some(ledger.dissipated_j),
+        Some(ledger.worst_balance_j),
+        Some(ledger.in_play_j),
+    ];
+    let verdict = match simulation.energy_verdict() {
+        EnergyVerdict::Balanced => "balanced",
+        EnergyVerdict::Unbalanced { .. } => "unbalanced",
+        EnergyVerdict::NotJudged => "not judged",
+    };
+    Outcome {
+        ending: if diverged.is_some() { Ending::Diverged } else { Ending::Done },
+        cause: diverged.map(|diverged| diverged.cause.to_string()).unwrap_or_default(),
+        verdict,
+        numbers: whole_run.into_iter().chain(scalars.values()).collect(),
+    }
+}
+
+fn panic_message(payload: Box<dyn Any + Send>) -> String {
+    match payload.downcast::<String>() {
+        Ok(text) => *text,
+        Err(payload) => payload.downcast::<&str>().map_or_else(|_| "a panic".to_owned(), |text| (*text).to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run_of(overrides: &[&str], max_steps: u64) -> Outcome {
+        let overrides: Vec<String> = overrides.iter().map(|change| (*change).to_owned()).collect();
+        let base = SceneSource::open("thesis-crank-slider", &[]).unwrap();
+        let columns = columns(&base.scene).len();
+        let limits = Limits { until_s: 22.8, max_steps };
+        run(|| SceneSource::parse("test", &base.text, &overrides), limits, columns, &|| false).unwrap()
+    }
+
+    #[test]
+    fn prop_every_end_is_an_outcome_with_its_cause() {
+        let done = run_of(&["solver.model=rigid"], 1000);
+        assert_eq!((done.ending, done.cause.as_str(), done.numbers[0], done.numbers[1]), (Ending::Done, "", Some(228.0), None));
+        // The thesis's weight below one half diverges in step 88.
+        let diverged = run_of(&["solver.weight=0.48"], 1000);
+        assert_eq!((diverged.ending, diverged.numbers[0], diverged.numbers[1]), (Ending::Diverged, Some(87.0), Some(88.0)));
+        assert!(diverged.cause.contains("energy") && diverged.numbers[2] == Some(8.7), "{diverged:?}");
+        let refused = run_of(&["rod.length_m=-1"], 1000);
+        assert!(refused.ending == Ending::Refused && refused.cause.contains("rod.length_m = -1"), "{refused:?}");
+        let long = run_of(&[], 100);
+        assert!(long.ending == Ending::Refused && long.cause.contains("max_steps = 100"), "{long:?}");
+        let panicked = run(|| panic!("a fault of the program"), Limits { until_s: 1.0, max_steps: 1 }, 3, &|| false).unwrap();
+        assert_eq!((panicked.ending, panicked.cause.as_str()), (Ending::Panicked, "a fault of the program"));
+        assert_eq!(run(|| SceneSource::open("crank-slider", &[]), Limits { until_s: 1.0, max_steps: 1000 }, 3, &|| true), None);
+    }
+}

@@ -1,0 +1,231 @@
+//! The specification of a campaign: a TOML file, validated once.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::axis::{Axis, Levels};
+use super::sobol;
+use crate::scene::toml_problem;
+use crate::text_file;
+
+/// Size limit of a specification, bytes.
+const SIZE_LIMIT: usize = 1024 * 1024;
+/// Most runs of a campaign.
+const MOST_RUNS: u64 = 1_000_000_000;
+/// Most keys that vary in a campaign: a Sobol design takes two dimensions of each.
+const MOST_KEYS: usize = sobol::DIMENSIONS / 2;
+/// Most chunks of a campaign.
+const MOST_CHUNKS: u64 = 1_000_000;
+/// Step limit of a run unless the specification sets one.
+const MOST_STEPS: u64 = 10_000_000;
+
+/// A specification was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {problem}")]
+pub struct SpecError {
+    place: String,
+    problem: String,
+}
+
+/// The choice of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Every combination of the values.
+    Grid,
+    /// Independent random values.
+    Random,
+    /// One value in each of as many equal intervals as there are samples, for every key.
+    LatinHypercube,
+    /// Saltelli's design on a Sobol sequence, from which sensitivity indices follow.
+    Sobol,
+}
+
+/// A campaign as its file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spec {
+    /// Built-in scene, or scene file.
+    pub scene: String,
+    /// `KEY=VALUE` changes of every run.
+    pub set: Vec<String>,
+    /// Pulses added to the scene's own, as TOML.
+    pub pulses: String,
+    /// Simulated time of each run, s.
+    pub until_s: f64,
+    /// Most steps of a run.
+    pub max_steps: u64,
+    /// The choice of samples.
+    pub method: Method,
+    /// Number of samples; of a grid, its size.
+    pub samples: u64,
+    /// Seed of random choices.
+    pub seed: u64,
+    /// Runs of a chunk: the work that a worker claims at a time.
+    pub chunk: u64,
+    /// The keys that vary.
+    pub axes: Vec<Axis>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSpec {
+    scene: String,
+    #[serde(default)]
+    set: Vec<String>,
+    until_s: f64,
+    max_steps: Option<u64>,
+    method: Method,
+    samples: Option<u64>,
+    #[serde(default)]
+    seed: u64,
+    chunk: Option<u64>,
+    vary: Vec<RawAxis>,
+    #[serde(default)]
+    pulse: Vec<toml::Table>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawAxis {
+    key: String,
+    min: Option<f64>,
+    max: Option<f64>,
+    #[serde(default)]
+    log: bool,
+    count: Option<u64>,
+    values: Option<Vec<toml::Value>>,
+}
+
+impl Spec {
+    /// Reads and validates a file. A scene file named in it is looked for beside it.
+    ///
+    /// # Errors
+    /// [`SpecError`] if it cannot be read, or anything in it is refused.
+    pub fn open(path: &Path) -> Result<Self, SpecError> {
+        let place = path.display().to_string();
+        let text = text_file::read(path, SIZE_LIMIT)
+            .map_err(|cause| SpecError { place: place.clone(), problem: format!("cannot be read: {cause}") })?;
+        let mut spec = Self::parse(&place, &text)?;
+        let beside = path.parent().unwrap_or(Path::new("")).join(&spec.scene);
+        if crate::scene::builtin::find(&spec.scene).is_err() && beside.is_file() {
+            spec.scene = beside.display().to_string();
+        }
+        Ok(spec)
+    }
+
+    /// Validates `text`; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// [`SpecError`] if anything in it is refused.
+    pub fn parse(origin: &str, text: &str) -> Result<Self, SpecError> {
+        let raw: RawSpec = toml::from_str(text).map_err(|error| {
+            let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+            let place = line.map_or(origin.to_owned(), |line| format!("{origin}:{line}"));
+            SpecError { place, problem: toml_problem(error.message()) }
+        })?;
+        raw.validate().map_err(|problem| SpecError { place: origin.to_owned(), problem })
+    }
+
+    /// Number of runs.
+    pub fn runs(&self) -> u64 {
+        match self.method {
+            Method::Sobol => self.samples * (self.axes.len() as u64 + 2),
+            Method::Grid | Method::Random | Method::LatinHypercube => self.samples,
+        }
+    }
+
+    /// The folder of a campaign unless another is named: `NAME.sweep` beside the specification.
+    pub fn usual_folder(path: &Path) -> PathBuf {
+        path.with_extension("sweep")
+    }
+}
+
+impl RawSpec {
+    fn validate(self) -> Result<Spec, String> {
+        if !(self.until_s > 0.0 && self.until_s <= 1e9) {
+            return Err(format!("until_s = {:?}: must be a time above 0, at most 1e9 s", self.until_s));
+        }
+        if self.vary.is_empty() || self.vary.len() > MOST_KEYS {
+            return Err(format!("vary: 1 to {MOST_KEYS} keys vary, each in a table [[vary]]"));
+        }
+        let is_grid = self.method == Method::Grid;
+        let axes = self.vary.iter().map(|axis| axis.validate(is_grid)).collect::<Result<Vec<_>, _>>()?;
+        if let Some((place, axis)) =
+            axes.iter().enumerate().find(|(place, axis)| axes[..*place].iter().any(|other| other.key == axis.key))
+        {
+            return Err(format!("vary.{place}: {} varies already", axis.key));
+        }
+        let samples = samples(self.samples, is_grid, &axes)?;
+        let mut spec = Spec {
+            pulses: pulses(&self.pulse)?,
+            scene: self.scene,
+            set: self.set,
+            until_s: self.until_s,
+            max_steps: self.max_steps.unwrap_or(MOST_STEPS).max(1),
+            method: self.method,
+            samples,
+            seed: self.seed,
+            chunk: 1,
+            axes,
+        };
+        let runs = samples.checked_mul(spec.axes.len() as u64 + 2).map_or(u64::MAX, |_| spec.runs());
+        if runs > MOST_RUNS {
+            return Err(format!("a campaign has at most {MOST_RUNS} runs"));
+        }
+        // Some two thousand files at most: enough to share, few enough for any file system.
+        let usual = (runs / 2048).max(1).next_power_of_two();
+        spec.chunk = self.chunk.unwrap_or(usual).clamp(runs.div_ceil(MOST_CHUNKS), MOST_RUNS);
+        Ok(spec)
+    }
+}
+
+/// The number of samples; that of a grid follows from its axes.
+fn samples(given: Option<u64>, is_grid: bool, axes: &[Axis]) -> Result<u64, String> {
+    match (given, is_grid) {
+        (Some(_), true) => Err("samples: a grid has as many as its values make; give each [[vary]] a count instead".to_owned()),
+        (None, true) => Ok(axes.iter().fold(1, |product: u64, axis| product.saturating_mul(axis.grid_count()))),
+        (None | Some(0), false) => Err("samples: must be a whole number from 1".to_owned()),
+        (Some(samples), false) => Ok(samples),
+    }
+}
+
+/// The pulses as tables of a scene.
+fn pulses(pulses: &[toml::Table]) -> Result<String, String> {
+    let table = |pulse| toml::to_string(pulse).map(|keys| format!("\n[[pulse]]\n{keys}"));
+    pulses.iter().map(table).collect::<Result<_, _>>().map_err(|error| format!("pulse: {error}"))
+}
+
+impl RawAxis {
+    fn validate(&self, is_grid: bool) -> Result<Axis, String> {
+        let refuse = |problem: &str| Err(format!("vary {}: {problem}", self.key));
+        if self.key.is_empty() || self.key.contains(|c: char| c == '=' || c.is_whitespace() || c.is_control()) {
+            return refuse("key must be a key of the scene, such as rod.length_m or pulse.0.torque_nm");
+        }
+        let levels = match (self.min, self.max, &self.values) {
+            (None, None, Some(values)) if self.count.is_none() && !self.log => {
+                if values.is_empty() {
+                    return refuse("values must not be empty");
+                }
+                Levels::Listed(values.clone())
+            }
+            (Some(min), Some(max), None) => {
+                if !(min.is_finite() && max.is_finite() && min < max) {
+                    return refuse("min must be a number below max");
+                }
+                if self.log && min <= 0.0 {
+                    return refuse("log needs a min above 0");
+                }
+                let count = match (self.count, is_grid) {
+                    (Some(count), true) if count >= 2 => count,
+                    (_, true) => return refuse("on a grid, count must be a whole number from 2"),
+                    (None, false) => 0,
+                    (Some(_), false) => return refuse("count is for method \"grid\""),
+                };
+                Levels::Range { min, max, log: self.log, count }
+            }
+            _ => return refuse("give min and max, with log = true or count where needed; or values alone"),
+        };
+        Ok(Axis { key: self.key.clone(), levels })
+    }
+}

@@ -1,0 +1,192 @@
+//! Campaigns: the same table whoever computes it, whatever becomes of the workers; every end is a row; specifications are refused by
+//! name.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+use std::fs;
+use std::num::NonZero;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use flexcrank::study::sweep::{Campaign, Ending, NoIndices, Shard, Spec, SweepError, Worked, merge, sensitivity, work};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+const SCENE: &str = "scene = \"thesis-crank-slider\"\nset = [\"solver.model=rigid\"]\nuntil_s = 2\n";
+const ROD: &str = "[[vary]]\nkey = \"rod.length_m\"\nmin = 1.2\nmax = 1.8\n";
+const PULSE: &str = "[[vary]]\nkey = \"pulse.1.torque_nm\"\nmin = -1\nmax = 1\n\
+    [[pulse]]\nstart_s = 0.5\ntorque_nm = 0.0\nduration_s = 0.5\n";
+
+fn campaign(text: &str) -> Result<Campaign, SweepError> {
+    Campaign::new("test", Spec::parse("test", text)?)
+}
+
+/// Ninety-six runs in chunks of four.
+fn sobol() -> Campaign {
+    campaign(&format!("{SCENE}method = \"sobol\"\nsamples = 24\nchunk = 4\n{ROD}{PULSE}")).unwrap()
+}
+
+fn run(campaign: &Campaign, folder: &Path, shard: Option<&str>) -> Result<Worked, SweepError> {
+    let shard = shard.map(|shard| shard.parse::<Shard>().unwrap());
+    work(campaign, folder, shard, NonZero::<usize>::MIN, &|_| ControlFlow::Continue(()))
+}
+
+fn sha256(campaign: &Campaign, folder: &Path) -> Result<String, SweepError> {
+    let merged = merge(campaign, folder, &folder.join("table.parquet"))?;
+    assert_eq!((merged.missing, merged.rows), (vec![], campaign.runs()));
+    Ok(merged.sha256)
+}
+
+fn undisturbed(campaign: &Campaign) -> Result<String, Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    run(campaign, folder.path(), None)?;
+    Ok(sha256(campaign, folder.path())?)
+}
+
+fn chunk(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("chunks-of-4/{number:07}.tsv"))
+}
+
+#[test]
+fn prop_shares_and_one_worker_make_the_same_table() -> Outcome {
+    let (campaign, folder) = (sobol(), tempfile::tempdir()?);
+    for (shard, missing) in [("3/3", 64), ("1/3", 32), ("2/3", 0)] {
+        let worked = run(&campaign, folder.path(), Some(shard))?;
+        assert_eq!((worked.rows, worked.computed, worked.left()), (32, 32, 0));
+        let merged = merge(&campaign, folder.path(), &folder.path().join("table.parquet"))?;
+        assert_eq!(
+            merged.missing.iter().map(|range| range.end - range.start).sum::<u64>(),
+            missing,
+            "{shard}: {:?}",
+            merged.missing
+        );
+    }
+    assert_eq!(sha256(&campaign, folder.path())?, undisturbed(&campaign)?);
+    Ok(())
+}
+
+#[test]
+fn prop_no_two_workers_compute_the_same_row() -> Outcome {
+    let (campaign, folder) = (sobol(), tempfile::tempdir()?);
+    let computed = AtomicU64::new(0);
+    thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| computed.fetch_add(run(&campaign, folder.path(), None).unwrap().computed, Ordering::Relaxed));
+        }
+    });
+    assert_eq!(computed.into_inner(), campaign.runs());
+    assert_eq!(sha256(&campaign, folder.path())?, undisturbed(&campaign)?);
+    Ok(())
+}
+
+#[test]
+fn prop_rows_that_a_kill_or_a_crash_damaged_are_computed_again() -> Outcome {
+    let (campaign, folder) = (sobol(), tempfile::tempdir()?);
+    run(&campaign, folder.path(), None)?;
+    // A line without its end, a file without rows, a block of zeros, bytes that are not text.
+    let torn = fs::read(chunk(folder.path(), 3))?;
+    fs::write(chunk(folder.path(), 3), &torn[..torn.len() - 40])?;
+    fs::write(chunk(folder.path(), 5), b"")?;
+    fs::write(chunk(folder.path(), 6), [0; 4096])?;
+    fs::write(chunk(folder.path(), 7), b"\xff\xfe\t\t\n")?;
+    fs::remove_file(chunk(folder.path(), 8))?;
+    let again = run(&campaign, folder.path(), None)?;
+    assert_eq!((again.computed, again.found), (1 + 4 + 4 + 4 + 4, 79));
+    assert_eq!(sha256(&campaign, folder.path())?, undisturbed(&campaign)?);
+    assert_eq!(run(&campaign, folder.path(), None)?.computed, 0);
+    Ok(())
+}
+
+#[test]
+fn prop_an_interruption_keeps_the_rows_that_are_done() -> Outcome {
+    let (campaign, folder) = (sobol(), tempfile::tempdir()?);
+    let stop = |done| if done < 10 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+    let worked = work(&campaign, folder.path(), None, NonZero::<usize>::MIN, &stop)?;
+    assert!(worked.interrupted && worked.computed == 10 && worked.left() == 86, "{worked:?}");
+    let rest = run(&campaign, folder.path(), None)?;
+    assert_eq!((rest.found, rest.computed), (10, 86));
+    assert_eq!(sha256(&campaign, folder.path())?, undisturbed(&campaign)?);
+    Ok(())
+}
+
+#[test]
+fn prop_rows_of_another_specification_are_not_taken() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    run(&sobol(), folder.path(), None)?;
+    let longer = campaign(
+        &format!("{SCENE}method = \"sobol\"\nsamples = 24\nchunk = 4\n{ROD}{PULSE}").replace("until_s = 2", "until_s = 3"),
+    )?;
+    assert_eq!(merge(&longer, folder.path(), &folder.path().join("table.parquet"))?.rows, 0);
+    assert_eq!(run(&longer, folder.path(), None)?.computed, 96);
+    assert_eq!(sha256(&longer, folder.path())?, undisturbed(&longer)?);
+    // Nor are they lost; and a campaign that grows keeps its rows.
+    let grown = campaign(&format!("{SCENE}method = \"sobol\"\nsamples = 25\nchunk = 4\n{ROD}{PULSE}"))?;
+    assert_eq!(run(&grown, folder.path(), None)?.computed, 4);
+    Ok(())
+}
+
+#[test]
+fn prop_every_end_is_a_row_with_its_cause() -> Outcome {
+    let text = "scene = \"thesis-crank-slider\"\nuntil_s = 22.8\nmethod = \"grid\"\n\
+        [[vary]]\nkey = \"solver.weight\"\nvalues = [0.48, 0.55]\n[[vary]]\nkey = \"rod.length_m\"\nvalues = [1.5, -1]\n";
+    let (campaign, folder) = (campaign(text)?, tempfile::tempdir()?);
+    run(&campaign, folder.path(), None)?;
+    let merged = merge(&campaign, folder.path(), &folder.path().join("table.parquet"))?;
+    let count = |ending| merged.endings.get(&ending).copied();
+    assert_eq!([Ending::Done, Ending::Diverged, Ending::Refused].map(count), [Some(1), Some(1), Some(2)]);
+    let rows = fs::read_to_string(folder.path().join("chunks-of-1/0000001.tsv"))?;
+    assert!(rows.contains("refused") && rows.contains("rod.length_m = -1"), "{rows}");
+    assert!(matches!(sensitivity(&campaign, folder.path(), &[]), Err(NoIndices::Method)));
+    Ok(())
+}
+
+#[test]
+fn prop_a_key_without_influence_has_no_sensitivity() -> Outcome {
+    let base = "[[vary]]\nkey = \"commands.torque_limit_nm\"\nmin = 10\nmax = 20\n";
+    let campaign = campaign(&format!("{SCENE}method = \"sobol\"\nsamples = 32\n{ROD}{base}"))?;
+    let folder = tempfile::tempdir()?;
+    run(&campaign, folder.path(), None)?;
+    let wanted = "rod_peak_rate_rad_per_s".to_owned();
+    let indices = sensitivity(&campaign, folder.path(), &[wanted])?;
+    let [rate] = indices.as_slice() else { panic!("{indices:?}") };
+    assert!(rate.keys[0].total > 0.9 && rate.keys[1].total == 0.0 && rate.keys[1].first == 0.0, "{rate:?}");
+    let misspelt = sensitivity(&campaign, folder.path(), &["rod_peak_rate".to_owned()]).unwrap_err().to_string();
+    assert!(misspelt.contains("did you mean `rod_peak_rate_rad_per_s`?"), "{misspelt}");
+    Ok(())
+}
+
+#[test]
+fn prop_bad_specifications_are_refused_by_name() {
+    let random = "method = \"random\"\nsamples = 4\n";
+    for (text, reason) in [
+        (format!("{SCENE}{random}"), "missing key `vary`"),
+        (format!("{SCENE}methd = \"random\"\n{ROD}"), "did you mean `method`?"),
+        (format!("{SCENE}method = \"sobl\"\n{ROD}"), "did you mean `sobol`?"),
+        (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: must be"),
+        (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}"), "samples: a grid has as many"),
+        (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
+        (format!("{SCENE}{random}{ROD}{ROD}"), "rod.length_m varies already"),
+        (format!("{SCENE}{random}{}", ROD.replace("1.2", "2")), "min must be a number below max"),
+        (format!("{SCENE}{random}{}log = true\n", ROD.replace("1.2", "-1.2")), "log needs a min above 0"),
+        (format!("{SCENE}{random}{ROD}values = [1]\n"), "give min and max"),
+        (format!("{SCENE}{random}[[vary]]\nkey = \"rod.length_m\"\nvalues = []\n"), "values must not be empty"),
+        (format!("{SCENE}{random}{}", ROD.replace("length", "lenght")), "did you mean `length_m`?"),
+        (format!("{SCENE}{random}[[vary]]\nkey = \"a=b\"\nvalues = [1]\n"), "key must be a key"),
+        (format!("{SCENE}method = \"sobol\"\nsamples = 1000000000\n{ROD}"), "at most 1000000000 runs"),
+        (format!("{SCENE}method = \"sobol\"\nsamples = 18446744073709551615\n{ROD}"), ""),
+        (SCENE.replace("2\n", "-2\n") + random + ROD, "until_s"),
+        (format!("{SCENE}{random}{ROD}[[pulse]]\nstart_s = 1\n"), "missing key `torque_nm`"),
+        (
+            format!("{SCENE}{random}{ROD}").replace("thesis-crank-slider", "thesis-crank-slidr"),
+            "did you mean `thesis-crank-slider`?",
+        ),
+        ("\u{0}".to_owned(), "test"),
+    ] {
+        match campaign(&text) {
+            Ok(_) => panic!("accepted: {text}"),
+            Err(error) => assert!(error.to_string().contains(reason), "{text}: {error}"),
+        }
+    }
+}
