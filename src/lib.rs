@@ -13,6 +13,8 @@ pub mod bus;
 pub mod cli;
 #[cfg(feature = "service")]
 pub mod files;
+#[cfg(feature = "foxglove")]
+pub mod foxglove;
 #[cfg(feature = "service")]
 pub mod guide;
 pub mod integrate;

@@ -212,6 +212,13 @@ pub fn new_messages<M: prost::Message + Default>(subscriber: &TopicSubscriber) -
     std::iter::from_fn(|| subscriber.try_recv().ok().flatten()).filter_map(|sample| M::decode(&*sample.payload().to_bytes()).ok())
 }
 
+/// Queries the scene in force, TOML; `None` if the service does not answer.
+pub fn scene(session: &Session, name: &Name) -> Option<String> {
+    let replies = session.get(name.scene()).timeout(REPLY_TIMEOUT).wait().ok()?;
+    let sample = replies.recv().ok()?.into_result().ok()?;
+    Some(sample.payload().try_to_string().ok()?.into_owned())
+}
+
 /// Queries the snapshot: the newest message of every topic; `None` if the service does not answer.
 pub fn snapshot(session: &Session, name: &Name) -> Option<Snapshot> {
     let replies = session.get(name.snapshot()).timeout(REPLY_TIMEOUT).wait().ok()?;

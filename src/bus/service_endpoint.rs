@@ -16,6 +16,7 @@ use super::about::About;
 use super::commands::CommandKey;
 use super::encoding::{answer, protobuf, protobuf_of};
 use super::keys::Name;
+use super::log_time::LogTime;
 use super::question::{self, Question};
 use super::snapshot_cache::{SnapshotCache, SnapshotEntry};
 use super::subscription_state::SubscriptionState;
@@ -33,6 +34,8 @@ pub struct ServiceEndpoint {
     queryables: Vec<Queryable<()>>,
     commands: Vec<CommandKey>,
     presence: LivelinessToken,
+    /// Receives the log time of every message, for viewers in this process.
+    log_time: Option<LogTime>,
 }
 
 impl ServiceEndpoint {
@@ -67,7 +70,19 @@ impl ServiceEndpoint {
             snapshot(session, name.snapshot(), Arc::clone(&latest), Arc::clone(&subscription_states))?,
         ];
         let presence = session.liveliness().declare_token(name.presence()).wait().map_err(BusError::failed)?;
-        Ok(ServiceEndpoint { publishers, subscription_states, latest, scene, queryables, commands, presence })
+        Ok(ServiceEndpoint { publishers, subscription_states, latest, scene, queryables, commands, presence, log_time: None })
+    }
+
+    /// The same endpoint, which hands the log time of its messages on.
+    pub fn with_log_time(self, log_time: Option<LogTime>) -> Self {
+        ServiceEndpoint { log_time, ..self }
+    }
+
+    /// Hands the log time of the next message on, if a viewer in this process wants it.
+    pub fn note_log_time(&self, log_time_ns: impl FnOnce() -> u64) {
+        if let Some(log_time) = &self.log_time {
+            log_time.set(log_time_ns());
+        }
     }
 
     /// Publishes a message, and stores it for the snapshot.

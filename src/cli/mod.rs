@@ -21,6 +21,7 @@ mod failure;
 mod files;
 mod folders;
 mod formatting;
+mod foxglove;
 mod info;
 mod keyboard;
 mod linear_args;

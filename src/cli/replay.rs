@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::mpsc::channel;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use clap_complete::engine::ArgValueCompleter;
@@ -13,7 +12,8 @@ use super::async_runtime::runtime;
 use super::bus_args::BusArgs;
 use super::completions;
 use super::exit_status::ExitStatus;
-use super::failure::CommandResult;
+use super::failure::{CommandResult, Failure};
+use super::foxglove::{FoxgloveArgs, Viewers};
 use super::keyboard::Keyboard;
 use super::progress::bar;
 use super::ros2_args::{Nodes, Ros2Args};
@@ -29,6 +29,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank replay recordings/crank.mcap
   flexcrank replay recordings/crank.mcap --rate 0.5 --start-offset 3 --duration 2 --loop --name ghost
+  flexcrank replay recordings/crank.mcap --foxglove
   flexcrank replay recordings/crank.mcap --wait-for 1 --topics angles,loads
   flexcrank replay robot.mcap --remap /joint_states:=robot/joints
   flexcrank control ghost seek 3.5    (and pause, resume, rate 2, next, stop)
@@ -87,6 +88,8 @@ pub(super) struct ReplayArgs {
     #[command(flatten)]
     pub ros2: Ros2Args,
     #[command(flatten)]
+    pub foxglove: FoxgloveArgs,
+    #[command(flatten)]
     pub bus: BusArgs,
 }
 
@@ -96,6 +99,7 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn replay(args: ReplayArgs) -> CommandResult {
+    Viewers::check(args.foxglove)?;
     let domain = args.ros2.domain()?;
     let bus = BusOptions { sees_subscriptions: args.wait_for > 1, gossip: domain.is_some(), ..args.bus.options() };
     let mut replay = service::ReplayOptions {
@@ -126,21 +130,27 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         replay.endpoints.clone_from(&endpoints);
         let (player, own) = (session.clone(), sender.clone());
         let file = replay.file.display().to_string();
-        let (nodes, ros_session) = (Arc::new(Mutex::new(None)), session.clone());
-        let started_nodes = Arc::clone(&nodes);
-        let on_the_bus = move |name: &Name| -> OnStatus {
-            let nodes = Nodes::start(&ros_session, std::iter::once(name), domain, false);
-            *started_nodes.lock().unwrap_or_else(PoisonError::into_inner) = Some(nodes);
-            shown.suspend(|| say!("replaying {file} {}", on_the_bus(name, &endpoints)));
-            Box::new(move |status| show(&shown, status))
-        };
+        let (runtime, driver, foxglove) = (tokio::runtime::Handle::current(), sender.clone(), args.foxglove);
         let (over, ended) = oneshot::channel();
         // The player has a thread of its own.
         let playing = std::thread::Builder::new().name("playing".to_owned()).spawn(move || {
-            let report = service::replay(&player, &replay, (own, commands), on_the_bus);
+            let (mut viewers, mut nodes) = (Viewers::default(), Nodes::default());
+            let report = service::replay_beside(&player, &replay, (own, commands), |start| {
+                let status_bar = shown.clone();
+                let on_status: OnStatus = Box::new(move |status| show(&status_bar, status));
+                let started = Viewers::beside_replay(foxglove, &player, start, driver, on_status);
+                let viewer;
+                (viewers, viewer) = runtime.block_on(started)?;
+                nodes = Nodes::start(&player, std::iter::once(start.name), domain, false)?;
+                let places = [Some(on_the_bus(start.name, &endpoints)), viewers.place()];
+                let places = places.into_iter().flatten().collect::<Vec<_>>().join("; ");
+                shown.suspend(|| say!("replaying {file} {places}"));
+                Ok(viewer)
+            });
+            let stopped = runtime.block_on(viewers.stop()).and(nodes.close());
             // The receiver is gone after an interruption.
             let _ = over.send(());
-            report
+            report.map_err(Failure::from).and_then(|report| stopped.map(|()| report))
         })?;
         tokio::select! {
             _ = ended => {}
@@ -148,11 +158,8 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
             () = interrupted => drop(sender.send(ReplayCommand::quiet(ReplayAction::Stop))),
         }
         let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
-        if let Some(nodes) = nodes.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            nodes?.close()?;
-        }
         bus::close(&session)?;
-        CommandResult::Ok(report?)
+        report
     });
     bar.finish_and_clear();
     Ok(conclude(&report?))

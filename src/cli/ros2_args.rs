@@ -1,7 +1,7 @@
 //! The option `--ros2`: services as ROS 2 nodes.
 
 use super::failure::{CommandResult, Failure};
-use crate::bus::{Name, Session};
+use crate::bus::{BusError, Name, Session};
 use crate::ros2::{LARGEST_DOMAIN, Node, NodeOptions};
 
 /// Environment variable with the domain of all ROS programs.
@@ -47,7 +47,7 @@ impl Nodes {
         names: impl Iterator<Item = &'a Name>,
         domain: Option<u8>,
         takes_torque: bool,
-    ) -> CommandResult<Self> {
+    ) -> Result<Self, BusError> {
         let Some(domain) = domain else { return Ok(Nodes::default()) };
         let start = |(number, name)| Node::start(session, name, NodeOptions { domain, number, takes_torque });
         Ok(Nodes(names.enumerate().map(start).collect::<Result<_, _>>()?))

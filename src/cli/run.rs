@@ -14,6 +14,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{must_have_folder, must_hold_recordings};
+use super::foxglove::{FoxgloveArgs, Viewers};
 use super::resume::{self, ResumeArgs, RunStart};
 use super::ros2_args::{Nodes, Ros2Args};
 use super::run_conclusion::conclude;
@@ -40,6 +41,7 @@ Examples:
   flexcrank run mine.toml --name left --publish-hz all --no-record
   flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all
   flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync
+  flexcrank run --foxglove
   flexcrank run --resume recordings/crank.mcap
   flexcrank run --supervise --record crank.mcap
   flexcrank run --ros2";
@@ -103,6 +105,8 @@ pub(super) struct Args {
     /// Also publish the mechanism as shapes for Foxglove and Lichtblick: foxglove.SceneUpdate, at 25 Hz or HZ.
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "25", value_parser = frames)]
     pub scene_updates: Option<f64>,
+    #[command(flatten)]
+    pub foxglove: FoxgloveArgs,
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -155,6 +159,7 @@ impl From<Overruns> for Overrun {
 }
 
 pub(super) fn run(mut args: Args) -> CommandResult {
+    Viewers::check(args.foxglove)?;
     if args.supervise {
         if args.scene.len() > 1 {
             return Err(Failure::Usage("--supervise runs one service: give one scene".to_owned()));
@@ -182,9 +187,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         let names = ServiceNames { fixed, count: starts.len(), force: args.force };
         // The claims on the names last as long as the services.
         let served = match names.take(&bus, &session) {
-            Ok((names, _claims)) => {
-                serve(&args, &session, &endpoints, names.into_iter().zip(starts), &status_line, shutdown).await
-            }
+            Ok((names, _claims)) => serve_viewed(&args, &session, &endpoints, (names, starts), &status_line, shutdown).await,
             Err(refused) => Err(refused),
         };
         bus::close(&session)?;
@@ -204,20 +207,38 @@ fn end_with_parent() -> CommandResult<()> {
     Ok(())
 }
 
+/// Runs the services under their names until they end, beside a server for viewers if one is asked for.
+async fn serve_viewed(
+    args: &Args,
+    session: &Session,
+    endpoints: &[String],
+    (names, starts): (Vec<Name>, Vec<RunStart>),
+    status_line: &StatusLine,
+    shutdown: impl Future<Output = ()>,
+) -> CommandResult<Vec<LiveReport>> {
+    let viewers = Viewers::beside_run(args.foxglove, session, &names).await?;
+    let starts = names.into_iter().zip(starts);
+    let served = serve(args, session, endpoints, starts, (status_line, &viewers), shutdown).await;
+    let stopped = viewers.stop().await;
+    let reports = served?;
+    stopped.map(|()| reports)
+}
+
 /// Runs the services under their names until they end.
 async fn serve(
     args: &Args,
     session: &Session,
     endpoints: &[String],
     starts: impl ExactSizeIterator<Item = (Name, RunStart)>,
-    status_line: &StatusLine,
+    (status_line, viewers): (&StatusLine, &Viewers),
     shutdown: impl Future<Output = ()>,
 ) -> CommandResult<Vec<LiveReport>> {
     let count = starts.len();
-    let member = |(index, (name, start))| member(args, name, start, (index, count), (endpoints, status_line));
+    let member = |(index, (name, start))| member(args, name, start, (index, count), (endpoints, status_line, viewers));
     let members = starts.enumerate().map(member).collect::<CommandResult<Vec<_>>>()?;
     if let Some(LiveSimulation { live, .. }) = members.first() {
         let bus = if args.no_bus { "not on the bus".to_owned() } else { on_the_bus(&live.name, endpoints) };
+        let bus = [Some(bus), viewers.place()].into_iter().flatten().collect::<Vec<_>>().join("; ");
         status_line.head(heading(live, count, &bus));
     }
     for member in &members {
@@ -255,7 +276,7 @@ fn member(
     name: Name,
     start: RunStart,
     (index, count): (usize, usize),
-    (endpoints, status_line): (&[String], &StatusLine),
+    (endpoints, status_line, viewers): (&[String], &StatusLine, &Viewers),
 ) -> CommandResult<LiveSimulation> {
     let RunStart { scene, simulation, publish, resumption } = start;
     check_levels(args, &scene)?;
@@ -290,7 +311,7 @@ fn member(
         fsync: args.fsync,
         split: args.split,
         max_recording_bytes: args.max_recording_size.map(|size| size.as_u64()),
-        scene_updates_hz: args.scene_updates,
+        scene_updates_hz: args.foxglove.scene_updates_hz(args.scene_updates),
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         on_status,
         // The name is checked already.
@@ -298,7 +319,7 @@ fn member(
         resumed: resumption,
         endpoints: endpoints.to_vec(),
     };
-    Ok(LiveSimulation { live, simulation, shadow })
+    Ok(LiveSimulation { live, simulation, shadow, log_time: viewers.log_time(index) })
 }
 
 /// Checks that the options suit the levels of a scene.

@@ -18,6 +18,7 @@ chapters! {
     bus: "bus", "bus.md", "Keys, messages, delivery, commands, watch; other machines";
     recordings: "recordings", "recordings.md", "Record, verify, resume, repair, replay, export";
     ros2: "ros2", "ros2.md", "A service as a node of ROS 2; bags";
+    foxglove: "foxglove", "foxglove.md", "See a run or a replay in Foxglove or Lichtblick, and act on it";
     realtime: "real-time", "realtime.md", "Deadlines, waiting, overruns, many services, systemd";
     security: "security", "security.md", "Encryption, passwords, roles";
     analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";

@@ -103,6 +103,11 @@ impl RecordingFile {
         self.begin_ns
     }
 
+    /// Log time of the last message, ns.
+    pub fn end_ns(&self) -> u64 {
+        self.end_ns
+    }
+
     /// Log time from the first message to the last, s.
     pub fn duration_s(&self) -> f64 {
         self.seconds(self.end_ns)

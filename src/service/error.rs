@@ -51,6 +51,9 @@ pub enum ServiceError {
     /// The recorded name is not a valid service name.
     #[error(transparent)]
     Name(#[from] crate::bus::BadName),
+    /// A viewer in this process could not start.
+    #[error("{0}")]
+    Viewer(String),
     /// Too few sessions subscribed in time.
     #[error("{found} of {wanted} subscribers within {waited_s:.1} s: start them, or give a longer --wait-timeout")]
     NobodyListens {

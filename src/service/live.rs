@@ -16,7 +16,7 @@ use super::live_modes::ModesService;
 use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingHistory, RecordingTarget, serve};
 use super::scene_changer::SceneChanger;
 use super::scene_update_timer::SceneUpdateTimer;
-use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
+use crate::bus::{self, About, BusError, LogTime, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::runtime::{
     Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Request, RunSummary, SceneInForce, ShadowSimulation,
@@ -107,6 +107,8 @@ pub struct LiveSimulation {
     pub simulation: Simulation,
     /// The shadow.
     pub shadow: Option<ShadowSimulation>,
+    /// Receives the log time of every message, for viewers in this process.
+    pub log_time: Option<LogTime>,
 }
 
 /// Runs a simulation without real-time scheduling or busy-waiting; see [`run_all`].
@@ -120,7 +122,8 @@ pub async fn run(
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
     let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
-    let mut reports = run_all(session, vec![LiveSimulation { live, simulation, shadow }], waking, shutdown).await?;
+    let mut reports =
+        run_all(session, vec![LiveSimulation { live, simulation, shadow, log_time: None }], waking, shutdown).await?;
     reports.pop().ok_or(ServiceError::Died("stepping"))
 }
 
@@ -219,7 +222,7 @@ impl Group {
     }
 
     fn take(&mut self, session: &Session, member: LiveSimulation, samples: usize) -> Result<RunningSimulation, ServiceError> {
-        let LiveSimulation { mut live, simulation, shadow } = member;
+        let LiveSimulation { mut live, simulation, shadow, log_time } = member;
         let (inbox, commands) = inbox();
         let (to_pool, pool) = sync_channel(samples);
         for _ in 0..samples {
@@ -239,7 +242,8 @@ impl Group {
         let scene = SceneAtLevel { base: live.scene.clone(), level, source };
         let ladder = Ladder::of_running(&scene, &simulation).map_err(ServiceError::Scene)?;
         let in_force = Arc::clone(ladder.in_force());
-        let output_worker = output_worker(session, live, in_force, (&inbox, changer), to_pool)?;
+        let mut output_worker = output_worker(session, live, in_force, (&inbox, changer), to_pool)?;
+        output_worker.endpoint = output_worker.endpoint.with_log_time(log_time);
         let output = Outbox::new(self.output.clone(), self.workers.len());
         let ports = Ports { commands, output, pool, shared: inbox.shared() };
         let mut stepper = Stepper::new(simulation, shadow, stepping, ports)?.with_ladder(ladder);

@@ -15,4 +15,7 @@ mod status;
 pub use error::ServiceError;
 pub use live::{LiveOptions, LiveReport, LiveSimulation, Resumption, run, run_all};
 pub use output_worker::OnStatus;
-pub use replay::{BadRemap, RATES, Remap, ReplayAction, ReplayCommand, ReplayCommands, ReplayOptions, ReplayReport, replay};
+pub use replay::{
+    BadRemap, RATES, Remap, ReplayAction, ReplayCommand, ReplayCommands, ReplayOptions, ReplayReport, ReplayStart, ReplayViewer,
+    replay, replay_beside,
+};

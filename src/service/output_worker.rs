@@ -232,6 +232,7 @@ impl OutputWorker {
             let payload = make();
             self.statistics.encoded += 1;
             self.statistics.put += u64::from(wanted);
+            self.endpoint.note_log_time(|| self.target.session.log_time_ns(stamp.session_s()));
             match (wanted, recorded) {
                 (true, true) => {
                     self.endpoint.put(topic, number, payload.clone());
@@ -295,6 +296,7 @@ impl OutputWorker {
         for gap in self.drops.take() {
             let payload = gap.encode_to_vec();
             let message = self.message(Topic::Gaps, payload.clone(), stamp);
+            self.endpoint.note_log_time(|| message.log_time_ns);
             if self.recorder.as_ref().is_none_or(|recorder| recorder.record(message)) {
                 self.endpoint.publish(Topic::Gaps, payload);
             } else {

@@ -1,10 +1,12 @@
 //! Replay: publishes a recording on the bus again, byte for byte, in order and on time. The status is the replay's own.
 
 mod command;
+mod end;
 mod player;
 mod read_ahead;
 mod route;
 mod timeline;
+mod viewer;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,6 +24,7 @@ use route::Routes;
 
 pub use command::{RATES, ReplayAction, ReplayCommand};
 pub use route::{BadRemap, Remap};
+pub use viewer::{ReplayStart, ReplayViewer};
 
 /// Options of a replay.
 #[derive(Debug, Clone)]
@@ -115,6 +118,19 @@ pub fn replay(
     commands: ReplayCommands,
     on_the_bus: impl FnOnce(&Name) -> OnStatus,
 ) -> Result<ReplayReport, ServiceError> {
+    replay_beside(session, replay, commands, |start| Ok(on_the_bus(start.name).into()))
+}
+
+/// Replays as [`replay()`] does, beside a viewer in the same process. `on_the_bus` is called once, before the first message.
+///
+/// # Errors
+/// [`ServiceError`] as [`replay()`], or that of `on_the_bus`.
+pub fn replay_beside(
+    session: &Session,
+    replay: &ReplayOptions,
+    commands: ReplayCommands,
+    on_the_bus: impl FnOnce(&ReplayStart<'_>) -> Result<ReplayViewer, ServiceError>,
+) -> Result<ReplayReport, ServiceError> {
     let source = Arc::new(RecordingFile::open(&replay.file)?);
     if replay.start_offset_s > source.duration_s() {
         return Err(ServiceError::PastTheEnd { offset_s: replay.start_offset_s, duration_s: source.duration_s() });
@@ -125,6 +141,7 @@ pub fn replay(
         return Err(BusError::Taken(taken).into());
     }
     let (name, left_out) = (plan.name.clone(), plan.left_out.clone());
+    let channels = plan.channels.clone();
     let routes = Routes::declare(session, plan)?;
     let (sender, commands) = commands;
     let handle = move |id: String, action: replay_control::Action, reply: ReplyTo| match ReplayAction::try_from(action) {
@@ -139,8 +156,9 @@ pub fn replay(
     let scene = format!("# replayed from {}\n", player::file_name(&replay.file));
     let about = About::new(replay.file.display().to_string(), &replay.endpoints);
     let endpoint = ServiceEndpoint::declare(session, &name, (&scene, &about), command_keys)?;
-    let on_status = on_the_bus(&name);
-    let mut player = Player::new(session, replay, source, (endpoint, routes), commands, on_status)?;
+    let span_ns = (source.begin_ns(), source.end_ns());
+    let viewer = on_the_bus(&ReplayStart { name: &name, channels: &channels, span_ns })?;
+    let mut player = Player::new(session, replay, source, (endpoint, routes), commands, viewer)?;
     let played = player.play();
     let mut report = player.close(name)?;
     played?;

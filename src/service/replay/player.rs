@@ -12,7 +12,7 @@ use super::command::{RATES, ReplayAction, ReplayCommand, refuse};
 use super::read_ahead::ReadAhead;
 use super::route::Routes;
 use super::timeline::Timeline;
-use super::{ReplayOptions, ReplayReport};
+use super::{ReplayOptions, ReplayReport, ReplayViewer};
 use crate::bus::{Name, ServiceEndpoint, Session, Topic, client, subscribed_sessions};
 use crate::recording::{RecordedMessage, RecordingFile};
 use crate::runtime::{DeadlineWait, DurationHistogram, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
@@ -45,32 +45,34 @@ enum WaitOutcome {
 
 /// The place in the recording, as commands change it.
 #[derive(Default)]
-struct Cursor {
+pub(super) struct Cursor {
     /// Recorded time of the next message, s.
-    next_s: f64,
+    pub next_s: f64,
     /// Messages to be played one by one while paused.
     pending_single_messages: u64,
     /// Whether the replay has jumped since it began to wait for a message.
-    moved: bool,
-    stopping: bool,
+    pub moved: bool,
+    pub stopping: bool,
+    /// Whether the replay stays at the end of the recording, paused.
+    pub stays_at_end: bool,
 }
 
 pub(super) struct Player<'a> {
     session: &'a Session,
-    replay: &'a ReplayOptions,
-    source: Arc<RecordingFile>,
+    pub replay: &'a ReplayOptions,
+    pub source: Arc<RecordingFile>,
     endpoint: ServiceEndpoint,
     routes: Routes,
     commands: Receiver<ReplayCommand>,
     on_status: OnStatus,
     read_ahead: ReadAhead,
-    clock: Instant,
-    timeline: Timeline,
-    cursor: Cursor,
-    next_status: Duration,
+    pub clock: Instant,
+    pub timeline: Timeline,
+    pub cursor: Cursor,
+    pub next_status: Duration,
     replies: ReplyCache,
     lateness: DurationHistogram,
-    messages: u64,
+    pub messages: u64,
 }
 
 impl<'a> Player<'a> {
@@ -80,22 +82,23 @@ impl<'a> Player<'a> {
         source: Arc<RecordingFile>,
         (endpoint, routes): (ServiceEndpoint, Routes),
         commands: Receiver<ReplayCommand>,
-        on_status: OnStatus,
+        viewer: ReplayViewer,
     ) -> Result<Self, ServiceError> {
         let begin_s = replay.start_offset_s;
-        let read_ahead = ReadAhead::start(&source, log_time(&source, begin_s))?;
+        let ReplayViewer { on_status, log_time, stays_at_end } = viewer;
+        let read_ahead = ReadAhead::start(&source, log_time_ns(&source, begin_s))?;
         Ok(Player {
             session,
             replay,
             source,
-            endpoint,
+            endpoint: endpoint.with_log_time(log_time),
             routes,
             commands,
             on_status,
             read_ahead,
             clock: Instant::now(),
             timeline: Timeline::new(replay.rate, begin_s),
-            cursor: Cursor { next_s: begin_s, ..Cursor::default() },
+            cursor: Cursor { next_s: begin_s, stays_at_end, ..Cursor::default() },
             next_status: Duration::ZERO,
             replies: ReplyCache::default(),
             lateness: DurationHistogram::new()?,
@@ -119,7 +122,7 @@ impl<'a> Player<'a> {
         self.status(State::Replaying);
         while !self.cursor.stopping {
             let Some(message) = self.read_ahead.next() else {
-                if !self.restart_if_looped()? {
+                if !self.goes_on_at_end()? {
                     break;
                 }
                 continue;
@@ -127,7 +130,7 @@ impl<'a> Player<'a> {
             let message = message?;
             let at_s = self.source.seconds(message.log_time);
             if at_s > self.end_s() {
-                if !self.restart_if_looped()? {
+                if !self.goes_on_at_end()? {
                     break;
                 }
                 continue;
@@ -146,16 +149,8 @@ impl<'a> Player<'a> {
     }
 
     /// Recorded time at which the replay ends, s.
-    fn end_s(&self) -> f64 {
+    pub fn end_s(&self) -> f64 {
         self.replay.duration_s.map_or(f64::INFINITY, |duration_s| self.replay.start_offset_s + duration_s)
-    }
-
-    /// At the end: starts again if the replay loops. Returns whether it does.
-    fn restart_if_looped(&mut self) -> Result<bool, ServiceError> {
-        if self.replay.looped && self.messages > 0 {
-            self.move_to(self.replay.start_offset_s)?;
-        }
-        Ok(self.replay.looped && self.messages > 0)
     }
 
     /// Waits until enough programs subscribe. Whether someone subscribes is asked often; how many do, only when nothing has changed
@@ -212,7 +207,7 @@ impl<'a> Player<'a> {
     }
 
     /// Waits until the deadline, the next status or a command, and handles that.
-    fn wait_and_serve(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
+    pub fn wait_and_serve(&mut self, deadline: Option<Duration>) -> Result<(), ServiceError> {
         let now = self.clock.elapsed();
         if now >= self.next_status {
             self.status(State::Replaying);
@@ -309,8 +304,8 @@ impl<'a> Player<'a> {
         }))
     }
 
-    fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
-        self.read_ahead = ReadAhead::start(&self.source, log_time(&self.source, to_s))?;
+    pub fn move_to(&mut self, to_s: f64) -> Result<(), ServiceError> {
+        self.read_ahead = ReadAhead::start(&self.source, log_time_ns(&self.source, to_s))?;
         self.timeline.jump(self.clock.elapsed(), to_s);
         (self.cursor.next_s, self.cursor.moved, self.cursor.pending_single_messages) = (to_s, true, 0);
         Ok(())
@@ -326,6 +321,7 @@ impl<'a> Player<'a> {
         if let Some(late) = self.timeline.put(self.clock.elapsed(), at_s) {
             self.lateness.record(late);
         }
+        self.endpoint.note_log_time(|| message.log_time);
         route.publisher.put(&message.data)?;
         self.messages += 1;
         if let Some(topic) = route.topic {
@@ -372,6 +368,7 @@ impl<'a> Player<'a> {
             ..with_lateness(self.lateness.quantiles())
         };
         (self.on_status)(&status);
+        self.endpoint.note_log_time(|| log_time_ns(&self.source, self.position_s()));
         self.endpoint.publish(Topic::Status, status.encode_to_vec());
     }
 
@@ -392,6 +389,6 @@ impl<'a> Player<'a> {
     }
 }
 
-fn log_time(source: &RecordingFile, at_s: f64) -> u64 {
+fn log_time_ns(source: &RecordingFile, at_s: f64) -> u64 {
     source.begin_ns().saturating_add((at_s.max(0.0) * 1e9).round() as u64)
 }

@@ -57,7 +57,8 @@ pub(super) struct RoutePlan {
     pub names: BTreeSet<Name>,
     /// Topics left out because their names are not valid keys, with the reason.
     pub left_out: Vec<String>,
-    channels: Vec<(Channel, String)>,
+    /// Recorded topics that are played, with their keys.
+    pub channels: Vec<(Channel, String)>,
     commands: Commands,
 }
 
