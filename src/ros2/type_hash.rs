@@ -47,7 +47,7 @@ fn field(Field { name, kind, count }: &Field) -> String {
 mod tests {
     use super::*;
 
-    /// Published in ROS 2 Jazzy: messages as `rosbags` computes them, the service as devices in the field use it.
+    /// Messages as `rosbags` computes them; services as programs of ROS 2 Jazzy have them.
     #[test]
     fn val_hashes_are_those_of_ros_2() {
         for (it, hash) in [
@@ -55,6 +55,8 @@ mod tests {
             (RosType::MARKER_ARRAY, "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"),
             (RosType::DIAGNOSTIC_ARRAY, "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"),
             (RosType::FLOAT64, "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a"),
+            (RosType::SET_BOOL, "RIHS01_abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a"),
+            (RosType::SET_BOOL_RESPONSE, "RIHS01_d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059"),
             (RosType::TRIGGER, "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"),
         ] {
             assert_eq!(it.hash(), hash, "{}", it.name());
