@@ -119,7 +119,7 @@ fn prop_truncated_or_forged_bytes_are_refused_without_a_panic() -> Result<(), Bo
             let mut forged = bytes.clone();
             let at = random.below(forged.len());
             forged[at] ^= 1 << random.below(8);
-            // What still fits the type is read; nothing panics.
+            // Bytes that still fit the type are read; nothing panics.
             let _ = of.decode(&forged);
             let _ = of.decode(&forged[4.min(at)..]);
         }

@@ -1,8 +1,10 @@
 //! The option `--ros2`: services as ROS 2 nodes.
 
+use std::collections::BTreeSet;
+
 use super::failure::{CommandResult, Failure};
 use crate::bus::{BusError, Name, Session};
-use crate::ros2::{LARGEST_DOMAIN, Node, NodeOptions};
+use crate::ros2::{LARGEST_DOMAIN, Node, NodeOptions, node_name};
 
 /// Environment variable with the domain of all ROS programs.
 const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
@@ -41,6 +43,18 @@ impl Ros2Args {
 pub(super) struct Nodes(Vec<Node>);
 
 impl Nodes {
+    /// Refuses services that would be the same node.
+    pub(super) fn check<'a>(mut names: impl Iterator<Item = &'a Name>, domain: Option<u8>) -> CommandResult<()> {
+        let mut taken = BTreeSet::new();
+        match names.find(|name| domain.is_some() && !taken.insert(node_name(name))) {
+            Some(name) => {
+                let node = node_name(name);
+                Err(Failure::Usage(format!("--ros2: two services would be the node {node}, {name} is one: rename it")))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Starts a node for each service; none without a domain.
     pub(super) fn start<'a>(
         session: &Session,

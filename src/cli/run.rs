@@ -246,7 +246,9 @@ async fn serve(
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
     let waking = ThreadOptions { spin, realtime: !args.no_realtime };
-    let nodes = Nodes::start(session, members.iter().map(|member| &member.live.name), args.ros2.domain()?, true)?;
+    let (domain, names) = (args.ros2.domain()?, members.iter().map(|member| &member.live.name));
+    Nodes::check(names.clone(), domain)?;
+    let nodes = Nodes::start(session, names, domain, true)?;
     let reports = service::run_all(session, members, waking, shutdown).await;
     nodes.close()?;
     Ok(reports?)

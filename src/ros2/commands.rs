@@ -73,7 +73,7 @@ struct Call {
     query: Query,
 }
 
-/// What takes commands from ROS.
+/// The torque topic and the services of a node.
 pub(super) struct Commands {
     torque: Option<Subscriber<()>>,
     services: Vec<Queryable<()>>,
@@ -97,8 +97,10 @@ impl Commands {
         let refusal_log = RefusalLog::default();
         let torque = if with_torque {
             let topic = format!("/{}/torque", keys.name);
+            let key = topic_key(keys.domain, &topic, RosType::FLOAT64);
+            let subscriber = torque_topic(session, name, key, refusal_log.clone())?;
             announce(keys.endpoint(Endpoint::Subscription, 0, (&topic, RosType::FLOAT64), DEPTH))?;
-            Some(torque_topic(session, name, topic_key(keys.domain, &topic, RosType::FLOAT64), refusal_log.clone())?)
+            Some(subscriber)
         } else {
             None
         };
@@ -106,9 +108,8 @@ impl Commands {
         let mut services = Vec::new();
         for (index, service) in SERVICES.into_iter().enumerate() {
             let (topic, [of, ..]) = (format!("/{}/{}", keys.name, service.name()), service.types());
+            services.push(queryable(session, topic_key(keys.domain, &topic, of), service, calls.clone())?);
             announce(keys.endpoint(Endpoint::Service, index + 1, (&topic, of), DEPTH))?;
-            let key = topic_key(keys.domain, &topic, of);
-            services.push(queryable(session, key, service, calls.clone())?);
         }
         let (session, name) = (session.clone(), name.clone());
         let answering = move || answer_calls(&session, &name, &waiting, &refusal_log);

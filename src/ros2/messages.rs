@@ -202,7 +202,7 @@ fn joint_states(angles: &Angles, slider: Option<&NodeState>, loads: Option<&Load
     vec![names, positions, velocities, loads.map_or(Value::List(Vec::new()), effort)]
 }
 
-/// What diagnostics show of a status.
+/// Entries of a status in diagnostics.
 fn facts(status: &Status, stamp: &Stamp) -> Vec<(&'static str, String)> {
     let some = |value: Option<f64>| value.map(|value| value.to_string());
     let all = [

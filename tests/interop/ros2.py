@@ -125,7 +125,7 @@ def seconds(stamp):
 
 
 def compare(got, topics):
-    """What was received, against the recording: nothing missing, equal to the bit."""
+    """Compares the received messages with the recording: nothing missing, equal to the bit."""
     joints = got["/crank_1/joint_states"]
     by_time = {round(message.stamp.sim_time_s * 1e9): message for _, message in topics["angles"] if message.stamp.epoch == 0}
     times = [joint.header.stamp.sec * 10**9 + joint.header.stamp.nanosec for joint in joints]
@@ -171,7 +171,7 @@ def call(service, where, **request):
 
 
 def commands(where):
-    """A torque and the services; what they did is in the recording."""
+    """Sends a torque and calls the services; the recording has their effects."""
     publisher = ROS2Publisher(TORQUE, "std_msgs/msg/Float64", type_hash=STORE.hash_rihs01("std_msgs/msg/Float64"), **where)
     time.sleep(0.5)
     publisher.publish(data=3.25)
@@ -264,6 +264,33 @@ def live(folder):
     return record, topics, hub
 
 
+def replayed(record, topics):
+    """A replay as a node: joint states as recorded, and no torque topic."""
+    endpoint = free_endpoint()
+    command = [BINARY, "replay", str(record), "--ros2", "--name", "ghost", "--start-paused", "--listen", endpoint]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL)
+    config = zenoh.Config.from_json5(f'{{ mode: "client", connect: {{ endpoints: ["{endpoint}"], timeout_ms: 10000 }} }}')
+    got, kind = [], "sensor_msgs/msg/JointState"
+    try:
+        with zenoh.open(config) as session:
+            subscriber = session.declare_subscriber("0/ghost/joint_states/**", lambda sample: got.append(sample.payload.to_bytes()))
+            listed = lambda: [str(reply.ok.key_expr) for reply in session.liveliness().get("@ros2_lv/0/**", timeout=1.0) if reply.ok]
+            wait_for(lambda: any("/NN/" in token for token in listed()), "the replay is a node")
+            expect("a replay has no torque topic", not any("%torque" in token for token in listed()))
+            (pause,) = [token for token in listed() if "/SS/" in token and "%ghost%pause/" in token]
+            _, service, hashed, _ = pause.rsplit("/", 3)
+            answers = session.get(f"0/ghost/pause/{service}/{hashed}", payload=b"\x00\x01\x00\x00\x00", timeout=PATIENCE_S)
+            expect("a call resumes the replay", [reply.ok.payload.to_bytes()[4] for reply in answers] == [1])
+            expect("the replay ends", process.wait(PATIENCE_S) == 0)
+            subscriber.undeclare()
+    finally:
+        process.kill()
+        process.wait()
+    positions = [float(STORE.deserialize_cdr(payload, kind).position[0]) for payload in got]
+    angles = [message.links[0].chord_rad for _, message in topics["angles"]]
+    expect("a replay's joint states are the recorded angles", positions == angles, f"{len(positions)} of {len(angles)}")
+
+
 def nothing_when_off():
     endpoint = free_endpoint()
     process = subprocess.Popen([BINARY, "run", "--no-record", "--name", "plain", "--listen", endpoint], stderr=subprocess.DEVNULL)
@@ -331,6 +358,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         record, topics, hub = live(Path(folder))
         exported(Path(folder), record, topics)
+        replayed(record, topics)
         hub.close()
     print("ros2: all holds")
 
