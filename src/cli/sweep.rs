@@ -13,7 +13,8 @@ use super::output::output;
 use super::progress::bar;
 use super::signals::Interruption;
 use super::values::count;
-use crate::study::sweep::{Campaign, Merged, Shard, Spec, Worked, merge, sensitivity, sensitivity_table, work};
+use crate::plot::{Figure, Format, Picture as _, campaign};
+use crate::study::sweep::{Campaign, Merged, Shard, Spec, Worked, merge, points, sensitivity, sensitivity_table, work};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -21,7 +22,8 @@ Examples:
   flexcrank sweep sweep.toml                           run it on all cores; once more: only what is missing
   flexcrank sweep sweep.toml --shard 3/16              the third of sixteen shares
   flexcrank sweep sweep.toml --merge                   one table of all rows; names those that are missing
-  flexcrank sweep sweep.toml --indices rod_peak_moment_nm   sensitivity of a scalar to each key
+  flexcrank sweep sweep.toml --indices                 sensitivity of each scalar to each key
+  flexcrank sweep sweep.toml --plot plots --scalars pivot_peak_force_n   pictures of one of them
 
 Rows are kept in SPEC's folder NAME.sweep as soon as they are computed. Several workers may share the folder, with or without \
     shares: none computes a row that another has. In a Slurm job array, and in an indexed job of Kubernetes with its number of \
@@ -52,9 +54,15 @@ pub(super) struct Args {
     /// The table. Default: table.parquet in the campaign's folder.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// Compute nothing: write sensitivity indices of these scalars, or of all, to indices.csv, and print them.
-    #[arg(long, value_name = "SCALAR", num_args = 0.., value_delimiter = ',', conflicts_with_all = ["shard", "jobs", "merge"])]
-    pub indices: Option<Vec<String>>,
+    /// Compute nothing: write sensitivity indices to indices.csv, and print them.
+    #[arg(long, conflicts_with_all = ["shard", "jobs", "merge"])]
+    pub indices: bool,
+    /// Compute nothing: draw scalars over each key and as parallel coordinates into this folder, as SVG.
+    #[arg(long, value_name = "DIR", requires = "scalars", conflicts_with_all = ["shard", "jobs", "merge"])]
+    pub plot: Option<PathBuf>,
+    /// Scalars for --indices and --plot, separated by commas. Default of --indices: all.
+    #[arg(long, value_name = "SCALAR,…", value_delimiter = ',')]
+    pub scalars: Vec<String>,
 }
 
 pub(super) fn sweep(args: &Args) -> CommandResult {
@@ -62,8 +70,9 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
     let interruption = Interruption::watch()?;
     let campaign = Campaign::open(&args.spec)?;
     let folder = args.output.clone().unwrap_or_else(|| Spec::usual_folder(&args.spec));
-    if let Some(scalars) = &args.indices {
-        return indices(&campaign, &folder, scalars);
+    if args.indices || args.plot.is_some() {
+        args.plot.as_ref().map_or(Ok(()), |plots| draw(&campaign, &folder, &args.scalars, plots))?;
+        return if args.indices { indices(&campaign, &folder, &args.scalars) } else { Ok(ExitStatus::Success) };
     }
     let table = args.table.clone().unwrap_or_else(|| folder.join("table.parquet"));
     make_folder(&folder)?;
@@ -142,6 +151,27 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     let more = if merged.missing.len() > NAMED { ", …" } else { "" };
     let count = campaign.runs() - merged.rows;
     Err(Failure::Failed(format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))))
+}
+
+/// Draws each scalar over each key, and its parallel coordinates.
+fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) -> CommandResult<()> {
+    let points = points(campaign, folder, scalars)?;
+    if points.scalars.iter().all(|scalar| scalar.values.is_empty()) {
+        return Err(Failure::Failed("no run that ended well knows these scalars".to_owned()));
+    }
+    make_folder(plots)?;
+    let write = |name: String, figure: Figure| -> CommandResult<()> {
+        let path = plots.join(format!("{name}.svg"));
+        figure.write(&path, Format::Svg)?;
+        Ok(writeln!(output(), "{}", path.display())?)
+    };
+    for (place, scalar) in points.scalars.iter().enumerate() {
+        for (key, axis) in points.keys.iter().enumerate() {
+            write(format!("{}-over-{}", scalar.name, axis.name), campaign::over_key(&points, place, key))?;
+        }
+        write(format!("{}-parallel", scalar.name), campaign::parallel(&points, place))?;
+    }
+    Ok(())
 }
 
 fn indices(campaign: &Campaign, folder: &Path, scalars: &[String]) -> CommandResult {

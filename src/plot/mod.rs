@@ -11,6 +11,7 @@
 
 mod animation;
 mod band;
+pub mod campaign;
 mod canvas;
 mod curve;
 mod error;

@@ -54,9 +54,10 @@ def sha256(output):
 
 
 def undisturbed(spec, folder):
-    """One process from beginning to end: the table's SHA-256, and the most memory it had, KiB, at a tenth of the runs and at the end."""
+    """One process from beginning to end, and a merge: the table's SHA-256, the worker's memory over time, KiB, and its time, s."""
     begin = time.monotonic()
-    process = subprocess.Popen([BINARY, "sweep", str(spec), "-o", str(folder)], stdout=subprocess.PIPE, text=True)
+    command = [BINARY, "sweep", str(spec), "-o", str(folder)]
+    process = subprocess.Popen([*command, "--shard", "1/1"], stdout=subprocess.PIPE, text=True)
     memory = []
     while process.poll() is None:
         try:
@@ -66,8 +67,11 @@ def undisturbed(spec, folder):
             break
         time.sleep(0.05)
     output = process.stdout.read()
-    expect("an undisturbed process ends with 0", process.wait() == 0, output)
-    return sha256(output), memory, time.monotonic() - begin
+    expect("an undisturbed process ends with 0", process.wait() == 0, output.strip())
+    duration_s = time.monotonic() - begin
+    merged = subprocess.run([*command, "--merge"], capture_output=True, text=True)
+    expect("its rows are merged", merged.returncode == 0, merged.stdout.splitlines()[0])
+    return sha256(merged.stdout), memory, duration_s
 
 
 def worker(spec, folder):

@@ -27,7 +27,7 @@ def indices(folder):
     flexcrank("sweep", spec)
     table = pyarrow.parquet.read_table(folder / "sweep.sweep/table.parquet").to_pandas()
     keys = ["rod.length_m", "rod.density_kg_per_m3", "pulse.1.torque_nm"]
-    expect("a row for each run, all of them done", list(table["index"]) == list(range(1280)) and set(table["ending"]) == {"done"}, len(table))
+    expect("a row for each run, all of them done", list(table["index"]) == list(range(5120)) and set(table["ending"]) == {"done"}, len(table))
     expect("identities differ", table["id"].nunique() == len(table))
     problem = {"num_vars": 3, "names": keys, "bounds": [[1.2, 1.8], [2700, 7850], [-0.5, 0.5]]}
     inside = all(table[key].between(*bounds).all() for key, bounds in zip(keys, problem["bounds"]))
@@ -52,7 +52,7 @@ def scalars(folder):
     )
     flexcrank("sweep", spec)
     row = pandas.read_parquet(folder / "one.sweep/table.parquet").iloc[0]
-    flexcrank("run", *SCENE, "--pace", "max", "--until", UNTIL_S, "--publish-hz", "all", "--record", folder / "one.mcap")
+    flexcrank("run", *SCENE, "--pace", "max", "--until", UNTIL_S, "--publish-hz", "all", "--no-bus", "--record", folder / "one.mcap")
     flexcrank("export", folder / "one.mcap", "--parquet", folder / "tables")
     tables = {path.stem.split(".")[-1]: pandas.read_parquet(path) for path in (folder / "tables").glob("*.parquet")}
     angles, loads, energies = (tables[name] for name in ("angles", "loads", "energies"))
@@ -70,7 +70,7 @@ def scalars(folder):
 def shares(folder):
     """Shares by scheduler's variables, missing rows by name, and the same table as of one worker."""
     spec = folder / "shares.toml"
-    spec.write_text(flexcrank("files", "sweep.toml").replace("samples = 256", "samples = 16"))
+    spec.write_text(flexcrank("files", "sweep.toml").replace("samples = 1024", "samples = 16"))
     whole = flexcrank("sweep", spec, "-o", folder / "whole")
     for task in "103":
         environment = {"SLURM_ARRAY_TASK_ID": task, "SLURM_ARRAY_TASK_MIN": "0", "SLURM_ARRAY_TASK_COUNT": "4"}

@@ -8,14 +8,16 @@ use super::SweepError;
 use super::campaign::{Campaign, Sample};
 use super::row::Row;
 
+/// The rows of a chunk by the places of its samples; `None` for those that are not there.
+pub(super) type Rows = Vec<Option<Row>>;
+
 /// The file of a chunk. Its folder is named for the chunks' size: another size has other files.
 pub(super) fn path(folder: &Path, campaign: &Campaign, chunk: u64) -> PathBuf {
     folder.join(format!("chunks-of-{}", campaign.spec().chunk)).join(format!("{chunk:07}.tsv"))
 }
 
-/// The rows of a chunk by the places of its samples; `None` for those that are not there. No lock is needed: a line counts once it
-/// has its end.
-pub(super) fn read(path: &Path, samples: &[Sample], columns: usize) -> Result<Vec<Option<Row>>, SweepError> {
+/// Reads the rows of a chunk. No lock is needed: a line counts once it has its end.
+pub(super) fn read(path: &Path, samples: &[Sample], columns: usize) -> Result<Rows, SweepError> {
     let text = match fs::read(path) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
@@ -24,7 +26,7 @@ pub(super) fn read(path: &Path, samples: &[Sample], columns: usize) -> Result<Ve
     Ok(rows(&text, samples, columns))
 }
 
-fn rows(text: &[u8], samples: &[Sample], columns: usize) -> Vec<Option<Row>> {
+fn rows(text: &[u8], samples: &[Sample], columns: usize) -> Rows {
     let mut rows = vec![None; samples.len()];
     let first = samples.first().map_or(0, |sample| sample.index);
     let lines = text.split_inclusive(|byte| *byte == b'\n').filter_map(|line| line.strip_suffix(b"\n"));
@@ -49,12 +51,7 @@ pub(super) struct Claim {
 impl Claim {
     /// Claims a chunk, and reads its rows; `None` if another worker has it. `alone` says that no other worker is meant to take this
     /// chunk, so that a file system without locks will do.
-    pub fn new(
-        path: PathBuf,
-        samples: &[Sample],
-        columns: usize,
-        alone: bool,
-    ) -> Result<Option<(Self, Vec<Option<Row>>)>, SweepError> {
+    pub fn new(path: PathBuf, samples: &[Sample], columns: usize, alone: bool) -> Result<Option<(Self, Rows)>, SweepError> {
         let failed = SweepError::file(&path);
         let file = File::options().read(true).append(true).create(true).open(&path).map_err(failed)?;
         match file.try_lock() {

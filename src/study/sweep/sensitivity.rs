@@ -90,7 +90,7 @@ pub fn sensitivity(campaign: &Campaign, folder: &Path, wanted: &[String]) -> Res
 }
 
 /// The places of the wanted columns; of all if none is wanted.
-fn places(columns: &[Column], wanted: &[String]) -> Result<Vec<usize>, NoIndices> {
+pub(super) fn places(columns: &[Column], wanted: &[String]) -> Result<Vec<usize>, NoIndices> {
     if wanted.is_empty() {
         return Ok((0..columns.len()).collect());
     }

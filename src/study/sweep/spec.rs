@@ -174,7 +174,7 @@ impl RawSpec {
             return Err(format!("a campaign has at most {MOST_RUNS} runs"));
         }
         // Some two thousand files at most: enough to share, few enough for any file system.
-        let usual = (runs / 2048).max(1).next_power_of_two();
+        let usual = runs.div_ceil(2048).next_power_of_two();
         spec.chunk = self.chunk.unwrap_or(usual).clamp(runs.div_ceil(MOST_CHUNKS), MOST_RUNS);
         Ok(spec)
     }

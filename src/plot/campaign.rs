@@ -1,0 +1,151 @@
+//! Pictures of a campaign: a scalar over each key, and parallel coordinates.
+
+use super::figure::{Axis, Figure, Mark, Scale};
+use crate::study::sweep::{Coordinate, Points};
+
+/// Most runs drawn as points or lines: more cannot be told apart.
+const MOST_POINTS: usize = 2000;
+const MOST_LINES: usize = 400;
+/// Intervals of a range in which means are taken.
+const INTERVALS: usize = 16;
+/// Groups of runs by the size of the scalar, each in a colour of its own.
+const GROUPS: usize = 4;
+
+/// A scalar over a key: runs as points, their mean and the mean ± a standard deviation over intervals of the key.
+pub fn over_key(points: &Points, scalar: usize, key: usize) -> Figure {
+    let (xs, ys) = (&points.keys[key], &points.scalars[scalar]);
+    let mut x = axis(xs);
+    x.scale = if xs.is_log { Scale::Log } else { Scale::Linear };
+    let figure = Figure::new(format!("{} over {}", ys.name, xs.name), x, Axis::new(ys.name.clone(), ""));
+    let [scattered_x, scattered_y] = [xs, ys].map(|column| every(&column.values, MOST_POINTS));
+    let effect = marginal(xs, &ys.values);
+    let centres: Vec<f64> = effect.iter().map(|bin| bin[0]).collect();
+    let curve = |deviations: f64| effect.iter().map(|bin| bin[1] + deviations * bin[2]).collect::<Vec<_>>();
+    figure
+        .series("runs", &scattered_x, &scattered_y, Mark::Points)
+        .line("mean", &centres, &curve(0.0))
+        .series("mean + standard deviation", &centres, &curve(1.0), Mark::Dashes)
+        .series("mean − standard deviation", &centres, &curve(-1.0), Mark::Dashes)
+}
+
+/// Parallel coordinates: a line for each run through its keys and the scalar, each from its least to its greatest value. Colours are
+/// quarters of the runs by the scalar.
+pub fn parallel(points: &Points, scalar: usize) -> Figure {
+    let columns: Vec<&Coordinate> = points.keys.iter().chain(points.scalars.get(scalar)).collect();
+    let name = &points.scalars[scalar].name;
+    let x = Axis { names: columns.iter().map(|column| column.name.clone()).collect(), ..Axis::default() };
+    let mut figure =
+        Figure::new(format!("{name}: parallel coordinates"), x, Axis::new("from the least value to the greatest", ""));
+    let rows = places(points.scalars[scalar].values.len(), MOST_LINES);
+    for (group, rows) in by_size(&points.scalars[scalar].values, rows).into_iter().enumerate() {
+        let (mut xs, mut ys) = (Vec::new(), Vec::new());
+        for row in rows {
+            for (place, column) in columns.iter().enumerate() {
+                xs.push(place as f64);
+                ys.push(part(column, row));
+            }
+            // A gap between two runs.
+            xs.push(f64::NAN);
+            ys.push(f64::NAN);
+        }
+        figure = figure.line(["lowest quarter", "second", "third", "highest quarter"][group], &xs, &ys);
+    }
+    figure
+}
+
+fn axis(column: &Coordinate) -> Axis {
+    Axis { names: column.words.clone(), ..Axis::new(column.name.clone(), "") }
+}
+
+/// At most `most` of `count` places, evenly spread.
+fn places(count: usize, most: usize) -> Vec<usize> {
+    let kept = count.min(most);
+    (0..kept).map(|place| place * count / kept).collect()
+}
+
+fn every(values: &[f64], most: usize) -> Vec<f64> {
+    places(values.len(), most).into_iter().map(|place| values[place]).collect()
+}
+
+/// Centre, mean and standard deviation in each interval of the key, or for each of its listed values.
+fn marginal(key: &Coordinate, values: &[f64]) -> Vec<[f64; 3]> {
+    let (low, high) = bounds(key);
+    let listed = key.words.len();
+    let intervals = if listed > 0 { listed } else { INTERVALS };
+    let mut sums = vec![[0.0; 3]; intervals];
+    for (row, value) in values.iter().enumerate() {
+        let place =
+            if listed > 0 { key.values[row] } else { (position(key, key.values[row]) - low) / (high - low) * intervals as f64 };
+        let [count, sum, square] = &mut sums[(place as usize).min(intervals - 1)];
+        *count += 1.0;
+        *sum += value;
+        *square += value * value;
+    }
+    let width = (high - low) / intervals as f64;
+    let centre = |place: usize| if listed > 0 { place as f64 } else { low + width * (place as f64 + 0.5) };
+    let back = |position: f64| if key.is_log { position.exp() } else { position };
+    let bin = |(place, [count, sum, square]): (usize, &[f64; 3])| {
+        let mean = sum / count;
+        (*count > 0.0).then(|| [back(centre(place)), mean, (square / count - mean * mean).max(0.0).sqrt()])
+    };
+    sums.iter().enumerate().filter_map(bin).collect()
+}
+
+fn position(column: &Coordinate, value: f64) -> f64 {
+    if column.is_log { value.ln() } else { value }
+}
+
+/// The least and the greatest position of a column; apart, even if all are the same.
+fn bounds(column: &Coordinate) -> (f64, f64) {
+    let positions = || column.values.iter().map(|value| position(column, *value));
+    let (low, high) = (positions().fold(f64::INFINITY, f64::min), positions().fold(f64::NEG_INFINITY, f64::max));
+    if low < high { (low, high) } else { (low, low + 1.0) }
+}
+
+/// The place of a run's value between the column's least and greatest, 0 to 1.
+fn part(column: &Coordinate, row: usize) -> f64 {
+    let (low, high) = bounds(column);
+    (position(column, column.values[row]) - low) / (high - low)
+}
+
+/// Rows in groups of equal size by their values, the smallest first.
+fn by_size(values: &[f64], mut rows: Vec<usize>) -> Vec<Vec<usize>> {
+    rows.sort_by(|one, other| values[*one].total_cmp(&values[*other]));
+    let size = rows.len().div_ceil(GROUPS).max(1);
+    rows.chunks(size).map(<[usize]>::to_vec).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coordinate(name: &str, values: Vec<f64>, is_log: bool) -> Coordinate {
+        Coordinate { name: name.to_owned(), values, is_log, words: Vec::new() }
+    }
+
+    #[test]
+    fn val_a_marginal_effect_is_the_mean_over_an_interval() {
+        let key = coordinate("a", (0..1600).map(|n| f64::from(n) / 1599.0).collect(), false);
+        let values: Vec<f64> = key.values.iter().map(|x| 3.0 * x).collect();
+        let effect = marginal(&key, &values);
+        assert_eq!(effect.len(), INTERVALS);
+        assert!(
+            effect
+                .iter()
+                .all(|[x, mean, deviation]| (mean - 3.0 * x).abs() < 5e-3
+                    && (deviation - 3.0 / 16.0 / 12.0_f64.sqrt()).abs() < 1e-2)
+        );
+        let listed = Coordinate { words: vec!["x".to_owned(), "y".to_owned()], values: vec![0.0, 1.0, 1.0], ..key };
+        assert_eq!(marginal(&listed, &[5.0, 1.0, 3.0]), [[0.0, 5.0, 0.0], [1.0, 2.0, 1.0]]);
+    }
+
+    #[test]
+    fn prop_every_run_is_a_line_with_a_gap_after_it() {
+        let keys = vec![coordinate("a", (0..40).map(f64::from).collect(), false), coordinate("b", vec![2.0; 40], true)];
+        let points = Points { keys, scalars: vec![coordinate("y", (0..40).rev().map(f64::from).collect(), false)] };
+        let figure = parallel(&points, 0);
+        let series = &figure.panels[0].series;
+        assert_eq!(series.iter().map(|series| series.xs.len()).collect::<Vec<_>>(), [40; 4]);
+        assert!(series[0].ys[..3] == [1.0, 0.0, 0.0] && series[0].ys[3].is_nan() && figure.x.names == ["a", "b", "y"]);
+    }
+}
