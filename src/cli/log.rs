@@ -10,8 +10,8 @@ use tracing_subscriber::filter::{FilterExt as _, filter_fn};
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-/// Default log filter: warnings and errors, and flexcrank's own information.
-const DEFAULT_FILTER: &str = "warn,zenoh=error,flexcrank=info";
+/// Default log filter: warnings and errors, and flexcrank's own information. A viewer that leaves is no error.
+const DEFAULT_FILTER: &str = "warn,zenoh=error,foxglove::websocket::connected_client=off,flexcrank=info";
 /// zenoh modules that log their whole configuration, with passwords, from this level on.
 const LOGS_PASSWORDS: [(&str, Level); 2] = [("zenoh::api::session", Level::DEBUG), ("zenoh::api::scouting", Level::TRACE)];
 

@@ -1,4 +1,4 @@
-//! The thread that works for the viewers: what they ask for waits in a bounded queue and is done in order, off their connections.
+//! The thread that serves the viewers' requests in order, off their connections. Requests wait in a bounded queue.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::{Builder, JoinHandle};
@@ -34,9 +34,9 @@ impl Jobs {
 
     /// Queues a job, which is called with `true` in its turn; with `false` at once if it has to be refused.
     pub fn submit(&self, job: impl FnOnce(bool) + Send + 'static) {
-        match self.0.try_send(Job::Do(Box::new(job))) {
-            Err(TrySendError::Full(Job::Do(job)) | TrySendError::Disconnected(Job::Do(job))) => job(false),
-            Ok(()) | Err(_) => {}
+        let refused = self.0.try_send(Job::Do(Box::new(job)));
+        if let Err(TrySendError::Full(Job::Do(job)) | TrySendError::Disconnected(Job::Do(job))) = refused {
+            job(false);
         }
     }
 

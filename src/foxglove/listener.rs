@@ -1,4 +1,4 @@
-//! What viewers do: subscribe, publish torque pulses, move the timeline of a replay.
+//! Receives the messages of viewers: subscriptions, torque pulses, requests of the timeline.
 
 use std::sync::Arc;
 

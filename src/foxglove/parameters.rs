@@ -17,7 +17,7 @@ pub(super) struct SceneParameters {
     names: Arc<[Name]>,
 }
 
-/// What precedes a scene's key in the name of its parameter.
+/// The beginning of a parameter's name, before the scene's key.
 fn prefix(name: &Name) -> String {
     name.key("")
 }
@@ -82,7 +82,7 @@ impl ParameterHandler for SceneParameters {
             });
             self.commander.control(name, control::Action::Set(wire::Set { changes }), done);
         }
-        // Queued behind the changes: the answer is what holds after them.
+        // This is queued behind the changes, so that the answer has the values after them.
         let names: Vec<String> = wanted.into_iter().map(|parameter| parameter.name).collect();
         let all = self.clone();
         self.commander.jobs().submit(move |has_room| responder.respond(if has_room { all.named(&names) } else { Vec::new() }));

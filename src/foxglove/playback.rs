@@ -40,7 +40,7 @@ impl Place {
 }
 
 impl Timeline {
-    /// The timeline of a replay of messages within `span_ns`, which takes commands from this queue.
+    /// The timeline of a replay of messages within `span_ns`, whose commands go into this queue.
     pub fn new(span_ns: (u64, u64), commands: Sender<ReplayCommand>) -> Self {
         Timeline { span_ns, commands: Mutex::new(commands), place: Mutex::default() }
     }
@@ -74,8 +74,8 @@ impl Timeline {
         self.state(after, request.seek_time.is_some())
     }
 
-    /// Takes an encoded status of the replay; returns the state if it differs from what the viewers know.
-    pub(super) fn take(&self, payload: &[u8]) -> Option<PlaybackState> {
+    /// Follows an encoded status of the replay. Returns its state if the viewers do not know it yet.
+    pub(super) fn follow(&self, payload: &[u8]) -> Option<PlaybackState> {
         let status = Status::decode(payload).ok()?;
         let Replay { duration_s, rate, paused, .. } = *status.replay.as_ref()?;
         let position_s = status.stamp.as_ref()?.sim_time_s;
@@ -145,13 +145,13 @@ mod tests {
     }
 
     #[test]
-    fn prop_viewers_learn_of_changes_only() {
+    fn prop_viewers_receive_changes_only() {
         let timeline = Timeline::new(SPAN_NS, channel().0);
-        assert!(timeline.take(&status(1.0, 1.0, true)).is_some_and(|state| state.status == PlaybackStatus::Paused));
-        assert_eq!(timeline.take(&status(1.0, 1.0, true)), None);
-        assert!(timeline.take(&status(4.0, 1.0, true)).is_some_and(|state| state.did_seek));
-        assert!(timeline.take(&status(4.0, 2.0, true)).is_some_and(|state| !state.did_seek && state.playback_speed == 2.0));
-        assert!(timeline.take(&status(10.0, 2.0, true)).is_some_and(|state| state.status == PlaybackStatus::Ended));
-        assert_eq!(timeline.take(b"\xff"), None);
+        assert!(timeline.follow(&status(1.0, 1.0, true)).is_some_and(|state| state.status == PlaybackStatus::Paused));
+        assert_eq!(timeline.follow(&status(1.0, 1.0, true)), None);
+        assert!(timeline.follow(&status(4.0, 1.0, true)).is_some_and(|state| state.did_seek));
+        assert!(timeline.follow(&status(4.0, 2.0, true)).is_some_and(|state| !state.did_seek && state.playback_speed == 2.0));
+        assert!(timeline.follow(&status(10.0, 2.0, true)).is_some_and(|state| state.status == PlaybackStatus::Ended));
+        assert_eq!(timeline.follow(b"\xff"), None);
     }
 }

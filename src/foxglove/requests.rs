@@ -1,4 +1,4 @@
-//! Commands of viewers as JSON, and the replies to them.
+//! Commands of viewers in JSON, and the replies to them.
 
 use serde::Deserialize;
 use serde_json::json;

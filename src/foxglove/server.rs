@@ -19,13 +19,15 @@ use super::playback::Timeline;
 use super::services::{JSON, services};
 use super::source::Source;
 use super::status_log::StatusLog;
-use crate::bus::{self, Name, OwnSubscription, Session};
+use crate::bus::{self, LogTime, Name, OwnSubscription, Session};
 use crate::wire::AppliedCommand;
 
 /// Messages that wait for a slow viewer; the oldest are dropped for newer ones.
 const BACKLOG: usize = 4096;
-/// Time for viewers to take leave at the end.
-const FAREWELL: Duration = Duration::from_millis(500);
+/// Time in which the last messages are sent.
+const LAST_MESSAGES: Duration = Duration::from_millis(100);
+/// Time in which connections are closed in order; then they are cut.
+const CLOSING: Duration = Duration::from_millis(500);
 
 /// Options of the server.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +66,7 @@ impl FoxgloveServer {
         let context = Context::new();
         let names: Arc<[Name]> = sources.iter().map(|source| source.name.clone()).collect();
         let (handle, timeline): (Handle, _) = (Handle::default(), timeline.map(Arc::new));
+        let log_times: Vec<LogTime> = sources.iter().map(|source| source.log_time.clone()).collect();
         let (mut feeds, mut logs) = (Vec::new(), Vec::new());
         for Source { name, log_time, topics } in sources {
             logs.push((name.clone(), StatusLog::new(&context, &name, log_time.clone())));
@@ -71,8 +74,11 @@ impl FoxgloveServer {
                 feeds.push(Feed::new(&context, topic, log_time.clone())?);
             }
         }
-        let ticking = session.clone();
-        let (jobs, thread) = Jobs::start(move || feeds.iter_mut().for_each(|feed| feed.follow_viewers(&ticking)))?;
+        let (following, mut clock) = (session.clone(), Clock::new(log_times, Arc::clone(&handle)));
+        let (jobs, thread) = Jobs::start(move || {
+            feeds.iter_mut().for_each(|feed| feed.follow_viewers(&following));
+            clock.tick();
+        })?;
         let commander = Commander::new(session.clone(), jobs.clone(), options.control);
         let mut subscriptions = Vec::new();
         for (name, log) in logs {
@@ -85,7 +91,7 @@ impl FoxgloveServer {
             .name("flexcrank")
             .bind(host(options.address), options.address.port())
             .message_backlog_size(BACKLOG)
-            .capabilities([Capability::ClientPublish])
+            .capabilities([Capability::ClientPublish, Capability::Time])
             .supported_encodings([JSON, "protobuf"])
             .services(all_services)
             .parameter_handler(Arc::new(SceneParameters::new(commander.clone(), Arc::clone(&names))));
@@ -105,7 +111,7 @@ impl FoxgloveServer {
         self.address
     }
 
-    /// Takes leave of the viewers and ends.
+    /// Sends the last messages, closes the connections and ends.
     ///
     /// # Errors
     /// [`FoxgloveError`] if the bus refuses.
@@ -115,8 +121,11 @@ impl FoxgloveServer {
         }
         let running = lock(&self.handle).take();
         if let Some(running) = running {
-            // A viewer that is stopped takes no leave: its connection is cut.
-            let _ = tokio::time::timeout(FAREWELL, running.stop().wait()).await;
+            if running.client_count() > 0 {
+                tokio::time::sleep(LAST_MESSAGES).await;
+            }
+            // The connection of a viewer that is stopped is cut.
+            let _ = tokio::time::timeout(CLOSING, running.stop().wait()).await;
         }
         drop(self.context);
         self.jobs.end();
@@ -143,6 +152,28 @@ fn with_server(handle: &Handle, act: impl FnOnce(&WebSocketServerHandle)) {
     }
 }
 
+/// The viewers' clock: the log time of the newest message.
+struct Clock {
+    log_times: Vec<LogTime>,
+    handle: Handle,
+    shown_ns: u64,
+}
+
+impl Clock {
+    fn new(log_times: Vec<LogTime>, handle: Handle) -> Self {
+        Clock { log_times, handle, shown_ns: 0 }
+    }
+
+    /// Sends the time to the viewers if it has changed.
+    fn tick(&mut self) {
+        let now_ns = self.log_times.iter().map(LogTime::get).max().unwrap_or(0);
+        if now_ns != self.shown_ns {
+            with_server(&self.handle, |server| server.broadcast_time(now_ns));
+            self.shown_ns = now_ns;
+        }
+    }
+}
+
 /// Follows the status of a service: its log, and the timeline of a replay.
 fn follow_status(
     session: &Session,
@@ -151,20 +182,20 @@ fn follow_status(
     (timeline, handle): (Option<Arc<Timeline>>, &Handle),
 ) -> Result<OwnSubscription, FoxgloveError> {
     let handle = Arc::clone(handle);
-    let take = move |payload: &[u8]| {
-        log.take(payload);
-        if let Some(state) = timeline.as_ref().and_then(|timeline| timeline.take(payload)) {
+    let follow = move |payload: &[u8]| {
+        log.follow(payload);
+        if let Some(state) = timeline.as_ref().and_then(|timeline| timeline.follow(payload)) {
             with_server(&handle, |server| server.broadcast_playback_state(state));
         }
     };
-    Ok(OwnSubscription::declare(session, &name.topic(bus::Topic::Status), take)?)
+    Ok(OwnSubscription::declare(session, &name.topic(bus::Topic::Status), follow)?)
 }
 
-/// Follows the changes of a service's scene, so that viewers learn of its parameters.
+/// Follows the changes of a service's scene, so that viewers receive its parameters.
 fn follow_changes(commander: &Commander, name: &Name, handle: &Handle) -> Result<OwnSubscription, FoxgloveError> {
     let (commander, owner, handle) = (commander.clone(), name.clone(), Arc::clone(handle));
     let session = commander.session().clone();
-    let take = move |payload: &[u8]| {
+    let follow = move |payload: &[u8]| {
         if AppliedCommand::decode(payload).is_ok_and(|applied| !applied.scene.is_empty()) {
             let (commander, owner, handle) = (commander.clone(), owner.clone(), Arc::clone(&handle));
             let session = commander.session().clone();
@@ -176,5 +207,5 @@ fn follow_changes(commander: &Commander, name: &Name, handle: &Handle) -> Result
             });
         }
     };
-    Ok(OwnSubscription::declare(&session, &name.topic(bus::Topic::Commands), take)?)
+    Ok(OwnSubscription::declare(&session, &name.topic(bus::Topic::Commands), follow)?)
 }

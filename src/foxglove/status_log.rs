@@ -20,11 +20,11 @@ pub(super) struct StatusLog {
     newest: Mutex<Newest>,
 }
 
-/// The newest line, and whether a viewer was there to read it.
+/// The newest line, and whether a viewer was subscribed when it was logged.
 #[derive(Default)]
 struct Newest {
     line: Option<(Level, String)>,
-    told: bool,
+    was_received: bool,
 }
 
 impl StatusLog {
@@ -34,17 +34,17 @@ impl StatusLog {
         StatusLog { name: name.presence(), channel, log_time, newest: Mutex::default() }
     }
 
-    /// Takes an encoded status; logs it if it differs from the last, or if nobody was there to read that.
-    pub fn take(&self, payload: &[u8]) {
+    /// Logs an encoded status if it differs from the last, or if no viewer was subscribed then.
+    pub fn follow(&self, payload: &[u8]) {
         let Ok(status) = Status::decode(payload) else { return };
         let line = line(&status);
         let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-        let told = self.channel.has_sinks();
+        let is_received = self.channel.has_sinks();
         let same = newest.line.as_ref() == Some(&line);
-        if !same || (told && !newest.told) {
+        if !same || (is_received && !newest.was_received) {
             self.log(&line);
         }
-        *newest = Newest { line: Some(line), told };
+        *newest = Newest { line: Some(line), was_received: is_received };
     }
 
     fn log(&self, (level, message): &(Level, String)) {

@@ -66,6 +66,7 @@ def equal_to_bus_and_recording(folder, seconds):
         time.sleep(seconds)
         parameters(viewer, root)
         status_log(viewer, client, root)
+        clock(viewer, root)
         port_in_use(port)
         got = {topic: viewer.of(f"{root}/{topic}") for topic in (*TELEMETRY, "status", "commands")}
         viewer.close()
@@ -153,6 +154,12 @@ def status_log(viewer, client, root):
     lines = lambda: b"\n".join(payload for _, payload in viewer.of(f"{root}/log"))
     wait_for(lambda: b"paused" in lines() and b"running" in lines(), "changes of the status are logged")
     expect("the log is foxglove.Log", viewer.schema(f"{root}/log")[1] == "foxglove.Log")
+
+
+def clock(viewer, root):
+    """The server's clock is the log time of the newest message, not the wall clock."""
+    newest = lambda: viewer.of(f"{root}/angles")[-1][0]
+    wait_for(lambda: viewer.clock and abs(viewer.clock - newest()) < 10**9, "the clock is the messages' time")
 
 
 def port_in_use(port):

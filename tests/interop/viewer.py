@@ -22,7 +22,7 @@ class Viewer:
         self.messages = defaultdict(list)
         self.counts = defaultdict(int)
         self.statuses, self.replies, self.values, self.playback = [], {}, [], []
-        self.calls = 0
+        self.calls, self.clock = 0, None
         self.open = True
         self.thread = threading.Thread(target=self.receive, daemon=True)
         self.thread.start()
@@ -66,6 +66,8 @@ class Viewer:
                 self.counts[topic] += 1
                 if self.keep:
                     self.messages[topic].append((time, message[13:]))
+            elif op == 2:
+                self.clock = struct.unpack_from("<Q", message, 1)[0]
             elif op == 3:
                 _, call, length = struct.unpack_from("<III", message, 1)
                 self.replies[call] = (True, json.loads(message[13 + length:]))

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod files;
+mod viewer;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
