@@ -26,21 +26,24 @@ fn collect(name: &str, value: &Value, all: &mut Vec<Parameter>) {
 fn parameter(name: &str, value: &Value) -> Parameter {
     match value {
         Value::Float(number) => Parameter::float64(name, *number),
-        Value::Integer(number) => Parameter::integer(name, *number),
-        Value::Boolean(flag) => Parameter::bool(name, *flag),
-        Value::String(text) => Parameter::string(name, text),
-        Value::Array(values) if values.iter().all(|value| number(value).is_some()) => {
-            Parameter::float64_array(name, values.iter().filter_map(number))
+        Value::Array(values) if values.iter().all(Value::is_float) => {
+            Parameter::float64_array(name, values.iter().filter_map(Value::as_float))
         }
-        other => Parameter::string(name, other.to_string()),
+        value => Parameter { name: name.to_owned(), r#type: None, value: Some(parameter_value(value)) },
     }
 }
 
-fn number(value: &Value) -> Option<f64> {
+fn parameter_value(value: &Value) -> ParameterValue {
     match value {
-        Value::Float(number) => Some(*number),
-        Value::Integer(number) => Some(*number as f64),
-        _ => None,
+        Value::Float(number) => ParameterValue::Float64(*number),
+        Value::Integer(number) => ParameterValue::Integer(*number),
+        Value::Boolean(flag) => ParameterValue::Bool(*flag),
+        Value::String(text) => ParameterValue::String(text.clone()),
+        Value::Datetime(time) => ParameterValue::String(time.to_string()),
+        Value::Array(values) => ParameterValue::Array(values.iter().map(parameter_value).collect()),
+        Value::Table(table) => {
+            ParameterValue::Dict(table.iter().map(|(key, value)| (key.clone(), parameter_value(value))).collect())
+        }
     }
 }
 
