@@ -2,6 +2,7 @@
 
 import hashlib
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,24 @@ from viewer import ENDED, PAUSED, PLAYING, Viewer
 SECONDS = 3.0
 TELEMETRY = ("displacements", "angles", "loads", "energies", "scene_updates")
 CONTROL = "--foxglove-control"
+
+
+class Numbered(Client):
+    """Keeps the numbers that messages carry, too."""
+
+    def __init__(self, *arguments):
+        self.numbers = {}
+        super().__init__(*arguments)
+
+    def take(self, sample):
+        super().take(sample)
+        if sample.attachment is not None:
+            topic = str(sample.key_expr).rsplit("/", 1)[1]
+            self.numbers.setdefault(topic, []).append(struct.unpack("<Q", sample.attachment.to_bytes())[0])
+
+    def missed(self, topic):
+        numbers = self.numbers[topic]
+        return numbers[-1] - numbers[0] + 1 - len(numbers)
 
 
 def free_port():
@@ -52,7 +71,7 @@ def equal_to_bus_and_recording(folder, seconds):
     path, port, name = folder / "shown.mcap", free_port(), "shown"
     root = f"flexcrank/{name}"
     options = ["run", "--publish-hz", "all", "--record", str(path), f"--foxglove=127.0.0.1:{port}", CONTROL]
-    with service([*options, "--set", "solver.step_s=1e-3"], name) as (process, client):
+    with service([*options, "--set", "solver.step_s=1e-3"], name, client=Numbered) as (process, client):
         client.learn()
         wait_for(lambda: client.newest("status"), "the service runs")
         viewer = shown(port, root)
@@ -66,7 +85,6 @@ def equal_to_bus_and_recording(folder, seconds):
         time.sleep(seconds)
         parameters(viewer, root)
         status_log(viewer, client, root)
-        clock(viewer, root)
         port_in_use(port)
         got = {topic: viewer.of(f"{root}/{topic}") for topic in (*TELEMETRY, "status", "commands")}
         viewer.close()
@@ -76,11 +94,16 @@ def equal_to_bus_and_recording(folder, seconds):
     topics = recorded(path)
     for topic, messages in got.items():
         payloads = [payload for _, payload in messages]
-        on_bus = overlap(bus[topic], payloads) if payloads[0] in bus[topic] else []
         in_file = overlap(topics[f"{root}/{topic}"], messages)
-        sums = {digest(payloads), digest(on_bus), digest(payload for _, payload in in_file)}
-        expect(f"{topic}: SHA-256 as on the bus and in the recording", len(sums) == 1, f"{min(sums)[:12]}, {len(payloads)} messages")
+        sums = {digest(payloads), digest(payload for _, payload in in_file)}
+        expect(f"{topic}: SHA-256 as in the recording", len(sums) == 1, f"{min(sums)[:12]}, {len(payloads)} messages")
         expect(f"{topic}: log times as in the recording", in_file == messages)
+        # On a busy machine the bus drops messages for a slow subscriber, and its numbers show that.
+        missed, received = client.missed(topic), set(bus[topic])
+        common = [payload for payload in payloads if payload in received]
+        on_bus = overlap(bus[topic], common)
+        figure = f"{len(common)} messages, {missed} missed on the bus"
+        expect(f"{topic}: SHA-256 as on the bus", digest(common) == digest(on_bus) and len(payloads) - len(common) <= missed, figure)
     receipts = [payload for _, payload in topics[f"{root}/commands"]]
     expect("pulses of viewers are recorded", all(any(id in payload for payload in receipts) for id in (b"by-service", b"by-topic", b"by-json")))
 
@@ -156,12 +179,6 @@ def status_log(viewer, client, root):
     expect("the log is foxglove.Log", viewer.schema(f"{root}/log")[1] == "foxglove.Log")
 
 
-def clock(viewer, root):
-    """The server's clock is the log time of the newest message, not the wall clock."""
-    newest = lambda: viewer.of(f"{root}/angles")[-1][0]
-    wait_for(lambda: viewer.clock and abs(viewer.clock - newest()) < 10**9, "the clock is the messages' time")
-
-
 def port_in_use(port):
     other = subprocess.run([BINARY, "run", "--no-record", "--no-bus", f"--foxglove=127.0.0.1:{port}"], capture_output=True, text=True)
     named = other.returncode == 1 and f"127.0.0.1:{port}" in other.stderr and "--foxglove=" in other.stderr
@@ -230,6 +247,8 @@ def timeline(folder):
         count, seen = len(got()), len(viewer.of(f"{root}/status"))
         wait_for(lambda: len(viewer.of(f"{root}/status")) > seen, "another status")
         expect("a pause is obeyed", len(got()) == count, f"{count} messages")
+        wait_for(lambda: viewer.clock, "the server's clock")
+        expect("the clock shows recorded time", first <= viewer.clock <= last < time.time_ns(), f"{(viewer.clock - first) * 1e-9:.3f} s")
         back = time_of(0.1)
         viewer.control(0, 100.0, back, "back")
         wait_for(lambda: any(state[0] == ENDED for state in viewer.playback), "the end is reached and told")
