@@ -33,7 +33,8 @@ fn prop_beside_a_viewer_a_replay_stays_at_its_end_and_states_log_times() -> Outc
     let from = first_log_time(&file)? + 500_000_000;
     let session = BusOptions { isolated: true, ..BusOptions::default() }.open_service()?;
     let (commands, queue) = channel();
-    let (received, statuses): (Arc<Mutex<Vec<Timed>>>, Arc<Mutex<Vec<Status>>>) = Default::default();
+    let received: Arc<Mutex<Vec<Timed>>> = Arc::default();
+    let statuses: Arc<Mutex<Vec<Status>>> = Arc::default();
     let (log_time, keep) = (LogTime::default(), Arc::clone(&received));
     let now = log_time.clone();
     let subscription = OwnSubscription::declare(&session, &ghost().topic(Topic::Angles), move |payload| {
