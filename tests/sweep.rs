@@ -152,7 +152,7 @@ fn prop_a_key_without_influence_has_no_sensitivity() -> Outcome {
     let indices = sensitivity(&campaign, folder.path(), &[wanted])?;
     let [rate] = indices.as_slice() else { panic!("{indices:?}") };
     assert!(rate.keys[0].total > 0.9 && rate.keys[1].total == 0.0 && rate.keys[1].first == 0.0, "{rate:?}");
-    let misspelt = sensitivity(&campaign, folder.path(), &["rod_peak_rate".to_owned()]).unwrap_err().to_string();
+    let misspelt = sensitivity(&campaign, folder.path(), &["rod_peak_rate_rad_per".to_owned()]).unwrap_err().to_string();
     assert!(misspelt.contains("did you mean `rod_peak_rate_rad_per_s`?"), "{misspelt}");
     Ok(())
 }
@@ -165,7 +165,7 @@ fn prop_bad_specifications_are_refused_by_name() {
         (format!("{SCENE}methd = \"random\"\n{ROD}"), "did you mean `method`?"),
         (format!("{SCENE}method = \"sobl\"\n{ROD}"), "did you mean `sobol`?"),
         (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: must be"),
-        (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}"), "samples: a grid has as many"),
+        (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}count = 2\n"), "samples: a grid has as many"),
         (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
         (format!("{SCENE}{random}{ROD}{ROD}"), "rod.length_m varies already"),
         (format!("{SCENE}{random}{}", ROD.replace("1.2", "2")), "min must be a number below max"),
