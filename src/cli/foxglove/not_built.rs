@@ -9,7 +9,7 @@ use crate::service::{OnStatus, ReplayCommand, ReplayStart, ReplayViewer, Service
 
 /// No viewers.
 #[derive(Default)]
-pub(in crate::cli) struct Viewers;
+pub(in crate::cli) struct Viewers {}
 
 impl Viewers {
     /// Refuses a server.
@@ -21,7 +21,7 @@ impl Viewers {
 
     /// There is none.
     pub(in crate::cli) async fn beside_run(_: FoxgloveArgs, _: &Session, _: &[Name]) -> CommandResult<Self> {
-        Ok(Viewers)
+        Ok(Viewers {})
     }
 
     /// There is none.
@@ -32,7 +32,7 @@ impl Viewers {
         _: Sender<ReplayCommand>,
         on_status: OnStatus,
     ) -> Result<(Self, ReplayViewer), ServiceError> {
-        Ok((Viewers, on_status.into()))
+        Ok((Viewers {}, on_status.into()))
     }
 
     /// There is none.
