@@ -5,7 +5,7 @@ use crate::study::sweep::{Coordinate, Points};
 
 /// Most runs drawn as points or lines: more cannot be told apart.
 const MOST_POINTS: usize = 2000;
-const MOST_LINES: usize = 400;
+const MOST_LINES: usize = 200;
 /// Intervals of a range in which means are taken.
 const INTERVALS: usize = 16;
 /// Groups of runs by the size of the scalar, each in a colour of its own.
@@ -33,7 +33,9 @@ pub fn over_key(points: &Points, scalar: usize, key: usize) -> Figure {
 pub fn parallel(points: &Points, scalar: usize) -> Figure {
     let columns: Vec<&Coordinate> = points.keys.iter().chain(points.scalars.get(scalar)).collect();
     let name = &points.scalars[scalar].name;
-    let x = Axis { names: columns.iter().map(|column| column.name.clone()).collect(), ..Axis::default() };
+    // The title has the scalar's name, for which there is no room at the edge.
+    let names = points.keys.iter().map(|key| key.name.clone()).chain(["scalar".to_owned()]).collect();
+    let x = Axis { names, ..Axis::default() };
     let mut figure =
         Figure::new(format!("{name}: parallel coordinates"), x, Axis::new("from the least value to the greatest", ""));
     let rows = places(points.scalars[scalar].values.len(), MOST_LINES);
@@ -146,6 +148,6 @@ mod tests {
         let figure = parallel(&points, 0);
         let series = &figure.panels[0].series;
         assert_eq!(series.iter().map(|series| series.xs.len()).collect::<Vec<_>>(), [40; 4]);
-        assert!(series[0].ys[..3] == [1.0, 0.0, 0.0] && series[0].ys[3].is_nan() && figure.x.names == ["a", "b", "y"]);
+        assert!(series[0].ys[..3] == [1.0, 0.0, 0.0] && series[0].ys[3].is_nan() && figure.x.names == ["a", "b", "scalar"]);
     }
 }
