@@ -45,7 +45,7 @@ pub struct Outcome {
     pub cause: String,
     /// Verdict on the energy balance; empty for a run that did not begin.
     pub verdict: &'static str,
-    /// Scalars in the order of [`columns`]; `None` where the model knows nothing of it.
+    /// Scalars in the order of the table's columns; `None` where the model does not know it.
     pub numbers: Vec<Option<f64>>,
 }
 
