@@ -2,6 +2,7 @@
 
 pub mod cycle;
 mod history;
+mod panic_message;
 pub mod stability;
 pub mod sweep;
 mod table;

@@ -1,6 +1,5 @@
 //! Runs the cells of a plan, each on a thread of its own, so that one that panics or hangs does not affect the others.
 
-use std::any::Any;
 use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,6 +14,7 @@ use super::label::Labels;
 use super::outcome::{Category, Outcome};
 use super::plan::{Cell, Map, MapPlan};
 use super::trajectory::Trajectory;
+use crate::study::panic_message::panic_message;
 
 /// A map with the outcomes of its cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +92,9 @@ fn run_guarded(work: &Arc<Work>, index: usize, limit: Duration) -> Outcome {
         Err(RecvTimeoutError::Timeout) => {
             Outcome::without_run(Category::Hung, format!("not done after {} s", limit.as_secs_f64()))
         }
-        Err(RecvTimeoutError::Disconnected) => Outcome::without_run(Category::Panicked, panic_message(thread.join())),
+        Err(RecvTimeoutError::Disconnected) => {
+            Outcome::without_run(Category::Panicked, thread.join().err().map_or_else(String::new, panic_message))
+        }
     }
 }
 
@@ -103,12 +105,4 @@ fn run(work: &Work, index: usize) -> Outcome {
     let mut outcome = cell::run(&work.base, cell, reference.map(|(_, trajectory)| trajectory));
     work.labels.add(&work.base, cell, reference, &mut outcome);
     outcome
-}
-
-fn panic_message(joined: thread::Result<()>) -> String {
-    let text = |payload: Box<dyn Any + Send>| match payload.downcast::<String>() {
-        Ok(text) => *text,
-        Err(payload) => payload.downcast::<&str>().map_or_else(|_| "a panic".to_owned(), |text| (*text).to_owned()),
-    };
-    joined.err().map_or_else(String::new, text)
 }

@@ -1,12 +1,12 @@
 //! One run: a scene to its end, and the scalars that are left of it.
 
-use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::scalars::{Instant, Scalars};
 use crate::integrate::Effort;
 use crate::scene::{Scene, SceneError, SceneSource};
 use crate::simulation::{BuildError, Diverged, EnergyVerdict, Simulation};
+use crate::study::panic_message::panic_message;
 
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -199,13 +199,6 @@ fn outcome(simulation: &Simulation, scalars: &Scalars, cost: &Cost, diverged: Op
         cause: diverged.map(|diverged| diverged.cause.to_string()).unwrap_or_default(),
         verdict,
         numbers: whole_run.into_iter().chain(scalars.values()).collect(),
-    }
-}
-
-fn panic_message(payload: Box<dyn Any + Send>) -> String {
-    match payload.downcast::<String>() {
-        Ok(text) => *text,
-        Err(payload) => payload.downcast::<&str>().map_or_else(|_| "a panic".to_owned(), |text| (*text).to_owned()),
     }
 }
 

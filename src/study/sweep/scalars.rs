@@ -3,7 +3,7 @@
 use crate::mechanics::{ElementForces, LinkObservation, Observation};
 use crate::scene::{Bar, End, Link, Scene, System};
 
-/// What is known of one instant.
+/// Numbers of one instant, where the model knows them.
 pub(super) struct Instant<'a> {
     pub seen: &'a Observation,
     /// Mean torque over the step that ends there, N·m.

@@ -122,7 +122,7 @@ impl Outputs {
     fn indices(mut self, column: String, runs: usize) -> Option<Indices> {
         let (mean, variance) = mean_and_variance(self.values.iter().copied());
         let deviation = variance.sqrt();
-        // What differs by rounding alone has no causes.
+        // Scalars that differ by rounding alone have no causes.
         if self.values.is_empty() || deviation <= 1e-14 * mean.abs() || deviation == 0.0 {
             return None;
         }
