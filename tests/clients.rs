@@ -153,14 +153,20 @@ fn regress_clients_wait_for_a_service() -> Tried {
     let ended = flexcrank(&[&pause[..], &["--wait=200ms"]].concat()).output()?;
     let said = String::from_utf8(ended.stderr)?;
     assert!(ended.status.code() == Some(1) && said.contains("`waited-for` did not appear in 0.2 s"), "{said}");
+    let ended = flexcrank(&["list", "--connect", &absent, "--wait=200ms"]).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert!(ended.status.code() == Some(1) && said.contains("a service did not appear in 0.2 s"), "{said}");
     let early = flexcrank(&[&pause[..], &["--wait=60"]].concat()).spawn()?;
+    let list = flexcrank(&["list", "--json", "--connect", &absent, "--wait"]).spawn()?;
     let run = ["run", "--name", "waited-for", "--listen", &absent, "--until", "100", "--no-record"];
     let mut service = flexcrank(&run).stderr(Stdio::null()).spawn()?;
-    let ended = early.wait_with_output();
+    let (ended, listed) = (early.wait_with_output(), list.wait_with_output());
     service.kill()?;
     service.wait()?;
-    let ended = ended?;
+    let (ended, listed) = (ended?, listed?);
     assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    let listed = String::from_utf8(listed.stdout)?;
+    assert!(listed.contains("\"name\":\"waited-for\""), "{listed}");
     Ok(())
 }
 

@@ -196,7 +196,7 @@ fn prop_many_services_share_a_process_and_nothing_else() -> Outcome {
             record: Some(folder.path().join(format!("{number}.mcap"))),
             ..common::live(scene.clone(), folder.path())?
         };
-        members.push(LiveSimulation { live, simulation: Simulation::new(&scene.scene)?, shadow: None, log_time: None });
+        members.push(LiveSimulation { live, simulation: Simulation::new(&scene.scene)?, second: None, log_time: None });
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let waking = ThreadOptions { spin: Spin::NONE, realtime: false };

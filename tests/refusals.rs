@@ -131,6 +131,7 @@ fn regress_numbers_and_times_are_refused_in_words() -> Result<(), Box<dyn Error>
     refused(&["replay", SAMPLE, "--wait-for", "x"], 2, &["a whole number"])?;
     refused(&["run", "--set", "rod.length_m=\"80 mm\""], 2, &["rod.length_m = \"80 mm\": must be a number without its unit"])?;
     refused(&["run", "--shadow", "foo"], 2, &["error: --shadow foo: must be one of rigid"])?;
+    refused(&["run", "--shadow", "best"], 2, &["--shadow best needs a scene with [[level]] tables"])?;
     let (_, _, said) = flexcrank(&["run", "--shadow", "foo"])?;
     assert!(!said.contains("--set"), "{said}");
     Ok(())
@@ -192,6 +193,23 @@ fn regress_one_picture_of_several_files_needs_overlay() -> Result<(), Box<dyn Er
 }
 
 #[test]
+fn regress_a_spare_needs_levels_deadlines_and_one_service() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("levels.toml");
+    let (_, text, _) = flexcrank(&["scenes", "crank-slider"])?;
+    std::fs::write(&file, text + "\n[[level]]\nname = \"good\"\n[[level]]\nname = \"rough\"\nchanges = [\"rod.rigid=true\"]\n")?;
+    let scene = file.to_str().ok_or("a path that is no text")?;
+    let run = |scene: &str, more: &[&str], why: &str| {
+        refused(&[&["run", scene, "--spare", "--no-bus", "--no-record", "--until", "0.1"], more].concat(), 2, &[why])
+    };
+    run(scene, &[], "it needs --overrun degrade")?;
+    run(scene, &["--overrun", "degrade", "--pace", "max"], "--pace max has none")?;
+    run(scene, &["--overrun", "degrade", "--pace", "lockstep"], "this --pace has none")?;
+    run(scene, &["--overrun", "degrade", "--count", "2"], "run one service")?;
+    run("crank-slider", &["--overrun", "degrade"], "needs a scene with [[level]] tables")
+}
+
+#[test]
 fn regress_a_session_that_is_past_its_end_is_not_resumed() -> Result<(), Box<dyn Error>> {
     let words = ["run", "--no-bus", "--no-record", "--resume", SAMPLE, "--until", "5"];
     refused(&words, 2, &["goes on from t = 6 s, which is not before --until 5"])
@@ -233,5 +251,22 @@ fn regress_completions_know_scenes_and_recordings() -> Result<(), Box<dyn Error>
     assert!(complete(&["check", "ref-"])?.lines().any(|line| line == "ref-r2s"), "{}", complete(&["check", "ref-"])?);
     assert!(complete(&["verify", "recordings/sample-tr"])?.contains("recordings/sample-truncated.mcap"));
     assert!(complete(&["run", "--shadow", "fin"])?.contains("finite-element"));
+    Ok(())
+}
+
+#[test]
+fn regress_steps_of_fixed_cost() -> Result<(), Box<dyn Error>> {
+    fn run<'a>(words: &[&'a str]) -> Vec<&'a str> {
+        [&["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.1", "--fixed-cost"], words].concat()
+    }
+    refused(&run(&["--set", "solver.corrections=2"]), 2, &["--fixed-cost: the scene names solver.corrections"])?;
+    refused(&run(&["--set", "level=[{ name = \"one\" }]"]), 2, &["--fixed-cost: the scene has [[level]] tables"])?;
+    refused(&run(&["--set", "solver.integrator=runge-kutta"]), 2, &["solver.step_s", "beyond the stability limit"])?;
+    refused(&["run", "--resume", SAMPLE, "--fixed-cost"], 2, &["--fixed-cost", "--resume"])?;
+    let (ended, _, said) = flexcrank(&run(&[]))?;
+    assert_eq!(ended, Some(0), "{said}");
+    assert!(said.contains("fixed cost: 3 corrections a stage, adds ") && said.contains(" rad to an error of "), "{said}");
+    let (ended, _, said) = flexcrank(&run(&["--shadow", "rigid"]))?;
+    assert_eq!(ended, Some(0), "{said}");
     Ok(())
 }

@@ -84,6 +84,17 @@ fn regress_conflicting_keys_are_refused_never_ignored() {
         ),
         (with(SOLVER, "model = \"finite-element\"\nintegrator = \"runge-kutta\""), "finite-element goes with"),
         (with(SOLVER, "model = \"mass-spring\""), "goes with an [oscillator]"),
+        (
+            with(SOLVER, "corrections = 0"),
+            "solver.corrections = 0: generalized-alpha solves its steps by iteration: must be a whole",
+        ),
+        (
+            with(SOLVER, "integrator = \"runge-kutta\"\ncorrections = 2"),
+            "solver.corrections = 2: runge-kutta does not iterate: must be 0",
+        ),
+        (with(SOLVER, "corrections = 1000"), "solver.corrections = 1000: must be a whole number from 0 to 20"),
+        (with(SOLVER, "corrections = -1"), "solver.corrections = -1: must be a whole number from 0 to 20"),
+        (with(SOLVER, "corrections = 2.5"), "solver.corrections = 2.5"),
     ];
     for (text, expected) in cases {
         assert!(refused(&text).contains(expected), "expected {expected}\nbut it says {}", refused(&text));

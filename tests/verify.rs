@@ -76,7 +76,7 @@ const HALVED: &[&str] = &[
 
 #[test]
 fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
-    let cases: [(&str, &[&str], f64); 8] = [
+    let cases: [(&str, &[&str], f64); 10] = [
         ("crank-slider", &["solver.model=rigid", "solver.integrator=runge-kutta"], 25.0),
         ("crank-slider", &["solver.integrator=two-point", "solver.weight=0.5"], 12.0),
         ("ref-r2s", &[], 2.0),
@@ -85,6 +85,9 @@ fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
         ("thesis-two-masses", &[], 10.0),
         ("thesis-compressor", &[], 1.0),
         ("crank-slider", HALVED, 3.0),
+        ("crank-slider", &["solver.corrections=3", "solver.tolerance=1e-5"], 3.0),
+        // Every step leaves more than the tolerance, and is counted.
+        ("ref-r2s", &["solver.step_s=1e-3", "solver.corrections=1", "solver.tolerance=1e-12"], 1.0),
     ];
     for (name, overrides, until_s) in cases {
         let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
@@ -95,6 +98,8 @@ fn prop_every_model_is_computed_again_to_the_bit() -> Outcome {
         assert!(found.recomputed.messages > 50, "{name}");
         let status = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?;
         assert_eq!(status.last().is_some_and(|status| status.retried_steps > 0), overrides == HALVED, "{name}");
+        let few = overrides.iter().any(|key| key == "solver.corrections=1");
+        assert_eq!(status.last().is_some_and(|status| status.unconverged_steps > 0), few, "{name} {overrides:?}");
     }
     Ok(())
 }

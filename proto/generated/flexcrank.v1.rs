@@ -334,6 +334,9 @@ pub struct Status {
     pub level: ::prost::alloc::string::String,
     #[prost(double, optional, tag = "68")]
     pub level_error_rad: ::core::option::Option<f64>,
+    /// Steps of fixed cost (solver.corrections) that left a residual above solver.tolerance: their motion is less exact than rated.
+    #[prost(uint64, tag = "71")]
+    pub unconverged_steps: u64,
     /// Replay only. Its `stamp.sim_time_s` is recorded time, from the recording's first message.
     #[prost(message, optional, tag = "30")]
     pub replay: ::core::option::Option<Replay>,

@@ -23,16 +23,21 @@ pub(super) struct ClientArgs {
 impl ClientArgs {
     /// Opens a session on which the service is present.
     pub(super) fn open(&self, name: &Name) -> CommandResult<Session> {
+        self.waiting_for(&format!("`{name}`"), || self.try_open(name))
+    }
+
+    /// Tries until it succeeds, or fails for a reason that waiting does not mend, or the time to wait is over.
+    pub(super) fn waiting_for<T>(&self, awaited: &str, attempt: impl Fn() -> Result<T, BusError>) -> CommandResult<T> {
         let begun = Instant::now();
         loop {
-            match (self.try_open(name), self.wait) {
+            match (attempt(), self.wait) {
                 (Err(error), Some(wait_s)) if may_appear(&error) => {
                     if begun.elapsed().as_secs_f64() > wait_s {
-                        return Err(Failure::Failed(format!("`{name}` did not appear in {wait_s} s: {error}")));
+                        return Err(Failure::Failed(format!("{awaited} did not appear in {wait_s} s: {error}")));
                     }
                     std::thread::sleep(RETRY_PERIOD);
                 }
-                (opened, _) => return Ok(opened?),
+                (done, _) => return Ok(done?),
             }
         }
     }

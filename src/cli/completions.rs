@@ -12,6 +12,7 @@ use super::args::Cli;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::output::output;
+use super::run::BEST;
 use crate::bus::{self, BusOptions, client};
 use crate::scene::{INTEGRATORS, MODELS, builtin};
 
@@ -59,6 +60,11 @@ pub(super) fn services() -> Vec<CompletionCandidate> {
 
 pub(super) fn models() -> Vec<CompletionCandidate> {
     MODELS.iter().map(|(word, _)| CompletionCandidate::new(word)).collect()
+}
+
+/// Values of `run --shadow`.
+pub(super) fn shadows() -> Vec<CompletionCandidate> {
+    models().into_iter().chain([CompletionCandidate::new(BEST)]).collect()
 }
 
 pub(super) fn integrators() -> Vec<CompletionCandidate> {

@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::aligned_table;
-use super::bus_args::BusArgs;
+use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::print_json;
 use crate::bus::client::{self, Described};
-use crate::bus::{self, BusError};
+use crate::bus::{self, BusError, BusOptions};
 use crate::wire::status::State;
 
 /// Shown by `--help`.
@@ -16,6 +16,7 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank list
   flexcrank list --json
+  flexcrank list --wait=10s                            also if the first service is still to start
   flexcrank list --connect tcp/192.0.2.1:7447
 
 --json prints one line per service: name, kind (live or replay), state, scene, sim_time_s, endpoints, recording, version; null \
@@ -27,7 +28,7 @@ pub(super) struct Args {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub bus: BusArgs,
+    pub client: ClientArgs,
 }
 
 /// A service as listed.
@@ -46,17 +47,8 @@ struct Listed {
 }
 
 pub(super) fn list(args: &Args) -> CommandResult {
-    let options = args.bus.options();
-    let expected = options.expected_links();
-    let session = options.open_client()?;
-    let complete = || client::link_count(&session) >= expected;
-    let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |found| !found.is_empty() && complete());
-    let described = found.and_then(|found| client::describe(&session, &found));
-    bus::close(&session)?;
-    let services: Vec<Listed> = described?.into_iter().map(Listed::from).collect();
-    if services.is_empty() {
-        return Err(BusError::NoLocalService.into());
-    }
+    let described = args.client.waiting_for("a service", || described(&args.client.bus.options()))?;
+    let services: Vec<Listed> = described.into_iter().map(Listed::from).collect();
     if args.json {
         services.iter().try_for_each(print_json)?;
     } else {
@@ -65,6 +57,17 @@ pub(super) fn list(args: &Args) -> CommandResult {
         aligned_table::print_narrow(&rows)?;
     }
     Ok(ExitStatus::Success)
+}
+
+/// The services on the bus.
+fn described(options: &BusOptions) -> Result<Vec<Described>, BusError> {
+    let expected = options.expected_links();
+    let session = options.open_client()?;
+    let complete = || client::link_count(&session) >= expected;
+    let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |found| !found.is_empty() && complete());
+    let described = found.and_then(|found| client::describe(&session, &found));
+    bus::close(&session)?;
+    described.and_then(|described| if described.is_empty() { Err(BusError::NoLocalService) } else { Ok(described) })
 }
 
 impl From<Described> for Listed {

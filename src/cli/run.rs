@@ -13,11 +13,13 @@ use super::bus_args::BusArgs;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
+use super::fixed_cost::with_fixed_cost;
 use super::folders::{must_have_folder, must_hold_recordings};
 use super::foxglove::{FoxgloveArgs, Viewers};
 use super::resume::{self, ResumeArgs, RunStart};
 use super::ros2_args::{Nodes, Ros2Args};
 use super::run_conclusion::conclude;
+use super::run_levels::{check_levels, check_spare};
 use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
@@ -25,13 +27,16 @@ use super::supervise::supervise;
 use super::values::{flush_period, frames, pace, positive, positive_time, recording_size, services, spin, split};
 use crate::bus::{self, BusOptions, Name, Session};
 use crate::recording::{RecordingError, Split, paths};
+use crate::resimulation::BestLevelRun;
 use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
 use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
-use crate::service::{self, LiveOptions, LiveReport, LiveSimulation};
+use crate::service::{self, LiveOptions, LiveReport, LiveSimulation, SecondRun};
 use crate::simulation::{PublishRate, PublishRates};
 
 /// The random times of `--slow-solver` are the same in each run.
 const SLOWDOWN_SEED: u64 = 17;
+/// The shadow at the best level of the scene.
+pub(super) const BEST: &str = "best";
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -41,9 +46,11 @@ Examples:
   flexcrank run mine.toml --name left --publish-hz all --no-record
   flexcrank run mine.toml other.toml --count 10 --publish-hz 50,loads=all
   flexcrank run --record soak.mcap --split 10min --flush 50ms --fsync
+  flexcrank run leveled.toml --overrun degrade --spare
   flexcrank run --foxglove
   flexcrank run --resume recordings/crank.mcap
   flexcrank run --supervise --record crank.mcap
+  flexcrank run --fixed-cost --until 2
   flexcrank run --ros2";
 
 #[derive(Debug, Parser)]
@@ -74,6 +81,10 @@ pub(super) struct Args {
     /// degrade (go to a cheaper [[level]] of the scene before a deadline is missed, and back when there is room).
     #[arg(long, value_name = "POLICY", default_value = "catch-up")]
     pub overrun: Overruns,
+    /// Compute each step at the next cheaper level too, on a thread of its own, and go on from there when a step would be late. Needs
+    /// --overrun degrade, and three processors.
+    #[arg(long)]
+    pub spare: bool,
     /// For trials: at random times, steps take this many times as long.
     #[arg(long, hide = true, value_name = "FACTOR", value_parser = positive)]
     pub slow_solver: Option<f64>,
@@ -110,8 +121,13 @@ pub(super) struct Args {
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// Run another model beside the first on the same commands, and publish the difference.
-    #[arg(long, value_name = "MODEL", add = ArgValueCandidates::new(completions::models))]
+    /// Give every step the same number of Newton corrections, the least that suffices. It is found at the start, in some seconds,
+    /// and printed with the error that it adds. Steps are not cut at the edges of pulses.
+    #[arg(long, conflicts_with = "resume")]
+    pub fixed_cost: bool,
+    /// Run another model beside the first on the same commands, and publish the difference; best: the best [[level]] of the scene, on
+    /// a thread of its own, which measures the error that cheaper levels leave.
+    #[arg(long, value_name = "MODEL|best", add = ArgValueCandidates::new(completions::shadows))]
     pub shadow: Option<String>,
     /// Run even if another service on the bus has this name.
     #[arg(long)]
@@ -264,6 +280,7 @@ fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
     let mut all = Vec::new();
     for scene in &args.scene {
         let scene = SceneSource::open(scene, &args.overrides)?;
+        let scene = if args.fixed_cost { with_fixed_cost(&scene)? } else { scene };
         for _ in 0..args.count {
             let simulation = build(&scene)?;
             all.push(RunStart { scene: scene.clone(), simulation, publish, resumption: None });
@@ -282,7 +299,8 @@ fn member(
 ) -> CommandResult<LiveSimulation> {
     let RunStart { scene, simulation, publish, resumption } = start;
     check_levels(args, &scene)?;
-    let shadow = args.shadow.as_deref().map(|model| shadow(&scene, model)).transpose()?;
+    check_spare(args, count)?;
+    let second = args.shadow.as_deref().map(|model| second_run(&scene, model)).transpose()?;
     let folder = Path::new(paths::FOLDER);
     let path = match (&args.record, args.no_record) {
         (_, true) => None,
@@ -306,6 +324,7 @@ fn member(
             publish,
             overrun: args.overrun.into(),
             slowdown: args.slow_solver.map(|factor| Slowdown::new(factor, SLOWDOWN_SEED)),
+            spare: args.spare,
         },
         record: path,
         recordings: folder.to_owned(),
@@ -321,34 +340,23 @@ fn member(
         resumed: resumption,
         endpoints: endpoints.to_vec(),
     };
-    Ok(LiveSimulation { live, simulation, shadow, log_time: viewers.log_time(index) })
+    Ok(LiveSimulation { live, simulation, second, log_time: viewers.log_time(index) })
 }
 
-/// Checks that the options suit the levels of a scene.
-fn check_levels(args: &Args, scene: &SceneSource) -> CommandResult<()> {
-    let levels = scene.scene.levels.len();
-    let problem = if args.shadow.is_some() && levels > 0 {
-        "--shadow follows the steps of one level: the scene has [[level]] tables"
-    } else if matches!(args.overrun, Overruns::Degrade) && levels < 2 {
-        "--overrun degrade needs a scene with [[level]] tables: `flexcrank trade SCENE --levels 4 --write FILE` writes them"
-    } else if matches!(args.overrun, Overruns::Degrade) && args.pace == Pace::Max {
-        "--overrun degrade keeps deadlines, and --pace max has none"
-    } else {
-        return Ok(());
-    };
-    Err(Failure::Usage(problem.to_owned()))
-}
-
-/// The same scene by another model, with the integrator that usually suits it.
-fn shadow(scene: &SceneSource, model: &str) -> CommandResult<ShadowSimulation> {
+/// The scene at its best level, or by another model with the integrator that usually suits it.
+fn second_run(scene: &SceneSource, model: &str) -> CommandResult<SecondRun> {
+    if model == BEST {
+        let run = BestLevelRun::new(scene).map_err(|refused| scene.refusal(refused.key, refused.to_string()))?;
+        return Ok(SecondRun::BestLevel(Box::new(run)));
+    }
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     let Some(kind) = kind else {
         let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
-        return Err(Failure::Usage(format!("--shadow {model}: must be one of {}", words.join(", "))));
+        return Err(Failure::Usage(format!("--shadow {model}: must be one of {}, or {BEST}", words.join(", "))));
     };
     let origin = format!("--shadow {model}");
     let scene = SceneSource { origin, ..scene.clone() }.by_model(kind)?;
-    Ok(ShadowSimulation::new(kind, build(&scene)?))
+    Ok(SecondRun::OtherModel(Box::new(ShadowSimulation::new(kind, build(&scene)?))))
 }
 
 fn first_file(record: &Path, split: Option<Split>) -> PathBuf {

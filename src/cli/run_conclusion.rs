@@ -54,6 +54,12 @@ fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
     if lossy {
         say!("warning: {} samples were dropped because bus or disk could not keep up", report.dropped);
     }
+    if report.unconverged > 0 {
+        say!(
+            "warning: {} steps of fixed cost left more than solver.tolerance: they are less exact than rated",
+            report.unconverged
+        );
+    }
     for recording in &report.recordings {
         lossy |= recording.as_ref().map_or(true, |written| written.limited);
         if !many || recording.is_err() {

@@ -35,6 +35,7 @@ Examples:
   flexcrank trade --tolerance 1e-3 --real-time-factor 20 --outputs angle,slider,deflection,energy
   flexcrank trade mine.toml --tolerance 1e-2 --write chosen.toml
   flexcrank trade --levels 4 --real-time-factor 5 --write levels.toml
+  flexcrank trade ref-r2s --models modal --steps 1e-3,5e-4 --fixed-cost
 
 Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint forces \
     over their peaks, energy balance over the largest kinetic and strain energy; the largest over the run's instants. \
@@ -49,7 +50,7 @@ Levels of detail are settings between which a running service can switch. --leve
 
 Columns (all with --wide, --csv and --json): error is the largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
-    against the next longer step, mesh the one against the next coarser mesh. `*` marks the front: no other \
+    against the next longer step, mesh the one against the next coarser mesh. corr. is there with --fixed-cost. `*` marks the front: no other \
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
     less than ten times as large.
 
@@ -121,6 +122,10 @@ pub(super) struct Args {
     /// Write a copy of the scene with the chosen settings or levels; the file must not exist.
     #[arg(long, value_name = "FILE", requires = "choice")]
     write: Option<PathBuf>,
+    /// Also report how many Newton corrections a stage suffice for steps of fixed cost (run --fixed-cost), in the column corr.
+    /// --budget does not bound the seconds that each configuration takes for it.
+    #[arg(long)]
+    fixed_cost: bool,
     #[command(flatten)]
     output: OutputArgs,
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
@@ -162,12 +167,18 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     [&args.write, &args.output.csv, &args.output.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
     let interruption = Interruption::watch()?;
     let families = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
-    let study = study(&source.scene, &question(args), &mut |progress| {
+    let mut study = study(&source.scene, &question(args), &mut |progress| {
         // Without a reference, there is nothing to keep.
         interruption.keeps(!progress.reference);
         show(&families, &progress);
         if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
+    if args.fixed_cost && !study.interrupted {
+        study.rate_fixed_cost(&source.scene, &mut |running| {
+            families.set_message(format!("corrections: {running}"));
+            if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+    }
     interruption.keeps(false);
     families.finish_and_clear();
     // After all timings, which they would disturb.

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::aligned_table::print;
 use super::failure::CommandResult;
 use super::output::output;
-use crate::study::trade::{Configuration, Measured, OutputGroup, Row, Study};
+use crate::study::trade::{Configuration, Corrections, Measured, OutputGroup, Row, Study};
 
 const HEAD: [&str; 20] = [
     "",
@@ -34,10 +34,12 @@ const HEAD: [&str; 20] = [
 pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResult<()> {
     let row = |(row, measured): (&Row, &Measured)| {
         let all = line(study, row, measured);
-        if wide { all } else { narrow(&all, measured.error) }
+        let cells = if wide { all } else { narrow(&all, measured.error) };
+        with_corrections(cells, study, wide, || corrections(measured))
     };
     let head = if wide { &HEAD[..] } else { &NARROW_HEAD[..] };
     let head = head.iter().map(|&name| name.to_owned()).collect();
+    let head = with_corrections(head, study, wide, || "corr.".to_owned());
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(study.measured().map(row)).collect();
     let mut out = output();
     let grid = &study.grid;
@@ -62,6 +64,25 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
         say!("warning: the time budget ran out: another run may compute more or fewer configurations");
     }
     Ok(())
+}
+
+/// The row with the corrections that suffice, if the study has them: in the narrow table, instead of its last cell.
+fn with_corrections(mut row: Vec<String>, study: &Study, wide: bool, cell: impl Fn() -> String) -> Vec<String> {
+    if study.is_rated() {
+        if !wide {
+            row.pop();
+        }
+        row.push(cell());
+    }
+    row
+}
+
+fn corrections(measured: &Measured) -> String {
+    match measured.corrections {
+        Corrections::NotAsked => String::new(),
+        Corrections::Suffice(number) => number.to_string(),
+        Corrections::NoneSuffice => "none".to_owned(),
+    }
 }
 
 /// The head of the table that fits 80 columns.

@@ -1,6 +1,7 @@
 //! ESDIRK4(3)6L\[2\]SA: fourth order, implicit, forgets what the step does not resolve, with an error estimate.
 
 use super::dirk::{Stages, Tableau};
+use super::fixed_cost::FixedCost;
 use super::newton::NewtonSettings;
 use super::sdirk;
 use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Work, all_finite, solve_acceleration};
@@ -50,6 +51,7 @@ use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Work
 #[derive(Debug, Clone)]
 pub struct Esdirk {
     stages: Stages,
+    fixed: Option<FixedCost>,
     residual: Vec<f64>,
     /// Jump of the load between the end of the step before and the beginning of this one.
     jump: Vec<f64>,
@@ -167,12 +169,17 @@ impl Esdirk {
         let zero = vec![0.0; degrees_of_freedom];
         Self {
             stages: Stages::new(degrees_of_freedom, STAGES, settings),
+            fixed: None,
             residual: zero.clone(),
             jump: zero.clone(),
             begun: State::new(zero.clone(), zero.clone()),
             error_q: zero.clone(),
             error_v: zero,
         }
+    }
+
+    pub(super) fn set_fixed_cost(&mut self, fixed: Option<FixedCost>) {
+        self.fixed = fixed;
     }
 
     /// Gives a new state the accelerations that it begins with under the loads present.
@@ -194,10 +201,11 @@ impl Esdirk {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
-        let mut taken = if self.jumps_by_much(system, t_s, state) {
-            self.step_in_two(system, t_s, h_s, state)?
-        } else {
-            self.take(system, t_s, h_s, state)?
+        let jumps = self.jumps_by_much(system, t_s, state);
+        let mut taken = match self.fixed {
+            Some(fixed) if jumps => sdirk::step(&mut self.stages, system, t_s, h_s, state, Some((fixed, STAGES - 1)))?,
+            None if jumps => self.step_in_two(system, t_s, h_s, state)?,
+            _ => self.take(system, t_s, h_s, state)?,
         };
         // At its beginning, and at its end.
         taken.effort.residuals += 2;
@@ -205,7 +213,12 @@ impl Esdirk {
         for x in [&self.stages.q, &self.stages.v, &self.stages.a, &self.residual] {
             all_finite(x)?;
         }
-        self.predict_next(state);
+        taken.left_over = self.stages.newton.left_over(system, &self.residual, &self.stages.q)?;
+        if jumps && self.fixed.is_some() {
+            state.alpha.copy_from_slice(&self.stages.a);
+        } else {
+            self.predict_next(state);
+        }
         state.q.copy_from_slice(&self.stages.q);
         state.v.copy_from_slice(&self.stages.v);
         state.a.copy_from_slice(&self.stages.a);
@@ -233,7 +246,7 @@ impl Esdirk {
     /// Takes the first part of a step by the method that needs no accelerations, and the rest from the state that this leaves.
     fn step_in_two<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &State) -> Result<Taken, StepError> {
         let first_s = FIRST_PART * h_s;
-        let mut taken = sdirk::step(&mut self.stages, system, t_s, first_s, state)?;
+        let mut taken = sdirk::step(&mut self.stages, system, t_s, first_s, state, None)?;
         let mut begun = std::mem::take(&mut self.begun);
         begun.q.copy_from_slice(&self.stages.q);
         begun.v.copy_from_slice(&self.stages.v);
@@ -255,6 +268,7 @@ impl Esdirk {
         work.add(B[0] * h_s, system.power(t_s, &state.q, &state.v, &state.a));
         let weights = ESDIRK.weights(h_s);
         self.stages.newton.begin_step();
+        self.stages.newton.fixed = self.fixed;
         for stage in 1..STAGES {
             let at_s = t_s + C[stage] * h_s;
             self.stages.predict(&ESDIRK, stage, h_s, state, (stage == 1).then_some(&state.alpha));

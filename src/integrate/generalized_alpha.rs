@@ -1,5 +1,6 @@
 //! The generalised-α method: second order, with a chosen damping of frequencies too high for the step.
 
+use super::fixed_cost::FixedCost;
 use super::newton::{Newton, NewtonSettings, Trial};
 use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Weights, Work, all_finite};
 
@@ -69,6 +70,10 @@ impl GeneralizedAlpha {
         }
     }
 
+    pub(super) fn set_fixed_cost(&mut self, fixed: Option<FixedCost>) {
+        self.newton.fixed = fixed;
+    }
+
     /// Advances `state` from `t_s` to `t_s + h_s`.
     ///
     /// # Errors
@@ -87,6 +92,7 @@ impl GeneralizedAlpha {
         for x in [&self.q, &self.v, &self.a, &self.residual] {
             all_finite(x)?;
         }
+        let left_over = self.newton.left_over(system, &self.residual, &self.q)?;
         let work = self.work(system, t_s, h_s, state);
         for i in 0..self.a.len() {
             self.change[i] = self.a[i] - state.a[i];
@@ -97,7 +103,7 @@ impl GeneralizedAlpha {
         state.v.copy_from_slice(&self.v);
         state.a.copy_from_slice(&self.a);
         state.residual.copy_from_slice(&self.residual);
-        Ok(Taken { effort, work })
+        Ok(Taken { effort, work, left_over })
     }
 
     /// Of coordinates `(β − δ/2 − ⅙) h³ ȧ`, of velocities `(1/12 − δ² + δ/2 − α_m δ) h³ ä` with `δ = α_f − α_m`: expand the recurrences

@@ -62,6 +62,7 @@
 
 mod dirk;
 mod esdirk;
+mod fixed_cost;
 mod generalized_alpha;
 mod newton;
 mod runge_kutta;
@@ -70,6 +71,7 @@ mod system;
 mod two_point;
 
 pub use esdirk::Esdirk;
+pub use fixed_cost::FixedCost;
 pub use generalized_alpha::GeneralizedAlpha;
 pub use newton::NewtonSettings;
 pub use runge_kutta::RungeKutta;
@@ -92,6 +94,17 @@ pub enum Integrator {
 }
 
 impl Integrator {
+    /// The scheme with steps of fixed cost; a scheme that does not iterate has them as it is.
+    pub fn with_fixed_cost(mut self, fixed: Option<FixedCost>) -> Self {
+        match &mut self {
+            Self::TwoPoint(scheme) => scheme.set_fixed_cost(fixed),
+            Self::GeneralizedAlpha(scheme) => scheme.set_fixed_cost(fixed),
+            Self::Esdirk(scheme) => scheme.set_fixed_cost(fixed),
+            Self::RungeKutta(_) => {}
+        }
+        self
+    }
+
     /// Gives a new state what the scheme needs to begin from it under the loads present; those that come with the first step are
     /// loads that begin there.
     ///

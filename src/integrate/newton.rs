@@ -1,5 +1,6 @@
 //! Newton's iteration for the implicit schemes.
 
+use super::fixed_cost::FixedCost;
 use super::system::{Effort, StepError, System, Weights, all_finite};
 
 /// When Newton's iteration is content, and when it gives up.
@@ -30,6 +31,8 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
     settings: NewtonSettings,
+    /// Corrections of a stage of fixed cost; `None` iterates to the tolerance.
+    pub(super) fixed: Option<FixedCost>,
     /// Target of the residual: a load that the system does not know of.
     pub(super) load: Vec<f64>,
     residual: Vec<f64>,
@@ -48,7 +51,7 @@ pub(super) struct Trial<'a> {
 impl Newton {
     pub(super) fn new(degrees_of_freedom: usize, settings: NewtonSettings) -> Self {
         let zero = vec![0.0; degrees_of_freedom];
-        Self { settings, load: zero.clone(), residual: zero.clone(), correction: zero, factored: None }
+        Self { settings, fixed: None, load: zero.clone(), residual: zero.clone(), correction: zero, factored: None }
     }
 
     /// Begins a step, which owes nothing to the one before.
@@ -67,15 +70,14 @@ impl Newton {
         w: Weights,
         trial: &mut Trial<'_>,
     ) -> Result<Effort, StepError> {
+        if let Some(fixed) = self.fixed.filter(|_| !trial.a.is_empty()) {
+            return self.correct_exactly(fixed, system, t_s, w, trial);
+        }
         let mut effort = Effort::default();
         let (mut last_size, mut last_correction) = (f64::INFINITY, f64::INFINITY);
         loop {
-            system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
+            self.evaluate(system, t_s, trial)?;
             effort.residuals += 1;
-            for (i, x) in self.correction.iter_mut().enumerate() {
-                *x = self.residual[i] - self.load[i];
-            }
-            all_finite(&self.correction)?;
             let size = system.residual_size(&self.correction);
             let corrected = effort.newton_iterations > 0 || largest(&self.correction) == 0.0;
             if trial.a.is_empty() || size <= self.settings.tolerance && corrected {
@@ -85,9 +87,7 @@ impl Newton {
                 return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
             }
             if self.factored != Some(w) || size > SLOW * last_size {
-                self.factored = None;
-                system.factor(t_s, trial.q, trial.v, trial.a, w)?;
-                self.factored = Some(w);
+                self.factor(system, t_s, w, trial)?;
                 effort.factorizations += 1;
             }
             system.solve(&mut self.correction);
@@ -103,6 +103,68 @@ impl Newton {
             }
             (last_size, last_correction) = (size, correction);
         }
+    }
+
+    /// Makes the fixed number of corrections, with one matrix a step. The scheme judges the residual that is left.
+    fn correct_exactly<S: System>(
+        &mut self,
+        fixed: FixedCost,
+        system: &mut S,
+        t_s: f64,
+        w: Weights,
+        trial: &mut Trial<'_>,
+    ) -> Result<Effort, StepError> {
+        let mut effort = Effort::default();
+        for _ in 0..fixed.corrections {
+            self.evaluate(system, t_s, trial)?;
+            effort.residuals += 1;
+            if self.factored != Some(w) {
+                self.factor(system, t_s, w, trial)?;
+                effort.factorizations += 1;
+            }
+            system.solve(&mut self.correction);
+            all_finite(&self.correction)?;
+            self.correct(w, trial);
+            effort.newton_iterations += 1;
+        }
+        Ok(effort)
+    }
+
+    /// Size of the residual that the last correction left, relative to the forces at work; 0 if that correction was rounding in the
+    /// coordinates. `residual` is the one last evaluated by `system`, at the coordinates `q`.
+    ///
+    /// # Errors
+    /// [`StepError::NotConverged`] if so much is left that nothing was solved.
+    pub(super) fn left_over<S: System>(&mut self, system: &S, residual: &[f64], q: &[f64]) -> Result<f64, StepError> {
+        let (Some(fixed), Some(w)) = (self.fixed, self.factored) else { return Ok(0.0) };
+        if w.position * largest(&self.correction) <= ROUNDING * largest(q) {
+            return Ok(0.0);
+        }
+        for (i, left) in self.residual.iter_mut().enumerate() {
+            *left = residual[i] - self.load[i];
+        }
+        let size = system.residual_size(&self.residual);
+        if size <= FixedCost::LOST {
+            return Ok(size);
+        }
+        Err(StepError::NotConverged { residual: size, iterations: u32::try_from(fixed.corrections).unwrap_or(u32::MAX) })
+    }
+
+    /// Factors the matrix at the trial values; without factors if that fails.
+    fn factor<S: System>(&mut self, system: &mut S, t_s: f64, w: Weights, trial: &Trial<'_>) -> Result<(), StepError> {
+        self.factored = None;
+        system.factor(t_s, trial.q, trial.v, trial.a, w)?;
+        self.factored = Some(w);
+        Ok(())
+    }
+
+    /// Evaluates the residual less its target, into `correction`.
+    fn evaluate<S: System>(&mut self, system: &mut S, t_s: f64, trial: &Trial<'_>) -> Result<(), StepError> {
+        system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
+        for (i, x) in self.correction.iter_mut().enumerate() {
+            *x = self.residual[i] - self.load[i];
+        }
+        all_finite(&self.correction)
     }
 
     fn correct(&self, w: Weights, trial: &mut Trial<'_>) {

@@ -117,6 +117,7 @@ impl RungeKutta {
         state.a.copy_from_slice(&self.first_a);
         state.alpha.copy_from_slice(&self.v);
         state.residual.copy_from_slice(&self.a);
-        Ok(Taken { effort: Effort { residuals: 4, newton_iterations: 0, factorizations: 4 }, work: work.with_magnitude(0.0) })
+        let effort = Effort { residuals: 4, newton_iterations: 0, factorizations: 4 };
+        Ok(Taken { effort, work: work.with_magnitude(0.0), left_over: 0.0 })
     }
 }

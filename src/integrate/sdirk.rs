@@ -1,6 +1,7 @@
-//! SDIRK of third order: begins a step in which the load jumps.
+//! SDIRK of third order: begins a step in which the load jumps, or takes it whole at a fixed cost.
 
 use super::dirk::{Stages, Tableau};
+use super::fixed_cost::FixedCost;
 use super::system::{State, StepError, System, Taken, Work};
 
 const STAGES: usize = 3;
@@ -24,7 +25,8 @@ const SDIRK: Tableau<STAGES> = Tableau {
     predicted: [[0.0; STAGES], [(GAMMA - A21) / GAMMA, 0.0, 0.0], [(A21 - B[0]) / GAMMA, (GAMMA - B[1]) / GAMMA, 0.0]],
 };
 
-/// Steps from `state` to `t_s + h_s` with nothing but its coordinates and velocities; the result is the last of the stages.
+/// Steps from `state` to `t_s + h_s` with nothing but its coordinates and velocities; the result is the last of the stages. With
+/// `shared`, the stages share the corrections of that many stages of fixed cost.
 ///
 /// # Errors
 /// See [`StepError`].
@@ -34,12 +36,14 @@ pub(super) fn step<S: System>(
     t_s: f64,
     h_s: f64,
     state: &State,
+    shared: Option<(FixedCost, usize)>,
 ) -> Result<Taken, StepError> {
     let (mut taken, mut work) = (Taken::default(), Work::default());
     stages.newton.begin_step();
     stages.newton.load.fill(0.0);
     for (stage, c) in SDIRK.c.into_iter().enumerate() {
         let at_s = t_s + c * h_s;
+        stages.newton.fixed = shared.map(|(fixed, of)| fixed.shared(stage, STAGES, of));
         stages.predict(&SDIRK, stage, h_s, state, None);
         taken.effort += stages.solve(system, stage, at_s, SDIRK.weights(h_s))?;
         work.add(SDIRK.b[stage] * h_s, system.power(at_s, &stages.q, &stages.v, &stages.a));

@@ -83,12 +83,16 @@ pub struct Taken {
     pub effort: Effort,
     /// The work done in it.
     pub work: Work,
+    /// Residual that the last correction of a step of fixed cost left, relative to the forces at work; 0 if it was solved to the
+    /// tolerance, or to rounding.
+    pub left_over: f64,
 }
 
 impl AddAssign for Taken {
     fn add_assign(&mut self, other: Taken) {
         self.effort += other.effort;
         self.work += other.work;
+        self.left_over = self.left_over.max(other.left_over);
     }
 }
 

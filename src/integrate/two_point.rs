@@ -1,7 +1,8 @@
 //! The two-point method of the thesis (5.2), on `q̇ = v`, `M(q) v̇ + g(t, q, v) = 0`.
 
+use super::fixed_cost::FixedCost;
 use super::newton::{Newton, NewtonSettings, Trial};
-use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Weights, Work, all_finite};
+use super::system::{Effort, ErrorTerm, LocalError, State, StepError, System, Taken, Weights, Work, all_finite};
 
 /// `q` and `v` are linear over the step and satisfy the equations at `t + ϑh`:
 ///
@@ -26,6 +27,8 @@ pub struct TwoPoint {
     q: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
+    /// Residual that a step of fixed cost leaves.
+    residual: Vec<f64>,
     /// Change of the acceleration since the step before.
     change: Vec<f64>,
 }
@@ -40,8 +43,13 @@ impl TwoPoint {
             q: zero.clone(),
             v: zero.clone(),
             a: zero.clone(),
+            residual: zero.clone(),
             change: zero,
         }
+    }
+
+    pub(super) fn set_fixed_cost(&mut self, fixed: Option<FixedCost>) {
+        self.newton.fixed = fixed;
     }
 
     /// Advances `state` from `t_s` to `t_s + h_s`.
@@ -54,7 +62,8 @@ impl TwoPoint {
         let weights = Weights { acceleration: 1.0, velocity: own_s, position: own_s * own_s };
         let mut trial = Trial { q: &mut self.q, v: &mut self.v, a: &mut self.a };
         self.newton.begin_step();
-        let effort = self.newton.solve(system, t_s + own_s, weights, &mut trial)?;
+        let mut effort = self.newton.solve(system, t_s + own_s, weights, &mut trial)?;
+        let left_over = self.left_over(system, t_s + own_s, &mut effort)?;
         let mut work = Work::default();
         work.add(h_s, system.power(t_s + own_s, &self.q, &self.v, &self.a));
         self.extend(h_s, state);
@@ -69,7 +78,17 @@ impl TwoPoint {
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
         state.a.copy_from_slice(&self.a);
-        Ok(Taken { effort, work: work.with_magnitude(h_s * at_end) })
+        Ok(Taken { effort, work: work.with_magnitude(h_s * at_end), left_over })
+    }
+
+    /// Residual left at the point of collocation by a step of fixed cost.
+    fn left_over<S: System>(&mut self, system: &mut S, at_s: f64, effort: &mut Effort) -> Result<f64, StepError> {
+        if self.newton.fixed.is_none() {
+            return Ok(0.0);
+        }
+        system.residual(at_s, &self.q, &self.v, &self.a, &mut self.residual);
+        effort.residuals += 1;
+        self.newton.left_over(system, &self.residual, &self.q)
     }
 
     /// `h³ x‴/12` for ϑ = ½, otherwise `(ϑ − ½) h² ẍ`, by `g(z) − eᶻ`; derivatives by differences of the acceleration.

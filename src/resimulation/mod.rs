@@ -1,5 +1,6 @@
 //! Re-simulation of recordings: verified to the bit, resumed, or changed to see what would have been.
 
+mod best_level;
 mod channels;
 mod deviation;
 mod difference;
@@ -19,6 +20,7 @@ mod timeline;
 mod verify;
 mod what_if;
 
+pub use best_level::{BestLevelRun, LostTrack};
 pub use deviation::{Deviation, LargestDifference};
 pub use difference::{Difference, Field};
 pub use error::ResimulationError;

@@ -7,8 +7,10 @@ use prost::Message as _;
 
 use super::event::{changes, new_level, resets};
 use crate::runtime::{SceneInForce, Successor};
-use crate::scene::{SceneAtLevel, SceneError, SceneSource};
-use crate::simulation::{BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, Simulation, Stamp};
+use crate::scene::{ModelKind, SceneAtLevel, SceneError, SceneSource};
+use crate::simulation::{
+    BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, Simulation, Stamp, StepGrid,
+};
 use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
 
 /// A simulation that follows a recording.
@@ -121,6 +123,23 @@ impl Resimulator {
 
     pub(super) fn stamp(&self) -> Stamp {
         self.simulation.stamp(self.epoch_start_s, SystemTime::UNIX_EPOCH)
+    }
+
+    /// The model that computes it.
+    pub(super) fn model(&self) -> ModelKind {
+        self.scene.source.scene.solver.model
+    }
+
+    /// The times of steps in an epoch, the present one or the next.
+    pub(super) fn grid_in(&self, epoch: u64) -> StepGrid {
+        let grid = self.simulation.grid();
+        if epoch == self.simulation.epoch() { grid } else { StepGrid::new(grid.step_s) }
+    }
+
+    /// Number of steps up to a time of an epoch, the present one or the next; a fraction between two steps.
+    pub(super) fn steps_at(&self, epoch: u64, sim_time_s: f64) -> f64 {
+        let grid = self.grid_in(epoch);
+        grid.origin_step as f64 + (sim_time_s - grid.origin_s) / grid.step_s
     }
 
     /// Restores a recorded state and the scene in force there; returns `false` if they do not fit.

@@ -15,6 +15,8 @@ pub(super) struct RunCounts {
     newton: bool,
     /// Retried steps of the run beside those of the re-simulation.
     retried_before: Option<u64>,
+    /// Unconverged steps of the run beside those of the re-simulation.
+    unconverged_before: Option<u64>,
     /// Estimated errors of all steps of the run; `None` if steps are missing.
     step_errors: Option<StepErrorHistogram>,
     /// Largest bending beyond the model's range in any sample; `None` if samples are missing.
@@ -27,6 +29,7 @@ impl RunCounts {
         RunCounts {
             newton: true,
             retried_before: Some(0),
+            unconverged_before: Some(0),
             step_errors: StepErrorHistogram::new().ok(),
             worst_out_of_range: Some(0.0),
         }
@@ -34,7 +37,7 @@ impl RunCounts {
 
     /// Counts of a run that began earlier.
     pub(super) fn of_old_run() -> Self {
-        RunCounts { newton: false, retried_before: None, step_errors: None, worst_out_of_range: None }
+        RunCounts { newton: false, retried_before: None, unconverged_before: None, step_errors: None, worst_out_of_range: None }
     }
 
     /// Forgets the counts that a dropped sample may have changed.
@@ -67,6 +70,9 @@ impl RunCounts {
         }
         let before = *self.retried_before.get_or_insert(recorded.retried_steps.wrapping_sub(simulation.retried()));
         status.retried_steps = before.wrapping_add(simulation.retried());
+        let unconverged = recorded.unconverged_steps.wrapping_sub(simulation.unconverged());
+        let before = *self.unconverged_before.get_or_insert(unconverged);
+        status.unconverged_steps = before.wrapping_add(simulation.unconverged());
         if let Some(errors) = &self.step_errors {
             let quantiles = errors.quantiles();
             status.step_error_p50_rad = quantiles.map(|all| all.p50_rad);

@@ -17,7 +17,7 @@ use crate::recording::{
     walk,
 };
 use crate::scene::{PulseShape, SceneSource};
-use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp, StepGrid};
+use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
 /// Settings of the new recording.
@@ -211,8 +211,7 @@ impl Attempt<'_> {
             self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
         // Steps of another size are matched by time.
-        let grid = self.grid_in(stamp.epoch);
-        let steps = grid.origin_step as f64 + (stamp.sim_time_s - grid.origin_s) / grid.step_s;
+        let steps = self.resimulator.steps_at(stamp.epoch, stamp.sim_time_s);
         let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
             return Ok(());
@@ -222,12 +221,6 @@ impl Attempt<'_> {
             Message::Commands(command) => self.command(command, message),
             _ => self.compare(&event, message),
         }
-    }
-
-    /// The times of steps in an epoch, the present one or the next.
-    fn grid_in(&self, epoch: u64) -> StepGrid {
-        let grid = self.resimulator.simulation().grid();
-        if epoch == self.resimulator.instant().0 { grid } else { StepGrid::new(grid.step_s) }
     }
 
     fn begin(&mut self, checkpoint: &Checkpoint, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
@@ -255,9 +248,7 @@ impl Attempt<'_> {
             let stamp = self.resimulator.stamp();
             let (epoch, now) = self.resimulator.instant();
             let in_epoch_s = pulse.start_s - stamp.epoch_start_s;
-            let grid = self.grid_in(epoch);
-            let steps = (in_epoch_s - grid.origin_s) / grid.step_s;
-            let step = ((grid.origin_step as f64 + steps.floor()).max(0.0) as u64).max(now);
+            let step = (self.resimulator.steps_at(epoch, in_epoch_s).floor().max(0.0) as u64).max(now);
             self.resimulator.go_to((epoch, step), |_| {})?;
             let request = PulseRequest {
                 torque_nm: pulse.torque_nm,

@@ -1,5 +1,7 @@
 //! The levels of a running scene: a simulation of each stands ready, so that a switch allocates nothing.
 
+mod next_cheaper;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -28,6 +28,8 @@ pub(super) struct StepTimings {
     pub ready: bool,
     /// Wall time spent in the solver.
     pub solving: Duration,
+    /// Wall time spent asleep while another thread computed a step, which is time of the solver.
+    pub elsewhere: Duration,
     /// Wall time spent on commands and on sending samples.
     pub sending: Duration,
     /// Cause of the previous missed deadline, if the simulator is still behind.
@@ -45,7 +47,8 @@ impl StepTimings {
             return before;
         }
         let passed = now.saturating_sub(self.began.woke);
-        let away = passed.saturating_sub(wake_up.processor.saturating_sub(self.began.processor));
+        let working = wake_up.processor.saturating_sub(self.began.processor) + self.elsewhere;
+        let away = passed.saturating_sub(working);
         let own = self.solving + self.sending;
         if away * 2 > passed && wake_up.processor > Duration::ZERO {
             Cause::Scheduler
@@ -127,6 +130,8 @@ mod tests {
         assert_eq!(cause(StepTimings { solving: MS * 9, ..busy }, 20, 16), Cause::Solver);
         assert_eq!(cause(StepTimings { solving: MS, sending: MS * 9, ..busy }, 20, 16), Cause::Queue);
         assert_eq!(cause(StepTimings { solving: MS * 9, ..busy }, 20, 7), Cause::Scheduler, "it was kept from the processor");
+        let elsewhere = StepTimings { solving: MS * 9, elsewhere: MS * 8, ..busy };
+        assert_eq!(cause(elsewhere, 20, 7), Cause::Solver, "another thread computed the step");
         assert_eq!(cause(busy, 20, 16), Cause::Neighbours);
         assert_eq!(
             cause(StepTimings { before: Some(Cause::Queue), solving: MS * 9, ..busy }, 20, 16),

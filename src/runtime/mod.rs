@@ -21,6 +21,7 @@ mod slowdown;
 mod spin;
 mod status;
 mod step_error_histogram;
+mod step_worker;
 mod stepper;
 mod stepping_thread;
 
@@ -34,7 +35,7 @@ pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
 pub(crate) use realtime::exact_timers;
 pub(crate) use reply_cache::ReplyCache;
 pub use scene_change::{PreparedChange, Successor};
-pub use shadow::ShadowSimulation;
+pub use shadow::{ShadowSimulation, difference};
 pub use slowdown::Slowdown;
 pub use spin::{BadSpin, Spin};
 pub use status::{OverrunCounts, RunStatus};

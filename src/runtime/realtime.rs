@@ -83,6 +83,24 @@ fn scheduling() -> Result<String, String> {
         .map_err(|error| format!("ordinary scheduling ({}: needs CAP_SYS_NICE, or `ulimit -r {PRIORITY}`)", why(error)))
 }
 
+/// Lets the stepping thread go first, if this thread has inherited its real-time scheduling.
+#[cfg(unix)]
+pub(super) fn give_way() {
+    use thread_priority::{
+        ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
+        thread_schedule_policy,
+    };
+    if let (Ok(policy @ ThreadSchedulePolicy::Realtime(_)), Ok(priority)) =
+        (thread_schedule_policy(), ThreadPriorityValue::try_from(PRIORITY - 1))
+    {
+        // Refused, it has the priority of the stepping thread, which then may wait for it on a machine with few processors.
+        let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy);
+    }
+}
+
+#[cfg(not(unix))]
+pub(super) fn give_way() {}
+
 #[cfg(not(unix))]
 fn scheduling() -> Result<String, String> {
     Err("ordinary scheduling".to_owned())

@@ -84,19 +84,23 @@ impl ShadowSimulation {
             self.lost = Some(diverged);
             return None;
         }
-        let own = self.simulation.observation();
         let mean = |cost: Duration| cost.as_secs_f64() / f64::from(self.steps.max(1));
-        Some(wire::Shadow {
-            stamp: Some(wire::stamp(stamp)),
-            model: self.model.as_str().to_owned(),
-            angle_rad: own.links.first()?.chord_rad - main.links.first()?.chord_rad,
-            end_x_m: end_x_m(own)? - end_x_m(main)?,
-            joint_force_n: joint_force_n(own, main),
-            driving_torque_nm: own.motion_torque_nm.zip(main.motion_torque_nm).map(|(own, main)| own - main),
-            main_step_s: mean(self.main_cost),
-            shadow_step_s: mean(self.own_cost),
-        })
+        let (main_step_s, shadow_step_s) = (mean(self.main_cost), mean(self.own_cost));
+        let found = difference(self.simulation.observation(), main, stamp)?;
+        Some(wire::Shadow { model: self.model.as_str().to_owned(), main_step_s, shadow_step_s, ..found })
     }
+}
+
+/// Returns `own` minus `main` at the instant of `stamp`; `None` without links.
+pub fn difference(own: &Observation, main: &Observation, stamp: &crate::simulation::Stamp) -> Option<wire::Shadow> {
+    Some(wire::Shadow {
+        stamp: Some(wire::stamp(stamp)),
+        angle_rad: own.links.first()?.chord_rad - main.links.first()?.chord_rad,
+        end_x_m: end_x_m(own)? - end_x_m(main)?,
+        joint_force_n: joint_force_n(own, main),
+        driving_torque_nm: own.motion_torque_nm.zip(main.motion_torque_nm).map(|(own, main)| own - main),
+        ..wire::Shadow::default()
+    })
 }
 
 fn end_x_m(seen: &Observation) -> Option<f64> {

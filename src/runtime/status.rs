@@ -32,14 +32,23 @@ pub struct RunStatus {
     pub spin: Option<Duration>,
     /// Energies, works and estimated error.
     pub account: Account,
-    /// Newton iterations of the last step.
-    pub newton_iterations: Option<u32>,
+    /// Counts of the solver.
+    pub solver: SolverCounts,
     /// Torque pulses that are pending or active.
     pub pulses_pending: usize,
     /// The setpoint and its watchdog.
     pub setpoint: SetpointState,
+}
+
+/// Counts of the solver.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SolverCounts {
+    /// Newton iterations of the last step; `None` with a scheme that does not iterate.
+    pub newton_iterations: Option<u32>,
     /// Steps that failed and were repeated in parts.
     pub retried_steps: u64,
+    /// Steps of fixed cost that left more than the scene's tolerance.
+    pub unconverged_steps: u64,
 }
 
 /// Missed deadlines of a run, and what became of them.

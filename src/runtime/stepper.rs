@@ -7,6 +7,7 @@ mod deadlines;
 mod ending;
 mod parts;
 mod reporting;
+mod spare;
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError};
@@ -46,13 +47,22 @@ pub struct SteppingOptions {
     pub overrun: Overrun,
     /// A load for trials of deadlines.
     pub slowdown: Option<Slowdown>,
+    /// Whether the next cheaper level takes each step beside the level in force, under [`Overrun::Degrade`].
+    pub spare: bool,
 }
 
 impl Default for SteppingOptions {
     /// Real time without end, at the default publishing rate.
     fn default() -> Self {
         let publish = PublishRate::DEFAULT.into();
-        SteppingOptions { pace: Pace::Factor(1.0), until_s: None, publish, overrun: Overrun::default(), slowdown: None }
+        SteppingOptions {
+            pace: Pace::Factor(1.0),
+            until_s: None,
+            publish,
+            overrun: Overrun::default(),
+            slowdown: None,
+            spare: false,
+        }
     }
 }
 
@@ -160,6 +170,7 @@ impl Stepper {
     /// Publishes the first state; deadlines are on `clock`. This is simulator `index` of the `count` on the thread.
     pub(super) fn begin(&mut self, clock: Instant, (index, count): (usize, usize)) {
         self.clock = clock;
+        self.start_spare();
         self.ports.shared.wake_with(std::thread::current());
         self.checkpoint();
         // The state at which a session resumes was published before.
@@ -246,7 +257,12 @@ impl Stepper {
         self.checkpoint();
         self.status(phase, message);
         self.send(Output::Over);
-        RunSummary { ending, dropped: self.drops.count, verdict: self.simulation.energy_verdict() }
+        RunSummary {
+            ending,
+            dropped: self.drops.count,
+            verdict: self.simulation.energy_verdict(),
+            unconverged: self.simulation.unconverged(),
+        }
     }
 
     fn finished(&self) -> bool {
@@ -272,6 +288,7 @@ impl Stepper {
             }
         }
         self.give_up_if_late(&deadlines);
+        self.prepare_spare_ahead();
     }
 
     /// Does everything that follows a step of this cost: estimates its error, publishes, saves checkpoints.
@@ -344,18 +361,6 @@ impl Stepper {
             self.send(Output::Shadow(Box::new(difference), stamp));
         }
         Ok(())
-    }
-
-    fn checkpoint_if_due(&mut self) {
-        if self.session_s() >= self.schedule.next_checkpoint_s || self.ports.shared.take_checkpoint_wanted() {
-            self.checkpoint();
-        }
-    }
-
-    fn checkpoint(&mut self) {
-        self.schedule.next_checkpoint_s = self.session_s() + CHECKPOINT_PERIOD_S;
-        let stamp = self.stamp();
-        self.send(Output::Checkpoint(Box::new(self.simulation.checkpoint()), stamp));
     }
 
     /// Handles commands that come before `until`; returns whether more may be waiting.

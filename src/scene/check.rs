@@ -33,8 +33,16 @@ impl Checker<'_> {
     }
 
     pub(super) fn count_or(&self, key: &Count, table: &str, value: Option<i64>) -> Result<usize, SceneError> {
-        let Count { name, low, high, default, .. } = *key;
-        let Some(value) = value else { return Ok(default) };
+        match (value, key.default) {
+            (Some(value), _) => self.count(key, table, value),
+            (None, Default::Value(default)) => Ok(default),
+            (None, _) => Err(self.refuse(table, format!("missing key `{}`", key.name))),
+        }
+    }
+
+    /// `value` if the key allows it.
+    pub(super) fn count(&self, key: &Count, table: &str, value: i64) -> Result<usize, SceneError> {
+        let Count { name, low, high, .. } = *key;
         let problem = || self.refuse(&format!("{table}.{name}"), format!("must be a whole number from {low} to {high}"));
         usize::try_from(value).ok().filter(|count| (low..=high).contains(count)).ok_or_else(problem)
     }

@@ -31,7 +31,7 @@ pub(super) struct Count {
     pub name: &'static str,
     pub low: usize,
     pub high: usize,
-    pub default: usize,
+    pub default: Default<usize>,
     pub meaning: &'static str,
 }
 
@@ -124,7 +124,9 @@ impl Key {
     pub(super) fn row(&self, table: &'static str) -> KeyRow {
         let (kind, unit, default, range, meaning) = match *self {
             Key::Number(key) => (key.form, key.unit, said(key.default, |value| short(*value)), key.range(), key.meaning),
-            Key::Count(key) => ("whole number", "", key.default.to_string(), format!("{} to {}", key.low, key.high), key.meaning),
+            Key::Count(key) => {
+                ("whole number", "", said(key.default, usize::to_string), format!("{} to {}", key.low, key.high), key.meaning)
+            }
             Key::Boolean(key) => ("boolean", "", key.default.to_string(), "true or false".to_owned(), key.meaning),
             Key::Word(key) => ("word", "", said(key.default, |word| (*word).to_owned()), (key.words)().join(", "), key.meaning),
             Key::Form(key) => (key.form, key.unit, "–".to_owned(), key.range.to_owned(), key.meaning),

@@ -63,10 +63,11 @@ pub(super) const ELEMENTS: Count = Count {
     name: "elements",
     low: 1,
     high: 1000,
-    default: 1,
+    default: Value(1),
     meaning: "beam elements for models with a mesh; also the intervals between published nodes, for every model",
 };
-pub(super) const MODES: Count = Count { name: "modes", low: 1, high: 20, default: 2, meaning: "bending modes, for `modal`" };
+pub(super) const MODES: Count =
+    Count { name: "modes", low: 1, high: 20, default: Value(2), meaning: "bending modes, for `modal`" };
 pub(super) const AXIAL: Boolean = Boolean { name: "axial", default: false, meaning: "whether `modal` lets the link stretch" };
 pub(super) const DAMPING: Number =
     number("damping_s", "s", [0.0, 1e6], Value(0.0), "stiffness-proportional damping: c in σ = E (ε + c dε/dt)");
@@ -164,8 +165,13 @@ pub(super) const CONSTANT_TORQUE: Number =
     number("constant_nm", "N·m", [-1e12, 1e12], Required, "constant torque at the pivot; 0 without the table");
 pub(super) const TORQUE_LIMIT: Number =
     number("torque_limit_nm", "N·m", [0.0, 1e12], Value(1e4), "largest torque of a pulse from the bus");
-pub(super) const PENDING_LIMIT: Count =
-    Count { name: "pending_limit", low: 0, high: 1_000_000, default: 1024, meaning: "most pulses waiting or acting at once" };
+pub(super) const PENDING_LIMIT: Count = Count {
+    name: "pending_limit",
+    low: 0,
+    high: 1_000_000,
+    default: Value(1024),
+    meaning: "most pulses waiting or acting at once",
+};
 
 const fn each(name: &'static str, unit: &'static str, [low, high]: [f64; 2], meaning: &'static str) -> Number {
     Number { name, form: EACH, unit, low, high, default: Value(0.0), meaning }
@@ -210,7 +216,15 @@ pub(super) const BALANCE_TOLERANCE: Number = number(
     "largest energy balance, over the energy in play, of a run that can be trusted",
 );
 pub(super) const MAX_ITERATIONS: Count =
-    Count { name: "max_iterations", low: 1, high: 1000, default: 20, meaning: "most Newton iterations in one step" };
+    Count { name: "max_iterations", low: 1, high: 1000, default: Value(20), meaning: "most Newton iterations in one step" };
+pub(super) const CORRECTIONS: Count = Count {
+    name: "corrections",
+    low: 0,
+    high: 20,
+    default: Absent,
+    meaning: "steps of fixed cost: every stage gets exactly this many Newton corrections, 0 with a method that does not iterate; \
+              steps that leave more than `tolerance` are counted. `run --fixed-cost` finds the number",
+};
 
 const LEVEL_NAME: Form = Form {
     name: "name",
@@ -289,6 +303,7 @@ const TABLES: &[Table] = &[
             Key::Number(RHO_INFINITY),
             Key::Number(TOLERANCE),
             Key::Count(MAX_ITERATIONS),
+            Key::Count(CORRECTIONS),
             Key::Number(BALANCE_TOLERANCE),
         ],
     },

@@ -92,7 +92,10 @@ impl SceneSource {
     /// [`SceneError`] when the model does not suit the scene.
     pub fn by_model(&self, model: ModelKind) -> Result<Self, SceneError> {
         let integrator = model.usual_integrator().as_str();
-        let overrides = [format!("solver.model={}", model.as_str()), format!("solver.integrator={integrator}")];
+        let mut overrides = vec![format!("solver.model={}", model.as_str()), format!("solver.integrator={integrator}")];
+        if self.scene.solver.corrections.is_some() && !model.usually_iterates() {
+            overrides.push("solver.corrections=0".to_owned());
+        }
         Self::parse(&self.origin, &self.text, &overrides)
     }
 

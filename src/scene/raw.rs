@@ -160,4 +160,5 @@ pub(super) struct Solver {
     pub tolerance: Option<f64>,
     pub balance_tolerance: Option<f64>,
     pub max_iterations: Option<i64>,
+    pub corrections: Option<i64>,
 }

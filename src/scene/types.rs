@@ -294,6 +294,9 @@ pub struct Solver {
     pub balance_tolerance: f64,
     /// Most Newton iterations in one step.
     pub max_iterations: usize,
+    /// Newton corrections in every stage of a step of fixed cost, 0 with a method that does not iterate; `None` iterates to the
+    /// tolerance.
+    pub corrections: Option<usize>,
 }
 
 /// The ladder of models.
@@ -352,6 +355,11 @@ impl ModelKind {
     pub fn usual_integrator(self) -> IntegratorKind {
         self.integrators()[0]
     }
+
+    /// Whether the model's steps are solved by iteration with its default integrator.
+    pub fn usually_iterates(self) -> bool {
+        iterates(self, self.usual_integrator())
+    }
 }
 
 impl IntegratorKind {
@@ -377,6 +385,10 @@ impl IntegratorKind {
 impl Solver {
     /// Whether steps are solved by iteration.
     pub fn iterates(&self) -> bool {
-        self.model != ModelKind::Incremental && self.integrator != IntegratorKind::RungeKutta
+        iterates(self.model, self.integrator)
     }
+}
+
+fn iterates(model: ModelKind, integrator: IntegratorKind) -> bool {
+    model != ModelKind::Incremental && integrator != IntegratorKind::RungeKutta
 }

@@ -158,6 +158,7 @@ fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver
         tolerance: check.number_or(&keys::TOLERANCE, "solver", raw.tolerance)?,
         balance_tolerance: check.number_or(&keys::BALANCE_TOLERANCE, "solver", raw.balance_tolerance)?,
         max_iterations: check.count_or(&keys::MAX_ITERATIONS, "solver", raw.max_iterations)?,
+        corrections: raw.corrections.map(|count| check.count(&keys::CORRECTIONS, "solver", count)).transpose()?,
     })
 }
 
@@ -167,6 +168,9 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
     if !model.integrators().contains(&integrator) {
         let suits: Vec<&str> = model.integrators().iter().map(|kind| kind.as_str()).collect();
         return Err(check.refuse("solver.integrator", format!("{} goes with {} only", model.as_str(), suits.join(", "))));
+    }
+    if let Some(problem) = bad_corrections(&scene.solver) {
+        return Err(check.refuse("solver.corrections", problem));
     }
     let Some(chain) = scene.chain() else { return Ok(()) };
     if let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice())
@@ -190,4 +194,16 @@ fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
         return Err(check.refuse(&key, "the incremental model is the thesis's: flexible links, one element each"));
     }
     Ok(())
+}
+
+/// Why a step of fixed cost cannot have this many corrections.
+fn bad_corrections(solver: &Solver) -> Option<String> {
+    let method = if solver.model == ModelKind::Incremental { solver.model.as_str() } else { solver.integrator.as_str() };
+    match (solver.corrections?, solver.iterates()) {
+        (0, true) => {
+            Some(format!("{method} solves its steps by iteration: must be a whole number from 1 to {}", keys::CORRECTIONS.high))
+        }
+        (1.., false) => Some(format!("{method} does not iterate: must be 0")),
+        _ => None,
+    }
 }

@@ -11,6 +11,8 @@ use tokio::sync::oneshot;
 
 use super::ServiceError;
 use super::advance_answers::AdvanceAnswers;
+use super::beside::Beside;
+use super::best_level::BestLevelThread;
 use super::drop_ledger::DropLedger;
 use super::live_modes::ModesService;
 use super::output_worker::{Closed, OnStatus, OutputStatistics, OutputWorker, RecordingHistory, RecordingTarget, serve};
@@ -18,6 +20,7 @@ use super::scene_changer::SceneChanger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{self, About, BusError, LogTime, Name, ServiceEndpoint, Session, client};
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
+use crate::resimulation::BestLevelRun;
 use crate::runtime::{
     Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Request, RunSummary, SceneInForce, ShadowSimulation,
     Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
@@ -93,22 +96,32 @@ pub struct LiveReport {
     pub recordings: Vec<Result<Written, RecordingError>>,
     /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
+    /// Steps of fixed cost that left more than the scene's tolerance.
+    pub unconverged: u64,
     /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
     /// Messages encoded because a topic had subscribers or was recorded.
     pub encoded: u64,
 }
 
-/// A simulation to run, with an optional shadow.
+/// A simulation to run.
 pub struct LiveSimulation {
     /// Its options.
     pub live: LiveOptions,
     /// The simulation, at its start.
     pub simulation: Simulation,
-    /// The shadow.
-    pub shadow: Option<ShadowSimulation>,
+    /// A second run on the same commands, whose difference is published.
+    pub second: Option<SecondRun>,
     /// Receives the log time of every message, for viewers in this process.
     pub log_time: Option<LogTime>,
+}
+
+/// A second run beside the first.
+pub enum SecondRun {
+    /// By another model, step by step with the first, on its thread.
+    OtherModel(Box<ShadowSimulation>),
+    /// At the best level of the scene, on a thread of its own.
+    BestLevel(Box<BestLevelRun>),
 }
 
 /// Runs a simulation without real-time scheduling or busy-waiting; see [`run_all`].
@@ -118,12 +131,12 @@ pub struct LiveSimulation {
 pub async fn run(
     session: &Session,
     live: LiveOptions,
-    (simulation, shadow): (Simulation, Option<ShadowSimulation>),
+    (simulation, second): (Simulation, Option<SecondRun>),
     shutdown: impl Future<Output = ()>,
 ) -> Result<LiveReport, ServiceError> {
     let waking = ThreadOptions { spin: Spin::NONE, realtime: false };
     let mut reports =
-        run_all(session, vec![LiveSimulation { live, simulation, shadow, log_time: None }], waking, shutdown).await?;
+        run_all(session, vec![LiveSimulation { live, simulation, second, log_time: None }], waking, shutdown).await?;
     reports.pop().ok_or(ServiceError::Died("stepping"))
 }
 
@@ -174,11 +187,13 @@ struct RunningSimulation {
 
 impl RunningSimulation {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let RunSummary { ending, dropped: lost, verdict } = self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
+        let RunSummary { ending, dropped: lost, verdict, unconverged } =
+            self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.shared().dropped();
-        Ok(LiveReport { ending, verdict, angles: closed.angles, recordings: closed.recordings, dropped, encoded: closed.encoded })
+        let Closed { angles, recordings, encoded, .. } = closed;
+        Ok(LiveReport { ending, verdict, unconverged, angles, recordings, dropped, encoded })
     }
 }
 
@@ -222,7 +237,12 @@ impl Group {
     }
 
     fn take(&mut self, session: &Session, member: LiveSimulation, samples: usize) -> Result<RunningSimulation, ServiceError> {
-        let LiveSimulation { mut live, simulation, shadow, log_time } = member;
+        let LiveSimulation { mut live, simulation, second, log_time } = member;
+        let (shadow, best_level) = match second {
+            Some(SecondRun::OtherModel(shadow)) => (Some(*shadow), None),
+            Some(SecondRun::BestLevel(run)) => (None, Some(BestLevelThread::start(*run)?)),
+            None => (None, None),
+        };
         let (inbox, commands) = inbox();
         let (to_pool, pool) = sync_channel(samples);
         for _ in 0..samples {
@@ -243,6 +263,7 @@ impl Group {
         let ladder = Ladder::of_running(&scene, &simulation).map_err(ServiceError::Scene)?;
         let in_force = Arc::clone(ladder.in_force());
         let mut output_worker = output_worker(session, live, in_force, (&inbox, changer), to_pool)?;
+        output_worker.beside.best_level = best_level;
         output_worker.endpoint = output_worker.endpoint.with_log_time(log_time);
         let output = Outbox::new(self.output.clone(), self.workers.len());
         let ports = Ports { commands, output, pool, shared: inbox.shared() };
@@ -307,7 +328,7 @@ fn output_worker(
         shared: inbox.shared(),
         on_status: live.on_status,
         recordings: RecordingHistory::default(),
-        modes,
+        beside: Beside { modes, best_level: None },
         statistics: OutputStatistics::new()?,
         drops: DropLedger::default(),
         advances: AdvanceAnswers::default(),

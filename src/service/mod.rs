@@ -2,6 +2,8 @@
 
 mod advance_answers;
 mod applied;
+mod beside;
+mod best_level;
 mod drop_ledger;
 mod error;
 mod live;
@@ -13,7 +15,7 @@ mod scene_update_timer;
 mod status;
 
 pub use error::ServiceError;
-pub use live::{LiveOptions, LiveReport, LiveSimulation, Resumption, run, run_all};
+pub use live::{LiveOptions, LiveReport, LiveSimulation, Resumption, SecondRun, run, run_all};
 pub use output_worker::OnStatus;
 pub use replay::{
     BadRemap, RATES, Remap, ReplayAction, ReplayCommand, ReplayCommands, ReplayOptions, ReplayReport, ReplayStart, ReplayViewer,

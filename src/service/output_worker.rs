@@ -10,8 +10,8 @@ use tokio::sync::oneshot;
 
 use super::advance_answers::AdvanceAnswers;
 use super::applied::applied;
+use super::beside::Beside;
 use super::drop_ledger::DropLedger;
-use super::live_modes::ModesService;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
@@ -68,8 +68,7 @@ pub(super) struct OutputWorker {
     pub shared: Arc<SharedState>,
     pub on_status: OnStatus,
     pub recordings: RecordingHistory,
-    /// Answers questions for the modes.
-    pub modes: Arc<ModesService>,
+    pub beside: Beside,
     pub statistics: OutputStatistics,
     pub drops: DropLedger,
     /// Answers retries of advances.
@@ -120,12 +119,14 @@ pub(super) struct Closed {
 impl OutputWorker {
     /// Finishes the recording and leaves the bus.
     fn close(mut self) -> Closed {
+        self.finish_best_level();
         self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
         Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, encoded: self.statistics.encoded }
     }
 
     fn handle(&mut self, output: Output) {
+        self.follow_at_best_level(&output);
         match output {
             Output::Sample { sample, topics, deadline } => {
                 self.sample(&sample, topics, deadline);
@@ -140,7 +141,7 @@ impl OutputWorker {
                 let (scene, level) = self.scene_beside_recorded();
                 let message = wire::Checkpoint { scene, level, ..wire::checkpoint(&checkpoint, &stamp) };
                 self.record(Topic::Checkpoint, message.encode_to_vec(), &stamp);
-                self.modes.keep(*checkpoint, stamp);
+                self.beside.modes.keep(*checkpoint, stamp);
             }
             Output::Scene(in_force) => self.change_scene(in_force),
             Output::ChangeLeftOver(_) => {}
@@ -153,7 +154,7 @@ impl OutputWorker {
     /// Goes on with the scene in force from here on.
     fn change_scene(&mut self, in_force: Arc<SceneInForce>) {
         self.endpoint.set_scene(&in_force.scene.source.text);
-        self.modes.change_scene(&in_force.scene.source.scene);
+        self.beside.modes.change_scene(&in_force.scene.source.scene);
         self.in_force = in_force;
     }
 
@@ -212,7 +213,7 @@ impl OutputWorker {
     }
 
     /// Publishes and records a message that the snapshot does not hold.
-    fn send(&mut self, topic: Topic, stamp: &Stamp, make: impl FnOnce() -> Vec<u8>) {
+    pub(super) fn send(&mut self, topic: Topic, stamp: &Stamp, make: impl FnOnce() -> Vec<u8>) {
         self.publish_and_record(topic, stamp, SnapshotEntry::Number, make);
     }
 

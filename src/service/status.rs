@@ -22,15 +22,16 @@ impl OutputWorker {
             step_error_p50_rad: run.step_errors.map(|all| all.p50_rad),
             step_error_p99_rad: run.step_errors.map(|all| all.p99_rad),
             step_error_max_rad: run.step_errors.map(|all| all.max_rad),
-            solver_iterations: run.newton_iterations,
-            message: self.recordings.failure.clone().into_iter().chain(run.message).collect::<Vec<_>>().join("; "),
+            solver_iterations: run.solver.newton_iterations,
+            message: self.warnings().chain(run.message).collect::<Vec<_>>().join("; "),
             commands_accepted: self.statistics.commands_accepted,
             commands_rejected: self.shared.rejected(),
             pulses_pending: u32::try_from(run.pulses_pending).unwrap_or(u32::MAX),
             recording: self.recorder.as_ref().map(|recorder| recorder.path().display().to_string()),
             setpoint_nm: run.setpoint.held.map(|held| held.torque_nm),
             setpoints_expired: run.setpoint.expirations,
-            retried_steps: run.retried_steps,
+            retried_steps: run.solver.retried_steps,
+            unconverged_steps: run.solver.unconverged_steps,
             step_cost_p50_s,
             step_cost_p99_s,
             step_cost_p999_s,
@@ -48,6 +49,14 @@ impl OutputWorker {
             spin_s: run.spin.map(|spin| spin.as_secs_f64()),
             ..with_lateness(lateness).with_account(run.account).at_level(self.in_force.telemetry.level())
         }
+    }
+}
+
+impl OutputWorker {
+    /// Failures on other threads.
+    fn warnings(&self) -> impl Iterator<Item = String> {
+        let lost = self.beside.best_level.as_ref().and_then(|thread| thread.lost.clone());
+        self.recordings.failure.clone().into_iter().chain(lost)
     }
 }
 

@@ -6,7 +6,7 @@ use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
 use super::step_limit::{StepLimit, step_limit};
 use super::{BuildError, PulseRefused};
-use crate::integrate::{Esdirk, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
+use crate::integrate::{Esdirk, FixedCost, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
 use crate::mechanics::{
     ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NoEquilibrium, NodeObservation, Observation,
     Oscillator, Rigid,
@@ -71,14 +71,15 @@ fn beyond(limit: &StepLimit, solver: &Solver) -> String {
 
 fn integrator(solver: &Solver, unknowns: usize) -> Integrator {
     let newton = NewtonSettings { tolerance: solver.tolerance, max_iterations: solver.max_iterations };
-    match solver.integrator {
+    let integrator = match solver.integrator {
         IntegratorKind::TwoPoint => Integrator::TwoPoint(TwoPoint::new(unknowns, solver.weight, newton)),
         IntegratorKind::GeneralizedAlpha => {
             Integrator::GeneralizedAlpha(GeneralizedAlpha::new(unknowns, solver.rho_infinity, newton))
         }
         IntegratorKind::RungeKutta => Integrator::RungeKutta(RungeKutta::new(unknowns)),
         IntegratorKind::Esdirk => Integrator::Esdirk(Esdirk::new(unknowns, newton)),
-    }
+    };
+    integrator.with_fixed_cost(solver.corrections.map(|corrections| FixedCost { corrections }))
 }
 
 /// An empty observation with room for every node, and for internal forces of links whose distribution of mass is known.

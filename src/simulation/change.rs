@@ -189,7 +189,8 @@ impl Simulation {
         next.ledger = self.ledger.changed(energy);
         next.error = next.engine.local_error(next.grid.step_s).map(|_| self.error.unwrap_or_default().without_last_step());
         next.observe().map_err(|diverged| diverged.cause)?;
-        (next.effort, next.retried, next.changed) = (self.effort, self.retried, true);
+        (next.last, next.changed) = (self.last, true);
+        (next.retried, next.unconverged) = (self.retried, self.unconverged);
         let changed_j = next.ledger().changed_j - self.ledger().changed_j;
         std::mem::swap(self, next);
         Ok(changed_j)

@@ -52,9 +52,15 @@ pub struct EpochChanges {
 impl Simulation {
     /// Everything needed to go on from here.
     pub fn checkpoint(&self) -> Checkpoint {
-        let mut state = Vec::new();
+        self.checkpoint_in(Vec::new(), Vec::new())
+    }
+
+    /// As [`Simulation::checkpoint`], in the memory of an earlier one, so that nothing is allocated.
+    pub(crate) fn checkpoint_in(&self, mut state: Vec<f64>, mut pulses: Vec<Pulse>) -> Checkpoint {
+        state.clear();
         self.engine.save(&mut state);
-        let pulses = self.load.pulses.iter().copied().collect();
+        pulses.clear();
+        pulses.extend(self.load.pulses.iter());
         Checkpoint {
             step: self.step,
             epoch: self.epoch,

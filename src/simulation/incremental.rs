@@ -34,7 +34,7 @@ impl Engine for IncrementalEngine {
         let [by_rates, _] = self.model.work_by_mean_rates_j(&input, h_s, &self.state, &after);
         self.state = after;
         let work = Work { put_in_j, dissipated_j, magnitude_j: put_in_j.abs().max(by_rates.abs()) };
-        Ok(Taken { effort: Effort { factorizations: 1, ..Effort::default() }, work })
+        Ok(Taken { effort: Effort { factorizations: 1, ..Effort::default() }, work, left_over: 0.0 })
     }
 
     fn local_error(&self, _h_s: f64) -> Option<[Term; 2]> {

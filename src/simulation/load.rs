@@ -1,6 +1,7 @@
 //! The torque on the pivot: constant torque and pulses of the scene, pulses and setpoints commanded from outside, and the impulse
 //! they deliver.
 
+use super::SHORTEST_PART;
 use super::build;
 use super::drive::Torque;
 use super::error::PulseRefused;
@@ -47,6 +48,8 @@ pub(super) struct Load {
     pub marked: DeliveredImpulse,
     /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
     pub uses_torque_slope: bool,
+    /// Whether a step ends at the edge of a torque. Otherwise a torque with an edge inside a step is spread over it.
+    pub cuts_steps: bool,
 }
 
 impl Load {
@@ -66,6 +69,7 @@ impl Load {
             delivered: DeliveredImpulse::default(),
             marked: DeliveredImpulse::default(),
             uses_torque_slope: scene.solver.integrator.order() == 4,
+            cuts_steps: scene.solver.integrator.order() == 4 && scene.solver.corrections.is_none(),
         }
     }
 
@@ -147,6 +151,14 @@ impl Load {
         self.setpoint.mean_nm(from_s, to_s).map_or(mean_nm, |setpoint_nm| mean_nm + setpoint_nm)
     }
 
+    /// Rise of the torque over `[from_s, to_s]`, N·m/s.
+    fn rise_nm_per_s(&self, from_s: f64, to_s: f64) -> f64 {
+        // Torque times travel is the work of a step whose torque has no slope: from rest, a slope could take most of it away.
+        let margin_s = SHORTEST_PART * (to_s - from_s);
+        let spread = !self.cuts_steps && self.edge_within(from_s + margin_s, to_s - margin_s).is_some();
+        if self.uses_torque_slope && !spread { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 }
+    }
+
     /// The first time between the two at which a pulse begins or ends, or the setpoint ends, s.
     pub(super) fn edge_within(&self, from_s: f64, to_s: f64) -> Option<f64> {
         let edges = [self.pulses.edge_within(from_s, to_s), self.setpoint.edge_within(from_s, to_s)];
@@ -155,8 +167,11 @@ impl Load {
 
     /// The torque during a step of `h_s` from `from_s` to `to_s`.
     pub(super) fn during(&self, from_s: f64, to_s: f64, h_s: f64) -> Torque {
-        let rise_nm_per_s = if self.uses_torque_slope { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 };
-        Torque { mean_nm: self.mean_nm(from_s, to_s), rise_nm_per_s, middle_s: from_s + 0.5 * h_s }
+        Torque {
+            mean_nm: self.mean_nm(from_s, to_s),
+            rise_nm_per_s: self.rise_nm_per_s(from_s, to_s),
+            middle_s: from_s + 0.5 * h_s,
+        }
     }
 
     /// The torque just before `time_s`.

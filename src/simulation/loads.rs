@@ -17,7 +17,7 @@ impl Loads {
         let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let mut load = Load::new(scene);
         load.reset();
-        load.uses_torque_slope = true;
+        (load.uses_torque_slope, load.cuts_steps) = (true, true);
         law.torque = load.at(0.0);
         Loads { law, load }
     }

@@ -54,7 +54,7 @@ pub use telemetry::{PerTelemetry, PublishRates};
 pub use crate::integrate::Work;
 use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
-use crate::scene::Scene;
+use crate::scene::{Scene, Solver};
 use drive::DriveLaw;
 use engine::Engine;
 use ledger::Ledger;
@@ -93,16 +93,18 @@ pub struct Simulation {
     grid: StepGrid,
     step: u64,
     epoch: u64,
-    effort: Effort,
-    iterates: bool,
+    /// Cost and work of the last step.
+    last: Taken,
+    solver: Solver,
     ledger: Ledger,
-    balance_tolerance: f64,
     /// `None` where the method cannot tell.
     error: Option<ErrorEstimate>,
     observed: Observed,
     /// The state before the step, restored if the step fails.
     saved: Vec<f64>,
     retried: u64,
+    /// Steps of fixed cost that left more than the scene's tolerance.
+    unconverged: u64,
     /// Whether the scene was changed in this epoch.
     changed: bool,
 }
@@ -123,10 +125,9 @@ impl Simulation {
             grid: StepGrid::new(scene.solver.step_s),
             step: 0,
             epoch: 0,
-            effort: Effort::default(),
-            iterates: scene.solver.iterates(),
+            last: Taken::default(),
+            solver: scene.solver,
             ledger: Ledger::default(),
-            balance_tolerance: scene.solver.balance_tolerance,
             error: None,
             observed: Observed {
                 start: Observation::default(),
@@ -135,6 +136,7 @@ impl Simulation {
             },
             saved: Vec::new(),
             retried: 0,
+            unconverged: 0,
             changed: false,
         };
         simulation.engine.save(&mut simulation.saved);
@@ -197,17 +199,27 @@ impl Simulation {
 
     /// Newton iterations of the last step; `None` with a scheme that does not iterate.
     pub fn newton_iterations(&self) -> Option<u32> {
-        self.iterates.then_some(self.effort.newton_iterations)
+        self.solver.iterates().then_some(self.last.effort.newton_iterations)
     }
 
     /// Cost of the last step.
     pub fn effort(&self) -> Effort {
-        self.effort
+        self.last.effort
     }
 
     /// Steps that failed at first and were taken in parts, parts of parts counted too.
     pub fn retried(&self) -> u64 {
         self.retried
+    }
+
+    /// Steps of fixed cost whose last correction left a residual above `solver.tolerance`.
+    pub fn unconverged(&self) -> u64 {
+        self.unconverged
+    }
+
+    /// Residual that the last step of fixed cost left, relative to the forces at work; 0 if it is solved to the tolerance.
+    pub fn left_over(&self) -> f64 {
+        self.last.left_over
     }
 
     /// Pulses that wait or act.
@@ -243,16 +255,17 @@ impl Simulation {
         let taken = self.advance_from_edge_to_edge(from_s, to_s).map_err(Cause::from).and_then(|taken| {
             let energy = self.engine.energy(&self.law, to_s);
             let ledger = finite(&taken.work, &energy).and(self.ledger.after(taken.work, energy, self.engine.keeps_energy()))?;
-            Ok((taken.effort, ledger))
+            Ok((taken, ledger))
         });
-        let (effort, ledger) = taken.map_err(|cause| {
+        let (taken, ledger) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
             self.law.torque = torque;
             self.error = error;
             self.diverged(cause)
         })?;
         self.step += 1;
-        self.effort = effort;
+        self.last = taken;
+        self.unconverged += u64::from(taken.left_over > self.solver.tolerance);
         self.ledger = ledger;
         self.law.torque = self.load.at(to_s);
         self.load.deliver(from_s, to_s, self.grid.step_s);
@@ -264,7 +277,7 @@ impl Simulation {
     fn advance_from_edge_to_edge(&mut self, mut from_s: f64, to_s: f64) -> Result<Taken, StepError> {
         let (mut taken, mut h_s) = (Taken::default(), self.grid.step_s);
         let margin_s = SHORTEST_PART * self.grid.step_s;
-        for _ in 1..if self.load.uses_torque_slope { MOST_PARTS } else { 1 } {
+        for _ in 1..if self.load.cuts_steps { MOST_PARTS } else { 1 } {
             let Some(edge_s) = self.load.edge_within(from_s + margin_s, to_s - margin_s) else { break };
             taken += self.advance([from_s, edge_s], edge_s - from_s, 0)?;
             (from_s, h_s) = (edge_s, to_s - edge_s);
@@ -278,7 +291,7 @@ impl Simulation {
     fn advance(&mut self, [from_s, to_s]: [f64; 2], h_s: f64, depth: u32) -> Result<Taken, StepError> {
         self.law.torque = self.load.during(from_s, to_s, h_s);
         let failed = match self.engine.step(&self.law, from_s, h_s) {
-            Err(failed) if depth < HALVINGS => failed,
+            Err(failed) if depth < self.halvings() => failed,
             taken => {
                 self.error = self.error.zip(self.engine.local_error(h_s)).map(|(error, terms)| error.after(h_s, terms));
                 return taken;
@@ -290,6 +303,11 @@ impl Simulation {
         let mut taken = self.advance([from_s, middle_s], half_s, depth + 1).map_err(|_| failed)?;
         taken += self.advance([middle_s, to_s], half_s, depth + 1).map_err(|_| failed)?;
         Ok(taken)
+    }
+
+    /// How deep a step that fails is halved: a step of fixed cost is not tried again.
+    fn halvings(&self) -> u32 {
+        if self.solver.corrections.is_some() { 0 } else { HALVINGS }
     }
 
     fn diverged(&self, cause: Cause) -> Diverged {
@@ -324,7 +342,7 @@ impl Simulation {
 
     /// Verdict of the energy balance on the epoch so far.
     pub fn energy_verdict(&self) -> EnergyVerdict {
-        if self.engine.keeps_energy() { self.ledger.verdict(self.balance_tolerance) } else { EnergyVerdict::NotJudged }
+        if self.engine.keeps_energy() { self.ledger.verdict(self.solver.balance_tolerance) } else { EnergyVerdict::NotJudged }
     }
 
     /// Estimated error of the time discretization; `None` where the method cannot tell.

@@ -1,6 +1,7 @@
 //! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings, of which `sweep` takes only the Parquet writer.
 
 pub mod cycle;
+pub mod fixed_cost;
 mod history;
 mod panic_message;
 pub mod stability;

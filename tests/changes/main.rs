@@ -1,5 +1,6 @@
 //! Changes of a running scene: booked, recorded, and computed again to the bit.
 
+mod best_level;
 #[path = "../common/mod.rs"]
 mod common;
 mod random;

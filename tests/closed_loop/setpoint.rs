@@ -7,6 +7,7 @@ use flexcrank::bus::{Topic, client};
 use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, resume, verify, what_if};
 use flexcrank::runtime::{Pace, ShadowSimulation};
 use flexcrank::scene::SceneSource;
+use flexcrank::service::SecondRun;
 use flexcrank::simulation::{PublishRate, Simulation};
 use flexcrank::wire::{self, AppliedCommand, Loads, Setpoint, Status, TorquePulse, control::Action};
 use prost::{Message as _, Name as _};
@@ -158,8 +159,14 @@ fn prop_setpoints_stay_in_a_what_if() -> Outcome {
 fn prop_the_shadow_follows_setpoints() -> Outcome {
     let scene = scene(&["pulse=[]"])?;
     let shadow = ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
-    let service =
-        Service::start_with(tempfile::tempdir()?, scene, Some(shadow), Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    let service = Service::start_with(
+        tempfile::tempdir()?,
+        scene,
+        Some(SecondRun::OtherModel(Box::new(shadow))),
+        Pace::Factor(1.0),
+        None,
+        PublishRate::Hz(200.0),
+    )?;
     let listener = common::Listener::new(&service.client, &service.name)?;
     for n in 0..20 {
         assert!(send(&service, "", f64::from(n), 0.01)?.accepted);

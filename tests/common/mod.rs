@@ -14,9 +14,9 @@ use std::time::{Duration, Instant, SystemTime};
 
 use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
-use flexcrank::runtime::{Pace, ShadowSimulation, SteppingOptions};
+use flexcrank::runtime::{Pace, SteppingOptions};
 use flexcrank::scene::SceneSource;
-use flexcrank::service::{self, LiveOptions, LiveReport, Resumption, ServiceError};
+use flexcrank::service::{self, LiveOptions, LiveReport, Resumption, SecondRun, ServiceError};
 use flexcrank::simulation::{PublishRate, Simulation};
 use flexcrank::wire;
 use tempfile::TempDir;
@@ -89,7 +89,7 @@ impl Service {
     pub fn start_with(
         folder: TempDir,
         scene: SceneSource,
-        shadow: Option<ShadowSimulation>,
+        second: Option<SecondRun>,
         pace: Pace,
         until_s: Option<f64>,
         publish: PublishRate,
@@ -98,7 +98,7 @@ impl Service {
         Self::launch(
             folder,
             scene,
-            (simulation, shadow),
+            (simulation, second),
             SteppingOptions { pace, until_s, publish: publish.into(), ..SteppingOptions::default() },
             |_| {},
         )
@@ -142,7 +142,7 @@ impl Service {
     fn launch(
         folder: TempDir,
         scene: SceneSource,
-        simulations: (Simulation, Option<ShadowSimulation>),
+        simulations: (Simulation, Option<SecondRun>),
         stepping: SteppingOptions,
         change: impl FnOnce(&mut LiveOptions),
     ) -> Result<Self, Box<dyn Error>> {

@@ -1,4 +1,4 @@
-"""What `linearise` writes, as python-control reads it, beside a run: 1e-6 N·m on the crank at 57° for 0.02 s."""
+"""What `linearise` writes, as python-control, NumPy and Octave read it, beside a run: 1e-6 N·m on the crank at 57° for 0.02 s."""
 
 import csv
 import math
@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 import numpy
+from scipy.io import loadmat
 from check import BINARY, expect, free_endpoint
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "bench"))
@@ -59,18 +60,32 @@ def val_python_control_reads_what_linearise_writes(folder):
         expect(f"{name}: the response is that of a run to 1e-6 of its largest", check(model, response, "torque_nm"), "above")
 
 
-def val_numpy_reads_the_same_from_both_of_its_formats(folder):
+def by_octave(file):
+    """The arrays of a file for Octave, and those of the system that its second line makes of them."""
+    made = next(line for line in file.read_text().splitlines() if "ss(" in line).lstrip("% ")
+    saved = file.with_suffix(".mat")
+    program = f"pkg load control; source('{file}'); {made}; [a, b, c, d] = ssdata(sys); save('-v6', '{saved}')"
+    subprocess.run(["octave-cli", "--quiet", "--eval", program], check=True, stdout=subprocess.DEVNULL)
+    return loadmat(saved, chars_as_strings=True)
+
+
+def val_all_read_the_same(folder):
     for name, more in (("free", []), ("held", ["--crank", "held", "--step", "1ms"]), ("inputless", ["--crank", "held"])):
         scene = "thesis-beam" if name == "inputless" else "crank-slider"
         model = ["--set", "solver.model=modal", "--set", "solver.integrator=esdirk"]
-        for extension in ("py", "npz"):
+        for extension in ("py", "npz", "m"):
             run("linearise", scene, *model, *more, "-o", folder / f"{name}.{extension}")
         text, binary = runpy.run_path(str(folder / f"{name}.py")), numpy.load(folder / f"{name}.npz")
         same = all(numpy.array_equal(text[key], binary[key]) for key in (*"ABCD", "states", "outputs", "at"))
         same &= list(text["inputs"]) == list(binary["inputs"]) and (text["dt"] or 0) == binary["dt"]
         expect(f"{name}: .npz holds what .py does", same, binary["A"].shape)
+        octave = by_octave(folder / f"{name}.m")
+        same = all(numpy.array_equal(text[key], octave[own]) for key in "ABCD" for own in (key, key.lower()))
+        same &= all(list(text[key]) == [str(cell[0]) for cell in octave[key].flat] for key in ("states", "inputs", "outputs"))
+        same &= (text["dt"] or 0) == octave["dt"].item() and numpy.array_equal(text["at"], octave["at"].flatten())
+        expect(f"{name}: Octave holds what .py does, and makes a system of it", same, octave["A"].shape)
 
 
 with tempfile.TemporaryDirectory() as temporary:
     val_python_control_reads_what_linearise_writes(Path(temporary))
-    val_numpy_reads_the_same_from_both_of_its_formats(Path(temporary))
+    val_all_read_the_same(Path(temporary))

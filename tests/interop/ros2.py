@@ -179,9 +179,14 @@ def call(service, where, **request):
 def commands(where):
     """Sends a torque and calls the services; the recording has their effects."""
     publisher = ROS2Publisher(TORQUE, "std_msgs/msg/Float64", type_hash=STORE.hash_rihs01("std_msgs/msg/Float64"), **where)
-    time.sleep(0.5)
+    wait_for(lambda: publisher.pub.matching_status.matching, "the service takes torques")
+    efforts = []
+    kind = "sensor_msgs/msg/JointState"
+    told = lambda joint: efforts.append(joint.effort[0])
+    subscriber = ROS2Subscriber("/crank_1/joint_states", kind, told, type_hash=STORE.hash_rihs01(kind), **where)
     publisher.publish(data=3.25)
-    time.sleep(0.3)
+    wait_for(lambda: any(abs(effort - 3.25) < 1e-9 for effort in efforts), "the torque is an effort of the crank")
+    subscriber.close()
     for service, request in (("pause", {"data": True}), ("step", None), ("pause", {"data": False}), ("reset", None)):
         request = request or {"structure_needs_at_least_one_member": 0}
         response = call(service, where, **request)

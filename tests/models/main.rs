@@ -6,6 +6,7 @@ mod bench;
 mod chains;
 mod damped;
 mod effort;
+mod fixed_cost;
 mod images;
 mod internal_forces;
 mod laws;

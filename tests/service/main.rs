@@ -11,6 +11,7 @@ use flexcrank::bus::{Topic, client};
 use flexcrank::recording::{Export, Messages, export};
 use flexcrank::runtime::{Ending, Pace};
 use flexcrank::scene::SceneSource;
+use flexcrank::service::SecondRun;
 use flexcrank::simulation::{PublishRate, Simulation};
 use flexcrank::wire::{self, Angles, AppliedCommand, Loads, Status, TorquePulse, control::Action};
 use prost::Message;
@@ -232,7 +233,14 @@ fn prop_a_shadow_of_the_same_model_never_differs() -> Outcome {
     let scene = scene(&[])?;
     let shadow = flexcrank::runtime::ShadowSimulation::new(scene.scene.solver.model, Simulation::new(&scene.scene)?);
     let folder = tempfile::tempdir()?;
-    let service = Service::start_with(folder, scene, Some(shadow), Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    let service = Service::start_with(
+        folder,
+        scene,
+        Some(SecondRun::OtherModel(Box::new(shadow))),
+        Pace::Factor(1.0),
+        None,
+        PublishRate::Hz(200.0),
+    )?;
     client::pulse(&service.client, &service.name, &pulse("p", 5.0, 0.1))?;
     client::control(&service.client, &service.name, &control(Action::Reset(wire::Reset {})))?;
     client::pulse(&service.client, &service.name, &pulse("q", 5.0, 0.1))?;
@@ -256,7 +264,14 @@ fn val_a_shadow_differs_as_the_two_models_do() -> Outcome {
     let (main, second) = (open("rigid", "runge-kutta")?, open("modal", "esdirk")?);
     let (mut rigid, mut modal) = (Simulation::new(&main.scene)?, Simulation::new(&second.scene)?);
     let shadow = flexcrank::runtime::ShadowSimulation::new(second.scene.solver.model, Simulation::new(&second.scene)?);
-    let service = Service::start_with(tempfile::tempdir()?, main, Some(shadow), Pace::Max, Some(1.0), PublishRate::Hz(100.0))?;
+    let service = Service::start_with(
+        tempfile::tempdir()?,
+        main,
+        Some(SecondRun::OtherModel(Box::new(shadow))),
+        Pace::Max,
+        Some(1.0),
+        PublishRate::Hz(100.0),
+    )?;
     let (_, folder) = service.finish()?;
     let rows = common::decoded::<wire::Shadow>(&folder.path().join("run.mcap"), "shadow")?;
     assert_eq!((rows.len(), rows[0].model.as_str()), (101, "modal"));

@@ -16,6 +16,7 @@ impl Stepper {
         if command.request.changes_scene() {
             return self.handle_change(command);
         }
+        self.discard_prepared();
         let Command { id, request, reply: reply_to, .. } = command;
         let stamp = self.stamp();
         if let Some(reply) = self.ports.shared.reply_to_retry(&id, &request) {

@@ -2,11 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use super::parts::StepCost;
 use super::{BURST, Ending, Stepper};
 use crate::runtime::missed_deadlines::{StepTimings, WakeUp};
 use crate::runtime::output::Output;
 use crate::runtime::pacer::{Overrun, Pace, Pacer, WAKE_UP_PERIOD};
 use crate::runtime::realtime;
+use crate::simulation::Diverged;
 use crate::wire::Overruns;
 
 /// The deadlines of the steps of one wake-up.
@@ -64,18 +66,32 @@ impl Stepper {
             self.note_miss(deadlines, due, late)?;
         }
         deadlines.late = late.unwrap_or_default();
-        let taken = self.simulation.step();
-        if let Some(slowdown) = &mut self.stepping.slowdown {
-            slowdown.prolong(self.clock.elapsed(), begun);
-        }
-        let cost = begun.elapsed();
+        let (taken, cost) = self.take_step(begun);
         taken.map_err(Ending::Diverged)?;
         deadlines.before = None;
         late.into_iter().for_each(|late| self.statistics.lateness.record(late));
-        self.statistics.step_cost.record(cost);
-        self.deadlines.timings.solving += cost;
+        self.statistics.step_cost.record(cost.wall);
+        self.deadlines.timings.solving += cost.wall;
         self.deadlines.of_sample = due;
-        self.after_step(cost).map_err(Ending::Diverged)
+        self.after_step(cost.own).map_err(Ending::Diverged)
+    }
+
+    /// Takes a step, beside the spare if there is one.
+    fn take_step(&mut self, begun: Instant) -> (Result<(), Diverged>, StepCost) {
+        if let Some(taken) = self.step_beside_spare(begun) {
+            return taken;
+        }
+        let taken = self.simulation.step();
+        self.prolong(begun);
+        let cost = begun.elapsed();
+        (taken, StepCost { wall: cost, own: cost })
+    }
+
+    /// Prolongs a step, in trials.
+    pub(super) fn prolong(&mut self, begun: Instant) {
+        if let Some(slowdown) = &mut self.stepping.slowdown {
+            slowdown.prolong(self.clock.elapsed(), begun);
+        }
     }
 
     /// Counts a missed deadline and its cause; ends the run under [`Overrun::Stop`].

@@ -31,4 +31,6 @@ pub struct RunSummary {
     pub dropped: u64,
     /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
+    /// Steps of fixed cost that left more than the scene's tolerance.
+    pub unconverged: u64,
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::Ending;
 use super::advance::Advance;
+use super::spare::Spare;
 use crate::runtime::command::Command;
 use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::governor::Governor;
@@ -57,6 +58,15 @@ impl Deadlines {
         self.overruns.given_up += late;
         self.overruns.pacing_epoch += 1;
     }
+}
+
+/// Time that a step took.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StepCost {
+    /// Until the step was done.
+    pub wall: Duration,
+    /// In the solver of the level that is in force afterwards.
+    pub own: Duration,
 }
 
 /// Statistics over the whole run.
@@ -114,6 +124,8 @@ pub(super) struct Levels {
     pub governor: Option<Governor>,
     /// The level that the governor asks for, and the cost of the step that made it ask.
     pub wanted: Option<(usize, Duration)>,
+    /// The next cheaper level, if it takes each step beside the level in force.
+    pub spare: Option<Spare>,
     /// Changes of the scene or its level that wait for a common instant of their steps and the present ones, in their order.
     pub waiting: VecDeque<Command>,
 }

@@ -1,13 +1,13 @@
-//! Status messages and reports of dropped samples.
+//! Checkpoints, status messages, and reports of dropped samples.
 
 use std::time::Duration;
 
-use super::Stepper;
+use super::{CHECKPOINT_PERIOD_S, Stepper};
 use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::output::Output;
 use crate::runtime::pacer::Pace;
-use crate::runtime::status::RunStatus;
-use crate::simulation::{EnergyVerdict, PerTelemetry, PublishRate, SetpointState};
+use crate::runtime::status::{RunStatus, SolverCounts};
+use crate::simulation::{Checkpoint, EnergyVerdict, PerTelemetry, PublishRate, SetpointState, Stamp};
 use crate::wire::status::State;
 
 /// Wall time between two status messages.
@@ -65,10 +65,13 @@ impl Stepper {
             dropped: self.drops.count + self.ports.shared.dropped(),
             spin: self.has_deadlines().then_some(self.spin),
             account: self.simulation.account(),
-            newton_iterations: self.simulation.newton_iterations(),
+            solver: SolverCounts {
+                newton_iterations: self.simulation.newton_iterations(),
+                retried_steps: self.simulation.retried(),
+                unconverged_steps: self.simulation.unconverged(),
+            },
             pulses_pending: self.simulation.pulses_pending(),
             setpoint: *self.simulation.setpoint(),
-            retried_steps: self.simulation.retried(),
         };
         self.send(Output::Status(Box::new(status)));
     }
@@ -80,6 +83,21 @@ impl Stepper {
         }
         let of_model = warning(self.simulation.energy_verdict(), self.statistics.worst_out_of_range);
         of_model.or_else(|| setpoint_warning(self.simulation.setpoint()))
+    }
+
+    pub(super) fn checkpoint_if_due(&mut self) {
+        if self.session_s() >= self.schedule.next_checkpoint_s || self.ports.shared.take_checkpoint_wanted() {
+            self.checkpoint();
+        }
+    }
+
+    pub(super) fn checkpoint(&mut self) {
+        self.send_checkpoint(self.simulation.checkpoint(), self.stamp());
+    }
+
+    pub(super) fn send_checkpoint(&mut self, state: Checkpoint, stamp: Stamp) {
+        self.schedule.next_checkpoint_s = stamp.epoch_start_s + stamp.sim_time_s + CHECKPOINT_PERIOD_S;
+        self.send(Output::Checkpoint(Box::new(state), stamp));
     }
 }
 

@@ -104,8 +104,7 @@ impl Campaign {
         // The scene in force follows from the shared text and these changes, and from nothing else.
         let hash =
             self.overrides(&values).iter().fold(self.shared.clone(), |hash, change| hash.chain_update("\n").chain_update(change));
-        let id = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Sample { index, values, id }
+        Sample { index, values, id: format!("{:x}", hash.finalize()) }
     }
 
     fn overrides(&self, values: &[Value]) -> Vec<String> {

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::io;
+use std::num::NonZero;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
+use std::thread::{self, available_parallelism};
 
 use sha2::{Digest as _, Sha256};
 
@@ -14,6 +17,9 @@ use super::chunk;
 use super::row::Row;
 use super::run::Ending;
 use crate::recording::{ColumnType, Columns, FieldValue, ParquetSheet, Sheet as _};
+
+/// Chunks that a reader has in memory before they are asked for.
+const CHUNKS_AHEAD: usize = 4;
 
 /// A merged table.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,18 +78,38 @@ impl Merged {
     }
 }
 
-/// Calls `each` with every sample and its row, in order; with `None` where there is no row. Rows of one chunk are in memory at a time.
+/// Calls `each` with every sample and its row, in order; with `None` where there is no row. All cores read, a few chunks ahead.
 pub(super) fn each_row(
     campaign: &Campaign,
     folder: &Path,
     mut each: impl FnMut(&Sample, Option<&Row>) -> Result<(), SweepError>,
 ) -> Result<(), SweepError> {
-    for chunk in 0..campaign.chunks() {
-        let samples: Vec<Sample> = campaign.samples(chunk).collect();
-        let rows = chunk::read(&chunk::path(folder, campaign, chunk), &samples, campaign.columns().len())?;
-        samples.iter().zip(&rows).try_for_each(|(sample, row)| each(sample, row.as_ref()))?;
-    }
-    Ok(())
+    let readers = available_parallelism().map_or(1, NonZero::get);
+    thread::scope(|scope| {
+        let reader = |first: usize| {
+            let (send, receive) = sync_channel(CHUNKS_AHEAD);
+            scope.spawn(move || {
+                // The sending fails once nobody reads any more, after an error.
+                (first as u64..campaign.chunks())
+                    .step_by(readers)
+                    .map(|chunk| read(campaign, folder, chunk))
+                    .all(|read| send.send(read).is_ok())
+            });
+            receive
+        };
+        let chunks: Vec<_> = (0..readers).map(reader).collect();
+        let mut in_order = chunks.iter().cycle().map_while(|reader| reader.recv().ok());
+        in_order.try_for_each(|chunk| {
+            let (samples, rows) = chunk?;
+            samples.iter().zip(&rows).try_for_each(|(sample, row)| each(sample, row.as_ref()))
+        })
+    })
+}
+
+fn read(campaign: &Campaign, folder: &Path, chunk: u64) -> Result<(Vec<Sample>, chunk::Rows), SweepError> {
+    let samples: Vec<Sample> = campaign.samples(chunk).collect();
+    let rows = chunk::read(&chunk::path(folder, campaign, chunk), &samples, campaign.columns().len())?;
+    Ok((samples, rows))
 }
 
 fn columns(campaign: &Campaign) -> Columns {
@@ -129,5 +155,5 @@ fn sha256(path: &Path) -> io::Result<String> {
         }
         hash.update(&part[..read]);
     }
-    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:x}", hash.finalize()))
 }

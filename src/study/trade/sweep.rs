@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::configuration::{Configuration, Family};
 use super::effort::RunEffort;
 use super::errors::Errors;
+use super::fixed_cost::Corrections;
 use super::grid::Grid;
 use super::output_group::OutputGroup;
 use super::reference::{Reference, nominal_s};
@@ -41,6 +42,8 @@ pub struct Measured {
     pub timing: Timing,
     /// Seconds of computing per simulated second by counted work, the same on every machine.
     pub counted_s_per_s: f64,
+    /// Corrections that suffice for steps of fixed cost.
+    pub corrections: Corrections,
     /// Whether it is on the front.
     pub on_front: bool,
 }
@@ -206,6 +209,7 @@ impl Sweep<'_> {
             counted_s_per_s: 1e-6 * family.counted_us(&run.effort, self.scene) / self.grid.until_s(),
             out_of_range: run.out_of_range,
             timing,
+            corrections: Corrections::NotAsked,
             on_front: false,
         })
     }

@@ -1,5 +1,6 @@
 //! A study as a table of numbers.
 
+use super::fixed_cost::Corrections;
 use super::lost_modes::{LostModes, ModeError};
 use super::output_group::CHANNELS;
 use super::sweep::{Measured, Row};
@@ -37,6 +38,13 @@ pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
     table.push("newton_iterations", numbers(&|m| m.effort.newton_iterations as f64));
     table.push("factorizations", numbers(&|m| m.effort.factorizations as f64));
     table.push("steps_retried", numbers(&|m| m.effort.retried as f64));
+    if study.is_rated() {
+        let corrections = |m: &Measured| match m.corrections {
+            Corrections::Suffice(number) => number as f64,
+            Corrections::NotAsked | Corrections::NoneSuffice => f64::NAN,
+        };
+        table.push("corrections", numbers(&corrections));
+    }
     table.push("out_of_range", numbers(&|m| f64::from(u8::from(m.out_of_range))));
     for (k, channel) in CHANNELS.iter().enumerate() {
         table.push(format!("rms_error_{}", channel.name), numbers(&|m| m.errors.rms[k]));

@@ -1,0 +1,27 @@
+//! `run --fixed-cost`: finds the corrections that suffice, and sets them in the scene.
+
+use super::failure::{CommandResult, Failure};
+use super::progress::elapsed;
+use crate::scene::SceneSource;
+use crate::study::fixed_cost::{NotRated, rate};
+
+/// The scene with steps of fixed cost; prints how many corrections suffice, and what they add to the error.
+pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource> {
+    let refused = |problem: &str| Err(Failure::Usage(format!("--fixed-cost: {problem}")));
+    if source.scene.solver.corrections.is_some() {
+        return refused("the scene names solver.corrections: leave one of them out");
+    }
+    if !source.scene.levels.is_empty() {
+        return refused("the scene has [[level]] tables: name solver.corrections in the scene and in their changes");
+    }
+    let bar = elapsed("finding how many corrections suffice");
+    let rating =
+        rate(&source.scene, &mut |corrections| bar.set_message(format!("finding how many corrections suffice: {corrections}")));
+    bar.finish_and_clear();
+    let rating = rating.map_err(|not| match not {
+        NotRated::Build(refused) => source.refusal(refused.key, refused.to_string()).into(),
+        other => Failure::Failed(format!("--fixed-cost: {}: {other}", source.origin)),
+    })?;
+    say!("{rating}");
+    Ok(SceneSource::parse(&source.origin, &source.text, &rating.keys())?)
+}

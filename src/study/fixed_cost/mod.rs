@@ -1,0 +1,142 @@
+//! Finds the number of Newton corrections that suffices for steps of fixed cost: see [`FixedCost`](crate::integrate::FixedCost).
+
+mod trial;
+
+use std::fmt;
+
+use crate::scene::Scene;
+use crate::simulation::{BuildError, Diverged, PulseRequest};
+use crate::study::trade::usual_until_s;
+pub use trial::TrialErrors;
+use trial::{Trial, Window, test_pulse};
+
+/// The iteration may add this part of the time step's own error.
+pub const PART: f64 = 0.1;
+/// Most corrections in a stage, and the number that stands for a converged iteration.
+const MOST: usize = 20;
+/// A step is counted as unconverged if it leaves this many times the most that any step of the trials left.
+const MARGIN: f64 = 10.0;
+/// Largest tolerance of a scene.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+/// The most that a step of the trials may leave.
+const MOST_LEFT: f64 = 0.25 * LARGEST_TOLERANCE;
+/// Smallest tolerance that is asked of a step of fixed cost.
+const SMALLEST_TOLERANCE: f64 = 1e-9;
+
+/// The corrections that suffice for a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rating {
+    /// Newton corrections in each stage; 0 with a method that does not iterate.
+    pub corrections: usize,
+    /// Residual above which a step is counted as unconverged, relative to the forces at work; `None` without iteration.
+    pub tolerance: Option<f64>,
+    /// Simulated duration of each trial, s.
+    pub until_s: f64,
+    /// The scene as it stands, and with a test pulse if torque acts on it.
+    pub trials: Vec<TrialErrors>,
+    /// Unit of the errors: of an angle, or of a deflection over the link's length; or of a displacement.
+    pub unit: &'static str,
+}
+
+/// No number of corrections suffices.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NotRated {
+    /// The model cannot compute the scene.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The scene diverges even with steps to the tolerance.
+    #[error("the scene diverges even with steps to its tolerance: {0}")]
+    Diverged(#[from] Diverged),
+    /// The iteration with one matrix a step does not converge.
+    #[error(
+        "no steps of fixed cost: {MOST} corrections a stage do not suffice, because one matrix a step does not serve all of them; \
+         a shorter solver.step_s may"
+    )]
+    TooSlow,
+}
+
+/// Finds the least number of corrections whose motion differs from that of the converged iteration by less than [`PART`] of the time
+/// step's own error, in every trial. `progress` gets the number of corrections that is tried.
+///
+/// The time step's error is the difference between steps to the tolerance and steps half as long. Trials are the scene from its start,
+/// and the same with a rectangular pulse that begins and ends inside steps. No clock decides: the result is the same on every machine.
+///
+/// # Errors
+/// [`NotRated`] when the scene does not run, or no number suffices.
+pub fn rate(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Rating, NotRated> {
+    let mut scene = scene.clone();
+    scene.solver.tolerance = scene.solver.tolerance.min(SMALLEST_TOLERANCE);
+    let window = Window::new(&scene, usual_until_s(&scene))?;
+    let pulses = [Some(None), test_pulse(&scene, &window).map(Some)];
+    let most = if scene.solver.iterates() { MOST } else { 0 };
+    progress(most);
+    let trials = pulses.into_iter().flatten().map(|pulse| Trial::new(&scene, window, pulse, most));
+    let trials = trials.collect::<Result<Vec<_>, _>>()?;
+    for corrections in most.min(1)..=most {
+        progress(corrections);
+        // A run that diverges has too few.
+        let errors: Result<Vec<TrialErrors>, Diverged> = trials.iter().map(|trial| trial.errors(&scene, corrections)).collect();
+        let Ok(errors) = errors else { continue };
+        let left = errors.iter().map(|errors| errors.left_over).fold(0.0, f64::max);
+        let suffices = errors.iter().all(|errors| errors.by_iteration <= PART * errors.of_step);
+        if suffices && left <= MOST_LEFT {
+            let tolerance = (most > 0).then(|| rounded_up(MARGIN * left).clamp(SMALLEST_TOLERANCE, LARGEST_TOLERANCE));
+            let unit = if scene.chain().is_some() { "rad" } else { "m" };
+            return Ok(Rating { corrections, tolerance, until_s: window.until_s(), trials: errors, unit });
+        }
+    }
+    Err(NotRated::TooSlow)
+}
+
+/// The next number with two digits.
+fn rounded_up(x: f64) -> f64 {
+    if x <= 0.0 {
+        return 0.0;
+    }
+    let digit = 10_f64.powf(x.log10().floor() - 1.0);
+    let rounded = (x / digit).ceil() * digit;
+    format!("{rounded:.1e}").parse().unwrap_or(rounded)
+}
+
+impl Rating {
+    /// The keys that set it, as `KEY=VALUE`.
+    pub fn keys(&self) -> Vec<String> {
+        let tolerance = self.tolerance.map(|tolerance| format!("solver.tolerance={tolerance:e}"));
+        std::iter::once(format!("solver.corrections={}", self.corrections)).chain(tolerance).collect()
+    }
+}
+
+impl fmt::Display for Rating {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.corrections {
+            0 => f.write_str("fixed cost: the method does not iterate")?,
+            1 => f.write_str("fixed cost: 1 correction a stage")?,
+            number => write!(f, "fixed cost: {number} corrections a stage")?,
+        }
+        for TrialErrors { pulse, of_step, by_iteration, by_loads, .. } in &self.trials {
+            match pulse {
+                None => write!(f, ", adds ")?,
+                Some(PulseRequest { torque_nm, .. }) => write!(f, "; with a pulse of {torque_nm} N·m inside steps, adds ")?,
+            }
+            if self.corrections > 0 {
+                write!(f, "{by_iteration:.1e} {} to an error of {of_step:.1e} {}", self.unit, self.unit)?;
+            } else {
+                write!(f, "nothing to an error of {of_step:.1e} {}", self.unit)?;
+            }
+            if *by_loads > by_iteration.max(PART * of_step) {
+                write!(f, ", and {by_loads:.1e} {} because loads that jump do not cut a step", self.unit)?;
+            }
+        }
+        write!(f, " (over {} s)", crate::shown::shown_s(self.until_s))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_tolerances_have_two_digits() {
+        assert_eq!([3.21e-7, 9.99e-5, 1e-3, 0.0].map(rounded_up), [3.3e-7, 1e-4, 1e-3, 0.0]);
+    }
+}
