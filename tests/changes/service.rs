@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 use std::path::Path;
+use std::time::Duration;
 
 use flexcrank::bus::client;
 use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, Resumed, resume, verify, what_if};
-use flexcrank::runtime::Pace;
+use flexcrank::runtime::{Overrun, Pace, Slowdown, SteppingOptions};
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::PublishRate;
 use flexcrank::wire::control::Action;
@@ -14,13 +15,21 @@ use flexcrank::wire::{self, AppliedCommand, CommandReply, Control, TorquePulse};
 use crate::common::{self, Outcome, Service};
 use crate::random::Random;
 
+/// Longest wait for the answer to an advance.
+const PATIENCE: Duration = Duration::from_secs(20);
+
 fn set(service: &Service, id: &str, changes: Vec<String>) -> Result<CommandReply, Box<dyn std::error::Error>> {
     let control = Control { id: id.to_owned(), action: Some(Action::Set(wire::Set { changes })) };
     Ok(client::control(&service.client, &service.name, &control)?)
 }
 
-/// The default scene with three levels.
-fn leveled() -> Result<SceneSource, flexcrank::scene::SceneError> {
+/// The default scene with three levels, the second of which has a step of its own.
+pub fn leveled() -> Result<SceneSource, flexcrank::scene::SceneError> {
+    leveled_with(", \"solver.step_s=4e-3\"")
+}
+
+/// The default scene with three levels, the second of them with further changes.
+fn leveled_with(further: &str) -> Result<SceneSource, flexcrank::scene::SceneError> {
     let text = flexcrank::scene::builtin::find("crank-slider").map(|scene| scene.text).unwrap_or_default();
     let levels = r#"
 [[level]]
@@ -29,13 +38,13 @@ error_rad = 1e-3
 [[level]]
 name = "fair"
 error_rad = 1e-2
-changes = ["crank.rigid=true", "rod.modes=1", "rod.axial=false", "solver.step_s=4e-3"]
+changes = ["crank.rigid=true", "rod.modes=1", "rod.axial=false"FURTHER]
 [[level]]
 name = "rough"
 error_rad = 1e-1
 changes = ["solver.model=rigid", "solver.integrator=runge-kutta"]
 "#;
-    SceneSource::parse("leveled.toml", &format!("{text}{levels}"), &[])
+    SceneSource::parse("leveled.toml", &format!("{text}{}", levels.replace("FURTHER", further)), &[])
 }
 
 #[test]
@@ -96,6 +105,24 @@ fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome 
     Ok(())
 }
 
+/// A load that sets in within a step costs no more than that step at its level: the spare has it.
+#[test]
+fn prop_steps_that_the_spare_took_are_recorded_and_computed_again() -> Outcome {
+    // By this seed, steps take two hundred times as long from 1.53 s to 2.05 s.
+    let load = Slowdown::new(200.0, 134);
+    let service = Service::start_as(tempfile::tempdir()?, leveled_with("")?, Pace::Factor(1.0), Some(3.5), |live| {
+        live.stepping = SteppingOptions { overrun: Overrun::Degrade, spare: true, slowdown: Some(load), ..live.stepping };
+    })?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run.mcap");
+    let found = verify(&RecordedSession::open(&file)?, &|_, _| {})?;
+    assert_eq!(found.findings, []);
+    let commands: Vec<AppliedCommand> = common::decoded(&file, "commands")?;
+    let reasons: Vec<String> = commands.into_iter().filter_map(|command| Some(command.reply?.reason)).collect();
+    assert!(reasons.iter().any(|reason| reason == "a step took more than 1.60ms"), "{reasons:?}");
+    Ok(())
+}
+
 /// Changes that wait for a common instant keep their order; a pause refuses them, since the run comes to no other step.
 #[test]
 fn prop_changes_that_wait_are_applied_in_order_or_refused() -> Outcome {
@@ -113,7 +140,9 @@ fn prop_changes_that_wait_are_applied_in_order_or_refused() -> Outcome {
     // A step of 4 ms can begin at every other step of 2 ms.
     let refused = (0..2).map(|_| {
         say(Action::Level(wire::Level { name: "good".into() }))?;
-        say(Action::Step(wire::Steps { count: 1 }))?;
+        // An advance is answered after its step; a single step before it.
+        let step = wire::Advance { steps: 1, ..wire::Advance::default() };
+        client::advance(&service.client, &service.name, &step, PATIENCE)?;
         say(Action::Level(wire::Level { name: "fair".into() })).map(|reply| (reply.accepted, reply.reason))
     });
     let refused: Vec<(bool, String)> = refused.collect::<Result<_, _>>()?;

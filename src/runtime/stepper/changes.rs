@@ -9,7 +9,7 @@ use crate::runtime::governor::Governor;
 use crate::runtime::ladder::Ladder;
 use crate::runtime::output::{Answer, Output};
 use crate::runtime::pacer::{Overrun, Pace};
-use crate::simulation::Effective;
+use crate::simulation::{Checkpoint, Effective, Stamp};
 use crate::wire::{self, CommandReply, control::Action};
 
 /// Beginning of the cause of a switch that nobody commanded.
@@ -33,7 +33,7 @@ impl Stepper {
             return self.send(Output::Answer(Box::new(answer)));
         }
         match self.steps_to_change(&command) {
-            Some(1..) if !self.run.paused => self.levels.waiting.push_back(command),
+            Some(1..) if !self.stands_still() => self.levels.waiting.push_back(command),
             _ if !self.levels.waiting.is_empty() => self.levels.waiting.push_back(command),
             _ => self.apply_change(command),
         }
@@ -41,6 +41,9 @@ impl Stepper {
 
     /// Steps before the change can hold; `None` if it never can.
     fn steps_to_change(&self, command: &Command) -> Option<u64> {
+        if self.spare_is_busy() && !self.run.paused {
+            return Some(1);
+        }
         let ladder = self.levels.ladder.as_ref()?;
         match (&command.request, &command.change) {
             (_, Some(change)) => change.steps_ahead(&self.simulation, ladder.present()),
@@ -53,13 +56,17 @@ impl Stepper {
 
     /// Applies the changes that wait, as far as their step has come. A run that stands still refuses them: it comes to no other step.
     pub(super) fn take_waiting_changes(&mut self) {
-        let stands = self.run.paused && self.run.pending_single_steps == 0;
         while let Some(command) = self.levels.waiting.pop_front() {
-            if !stands && matches!(self.steps_to_change(&command), Some(1..)) {
+            if !self.stands_still() && matches!(self.steps_to_change(&command), Some(1..)) {
                 return self.levels.waiting.push_front(command);
             }
             self.apply_change(command);
         }
+    }
+
+    /// Whether the run is paused and has no single step to take.
+    fn stands_still(&self) -> bool {
+        self.run.paused && self.run.pending_single_steps == 0
     }
 
     /// Refuses the changes and commands that wait when the run ends.
@@ -80,6 +87,8 @@ impl Stepper {
     }
 
     fn apply_change(&mut self, command: Command) {
+        self.discard_prepared();
+        self.await_given_up();
         let Command { id, request, reply: reply_to, mut change } = command;
         let effective = self.simulation.now();
         let changed = match (&request, &mut change, &mut self.levels.ladder) {
@@ -121,6 +130,7 @@ impl Stepper {
     /// Goes to the level that the governor asks for after a step of this cost; not across the edge of a pulse, nor before the steps of
     /// both levels meet.
     pub(super) fn govern(&mut self, cost: Duration) {
+        let busy = self.levels.spare.is_some() && !self.fetch_given_up();
         let (Some(governor), Some(ladder)) = (&mut self.levels.governor, &mut self.levels.ladder) else { return };
         if self.run.paused {
             return;
@@ -129,7 +139,7 @@ impl Stepper {
             self.levels.wanted = Some((to, cost));
         }
         let Some((to, cost)) = self.levels.wanted else { return };
-        if ladder.steps_ahead(&self.simulation, to) != Some(0) || self.simulation.has_edge_in_next_step() {
+        if busy || ladder.steps_ahead(&self.simulation, to) != Some(0) || self.simulation.has_edge_in_next_step() {
             return;
         }
         self.levels.wanted = None;
@@ -147,17 +157,27 @@ impl Stepper {
 
     /// Sends the scene in force, the reply, and the state from which the changed scene goes on.
     fn tell_change(&mut self, reply: CommandReply, reply_to: Option<ReplyTo>, request: Request) {
-        let stamp = self.stamp();
+        self.tell_change_at((self.stamp(), self.simulation.checkpoint()), reply, reply_to, request);
+    }
+
+    /// Sends the same for a change that was made in this state.
+    pub(super) fn tell_change_at(
+        &mut self,
+        (stamp, state): (Stamp, Checkpoint),
+        reply: CommandReply,
+        reply_to: Option<ReplyTo>,
+        request: Request,
+    ) {
         if let Some(in_force) = self.levels.ladder.as_ref().map(|ladder| Arc::clone(ladder.in_force())) {
             self.send(Output::Scene(in_force));
         }
         self.send(Output::Answer(Box::new(Answer { reply, reply_to, request: Some(request), stamp })));
-        self.checkpoint();
+        self.send_checkpoint(state, stamp);
     }
 }
 
 /// The reply to an accepted change.
-fn changed_reply(id: String, reason: String, effective: Effective, changed_j: f64) -> CommandReply {
+pub(super) fn changed_reply(id: String, reason: String, effective: Effective, changed_j: f64) -> CommandReply {
     let Effective { step, sim_time_s } = effective;
     let changed_j = Some(changed_j);
     CommandReply { id, accepted: true, reason, effective_step: step, effective_sim_time_s: sim_time_s, changed_j }
