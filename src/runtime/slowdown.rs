@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 const LOAD_MS: [u64; 2] = [200, 2000];
 const REST_MS: [u64; 2] = [1500, 5000];
 
-/// Loads that begin and end at random times, the same for the same seed.
+/// Loads that begin and end at random times, the same for the same seed in every thread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slowdown {
     factor: f64,
@@ -34,9 +34,9 @@ impl Slowdown {
             self.loaded = !self.loaded;
             self.onsets += u32::from(self.loaded);
             let [low, high] = if self.loaded { LOAD_MS } else { REST_MS };
-            // Knuth's linear congruence.
+            // Knuth's linear congruence. From the end of the last one: no thread lags behind another because it looks later.
             self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            self.until = now + Duration::from_millis(low + (self.random >> 33) % (high - low));
+            self.until += Duration::from_millis(low + (self.random >> 33) % (high - low));
         }
         if self.loaded {
             let end = begun.elapsed().mul_f64(self.factor);

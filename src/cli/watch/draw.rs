@@ -67,6 +67,9 @@ fn headline(view: &View) -> Line<'_> {
         let error = status.level_error_rad.map_or(String::new(), |error| format!(" ({error:.0e} rad)"));
         line.push_span(format!("  level {}{error}", status.level).cyan());
     }
+    if let Some(shadow) = &view.shadow {
+        line.push_span(format!("  shadow {} {:+.1e} rad", shadow.model, shadow.angle_rad).cyan());
+    }
     if let Some(replay) = &status.replay {
         line.push_span(format!(" of {:.2} s at {} times  {}", replay.duration_s, replay.rate, replay.file));
     }

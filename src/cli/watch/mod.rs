@@ -54,7 +54,8 @@ Keys: space pauses and resumes, r resets, p sends a pulse; Tab goes to the next 
     right what the charts span; + and - change how much bending is magnified, a lets it be chosen; q quits.
 
 The second line shows the real-time factor (rtf), how late steps begin (half of them, 99 % of them, the worst), missed deadlines \
-    (overruns), and the energy balance: energy that the computation lost or gained, which should be near 0.";
+    (overruns), and the energy balance: energy that the computation lost or gained, which should be near 0. With `run --shadow`, the \
+    first line shows the difference of the crank's angle, and shadow.angle_rad can be a chart.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -156,6 +157,7 @@ fn take(subscribers: &Subscribers, view: &mut View) -> bool {
     subscribers.energies().for_each(|energies| view.energies(&energies));
     subscribers.angles().for_each(|angles| view.angles(&angles));
     subscribers.displacements().for_each(|displacements| view.displacements(displacements));
+    subscribers.shadows().for_each(|shadow| view.shadow(shadow));
     subscribers.statuses().map(|status| view.status(status)).count() > 0
 }
 

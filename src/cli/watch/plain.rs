@@ -15,7 +15,7 @@ use super::Args;
 use super::signals::Signals;
 use super::subscribers::Subscribers;
 use crate::cli::status_line::describe;
-use crate::wire::{Angles, Displacements, Energies, Loads, Status, status::State};
+use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Status, status::State};
 
 /// Time between two looks at new messages.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -31,6 +31,7 @@ struct Seen {
     displacements: Option<Displacements>,
     loads: Option<Loads>,
     energies: Option<Energies>,
+    shadow: Option<Shadow>,
     status: Option<Status>,
     signals: Signals,
 }
@@ -88,6 +89,7 @@ impl Seen {
         self.loads = subscribers.loads().inspect(|loads| self.signals.loads(loads)).last().or(self.loads.take());
         self.energies = subscribers.energies().inspect(|all| self.signals.energies(all)).last().or(self.energies.take());
         self.angles = subscribers.angles().inspect(|angles| self.signals.angles(angles)).last().or(self.angles.take());
+        self.shadow = subscribers.shadows().inspect(|shadow| self.signals.shadow(shadow)).last().or(self.shadow.take());
         let displacements = subscribers.displacements().inspect(|all| self.signals.displacements(all)).last();
         self.displacements = displacements.or(self.displacements.take());
         let status = subscribers.statuses().inspect(|status| self.signals.status(status)).last()?;
@@ -141,6 +143,10 @@ impl Seen {
         if let Some(Energies { kinetic_j, strain_j, potential_j, balance_error_j, .. }) = &self.energies {
             let total_j: f64 = [kinetic_j, strain_j, potential_j].into_iter().flatten().sum();
             lines.push(format!("{:<12} {total_j:>18.6} J     balance {:>8.0e} J", "energy", balance_error_j.unwrap_or(0.0)));
+        }
+        if let Some(shadow) = &self.shadow {
+            let of = format!("shadow {}", shadow.model);
+            lines.push(format!("{of:<12} angle {:>12.1e} rad   end {:>13.1e} m", shadow.angle_rad, shadow.end_x_m));
         }
         lines
     }

@@ -1,12 +1,12 @@
 //! All numbers that a service publishes, under short names, with their recent past.
 //!
 //! Names are those of `export` without the name of the list: `crank.chord_rad`, `rod.2.deflection_m`, `pivot.fx_n`,
-//! `driving_torque_nm`; and `slider.x_m` for the last node of a chain with a slider.
+//! `driving_torque_nm`; `slider.x_m` for the last node of a chain with a slider; and `shadow.angle_rad` for the differences of a shadow.
 
 use std::collections::BTreeMap;
 
 use super::strip::Strip;
-use crate::wire::{Angles, Displacements, Energies, Loads, Stamp, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Stamp, Status};
 
 /// All signals by name.
 #[derive(Debug, Default)]
@@ -71,6 +71,13 @@ impl Signals {
         self.put(time_s, "", "dissipated_j", energies.dissipated_j);
         self.put(time_s, "", "balance_error_j", energies.balance_error_j);
         self.put(time_s, "", "energy_in_play_j", energies.energy_in_play_j);
+    }
+
+    pub(super) fn shadow(&mut self, shadow: &Shadow) {
+        let time_s = seconds(shadow.stamp.as_ref());
+        self.put(time_s, "shadow", "angle_rad", Some(shadow.angle_rad));
+        self.put(time_s, "shadow", "end_x_m", Some(shadow.end_x_m));
+        self.put(time_s, "shadow", "joint_force_n", shadow.joint_force_n);
     }
 
     pub(super) fn status(&mut self, status: &Status) {

@@ -7,7 +7,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use super::bending::Magnification;
 use super::signals::Signals;
 use crate::bus::Name;
-use crate::wire::{self, Angles, Displacements, Energies, Loads, Snapshot, Status, status::State};
+use crate::wire::{self, Angles, Displacements, Energies, Loads, Shadow, Snapshot, Status, status::State};
 
 /// Time spans of the charts, s.
 const WINDOWS_S: [f64; 4] = [1.0, 3.0, 10.0, super::strip::KEPT_S];
@@ -27,6 +27,8 @@ pub(super) struct View {
     pub name: Name,
     pub status: Option<Status>,
     pub displacements: Option<Displacements>,
+    /// The newest difference of a second model or the best level.
+    pub shadow: Option<Shadow>,
     pub signals: Signals,
     pub magnification: Magnification,
     /// Signals in the charts; the defaults until the user chooses.
@@ -48,6 +50,7 @@ impl View {
             name,
             status: None,
             displacements: None,
+            shadow: None,
             signals: Signals::default(),
             magnification: Magnification::default(),
             chosen,
@@ -86,6 +89,11 @@ impl View {
         let bending = wire::by_link(&displacements.nodes).map(wire::bending).fold(0.0, f64::max);
         self.magnification.look(bending);
         self.displacements = Some(displacements);
+    }
+
+    pub(super) fn shadow(&mut self, shadow: Shadow) {
+        self.signals.shadow(&shadow);
+        self.shadow = Some(shadow);
     }
 
     pub(super) fn status(&mut self, status: Status) {

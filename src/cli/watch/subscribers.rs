@@ -1,7 +1,7 @@
 //! Subscriptions of the view.
 
 use crate::bus::{BusError, Name, Session, Topic, client};
-use crate::wire::{Angles, Displacements, Energies, Loads, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Status};
 
 /// Subscriptions to everything shown.
 pub(super) struct Subscribers {
@@ -9,6 +9,7 @@ pub(super) struct Subscribers {
     displacements: client::TopicSubscriber,
     loads: client::TopicSubscriber,
     energies: client::TopicSubscriber,
+    shadow: client::TopicSubscriber,
     status: client::TopicSubscriber,
 }
 
@@ -20,6 +21,7 @@ impl Subscribers {
             displacements: subscribe(Topic::Displacements)?,
             loads: subscribe(Topic::Loads)?,
             energies: subscribe(Topic::Energies)?,
+            shadow: subscribe(Topic::Shadow)?,
             status: subscribe(Topic::Status)?,
         })
     }
@@ -38,6 +40,10 @@ impl Subscribers {
 
     pub(super) fn energies(&self) -> impl Iterator<Item = Energies> {
         client::new_messages(&self.energies)
+    }
+
+    pub(super) fn shadows(&self) -> impl Iterator<Item = Shadow> {
+        client::new_messages(&self.shadow)
     }
 
     pub(super) fn statuses(&self) -> impl Iterator<Item = Status> {

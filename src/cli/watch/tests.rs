@@ -11,7 +11,7 @@ use super::draw::draw;
 use super::state::{KeyRequest, View};
 use crate::bus::Name;
 use crate::recording::Messages;
-use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Stamp, Status, status::State};
+use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Shadow, Stamp, Status, status::State};
 
 type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
@@ -180,6 +180,17 @@ fn prop_energies_come_from_their_own_topic_or_else_from_the_status() -> Outcome 
     // An older message that arrives later would restart the chart.
     view.status(Status { stamp: at(1.25), kinetic_j: Some(7.0), ..Status::default() });
     assert_eq!(now(&view), Some((6.0, 2)));
+    Ok(())
+}
+
+#[test]
+fn val_the_difference_of_a_shadow_is_shown_and_can_be_charted() -> Outcome {
+    let mut view = sampled(&["shadow.angle_rad"], 500)?;
+    assert!(picture(&mut view, 80, 24)?.join("\n").contains("not there"));
+    view.shadow(Shadow { model: "modal".to_owned(), angle_rad: -3.2e-3, ..Shadow::default() });
+    let lines = picture(&mut view, 80, 24)?;
+    assert!(lines[0].contains("shadow modal -3.2e-3 rad"), "{}", lines[0]);
+    assert_eq!(view.signals.find("shadow.angle_rad").map(|strip| strip.now), Some(-3.2e-3));
     Ok(())
 }
 
