@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::lettering::{outlines, text_width};
+use super::lettering::{fitted_em, outlines, text_width};
 use super::style::{Colour, INK, WHITE};
 
 /// From a text's middle down to its base line, in em: half the height of a capital.
@@ -98,8 +98,7 @@ impl Canvas {
 
     /// A text made smaller where it would be longer than `room_px`.
     pub fn fitted(&mut self, text: &str, at: [f64; 2], align: Align, em_px: f64, room_px: f64) {
-        let em = em_px * (room_px / text_width(text, em_px).max(1.0)).min(1.0);
-        self.text(text, at, align, em, INK);
+        self.text(text, at, align, fitted_em(text, em_px, room_px), INK);
     }
 
     /// A text, centred vertically on its point.

@@ -31,6 +31,11 @@ pub(super) fn outlines(text: &str, [mut x, y]: [f64; 2], em_px: f64) -> String {
     path
 }
 
+/// Size of letters with which a text is at most `room_px` long, and at most `em_px`.
+pub(super) fn fitted_em(text: &str, em_px: f64, room_px: f64) -> f64 {
+    em_px * (room_px / text_width(text, em_px).max(1.0)).min(1.0)
+}
+
 fn units_per_em(font: &FontRef<'_>) -> f64 {
     font.units_per_em().map_or(1.0, f64::from)
 }

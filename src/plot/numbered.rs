@@ -3,6 +3,7 @@
 use super::canvas::{Align, Canvas};
 use super::figure::Numbered;
 use super::frame::Frame;
+use super::lettering::fitted_em;
 use super::style::{Colour, GREY, INK, POINT_RADIUS, WHITE, sheet, text};
 
 /// Room for the list, px.
@@ -33,7 +34,8 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, list: &[Numbered]) {
         draw_badge(canvas, [left, y], number + 1, colour);
         let room = sheet::WIDTH - sheet::EDGE - left - 16.0;
         canvas.fitted(&entry.lines[0], [left + 16.0, y - 7.0], Align::Left, text::TICK, room);
-        canvas.text(&entry.lines[1], [left + 16.0, y + 7.5], Align::Left, text::NOTE, GREY);
+        let em = fitted_em(&entry.lines[1], text::NOTE, room);
+        canvas.text(&entry.lines[1], [left + 16.0, y + 7.5], Align::Left, em, GREY);
     }
 }
 

@@ -87,6 +87,25 @@ fn prop_a_trade_gives_a_work_precision_diagram() {
 }
 
 #[test]
+fn regress_a_long_entry_of_the_list_ends_within_the_figure() {
+    let folder = folder();
+    let rows = [
+        "model,integrator,discretization,failure,step_s,error,seconds_per_simulated_s",
+        "modal,esdirk,\"2 and 6 modes, axial, hinged on a spring\",,0.001,0.002,1e-3",
+        "modal,esdirk,1 mode,,0.01,0.1,1e-4",
+    ];
+    std::fs::write(folder.path().join("long.csv"), rows.join("\n")).unwrap();
+    let output = plot(folder.path(), &["long.csv", "-o", "long.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let drawn = std::fs::read_to_string(folder.path().join("long.svg")).unwrap();
+    let entry = drawn.lines().find(|line| line.contains("hinged on a spring")).unwrap();
+    let number = |name: &str| entry.split(&format!(" {name}=\"")).nth(1).unwrap().split('"').next().unwrap().parse::<f64>().unwrap();
+    // A letter is on average some half as wide as its size.
+    let end = number("x") + 0.45 * number("font-size") * "2 and 6 modes, axial, hinged on a spring, step 1 ms".len() as f64;
+    assert!(end < 760.0, "ends at {end} px: {entry}");
+}
+
+#[test]
 fn prop_undrawable_input_is_refused() {
     let folder = folder();
     let at = folder.path();
