@@ -122,7 +122,7 @@ pub(super) struct Args {
     /// Write a copy of the scene with the chosen settings or levels; the file must not exist.
     #[arg(long, value_name = "FILE", requires = "choice")]
     write: Option<PathBuf>,
-    /// Also report how many Newton corrections a stage suffice for steps of fixed cost (run --fixed-cost), in the column corr.
+    /// Also report the number of Newton corrections in a stage that suffices for steps of fixed cost (run --fixed-cost), in the column corr.
     /// --budget does not bound the seconds that each configuration takes for it.
     #[arg(long)]
     fixed_cost: bool,
@@ -159,6 +159,12 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     if args.levels.is_some() && args.models == [ModelKind::Incremental] {
         return Err(Failure::Usage(
             "--models: incremental carries its own state, so that no run can switch to it or from it".into(),
+        ));
+    }
+    if source.scene.solver.corrections.is_some() {
+        return Err(Failure::Usage(
+            "the scene names solver.corrections, which suits one configuration: leave it out (--fixed-cost reports it for each)"
+                .into(),
         ));
     }
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {

@@ -215,6 +215,9 @@ impl Esdirk {
         }
         taken.left_over = self.stages.newton.left_over(system, &self.residual, &self.stages.q)?;
         if jumps && self.fixed.is_some() {
+            // This method has no estimate of its error.
+            self.error_q.fill(0.0);
+            self.error_v.fill(0.0);
             state.alpha.copy_from_slice(&self.stages.a);
         } else {
             self.predict_next(state);

@@ -45,10 +45,9 @@ impl BestLevelRun {
         match &command.command {
             // A pulse keeps its start between two steps.
             Some(applied_command::Command::Torque(pulse)) => {
-                let step = (steps + ROUNDING).floor();
-                self.go_to(stamp.epoch, step)?;
-                let later_s =
-                    Some(steps - step).filter(|part| *part > ROUNDING).unwrap_or(0.0) * self.resimulator.simulation().step_s();
+                self.go_to(stamp.epoch, (steps + ROUNDING).floor())?;
+                let later = steps - self.resimulator.instant().1 as f64;
+                let later_s = Some(later).filter(|part| *part > ROUNDING).unwrap_or(0.0) * self.resimulator.simulation().step_s();
                 let pulse = wire::pulse_request(pulse).map_err(ResimulationFault::from)?;
                 let request = PulseRequest { delay_s: pulse.delay_s + later_s, ..pulse };
                 self.resimulator.apply(&request).map_err(ResimulationFault::from)?;
@@ -76,7 +75,8 @@ impl BestLevelRun {
     pub fn difference(&mut self, seen: &Observation, stamp: &Stamp) -> Result<Option<wire::Shadow>, LostTrack> {
         let steps = self.resimulator.steps_at(stamp.epoch, stamp.sim_time_s);
         self.go_to(stamp.epoch, (steps + ROUNDING).floor())?;
-        if (steps - steps.round()).abs() > ROUNDING {
+        let present = self.resimulator.instant().1 as f64;
+        if (steps - present).abs() > ROUNDING {
             return Ok(None);
         }
         let model = self.resimulator.model();
@@ -85,9 +85,12 @@ impl BestLevelRun {
         Ok(difference(own, seen, stamp).map(|found| wire::Shadow { model: model.as_str().to_owned(), shadow_step_s, ..found }))
     }
 
+    /// Goes to a step, or stays where it is: a command that came within a step here has taken it to that step's end.
     fn go_to(&mut self, epoch: u64, step: f64) -> Result<(), LostTrack> {
         let (begun, mut taken) = (Instant::now(), 0);
-        let went = self.resimulator.go_to((epoch, step.max(0.0) as u64), |_| taken += 1);
+        let (own, present) = self.resimulator.instant();
+        let least = if epoch == own { present } else { 0 };
+        let went = self.resimulator.go_to((epoch, (step.max(0.0) as u64).max(least)), |_| taken += 1);
         self.cost += begun.elapsed();
         self.steps = self.steps.saturating_add(taken);
         Ok(went?)

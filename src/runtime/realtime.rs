@@ -93,7 +93,7 @@ pub(super) fn give_way() {
     if let (Ok(policy @ ThreadSchedulePolicy::Realtime(_)), Ok(priority)) =
         (thread_schedule_policy(), ThreadPriorityValue::try_from(PRIORITY - 1))
     {
-        // Refused, it has the priority of the stepping thread, which then may wait for it on a machine with few processors.
+        // If the system refuses, this thread has the priority of the stepping thread, which then may wait for it.
         let _ = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy);
     }
 }

@@ -18,8 +18,10 @@ use crate::runtime::{Answer, Output};
 use crate::simulation::Stamp;
 use crate::wire::{AppliedCommand, Shadow, Topic};
 
-/// States that wait for the thread; while there are so many, no further one is compared.
+/// Events that wait for the thread; while there are so many, no further state is compared.
 const MOST_STATES: usize = 4096;
+/// The same for commands: with more of them, the thread has lost track.
+const MOST_COMMANDS: usize = 65_536;
 /// Time to wait for the last differences at the end of a run.
 const PATIENCE: Duration = Duration::from_secs(2);
 
@@ -38,7 +40,8 @@ pub(super) struct BestLevelThread {
     /// `None` once the run has ended.
     events: Option<Sender<Event>>,
     differences: Receiver<Result<(Shadow, Stamp), LostTrack>>,
-    states: Arc<AtomicUsize>,
+    /// Number of events that wait for it.
+    waiting: Arc<AtomicUsize>,
     /// Why there are no more differences.
     pub lost: Option<String>,
 }
@@ -51,30 +54,40 @@ impl BestLevelThread {
     pub(super) fn start(run: BestLevelRun) -> std::io::Result<Self> {
         let (events, to_follow) = channel();
         let (found, differences) = channel();
-        let states = Arc::new(AtomicUsize::new(0));
-        let waiting = Arc::clone(&states);
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let left = Arc::clone(&waiting);
         Builder::new().name("best-level".to_owned()).spawn(move || {
-            // Whatever else runs on this machine comes first. Where it cannot be so, the thread runs as others do.
+            // This thread yields to all others. If the system refuses, it runs at the usual priority.
             let _ = setpriority_process(Some(gettid()), NICE);
-            follow(run, &to_follow, &found, &waiting);
+            follow(run, &to_follow, &found, &left);
         })?;
-        Ok(BestLevelThread { events: Some(events), differences, states, lost: None })
+        Ok(BestLevelThread { events: Some(events), differences, waiting, lost: None })
     }
 
     /// Passes on what the run has done. Never waits.
     fn take(&mut self, output: &Output, step_s: f64) {
+        let waiting = self.waiting.load(Ordering::Relaxed);
         let event = match output {
             Output::Answer(answer) => of_answer(answer).map(|command| Event::Command(Box::new(command), step_s)),
-            Output::Sample { sample, topics, .. } if topics.angles && self.states.load(Ordering::Relaxed) < MOST_STATES => {
-                self.states.fetch_add(1, Ordering::Relaxed);
+            Output::Sample { sample, topics, .. } if topics.angles && waiting < MOST_STATES => {
                 Some(Event::State(Box::new(sample.observation.clone()), sample.stamp))
             }
             _ => None,
         };
-        if let Some((events, event)) = self.events.as_ref().zip(event) {
+        let Some((events, event)) = self.events.as_ref().zip(event) else { return };
+        if waiting < MOST_COMMANDS {
+            self.waiting.fetch_add(1, Ordering::Relaxed);
             // A thread that has lost track has ended.
             let _ = events.send(event);
+        } else {
+            self.events = None;
+            self.lose(format!("the shadow at the best level cannot follow: {MOST_COMMANDS} commands wait for it"));
         }
+    }
+
+    fn lose(&mut self, why: String) {
+        tracing::warn!("{why}");
+        self.lost = Some(why);
     }
 
     /// The next difference, waiting for at most `patience`; `None` if there is none yet, or none any more.
@@ -82,8 +95,11 @@ impl BestLevelThread {
         match self.differences.recv_timeout(patience) {
             Ok(Ok(difference)) => Some(difference),
             Ok(Err(lost)) => {
-                tracing::warn!("{lost}");
-                self.lost = Some(lost.to_string());
+                self.lose(lost.to_string());
+                None
+            }
+            Err(RecvTimeoutError::Disconnected) if self.events.is_some() && self.lost.is_none() => {
+                self.lose("the shadow at the best level has ended by a fault of the program".to_owned());
                 None
             }
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
@@ -104,12 +120,10 @@ fn follow(
     waiting: &AtomicUsize,
 ) {
     for event in events {
+        waiting.fetch_sub(1, Ordering::Relaxed);
         let found = match event {
             Event::Command(command, step_s) => run.apply(&command, step_s).map(|()| None),
-            Event::State(seen, stamp) => {
-                waiting.fetch_sub(1, Ordering::Relaxed);
-                run.difference(&seen, &stamp).map(|found| found.map(|difference| (difference, stamp)))
-            }
+            Event::State(seen, stamp) => run.difference(&seen, &stamp).map(|found| found.map(|difference| (difference, stamp))),
         };
         let lost = found.is_err();
         let told = found.transpose().is_none_or(|found| differences.send(found).is_ok());

@@ -1,14 +1,16 @@
 //! The shadow at the best level: the error that cheaper levels leave, measured beside the run.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use flexcrank::bus::{Topic, client};
 use flexcrank::resimulation::{BestLevelRun, Change, RecordedSession, verify, what_if};
 use flexcrank::runtime::Pace;
+use flexcrank::scene::SceneSource;
 use flexcrank::service::SecondRun;
-use flexcrank::simulation::PublishRate;
+use flexcrank::simulation::{PublishRate, Simulation, Stamp};
+use flexcrank::wire::applied_command::Command;
 use flexcrank::wire::control::Action;
-use flexcrank::wire::{self, Angles, Control, Shadow, TorquePulse};
+use flexcrank::wire::{self, Angles, AppliedCommand, Control, Setpoint, Shadow, TorquePulse};
 
 use crate::common::{self, Outcome, Service};
 use crate::service::leveled;
@@ -58,5 +60,27 @@ fn val_the_shadow_at_the_best_level_is_the_run_without_cheaper_levels() -> Outco
     assert_eq!(other.map(|place| (found[place], truth[place])), None, "message {other:?}");
     assert!(truth.iter().any(|(_, error_rad)| error_rad.abs() > 1e-4), "cheaper levels err");
     assert!(measured.iter().all(|shadow| shadow.model == "modal" && shadow.shadow_step_s > 0.0));
+    Ok(())
+}
+
+/// The run's steps are half as long as the best level's: a command between two of those takes effect at the later one.
+#[test]
+fn regress_commands_between_the_steps_of_the_best_level_are_followed() -> Outcome {
+    let mut best = BestLevelRun::new(&leveled()?)?;
+    let mut run = Simulation::new(&SceneSource::open("crank-slider", &["solver.step_s=1e-3".to_owned()])?.scene)?;
+    for step in 1..=20 {
+        run.step()?;
+        let sim_time_s = run.time_s();
+        let at = Some(wire::Stamp { step, sim_time_s, ..wire::Stamp::default() });
+        let setpoint = Command::Setpoint(Setpoint { torque_nm: 0.1, hold_s: 1.0, ..Setpoint::default() });
+        best.apply(&AppliedCommand { stamp: at, command: Some(setpoint), ..AppliedCommand::default() }, run.step_s())?;
+        let pulse = TorquePulse { torque_nm: 1.0, duration_s: 0.01, ..TorquePulse::default() };
+        best.apply(
+            &AppliedCommand { stamp: at, command: Some(Command::Torque(pulse)), ..AppliedCommand::default() },
+            run.step_s(),
+        )?;
+        let stamp = Stamp { step, epoch: 0, sim_time_s, epoch_start_s: 0.0, wall: SystemTime::UNIX_EPOCH };
+        assert_eq!(best.difference(run.observe()?, &stamp)?.is_some(), step % 2 == 0, "step {step}");
+    }
     Ok(())
 }

@@ -321,3 +321,20 @@ fn constant_work_us() -> f64 {
     std::hint::black_box(x);
     1e6 * begun.elapsed().as_secs_f64()
 }
+
+/// A step in which the load jumps has no estimate of its own: none of an earlier step, which a checkpoint does not hold.
+#[test]
+fn regress_the_estimate_of_a_step_with_a_jump_is_that_of_a_restored_run() {
+    let keys = &[MODAL, "solver.integrator=esdirk", "solver.step_s=2e-3", "solver.corrections=3"];
+    let (mut run, mut restored) = (simulation("crank-slider", keys), simulation("crank-slider", keys));
+    (0..50).for_each(|_| run.step().unwrap());
+    assert!(restored.restore(&run.checkpoint()));
+    for simulation in [&mut run, &mut restored] {
+        simulation
+            .add_pulse(&PulseRequest { torque_nm: 20.0, duration_s: 0.1, delay_s: 0.0, shape: PulseShape::Rectangular })
+            .unwrap();
+        simulation.step().unwrap();
+    }
+    assert!(run.effort().newton_iterations > 0 && run.checkpoint() == restored.checkpoint());
+    assert_eq!(run.error_estimate(), restored.error_estimate());
+}

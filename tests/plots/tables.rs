@@ -99,7 +99,8 @@ fn regress_a_long_entry_of_the_list_ends_within_the_figure() {
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let drawn = std::fs::read_to_string(folder.path().join("long.svg")).unwrap();
     let entry = drawn.lines().find(|line| line.contains("hinged on a spring")).unwrap();
-    let number = |name: &str| entry.split(&format!(" {name}=\"")).nth(1).unwrap().split('"').next().unwrap().parse::<f64>().unwrap();
+    let number =
+        |name: &str| entry.split(&format!(" {name}=\"")).nth(1).unwrap().split('"').next().unwrap().parse::<f64>().unwrap();
     // A letter is on average some half as wide as its size.
     let end = number("x") + 0.45 * number("font-size") * "2 and 6 modes, axial, hinged on a spring, step 1 ms".len() as f64;
     assert!(end < 760.0, "ends at {end} px: {entry}");

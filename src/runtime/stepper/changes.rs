@@ -41,7 +41,7 @@ impl Stepper {
 
     /// Steps before the change can hold; `None` if it never can.
     fn steps_to_change(&self, command: &Command) -> Option<u64> {
-        if self.spare_is_busy() && !self.run.paused {
+        if self.spare_is_busy() && !self.run.paused && self.needs_given_up(command) {
             return Some(1);
         }
         let ladder = self.levels.ladder.as_ref()?;
@@ -52,6 +52,15 @@ impl Stepper {
             }
             _ => None,
         }
+    }
+
+    /// Whether a command needs the level whose step was given up: a change of the scene needs all levels.
+    fn needs_given_up(&self, command: &Command) -> bool {
+        let to = match (&command.request, &command.change, &self.levels.ladder) {
+            (Request::Control(Action::Level(level)), None, Some(ladder)) => ladder.named(&level.name).ok(),
+            _ => return true,
+        };
+        to.is_none_or(|to| self.is_given_up(to))
     }
 
     /// Applies the changes that wait, as far as their step has come. A run that stands still refuses them: it comes to no other step.
@@ -88,7 +97,9 @@ impl Stepper {
 
     fn apply_change(&mut self, command: Command) {
         self.discard_prepared();
-        self.await_given_up();
+        if self.needs_given_up(&command) {
+            self.await_given_up();
+        }
         let Command { id, request, reply: reply_to, mut change } = command;
         let effective = self.simulation.now();
         let changed = match (&request, &mut change, &mut self.levels.ladder) {
@@ -107,6 +118,7 @@ impl Stepper {
         let rest = change.map(Output::ChangeLeftOver);
         match changed {
             Ok(changed_j) => {
+                self.levels.wanted = None;
                 self.tell_governor(&request);
                 let reply = changed_reply(id, String::new(), effective, changed_j);
                 self.ports.shared.remember(&reply, Some(&request));
@@ -130,7 +142,7 @@ impl Stepper {
     /// Goes to the level that the governor asks for after a step of this cost; not across the edge of a pulse, nor before the steps of
     /// both levels meet.
     pub(super) fn govern(&mut self, cost: Duration) {
-        let busy = self.levels.spare.is_some() && !self.fetch_given_up();
+        self.fetch_given_up();
         let (Some(governor), Some(ladder)) = (&mut self.levels.governor, &mut self.levels.ladder) else { return };
         if self.run.paused {
             return;
@@ -139,7 +151,8 @@ impl Stepper {
             self.levels.wanted = Some((to, cost));
         }
         let Some((to, cost)) = self.levels.wanted else { return };
-        if busy || ladder.steps_ahead(&self.simulation, to) != Some(0) || self.simulation.has_edge_in_next_step() {
+        let given_up = self.levels.spare.as_ref().is_some_and(|spare| spare.has_given_up(to));
+        if given_up || ladder.steps_ahead(&self.simulation, to) != Some(0) || self.simulation.has_edge_in_next_step() {
             return;
         }
         self.levels.wanted = None;

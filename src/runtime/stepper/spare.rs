@@ -1,8 +1,8 @@
 //! The spare: the next cheaper level takes every step beside the level in force, so that a step that takes too long can be given up.
 //!
 //! The spare begins each step where the recorded change to its level would let it begin, and goes on from there if the step of the
-//! level in force is given up. The recording then holds that change, and the step at the cheaper level: nothing tells it from a change
-//! that was made in time.
+//! level in force is given up. The recording then holds that change, and the step at the cheaper level, as if the change had been made
+//! in time.
 
 use std::time::{Duration, Instant};
 
@@ -52,6 +52,11 @@ impl Spare {
     fn is_busy(&self) -> bool {
         self.given_up.is_some() && !self.worker.is_done()
     }
+
+    /// Whether a step of this level was given up, and its simulation has not come back.
+    pub(super) fn has_given_up(&self, level: usize) -> bool {
+        self.given_up == Some(level)
+    }
 }
 
 /// Takes a step as the stepping thread does, prolonged by the same loads.
@@ -83,6 +88,11 @@ impl Stepper {
         self.levels.spare.as_ref().is_some_and(Spare::is_busy)
     }
 
+    /// Whether the worker holds this level for a step that was given up.
+    pub(super) fn is_given_up(&self, level: usize) -> bool {
+        self.levels.spare.as_ref().is_some_and(|spare| spare.has_given_up(level))
+    }
+
     /// Carries the present state over to the spare while there is time: between two steps.
     pub(super) fn prepare_spare_ahead(&mut self) {
         if self.levels.spare.is_some() {
@@ -102,11 +112,12 @@ impl Stepper {
         if spare.prepared.is_some() || !ladder.next_cheaper().is_some_and(meets) {
             return;
         }
-        let Some((mut in_force, changed_j)) = ladder.try_cheaper(&mut self.simulation) else { return };
+        let Some((in_force, changed_j)) = ladder.try_cheaper(&mut self.simulation) else { return };
         let (state, pulses) = spare.began.take().map(|began| (began.state, began.pulses)).unwrap_or_default();
         spare.began = Some(self.simulation.checkpoint_in(state, pulses));
-        std::mem::swap(&mut self.simulation, &mut in_force);
-        spare.prepared = Some(Prepared { simulation: in_force, changed_j });
+        let mut simulation = in_force;
+        std::mem::swap(&mut self.simulation, &mut simulation);
+        spare.prepared = Some(Prepared { simulation, changed_j });
     }
 
     /// Gives the spare back to the levels: the next step begins elsewhere, or is none.
@@ -126,7 +137,8 @@ impl Stepper {
         if let (Some(ladder), Some(governor)) = (&mut self.levels.ladder, &mut self.levels.governor) {
             ladder.put_back(level, simulation);
             let back = governor.after_given_up(self.clock.elapsed(), level, cost);
-            self.levels.wanted = back.map(|level| (level, cost)).or(self.levels.wanted);
+            // A wish that waits is of a later step.
+            self.levels.wanted = self.levels.wanted.or(back.map(|level| (level, cost)));
         }
         true
     }

@@ -5,7 +5,7 @@ mod trial;
 use std::fmt;
 
 use crate::scene::Scene;
-use crate::simulation::{BuildError, Diverged, PulseRequest};
+use crate::simulation::{BuildError, Diverged, PulseRefused, PulseRequest};
 use crate::study::trade::usual_until_s;
 pub use trial::TrialErrors;
 use trial::{Trial, Window, test_pulse};
@@ -47,6 +47,9 @@ pub enum NotRated {
     /// The scene diverges even with steps to the tolerance.
     #[error("the scene diverges even with steps to its tolerance: {0}")]
     Diverged(#[from] Diverged),
+    /// The scene refuses the test pulse.
+    #[error("the scene refuses the pulse that tests its steps: {0}")]
+    Pulse(PulseRefused),
     /// The iteration with one matrix a step does not converge.
     #[error(
         "no steps of fixed cost: {MOST} corrections a stage do not suffice, because one matrix a step does not serve all of them; \

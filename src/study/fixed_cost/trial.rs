@@ -4,7 +4,7 @@ use crate::mechanics::Observation;
 use crate::scene::{Drive, Pulse, PulseShape, Scene};
 use crate::simulation::{Diverged, PulseRequest, Simulation};
 
-use super::NotRated;
+use super::{MOST_LEFT, NotRated};
 
 /// The most steps of a trial; the most steps times unknowns, for models of many unknowns; and the fewest steps.
 const MOST_STEPS: usize = 5000;
@@ -100,6 +100,9 @@ impl Trial {
             other => other,
         })?;
         let of_step = difference(&converged, &halved);
+        if settled.1 > MOST_LEFT && most > 0 {
+            return Err(NotRated::TooSlow);
+        }
         Ok(Trial { window, pulse, converged, settled: settled.0, of_step })
     }
 
@@ -125,14 +128,17 @@ fn with(scene: &Scene, corrections: Option<usize>, parts: usize) -> Scene {
     let mut scene = scene.clone();
     scene.solver.corrections = corrections;
     scene.solver.step_s /= parts as f64;
+    // The test pulse comes on top of the scene's own.
+    scene.commands.pending_limit += 1;
     scene
 }
 
 /// Runs a scene whose steps are `parts` to one of the window, with `pulse`. Returns samples and the largest residual left.
 fn samples(scene: &Scene, window: Window, pulse: Option<PulseRequest>, parts: usize) -> Result<(Samples, f64), NotRated> {
     let mut simulation = Simulation::new(scene)?;
-    // The pulse is within the scene's limits, or the trial goes without it.
-    let _ = pulse.map(|pulse| simulation.add_pulse(&pulse));
+    if let Some(pulse) = pulse {
+        simulation.add_pulse(&pulse).map_err(NotRated::Pulse)?;
+    }
     let (mut samples, mut left_over) = (Samples::new(), 0.0_f64);
     for step in 1..=window.steps {
         for _ in 0..parts {

@@ -170,13 +170,40 @@ fn regress_a_step_beside_the_spare_allocates_nothing() {
 }
 
 #[test]
+fn regress_the_governor_goes_on_to_a_cheaper_level_while_a_step_given_up_is_computed() {
+    let (mut stepper, _outputs, permit) = gated();
+    wake(&mut stepper);
+    assert_eq!(level(&stepper), 1);
+    // The step of the next level took too long, too.
+    stepper.levels.wanted = Some((2, Duration::ZERO));
+    wake(&mut stepper);
+    assert_eq!((level(&stepper), stepper.levels.wanted), (2, None));
+    drop(permit);
+    stepper.await_given_up();
+    assert_eq!(level(&stepper), 2);
+}
+
+/// A wish of the governor from before the command would undo it.
+#[test]
+fn regress_a_commanded_level_ends_the_wish_of_the_governor() {
+    let (mut stepper, _outputs) = stepper(prolonged_by(None));
+    stepper.levels.wanted = Some((1, Duration::ZERO));
+    command(&mut stepper, Request::Control(Action::Level(wire::Level { name: "rough".to_owned() })));
+    wake(&mut stepper);
+    assert_eq!((level(&stepper), stepper.levels.wanted), (2, None));
+}
+
+#[test]
 fn regress_changes_wait_for_the_step_that_was_given_up() {
     let (mut stepper, _outputs, permit) = gated();
     wake(&mut stepper);
     assert_eq!(level(&stepper), 1);
+    // Any other level is free.
+    command(&mut stepper, Request::Control(Action::Level(wire::Level { name: "rough".to_owned() })));
+    assert_eq!((level(&stepper), stepper.levels.waiting.len()), (2, 0));
     command(&mut stepper, Request::Control(Action::Level(wire::Level { name: "good".to_owned() })));
     wake(&mut stepper);
-    assert_eq!((level(&stepper), stepper.levels.waiting.len()), (1, 1));
+    assert_eq!((level(&stepper), stepper.levels.waiting.len()), (2, 1));
     permit.send(()).unwrap();
     while stepper.spare_is_busy() {
         std::thread::yield_now();
