@@ -32,7 +32,7 @@ pub use governor::{Governor, LevelCost};
 pub use ladder::{Ladder, SceneInForce};
 pub use output::{Advanced, Answer, MissedSamples, Outbox, Output};
 pub use pacer::{GIVE_UP, Overrun, Pace, Pacer};
-pub(crate) use realtime::exact_timers;
+pub(crate) use realtime::{exact_timers, yield_to_others};
 pub(crate) use reply_cache::ReplyCache;
 pub use scene_change::{PreparedChange, Successor};
 pub use shadow::{ShadowSimulation, difference};

@@ -44,6 +44,11 @@ pub(crate) fn exact_timers() {
     system::exact_timers();
 }
 
+/// Lets every other thread go first. If the system refuses, this one runs at the usual priority.
+pub(crate) fn yield_to_others() {
+    system::yield_to_others();
+}
+
 /// Returns the origin of a clock on which deadlines avoid the scheduler's tick, for steps of whole or half milliseconds.
 ///
 /// On Linux since 6.4 the tick falls on multiples of 1 to 10 ms of `CLOCK_MONOTONIC`. A deadline on the tick is late by as long
@@ -112,8 +117,12 @@ mod system {
     use std::time::Duration;
 
     use rustix::mm::{MlockAllFlags, mlockall};
-    use rustix::thread::set_current_timer_slack;
+    use rustix::process::setpriority_process;
+    use rustix::thread::{gettid, set_current_timer_slack};
     use rustix::time::{ClockId, clock_gettime};
+
+    /// Niceness of a thread that yields to all others.
+    const NICE: i32 = 10;
 
     pub(super) fn lock_memory() -> Result<String, String> {
         // Later allocations are not locked: running into a limit on locked memory must not end the run.
@@ -125,6 +134,10 @@ mod system {
     pub(super) fn exact_timers() {
         // Without exact timers, the adaptive spin grows longer.
         let _ = set_current_timer_slack(NonZeroU64::new(1));
+    }
+
+    pub(super) fn yield_to_others() {
+        let _ = setpriority_process(Some(gettid()), NICE);
     }
 
     pub(in super::super) fn processor_time() -> Duration {
@@ -149,6 +162,8 @@ mod system {
     }
 
     pub(super) fn exact_timers() {}
+
+    pub(super) fn yield_to_others() {}
 
     pub(in super::super) fn processor_time() -> Duration {
         Duration::ZERO

@@ -7,14 +7,12 @@ use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use prost::Message as _;
-use rustix::process::setpriority_process;
-use rustix::thread::gettid;
 
 use super::applied::applied;
 use super::output_worker::OutputWorker;
 use crate::mechanics::Observation;
 use crate::resimulation::{BestLevelRun, LostTrack};
-use crate::runtime::{Answer, Output};
+use crate::runtime::{Answer, Output, yield_to_others};
 use crate::simulation::Stamp;
 use crate::wire::{AppliedCommand, Shadow, Topic};
 
@@ -23,10 +21,7 @@ const MOST_STATES: usize = 4096;
 /// The same for commands: with more of them, the thread has lost track.
 const MOST_COMMANDS: usize = 65_536;
 /// Time to wait for the last differences at the end of a run.
-const PATIENCE: Duration = Duration::from_secs(2);
-
-/// The thread's niceness.
-const NICE: i32 = 10;
+pub(super) const LAST_DIFFERENCES: Duration = Duration::from_secs(2);
 
 /// An event that the thread follows. They come in the order of the run.
 enum Event {
@@ -57,8 +52,7 @@ impl BestLevelThread {
         let waiting = Arc::new(AtomicUsize::new(0));
         let left = Arc::clone(&waiting);
         Builder::new().name("best-level".to_owned()).spawn(move || {
-            // This thread yields to all others. If the system refuses, it runs at the usual priority.
-            let _ = setpriority_process(Some(gettid()), NICE);
+            yield_to_others();
             follow(run, &to_follow, &found, &left);
         })?;
         Ok(BestLevelThread { events: Some(events), differences, waiting, lost: None })
@@ -144,9 +138,9 @@ impl OutputWorker {
         }
     }
 
-    /// Publishes the last differences, at the end of the run.
-    pub(super) fn finish_best_level(&mut self) {
-        let until = Instant::now() + PATIENCE;
+    /// Publishes the last differences, at the end of the run: those that are found within `patience`.
+    pub(super) fn finish_best_level(&mut self, patience: Duration) {
+        let until = Instant::now() + patience;
         let Some(thread) = &mut self.beside.best_level else { return };
         thread.events = None;
         let mut next = || {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use prost::Message as _;
 use tokio::sync::oneshot;
@@ -11,6 +11,7 @@ use tokio::sync::oneshot;
 use super::advance_answers::AdvanceAnswers;
 use super::applied::applied;
 use super::beside::Beside;
+use super::best_level::LAST_DIFFERENCES;
 use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
@@ -40,7 +41,9 @@ impl RecordingTarget {
 pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outputs: &Receiver<(usize, Output)>) {
     let mut workers: Vec<Option<(OutputWorker, oneshot::Sender<Closed>)>> = workers.into_iter().map(Some).collect();
     // The receiver is gone only if the service is being torn down.
-    let close = |(output_worker, closed): (OutputWorker, oneshot::Sender<Closed>)| drop(closed.send(output_worker.close()));
+    let close = |(output_worker, closed): (OutputWorker, oneshot::Sender<Closed>), others: bool| {
+        drop(closed.send(output_worker.close(others)));
+    };
     let mut open = workers.len();
     while open > 0
         && let Ok((index, output)) = outputs.recv()
@@ -48,12 +51,12 @@ pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outpu
         let Some(place) = workers.get_mut(index) else { continue };
         if let Output::Over = output {
             open -= usize::from(place.is_some());
-            place.take().into_iter().for_each(close);
+            place.take().into_iter().for_each(|worker| close(worker, open > 0));
         } else if let Some((output_worker, _)) = place {
             output_worker.handle(output);
         }
     }
-    workers.into_iter().flatten().for_each(close);
+    workers.into_iter().flatten().for_each(|worker| close(worker, false));
 }
 
 /// Publishes and records the output of one simulation.
@@ -117,9 +120,9 @@ pub(super) struct Closed {
 }
 
 impl OutputWorker {
-    /// Finishes the recording and leaves the bus.
-    fn close(mut self) -> Closed {
-        self.finish_best_level();
+    /// Finishes the recording and leaves the bus. `others`: the output of other simulations waits meanwhile.
+    fn close(mut self, others: bool) -> Closed {
+        self.finish_best_level(if others { Duration::ZERO } else { LAST_DIFFERENCES });
         self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
         Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, encoded: self.statistics.encoded }
