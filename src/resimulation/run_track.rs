@@ -15,6 +15,7 @@ pub(super) struct RunTrack {
     accepted: Option<u64>,
     messages: u64,
     ended: bool,
+    /// The last checkpoint, if no command or state has come since.
     last_checkpoint: Option<EpochStep>,
     /// Whether the last status says that the run ended, but no checkpoint holds its last state.
     end_without_checkpoint: bool,
@@ -79,7 +80,14 @@ impl RunTrack {
                 self.end_without_checkpoint = self.ended && self.last_checkpoint != Some(at);
                 what
             }
-            Message::Commands(command) => self.command(command, at),
+            Message::Commands(command) => {
+                self.last_checkpoint = None;
+                self.command(command, at)
+            }
+            Message::Angles(_) | Message::Displacements(_) | Message::Loads(_) | Message::Energies(_) => {
+                self.last_checkpoint = None;
+                None
+            }
             _ => None,
         }
     }

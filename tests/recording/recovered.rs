@@ -1,5 +1,6 @@
 //! Recovery: the reported losses are the missing messages.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -169,7 +170,9 @@ fn prop_a_damaged_chunk_is_left_out_and_counted() -> Outcome {
         let lost: u64 = recovered.loss.messages.values().sum();
         assert_eq!((recovered.loss.places, recovered.loss.cut_off, recovered.loss.counted), (1, false, true));
         assert_eq!(lost, (all.len() - kept.len()) as u64);
-        assert!(lost > 0 && recovered.loss.seconds > 0.0);
+        // The last chunk may hold the end of the run only.
+        let instants: BTreeSet<u64> = all.iter().filter(|message| !kept.contains(message)).map(|message| message.2).collect();
+        assert!(lost > 0 && (recovered.loss.seconds > 0.0 || instants.len() == 1), "chunk {n}: {:?}", recovered.loss);
         assert!(kept.iter().all(|message| all.contains(message)), "chunk {n}");
     }
     Ok(())
