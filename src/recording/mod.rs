@@ -20,6 +20,7 @@ mod recover;
 mod rows;
 mod session_info;
 mod settings;
+mod size_bound;
 mod summary;
 mod topic_columns;
 mod walk;

@@ -158,7 +158,7 @@ impl Recording {
         finished
     }
 
-    /// Writes a batch; returns whether the size limit was reached.
+    /// Writes batches until the sender is gone; returns whether the recording ended at the size limit.
     fn take(&mut self, messages: &Receiver<Message>) -> Result<bool, RecordingError> {
         let rest = QUEUE_POLL_PERIOD.min(self.settings.flush_period / REST_PER_FLUSH);
         loop {
@@ -189,9 +189,13 @@ impl Recording {
         }
     }
 
-    /// Writes a message; returns whether the size limit was reached.
+    /// Writes a message; returns whether the recording ended before it, at the size limit.
     fn write(&mut self, message: &Message) -> Result<bool, RecordingError> {
-        if message.begins_part && self.writer.is_full() {
+        let begins_part = message.begins_part && self.writer.is_full();
+        if self.settings.limit_bytes.is_some_and(|limit| self.size_with(message, begins_part) > limit) {
+            return Ok(true);
+        }
+        if begins_part {
             // The checkpoint ends this part, and begins the next.
             self.writer.write(message)?;
             self.next_part()?;
@@ -199,8 +203,13 @@ impl Recording {
         self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
         self.writer.write(message)?;
         self.shared.full.store(self.writer.is_full(), Ordering::Relaxed);
-        let limit = self.settings.limit_bytes;
-        Ok(limit.is_some_and(|limit| self.finished_bytes + self.writer.size_when_closed() >= limit))
+        Ok(false)
+    }
+
+    /// Upper bound for the size of all parts if the recording ends after this message.
+    fn size_with(&self, message: &Message, begins_part: bool) -> u64 {
+        let next = if begins_part { self.writer.size_of_part(message) } else { 0 };
+        self.finished_bytes + self.writer.size_with(message) + next
     }
 
     /// Starts the next part, under the next free file name.

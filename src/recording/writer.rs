@@ -14,15 +14,12 @@ use super::end::{EndReason, RecordingEnd};
 use super::message::Message;
 use super::session_info::SessionInfo;
 use super::settings::{Settings, Split};
+use super::size_bound::SizeBound;
 use super::{RecordingError, build_info};
 use crate::wire;
 
 /// Size at which a chunk is closed before it is due, bytes.
 const CHUNK_BYTES: u64 = 256 * 1024;
-/// Upper bound for schemas, channels and statistics at the end of a file, bytes.
-const SUMMARY_BYTES: u64 = 128 * 1024;
-/// Upper bound for the index entries of a chunk, bytes.
-const CHUNK_INDEX_BYTES: u64 = 256;
 
 /// A finished recording or table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,15 +63,15 @@ pub struct SessionWriter {
     waiting_since: Option<Instant>,
     span_ns: Option<(u64, u64)>,
     messages: u64,
-    /// Upper bound for the number of closed chunks.
-    chunks: u64,
-    /// Size of all messages before compression, bytes.
-    payload_bytes: u64,
+    size: SizeBound,
+    /// Size of the file before its first message, bytes.
+    begin_bytes: u64,
 }
 
 #[derive(Clone, Copy)]
 struct Channel {
     id: u16,
+    schema: &'static str,
     sequence: u32,
 }
 
@@ -112,10 +109,11 @@ impl SessionWriter {
             waiting_since: None,
             span_ns: None,
             messages: 0,
-            chunks: 0,
-            payload_bytes: 0,
+            size: SizeBound::new(0),
+            begin_bytes: 0,
         };
         writer.flush()?;
+        writer.begin_bytes = writer.size.there();
         if settings.fsync {
             // The name of the file is on the disk, too.
             File::open(folder(path)).and_then(|folder| folder.sync_all()).map_err(RecordingError::file(path))?;
@@ -128,17 +126,24 @@ impl SessionWriter {
     /// # Errors
     /// [`RecordingError`] if the file cannot be written.
     pub fn write(&mut self, message: &Message) -> Result<(), RecordingError> {
+        self.size = self.size.with(message, self.definition(message));
         self.append(message).map_err(RecordingError::mcap(&self.path))?;
         self.messages += 1;
-        self.payload_bytes += message.payload.len() as u64;
         let (first, last) = self.span_ns.unwrap_or((message.log_time_ns, message.log_time_ns));
         self.span_ns = Some((first.min(message.log_time_ns), last.max(message.log_time_ns)));
         let since = *self.waiting_since.get_or_insert_with(Instant::now);
-        if since.elapsed() >= self.longest_wait() { self.flush() } else { Ok(()) }
+        if self.size.open() >= CHUNK_BYTES || since.elapsed() >= self.longest_wait() { self.flush() } else { Ok(()) }
+    }
+
+    /// Length of the schema that the first message of a topic brings along: none if another topic has it.
+    fn definition(&self, message: &Message) -> Option<usize> {
+        let is_known = || self.channels.values().any(|channel| channel.schema == message.schema);
+        let schema = || if is_known() { 0 } else { wire::descriptor_set(message.schema).len() };
+        (!self.channels.contains_key(&message.topic)).then(schema)
     }
 
     fn append(&mut self, message: &Message) -> mcap::McapResult<()> {
-        let Channel { id, sequence } = match self.channels.get_mut(&message.topic) {
+        let Channel { id, sequence, .. } = match self.channels.get_mut(&message.topic) {
             Some(channel) => {
                 channel.sequence = channel.sequence.wrapping_add(1);
                 *channel
@@ -153,7 +158,7 @@ impl SessionWriter {
     fn open_channel(&mut self, message: &Message) -> mcap::McapResult<Channel> {
         let schema = self.mcap.add_schema(message.schema, "protobuf", wire::descriptor_set(message.schema))?;
         let id = self.mcap.add_channel(schema, &message.topic, "protobuf", &BTreeMap::new())?;
-        let channel = Channel { id, sequence: 0 };
+        let channel = Channel { id, schema: message.schema, sequence: 0 };
         self.channels.insert(message.topic.clone(), channel);
         Ok(channel)
     }
@@ -171,8 +176,8 @@ impl SessionWriter {
     /// Closes the open chunk and passes it to the system; with `fsync`, waits for the disk.
     pub(super) fn flush(&mut self) -> Result<(), RecordingError> {
         self.waiting_since = None;
-        self.chunks += 1;
         self.mcap.flush().map_err(RecordingError::mcap(&self.path))?;
+        self.size.close_chunk(self.file.metadata().map_err(RecordingError::file(&self.path))?.len());
         if self.settings.fsync {
             self.file.sync_data().map_err(RecordingError::file(&self.path))?;
         }
@@ -183,16 +188,19 @@ impl SessionWriter {
     pub(super) fn is_full(&self) -> bool {
         match self.settings.split {
             None => false,
-            Some(Split::Bytes(limit)) => self.file.metadata().is_ok_and(|file| file.len() >= limit),
+            Some(Split::Bytes(limit)) => self.size.there() >= limit,
             Some(Split::Time(limit)) => self.span_ns.is_some_and(|(first, last)| Duration::from_nanos(last - first) >= limit),
         }
     }
 
-    /// Upper bound for the size of the closed file: present size, open chunk, and index.
-    pub(super) fn size_when_closed(&self) -> u64 {
-        let there = self.file.metadata().map_or(0, |file| file.len());
-        let chunks = self.chunks + self.payload_bytes / CHUNK_BYTES + 1;
-        there + CHUNK_BYTES + SUMMARY_BYTES + CHUNK_INDEX_BYTES * chunks
+    /// Upper bound for the size of the file if it is closed after another message.
+    pub(super) fn size_with(&self, message: &Message) -> u64 {
+        self.size.with(message, self.definition(message)).closed()
+    }
+
+    /// Upper bound for the size of a further part that holds this message only.
+    pub(super) fn size_of_part(&self, message: &Message) -> u64 {
+        SizeBound::new(self.begin_bytes).with(message, Some(wire::descriptor_set(message.schema).len())).closed()
     }
 
     /// Closes the file, with its end, statistics and index, and returns a summary.

@@ -1,8 +1,9 @@
 //! A recording with a size limit ends complete, and the simulation goes on.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
 
-use flexcrank::recording::{Messages, Split};
+use flexcrank::recording::{EndReason, Message, Messages, Recorder, SessionInfo, Settings, Split, WhenFull};
 use flexcrank::runtime::{Ending, Pace};
 
 use crate::common::{Outcome, Service, scene};
@@ -38,6 +39,54 @@ fn prop_a_recording_ends_complete_at_its_size_limit_and_the_simulation_goes_on()
         assert!(split.is_none() || written.len() > 1);
         let said = said.lock().unwrap_or_else(PoisonError::into_inner);
         assert!(said.contains("recording stopped: it reached --max-recording-size"), "{said}");
+    }
+    Ok(())
+}
+
+/// Payloads of random bytes do not compress, and their indexes are as long as payloads of one byte.
+#[test]
+fn prop_no_recording_exceeds_its_size_limit_whatever_its_messages_are() -> Outcome {
+    const LIMIT: u64 = 3_000_000;
+    for (length, topics, split, flush_ms) in
+        [(1, 3, None, 200), (1, 40, Some(100_000), 200), (60, 40, None, 5), (700, 3, Some(100_000), 5), (20_000, 12, None, 200)]
+    {
+        let folder = tempfile::tempdir()?;
+        let settings = Settings {
+            flush_period: Duration::from_millis(flush_ms),
+            fsync: false,
+            split: split.map(Split::Bytes),
+            limit_bytes: Some(LIMIT),
+            when_full: WhenFull::Wait,
+        };
+        let session = SessionInfo {
+            name: "limited".to_owned(),
+            scene: "x".repeat(5000),
+            started: SystemTime::UNIX_EPOCH,
+            command_line: String::new(),
+            facts: Vec::new(),
+        };
+        let recorder = Recorder::start(&folder.path().join("x.mcap"), &session, settings)?;
+        let mut state = 1_u64;
+        let mut byte = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 56) as u8
+        };
+        let message = |n: u64| Message {
+            topic: format!("flexcrank/limited/{}", n % topics),
+            schema: "flexcrank.v1.Angles",
+            payload: (0..length).map(|_| byte()).collect(),
+            log_time_ns: n,
+            publish_time_ns: n,
+            begins_part: n.is_multiple_of(100),
+        };
+        (0..).map(message).find(|message| !recorder.record(message.clone())).ok_or("it has no end")?;
+        let written = recorder.finish(EndReason::RunEnded).into_iter().collect::<Result<Vec<_>, _>>()?;
+        assert_eq!(written.len() > 1, split.is_some());
+        let sizes = std::fs::read_dir(folder.path())?
+            .map(|file| Ok(file?.metadata()?.len()))
+            .collect::<Result<Vec<_>, std::io::Error>>()?;
+        let bytes: u64 = sizes.iter().sum();
+        assert!((LIMIT * 4 / 5..=LIMIT).contains(&bytes), "{bytes} bytes of {length}-byte messages, {topics} topics, {split:?}");
     }
     Ok(())
 }
