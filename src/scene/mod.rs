@@ -93,8 +93,13 @@ impl SceneSource {
     pub fn by_model(&self, model: ModelKind) -> Result<Self, SceneError> {
         let integrator = model.usual_integrator().as_str();
         let mut overrides = vec![format!("solver.model={}", model.as_str()), format!("solver.integrator={integrator}")];
-        if self.scene.solver.corrections.is_some() && !model.usually_iterates() {
-            overrides.push("solver.corrections=0".to_owned());
+        match self.scene.solver.corrections {
+            Some(0) if model.usually_iterates() => {
+                let problem = format!("{} solves its steps by iteration, with {integrator}: leave the key out", model.as_str());
+                return Err(self.refusal("solver.corrections", problem));
+            }
+            Some(_) if !model.usually_iterates() => overrides.push("solver.corrections=0".to_owned()),
+            _ => {}
         }
         Self::parse(&self.origin, &self.text, &overrides)
     }
