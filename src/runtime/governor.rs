@@ -56,6 +56,17 @@ pub struct Governor {
     returned: Option<Duration>,
     /// When a step that was given up was last found to be cheap.
     stalled: Option<Duration>,
+    /// The level that was left last for a cheaper one, and its `room_s` then.
+    left: Option<LeftLevel>,
+    /// The level to return to after a stall, and the `room_s` that it has left.
+    returning: Option<LeftLevel>,
+}
+
+/// A level, and for how long it had room for the better one.
+#[derive(Debug, Clone, Copy)]
+struct LeftLevel {
+    level: usize,
+    room_s: f64,
 }
 
 impl Governor {
@@ -66,7 +77,18 @@ impl Governor {
         let levels: Vec<Level> = levels.iter().map(level).collect();
         let mean_s = levels.get(present).map_or(0.0, |level| level.usual_s);
         let patience = PATIENCE[0];
-        Governor { levels, present, best: 0, mean_s, room_s: 0.0, patience, returned: None, stalled: None }
+        Governor {
+            levels,
+            present,
+            best: 0,
+            mean_s,
+            room_s: 0.0,
+            patience,
+            returned: None,
+            stalled: None,
+            left: None,
+            returning: None,
+        }
     }
 
     /// Takes new costs of the levels, after a change of the scene.
@@ -82,9 +104,13 @@ impl Governor {
 
     /// Notes that the run went to a level.
     pub fn went_to(&mut self, level: usize) {
+        if level > self.present {
+            self.left = Some(LeftLevel { level: self.present, room_s: self.room_s });
+        }
         self.present = level;
         self.mean_s = self.levels.get(level).map_or(0.0, |level| level.usual_s);
-        self.room_s = 0.0;
+        let returning = self.returning.take().filter(|returning| returning.level == level);
+        self.room_s = returning.map_or(0.0, |returning| returning.room_s);
     }
 
     /// Takes the cost of a step that ended `now`. Returns the level to go to, if it is another.
@@ -118,14 +144,22 @@ impl Governor {
     }
 
     /// Takes the cost of the step that was given up at a level, which is known when it is done. A cheap step was kept from its
-    /// processor, by no load: its level is returned to at once, if that was not so a moment ago. Returns the level to go to.
+    /// processor, by no load: its level is returned to at once, if that was not so a moment ago, and the wait for the better one goes on
+    /// as after a stall without a spare. Returns the level to go to.
     pub fn after_given_up(&mut self, now: Duration, level: usize, cost: Duration) -> Option<usize> {
-        if cost.as_secs_f64() > AIM * self.levels.get(level)?.period_s {
+        let period_s = self.levels.get(level)?.period_s;
+        if cost.as_secs_f64() > AIM * period_s {
             self.descends(now);
             return None;
         }
         let lately = self.stalled.replace(now).is_some_and(|stalled| now.saturating_sub(stalled) < LATELY);
-        (!lately && (self.best..self.present).contains(&level)).then_some(level)
+        if lately || !(self.best..self.present).contains(&level) {
+            return None;
+        }
+        let left = self.left.filter(|left| left.level == level);
+        self.returning =
+            left.map(|LeftLevel { level, room_s }| LeftLevel { level, room_s: (room_s - MAKE_UP * period_s).max(0.0) });
+        Some(level)
     }
 
     /// The best of the cheaper levels that is expected to keep up, or the cheapest.
@@ -184,6 +218,29 @@ mod tests {
             }
         }
         gone
+    }
+
+    /// On the way back, the spare takes a step ten times because the machine stalls; each costs the wait 20 ms, and not all of it.
+    #[test]
+    fn regress_stalls_on_the_way_back_do_not_begin_the_wait_anew() {
+        let mut governor = four();
+        assert_eq!(governor.after_step(Duration::ZERO, 2 * MS), Some(2));
+        governor.went_to(2);
+        assert_eq!(run(&mut governor, 1, 3000, 5.0), []);
+        let (mut step, mut back) = (3001, Vec::new());
+        while governor.present > 0 && step < 6000 {
+            // Ten stalls, 110 ms apart.
+            if step % 110 == 0 && step < 4200 {
+                let level = governor.present;
+                governor.went_to(level + 1);
+                assert_eq!(governor.after_given_up(step * MS, level, 20 * US), Some(level));
+                governor.went_to(level);
+            }
+            back.extend(run(&mut governor, step, 1, 1.0));
+            step += 1;
+        }
+        // 500 ms, and 20 ms for each of the five stalls in them; then 150 ms for the next level, and two more.
+        assert!(matches!(back[..], [(first, 1), (second, 0)] if first < 3630 && second < first + 200), "{back:?}");
     }
 
     #[test]
