@@ -1,12 +1,11 @@
-//! The output thread: it publishes on the bus and records whatever the stepping thread sends.
+//! The output of one simulation: published on the bus and recorded.
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use prost::Message as _;
-use tokio::sync::oneshot;
 
 use super::advance_answers::AdvanceAnswers;
 use super::applied::applied;
@@ -35,28 +34,6 @@ impl RecordingTarget {
     pub(super) fn start(&self, path: &std::path::Path) -> Result<Recorder, RecordingError> {
         Recorder::start(path, &self.session, self.settings)
     }
-}
-
-/// Handles the output of each simulation until it ends or the stepping thread is gone, then closes its worker.
-pub(super) fn serve(workers: Vec<(OutputWorker, oneshot::Sender<Closed>)>, outputs: &Receiver<(usize, Output)>) {
-    let mut workers: Vec<Option<(OutputWorker, oneshot::Sender<Closed>)>> = workers.into_iter().map(Some).collect();
-    // The receiver is gone only if the service is being torn down.
-    let close = |(output_worker, closed): (OutputWorker, oneshot::Sender<Closed>), others: bool| {
-        drop(closed.send(output_worker.close(others)));
-    };
-    let mut open = workers.len();
-    while open > 0
-        && let Ok((index, output)) = outputs.recv()
-    {
-        let Some(place) = workers.get_mut(index) else { continue };
-        if let Output::Over = output {
-            open -= usize::from(place.is_some());
-            place.take().into_iter().for_each(|worker| close(worker, open > 0));
-        } else if let Some((output_worker, _)) = place {
-            output_worker.handle(output);
-        }
-    }
-    workers.into_iter().flatten().for_each(|worker| close(worker, false));
 }
 
 /// Publishes and records the output of one simulation.
@@ -100,13 +77,15 @@ pub(super) struct OutputStatistics {
     pub encoded: u64,
     /// Number of messages handed to the bus.
     pub put: u64,
+    /// Their bytes since the last look.
+    pub bytes_to_bus: usize,
     /// Ages of the samples of which a message was handed to the bus.
     pub sample_age: DurationHistogram,
 }
 
 impl OutputStatistics {
     pub(super) fn new() -> Result<Self, hdrhistogram::CreationError> {
-        Ok(OutputStatistics { commands_accepted: 0, encoded: 0, put: 0, sample_age: DurationHistogram::new()? })
+        Ok(OutputStatistics { commands_accepted: 0, encoded: 0, put: 0, bytes_to_bus: 0, sample_age: DurationHistogram::new()? })
     }
 }
 
@@ -121,14 +100,14 @@ pub(super) struct Closed {
 
 impl OutputWorker {
     /// Finishes the recording and leaves the bus. `others`: the output of other simulations waits meanwhile.
-    fn close(mut self, others: bool) -> Closed {
+    pub(super) fn close(mut self, others: bool) -> Closed {
         self.finish_best_level(if others { Duration::ZERO } else { LAST_DIFFERENCES });
         self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
         Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, encoded: self.statistics.encoded }
     }
 
-    fn handle(&mut self, output: Output) {
+    pub(super) fn handle(&mut self, output: Output) {
         self.follow_at_best_level(&output);
         match output {
             Output::Sample { sample, topics, deadline } => {
@@ -235,7 +214,10 @@ impl OutputWorker {
         if wanted || recorded {
             let payload = make();
             self.statistics.encoded += 1;
-            self.statistics.put += u64::from(wanted);
+            if wanted {
+                self.statistics.put += 1;
+                self.statistics.bytes_to_bus += payload.len();
+            }
             self.endpoint.note_log_time(|| self.target.session.log_time_ns(stamp.session_s()));
             match (wanted, recorded) {
                 (true, true) => {
