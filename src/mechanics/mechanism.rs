@@ -32,6 +32,8 @@ pub struct Measure {
     pub angle_rad: f64,
     /// Change of the last flexible link's middle from its chord, m; 0 where it has no node there.
     pub deflection_m: f64,
+    /// The part of that angle in which the chain turns as if its links kept their shape, rad; a mechanism leaves it 0.
+    pub turn_rad: f64,
 }
 
 /// A coordinate's name, with its unit, and the change of it over which the model is far from linear.
@@ -98,6 +100,8 @@ pub trait Mechanism: Send {
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
     /// Change of the angle and the deflection that users look at first, by a small change `dq` of the coordinates at `q`.
     fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
+    /// Angle of the first link's chord, rad, where motion is free; whole turns may be missing. Of an oscillator, 0.
+    fn chord_rad(&self, q: &[f64]) -> f64;
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];
     /// The model as a line in motion, from which and to which a state may be transferred; `None` if it is no chain of links.

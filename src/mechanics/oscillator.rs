@@ -125,7 +125,11 @@ impl Mechanism for Oscillator {
     }
 
     fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), deflection_m: 0.0 }
+        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
+    }
+
+    fn chord_rad(&self, _q: &[f64]) -> f64 {
+        0.0
     }
 
     fn power(&mut self, _input: &Input, _q: &[f64], v: &[f64], _a: &[f64]) -> [f64; 2] {

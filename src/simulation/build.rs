@@ -54,7 +54,14 @@ fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &Dri
         }
     }
     let integrator = integrator(&scene.solver, mechanism.degrees_of_freedom());
-    Ok(Box::new(Integrated::new(mechanism, integrator, law).map_err(no_equilibrium)?))
+    Ok(Box::new(Integrated::new(mechanism, integrator, as_rigid(scene, law), law).map_err(no_equilibrium)?))
+}
+
+/// The scene's chain as if its links were rigid, if one angle then says where it is.
+fn as_rigid(scene: &Scene, law: &DriveLaw) -> Option<Rigid> {
+    let chain = scene.chain().filter(|_| !law.is_motion())?;
+    let one_angle = matches!(chain.end, End::Slider(_)) || chain.links.len() == 1;
+    one_angle.then(|| Rigid::new(chain, false))
 }
 
 /// Says that the step is too long for the explicit scheme, and which one is not: the next below 0.9 of the limit with one digit.

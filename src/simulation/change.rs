@@ -187,7 +187,10 @@ impl Simulation {
         let energy = next.engine.energy(&next.law, now_s);
         finite(&Work::default(), &energy)?;
         next.ledger = self.ledger.changed(energy);
-        next.error = next.engine.local_error(next.grid.step_s).map(|_| self.error.unwrap_or_default().without_last_step());
+        next.error = next
+            .engine
+            .local_error(&next.law, now_s, next.grid.step_s)
+            .map(|_| self.error.unwrap_or_default().without_last_step());
         next.observe().map_err(|diverged| diverged.cause)?;
         (next.last, next.changed) = (self.last, true);
         (next.retried, next.unconverged) = (self.retried, self.unconverged);

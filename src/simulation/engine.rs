@@ -3,7 +3,7 @@
 use super::drive::DriveLaw;
 use super::error_estimate::Term;
 use crate::integrate::{StepError, Taken};
-use crate::mechanics::{Energy, Input, Mechanism, Observation};
+use crate::mechanics::{Energy, Input, Mechanism, Observation, SmallTurn};
 
 /// A state of a model that is a system of second order, with its loads.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,8 +32,13 @@ pub(super) trait Engine: Send {
     fn reset(&mut self);
     /// From `t_s` to `t_s + h_s` under `law`. On error the state is unchanged.
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError>;
-    /// Error terms of the last step, of `h_s`, of coordinates and velocities; `None` if the method has no estimate.
-    fn local_error(&self, h_s: f64) -> Option<[Term; 2]>;
+    /// Error terms of the last step, of `h_s`, which ended at `t_s`, of coordinates and velocities; `None` if the method has no estimate.
+    fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<[Term; 2]>;
+    /// What becomes of a small error of the first link's angle and rate from `t_s` on; `None` if one angle does not say where the chain
+    /// is.
+    fn small_turn(&mut self, _law: &DriveLaw, _t_s: f64) -> Option<SmallTurn> {
+        None
+    }
     /// Energies at `t_s`, where the last step ended.
     fn energy(&mut self, law: &DriveLaw, t_s: f64) -> Energy;
     /// Number of unknowns; `None` if the model has no such number.

@@ -37,7 +37,7 @@ impl Engine for IncrementalEngine {
         Ok(Taken { effort: Effort { factorizations: 1, ..Effort::default() }, work, left_over: 0.0 })
     }
 
-    fn local_error(&self, _h_s: f64) -> Option<[Term; 2]> {
+    fn local_error(&mut self, _law: &DriveLaw, _t_s: f64, _h_s: f64) -> Option<[Term; 2]> {
         None
     }
 

@@ -7,7 +7,7 @@ use super::step_limit::eigenvalues;
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
-use crate::mechanics::{self, Energy, Mechanism, NoEquilibrium, Observation};
+use crate::mechanics::{self, Energy, Mechanism, NoEquilibrium, Observation, Rigid, SmallTurn};
 
 /// A mechanism, its integrator and their state.
 pub(super) struct Integrated<M> {
@@ -15,6 +15,8 @@ pub(super) struct Integrated<M> {
     integrator: Integrator,
     state: State,
     start: State,
+    /// The chain as if its links were rigid, if one angle then says where it is.
+    rigid: Option<Rigid>,
     /// Accelerations for an observation, and room to solve for them.
     observed: Vec<f64>,
     scratch: Vec<f64>,
@@ -53,15 +55,49 @@ impl<M: Mechanism> System for Driven<'_, M> {
 }
 
 impl<M: Mechanism> Integrated<M> {
-    pub(super) fn new(mut mechanism: M, mut integrator: Integrator, law: &DriveLaw) -> Result<Self, NoEquilibrium> {
+    pub(super) fn new(
+        mut mechanism: M,
+        mut integrator: Integrator,
+        rigid: Option<Rigid>,
+        law: &DriveLaw,
+    ) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         mechanism.start(&law.input(0.0), &mut q, &mut v)?;
         let mut start = State::new(q, v);
         // A start without finite accelerations is refused when it is observed.
         let _ = integrator.begin(&mut Driven { mechanism: &mut mechanism, law }, 0.0, &mut start);
-        Ok(Integrated { mechanism, integrator, state: start.clone(), start, observed: vec![0.0; n], scratch: vec![0.0; n] })
+        Ok(Integrated {
+            mechanism,
+            integrator,
+            rigid,
+            state: start.clone(),
+            start,
+            observed: vec![0.0; n],
+            scratch: vec![0.0; n],
+        })
     }
+}
+
+impl<M: Mechanism> Integrated<M> {
+    /// Fills `scratch` with `M c/(c·M c)`: its product with a small change is the part of it in which the chain turns by c, as if its
+    /// links kept their shape. Vibration, which has no part in the momentum of c, drops out. `false` if the chain has no such turn.
+    fn prepare_turn(&mut self, input: &mechanics::Input) -> bool {
+        let (turn, momentum, q) = (&mut self.observed, &mut self.scratch, &self.state.q);
+        let chain = self.rigid.as_ref().and_then(|_| self.mechanism.as_chain());
+        let Some(chain) = chain else { return false };
+        if !chain.turn(input, q, 0, turn) {
+            return false;
+        }
+        chain.momentum(input, q, turn, momentum);
+        let inertia = dot(turn, momentum);
+        momentum.iter_mut().for_each(|p| *p /= inertia);
+        inertia.is_normal()
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl<M: Mechanism + 'static> Engine for Integrated<M> {
@@ -73,15 +109,24 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         self.integrator.step(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, h_s, &mut self.state)
     }
 
-    fn local_error(&self, h_s: f64) -> Option<[Term; 2]> {
+    fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<[Term; 2]> {
+        let turns = self.prepare_turn(&law.input(t_s));
         let LocalError { q, v } = self.integrator.local_error(h_s);
         Some([q, v].map(|term| {
             let (vector, factor, power) = match term {
                 ErrorTerm::Direct(vector, factor) => (vector, factor, None),
                 ErrorTerm::Difference(vector, factor, power) => (vector, factor, Some(power)),
             };
-            Term { measure: self.mechanism.measure(&self.state.q, vector), factor, power }
+            let mut measure = self.mechanism.measure(&self.state.q, vector);
+            measure.turn_rad = if turns { dot(&self.scratch, vector) } else { 0.0 };
+            Term { measure, factor, power }
         }))
+    }
+
+    fn small_turn(&mut self, law: &DriveLaw, t_s: f64) -> Option<SmallTurn> {
+        let State { q, v, .. } = &self.state;
+        let (angle_rad, rate) = (self.mechanism.chord_rad(q), self.mechanism.measure(q, v).angle_rad);
+        Some(self.rigid.as_mut()?.small_turn(angle_rad, rate, law.input(t_s).torque_nm))
     }
 
     fn unknowns(&self) -> Option<usize> {

@@ -159,7 +159,7 @@ impl Simulation {
         self.observe()?;
         self.observed.start.clone_from(&self.observed.last);
         self.ledger = Ledger::new(self.observed.last.energy);
-        self.error = self.engine.local_error(self.grid.step_s).map(|_| ErrorEstimate::default());
+        self.error = self.engine.local_error(&self.law, 0.0, self.grid.step_s).map(|_| ErrorEstimate::default());
         Ok(())
     }
 
@@ -293,7 +293,9 @@ impl Simulation {
         let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < self.halvings() => failed,
             taken => {
-                self.error = self.error.zip(self.engine.local_error(h_s)).map(|(error, terms)| error.after(h_s, terms));
+                if let Some((error, terms)) = self.error.zip(self.engine.local_error(&self.law, to_s, h_s)) {
+                    self.error = Some(error.after(h_s, terms, self.engine.small_turn(&self.law, to_s)));
+                }
                 return taken;
             }
         };

@@ -67,7 +67,7 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
             fallen_j: message.fallen_j,
             worst_balance_j: message.worst_balance_j,
         },
-        error: message.error_estimate.as_slice().try_into().ok().map(ErrorEstimate::from_numbers),
+        error: ErrorEstimate::from_numbers(&message.error_estimate),
         torque_nm: message.torque_nm,
         delivered: DeliveredImpulse { impulse_nm_s: message.impulse_nm_s, over_s: message.impulse_over_s },
         changes: message.changes.as_ref().map(recorded_changes),

@@ -3,6 +3,7 @@
 
 mod cases;
 mod draw;
+mod estimate;
 mod random;
 
 use flexcrank::scene::SceneSource;

@@ -11,14 +11,30 @@ use crate::mechanics::mechanism::Measure;
 impl FiniteElement {
     /// See [`Measure`].
     pub(super) fn measured(&self, q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: self.chord_change(q, dq), deflection_m: self.deflection_change(q, dq) }
+        Measure { angle_rad: self.chord_change(q, dq), deflection_m: self.deflection_change(q, dq), turn_rad: 0.0 }
+    }
+
+    /// See [`Mechanism::chord_rad`](crate::mechanics::Mechanism::chord_rad).
+    pub(super) fn first_chord_rad(&self, q: &[f64]) -> f64 {
+        match &self.members[0] {
+            Member::Flexible { .. } => {
+                let end = self.vector(self.first_end(), q);
+                end.y.atan2(end.x)
+            }
+            _ => self.layout.root.map_or(0.0, |root| q[root]),
+        }
+    }
+
+    /// The slot of the first link's last pin.
+    fn first_end(&self) -> usize {
+        self.layout.pin.or(self.layout.end).unwrap_or(PIVOT)
     }
 
     /// `a × da/|a|²` with the vector a from the pivot to the first link's last pin; of a rigid link the change of its angle.
     fn chord_change(&self, q: &[f64], dq: &[f64]) -> f64 {
         match &self.members[0] {
             Member::Flexible { .. } => {
-                let end = self.layout.pin.or(self.layout.end).unwrap_or(PIVOT);
+                let end = self.first_end();
                 let (a, da) = (self.vector(end, q), self.vector(end, dq));
                 cross(&a, &da) / a.norm_squared()
             }

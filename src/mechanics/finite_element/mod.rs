@@ -193,6 +193,10 @@ impl Mechanism for FiniteElement {
         self.measured(q, dq)
     }
 
+    fn chord_rad(&self, q: &[f64]) -> f64 {
+        self.first_chord_rad(q)
+    }
+
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
         if let (true, Some(root)) = (self.only_torque_works(), self.layout.root) {
             return [input.torque_nm * v[root], 0.0];

@@ -124,7 +124,12 @@ impl<const W: usize> Mechanism for Fitted<W> {
     }
 
     fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: self.chain.chord_change(dq), deflection_m: self.observer.deflection_change(&self.chain, dq) }
+        let deflection_m = self.observer.deflection_change(&self.chain, dq);
+        Measure { angle_rad: self.chain.chord_change(dq), deflection_m, turn_rad: 0.0 }
+    }
+
+    fn chord_rad(&self, q: &[f64]) -> f64 {
+        self.chain.chord_change(q)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

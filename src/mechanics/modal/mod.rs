@@ -127,6 +127,10 @@ impl Mechanism for Modal {
         self.fitted.measure(q, dq)
     }
 
+    fn chord_rad(&self, q: &[f64]) -> f64 {
+        self.fitted.chord_rad(q)
+    }
+
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
         self.fitted.power(input, q, v, a)
     }

@@ -8,6 +8,7 @@
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
 mod line;
+mod small_turn;
 mod tangent;
 
 use crate::mechanics::chain_model::ChainModel;
@@ -19,6 +20,8 @@ use crate::mechanics::observation::{Energy, NodeObservation, Observation};
 use crate::mechanics::resistance::resistance_n;
 use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
+
+pub use small_turn::SmallTurn;
 
 /// A body of the chain at one crank angle.
 #[derive(Debug, Clone, Copy)]
@@ -316,7 +319,11 @@ impl Mechanism for Rigid {
     }
 
     fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), deflection_m: 0.0 }
+        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
+    }
+
+    fn chord_rad(&self, q: &[f64]) -> f64 {
+        q.first().copied().unwrap_or(0.0)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -7,7 +7,7 @@ use crate::scene::End;
 
 impl Rigid {
     /// `∂(M θ̈ + rest)/∂θ`, term by term.
-    fn stiffness(&self, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
+    pub(super) fn stiffness(&self, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
         let pose = self.pose::<4>(theta_rad);
         let gravity = self.chain.gravity_m_per_s2;
         let bodies: f64 = pose
@@ -44,7 +44,7 @@ impl Rigid {
         tangent
     }
 
-    fn viscosity(&self, pose: &Pose, rate: f64) -> f64 {
+    pub(super) fn viscosity(&self, pose: &Pose, rate: f64) -> f64 {
         let half_slope: f64 = pose
             .bodies
             .iter()
