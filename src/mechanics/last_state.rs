@@ -10,32 +10,50 @@ pub(super) struct LastState {
     q: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
+    known: Known,
 }
 
-/// Equal to no motion.
-const NEVER: Option<[f64; 3]> = Some([f64::NAN; 3]);
+/// How much of a state the model holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Known {
+    Nothing,
+    /// Positions, velocities and accelerations.
+    Motion,
+    /// And the forces that they need.
+    Forces,
+}
 
 impl LastState {
     /// No state yet, of `n` unknowns.
     pub(super) fn new(n: usize) -> Self {
         let zero = vec![0.0; n];
-        Self { motion: NEVER, q: zero.clone(), v: zero.clone(), a: zero }
+        Self { motion: None, q: zero.clone(), v: zero.clone(), a: zero, known: Known::Nothing }
     }
 
-    /// Takes a state; whether it is another than the last.
-    pub(super) fn changes(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> bool {
-        if self.motion == input.motion && self.q == q && self.v == v && self.a == a {
+    /// Takes a state whose forces are wanted; whether they have to be worked out.
+    pub(super) fn lacks_forces(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> bool {
+        self.lacks(Known::Forces, input, q, v, a)
+    }
+
+    /// Takes a state whose motion is wanted; whether it has to be worked out.
+    pub(super) fn lacks_motion(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> bool {
+        self.lacks(Known::Motion, input, q, v, a)
+    }
+
+    fn lacks(&mut self, wanted: Known, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> bool {
+        if self.known >= wanted && self.motion == input.motion && self.q == q && self.v == v && self.a == a {
             return false;
         }
         self.motion = input.motion;
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
         self.a.copy_from_slice(a);
+        self.known = wanted;
         true
     }
 
     /// Forgets it, after something else has been evaluated.
     pub(super) fn forget(&mut self) {
-        self.motion = NEVER;
+        self.known = Known::Nothing;
     }
 }

@@ -102,6 +102,12 @@ pub trait Mechanism: Send {
     fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
     /// Angle of the first link's chord, rad, where motion is free; whole turns may be missing. Of an oscillator, 0.
     fn chord_rad(&self, q: &[f64]) -> f64;
+    /// Fills `part` with `M c/(c·M c)`, where c are the velocities as the chain turns about its pivot by 1 rad/s, as if its links kept
+    /// their shape. Its product with a small change of the coordinates is the part of it in which the chain turns so: vibration, which
+    /// has no part in the momentum of c, drops out. `false` if the chain has no such turn.
+    fn turn_part(&mut self, _input: &Input, _q: &[f64], _v: &[f64], _a: &[f64], _part: &mut [f64]) -> bool {
+        false
+    }
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2];
     /// The model as a line in motion, from which and to which a state may be transferred; `None` if it is no chain of links.

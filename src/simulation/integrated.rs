@@ -79,23 +79,6 @@ impl<M: Mechanism> Integrated<M> {
     }
 }
 
-impl<M: Mechanism> Integrated<M> {
-    /// Fills `scratch` with `M c/(c·M c)`: its product with a small change is the part of it in which the chain turns by c, as if its
-    /// links kept their shape. Vibration, which has no part in the momentum of c, drops out. `false` if the chain has no such turn.
-    fn prepare_turn(&mut self, input: &mechanics::Input) -> bool {
-        let (turn, momentum, q) = (&mut self.observed, &mut self.scratch, &self.state.q);
-        let chain = self.rigid.as_ref().and_then(|_| self.mechanism.as_chain());
-        let Some(chain) = chain else { return false };
-        if !chain.turn(input, q, 0, turn) {
-            return false;
-        }
-        chain.momentum(input, q, turn, momentum);
-        let inertia = dot(turn, momentum);
-        momentum.iter_mut().for_each(|p| *p /= inertia);
-        inertia.is_normal()
-    }
-}
-
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -110,7 +93,8 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<[Term; 2]> {
-        let turns = self.prepare_turn(&law.input(t_s));
+        let State { q, v, a, .. } = &self.state;
+        let turns = self.rigid.is_some() && self.mechanism.turn_part(&law.input(t_s), q, v, a, &mut self.scratch);
         let LocalError { q, v } = self.integrator.local_error(h_s);
         Some([q, v].map(|term| {
             let (vector, factor, power) = match term {
@@ -126,7 +110,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     fn small_turn(&mut self, law: &DriveLaw, t_s: f64) -> Option<SmallTurn> {
         let State { q, v, .. } = &self.state;
         let (angle_rad, rate) = (self.mechanism.chord_rad(q), self.mechanism.measure(q, v).angle_rad);
-        Some(self.rigid.as_mut()?.small_turn(angle_rad, rate, law.input(t_s).torque_nm))
+        Some(self.rigid.as_ref()?.small_turn(angle_rad, rate, law.input(t_s).torque_nm))
     }
 
     fn unknowns(&self) -> Option<usize> {

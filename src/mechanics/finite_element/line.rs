@@ -105,7 +105,7 @@ impl FiniteElement {
     }
 
     /// The forces as the unknowns feel them.
-    fn hand_out(&mut self, p: &mut [f64]) {
+    pub(super) fn hand_out(&mut self, p: &mut [f64]) {
         for polar in &self.motion.polars {
             self.forces[polar.slot] = polar.polar.force(&self.forces[polar.slot]);
         }

@@ -49,6 +49,7 @@ mod rigid;
 mod start;
 mod strain;
 mod tangent;
+mod turn;
 
 use nalgebra::Vector2;
 
@@ -77,6 +78,8 @@ pub struct FiniteElement {
     motion: Motion,
     /// Forces on each slot's coordinates that the motion needs, from outside the links and their end.
     forces: Vec<Vector2<f64>>,
+    /// Room for momenta beside them.
+    momenta: Vec<Vector2<f64>>,
     /// Forces that the members need.
     work: Work,
     /// With what acts at the base.
@@ -99,6 +102,7 @@ impl FiniteElement {
             last: LastState::new(layout.active.len()),
             motion: Motion::new(chain, &layout),
             forces: vec![Vector2::zeros(); layout.slots()],
+            momenta: vec![Vector2::zeros(); layout.slots()],
             work: Work::default(),
             at_work: Work::default(),
             rounding: Work::rounding(&members, reach_m),
@@ -115,7 +119,7 @@ impl FiniteElement {
 
     /// Brings motion and forces to a state, unless they are there.
     fn evaluate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
-        if self.last.changes(input, q, v, a) {
+        if self.last.lacks_forces(input, q, v, a) {
             self.motion.load(&self.layout, input, q, v, a);
             self.add_forces();
         }
@@ -123,9 +127,8 @@ impl FiniteElement {
 
     /// Brings motion to a state, without its forces, unless both are there.
     fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
-        if self.last.changes(input, q, v, a) {
+        if self.last.lacks_motion(input, q, v, a) {
             self.motion.load(&self.layout, input, q, v, a);
-            self.last.forget();
         }
     }
 }
@@ -195,6 +198,15 @@ impl Mechanism for FiniteElement {
 
     fn chord_rad(&self, q: &[f64]) -> f64 {
         self.first_chord_rad(q)
+    }
+
+    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {
+        let free = input.motion.is_none();
+        if free {
+            self.locate(input, q, v, a);
+            self.set_turn_part(part);
+        }
+        free
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::chain::{Chain, ChordAngle};
+use super::chain::{Chain, ChordAngle, LinkForces};
 use super::observe::Observer;
 use super::tangent::Tangent;
 use crate::mechanics::chain_model::ChainModel;
@@ -21,6 +21,8 @@ pub(super) struct Fitted<const W: usize> {
     pub(super) last: LastState,
     /// The residual there without any moment at the pivot.
     residual: Vec<f64>,
+    /// Room for the momenta of a turn.
+    turned: Vec<LinkForces<W>>,
 }
 
 impl<const W: usize> Fitted<W> {
@@ -31,21 +33,21 @@ impl<const W: usize> Fitted<W> {
         let tangent = Tangent::new(&chain);
         let observer = Observer::new(&chain, elements);
         let n = chain.degrees_of_freedom;
-        Self { scene, chain, tangent, observer, last: LastState::new(n), residual: vec![0.0; n] }
+        let turned = chain.forces.clone();
+        Self { scene, chain, tangent, observer, last: LastState::new(n), residual: vec![0.0; n], turned }
     }
 
     /// Brings chain and residual to a state, unless they are there.
     fn evaluate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
-        if self.last.changes(input, q, v, a) {
+        if self.last.lacks_forces(input, q, v, a) {
             self.chain.residual(input, q, v, a, &mut self.residual);
         }
     }
 
     /// Brings the chain to a state, without its forces, unless both are there.
     pub(super) fn locate(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) {
-        if self.last.changes(input, q, v, a) {
+        if self.last.lacks_motion(input, q, v, a) {
             self.chain.advance(input, q, v, a);
-            self.last.forget();
         }
     }
 }
@@ -130,6 +132,15 @@ impl<const W: usize> Mechanism for Fitted<W> {
 
     fn chord_rad(&self, q: &[f64]) -> f64 {
         self.chain.chord_change(q)
+    }
+
+    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {
+        let ChordAngle::Coordinate(turned) = self.chain.angles[0] else { return false };
+        self.locate(input, q, v, a);
+        self.chain.turn_momentum(&mut self.turned, part);
+        let inertia = part[turned];
+        part.iter_mut().for_each(|p| *p /= inertia);
+        inertia.is_normal()
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::chain::{Chain, ChordAngle};
+use super::chain::{Chain, ChordAngle, LinkForces};
 use super::fitted::Fitted;
 use super::link::Link;
 use super::plane::{Vector, add, add_scaled, quarter, scale};
@@ -104,6 +104,23 @@ impl<const W: usize> Chain<W> {
             forces.first = link.inertia(first, &velocities, &mut forces.functions);
         }
         self.hand_down(scale(self.tip.mass_kg, self.end.velocity), p);
+    }
+
+    /// Momenta `M c` of the velocities c of [`Mechanism::turn_part`](crate::mechanics::Mechanism::turn_part), for the positions present.
+    /// A closed link's rate follows from `ẏ = 0` at its end; a second free link does not turn. Uses `forces`; motion and forces stay.
+    pub(super) fn turn_momentum(&self, forces: &mut [LinkForces<W>], p: &mut [f64]) {
+        let (mut pin, mut rate) = ([0.0; 2], 1.0);
+        for (i, (link, frame)) in self.links.iter().zip(&self.frames).enumerate() {
+            let chord_m = frame.direction.to_global(link.u[0]);
+            if i > 0 {
+                rate = if self.angles[i] == ChordAngle::Closed { -pin[1] / chord_m[0] } else { 0.0 };
+            }
+            let velocities = std::array::from_fn(|f| scale(rate, quarter(link.u[f])));
+            forces[i].first = link.inertia(frame.direction.to_local(pin), &velocities, &mut forces[i].functions);
+            pin = add_scaled(pin, rate, quarter(chord_m));
+        }
+        p.fill(0.0);
+        self.pull_back(scale(self.tip.mass_kg, pin), forces, p);
     }
 
     fn hand_down(&mut self, end: Vector, p: &mut [f64]) {

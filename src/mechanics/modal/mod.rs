@@ -131,6 +131,10 @@ impl Mechanism for Modal {
         self.fitted.chord_rad(q)
     }
 
+    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {
+        self.fitted.turn_part(input, q, v, a, part)
+    }
+
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {
         self.fitted.power(input, q, v, a)
     }

@@ -96,7 +96,7 @@ impl Rigid {
 
     /// `M(θ)`, the inertia of everything as the crank feels it, kg·m².
     pub fn inertia_kg_m2(&self, theta_rad: f64) -> f64 {
-        self.equation(&self.pose(theta_rad), theta_rad, 0.0).mass
+        self.equation(&self.pose::<3>(theta_rad), theta_rad, 0.0).mass
     }
 
     /// Mass of all bodies, kg, and the path of their common centre: digest 4.28–4.29, its derivatives 4.33–4.43 (the thesis
@@ -150,11 +150,11 @@ impl Rigid {
         self.chain.base.damper_nm_s_per_rad != 0.0 || !free
     }
 
-    fn equation(&self, pose: &Pose, theta_rad: f64, rate: f64) -> Equation {
+    fn equation<const D: usize>(&self, pose: &Pose<D>, theta_rad: f64, rate: f64) -> Equation {
         let [mut mass, mut half_slope, mut weight] = [0.0; 3];
         let gravity = self.chain.gravity_m_per_s2;
         for body in &pose.bodies {
-            let [_, c1, c2] = &body.centre;
+            let (c1, c2) = (&body.centre[1], &body.centre[2]);
             let [b1, b2, _] = body.turn.slopes;
             mass += body.mass_kg * dot(c1, c1) + body.inertia_kg_m2 * b1 * b1;
             half_slope += body.mass_kg * dot(c1, c2) + body.inertia_kg_m2 * b1 * b2;
@@ -324,6 +324,11 @@ impl Mechanism for Rigid {
 
     fn chord_rad(&self, q: &[f64]) -> f64 {
         q.first().copied().unwrap_or(0.0)
+    }
+
+    fn turn_part(&mut self, _input: &Input, _q: &[f64], _v: &[f64], _a: &[f64], part: &mut [f64]) -> bool {
+        part.fill(1.0);
+        !part.is_empty()
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -47,13 +47,14 @@ impl SmallTurn {
 
 impl Rigid {
     /// Small motion about a crank angle and rate under a torque, with the acceleration that they have.
-    pub fn small_turn(&mut self, theta_rad: f64, rate_rad_per_s: f64, torque_nm: f64) -> SmallTurn {
-        let equation = self.evaluate(theta_rad, rate_rad_per_s).equation;
+    pub fn small_turn(&self, theta_rad: f64, rate_rad_per_s: f64, torque_nm: f64) -> SmallTurn {
+        let pose = self.pose(theta_rad);
+        let equation = self.equation(&pose, theta_rad, rate_rad_per_s);
         let acceleration = (torque_nm - equation.rest) / equation.mass;
         SmallTurn {
             inertia_kg_m2: equation.mass,
-            damping_nm_s_per_rad: self.viscosity(&self.last.pose, rate_rad_per_s),
-            stiffness_nm_per_rad: self.stiffness(theta_rad, rate_rad_per_s, acceleration),
+            damping_nm_s_per_rad: self.viscosity(&pose, rate_rad_per_s),
+            stiffness_nm_per_rad: self.stiffness(&pose, theta_rad, rate_rad_per_s, acceleration),
         }
     }
 }

@@ -7,8 +7,7 @@ use crate::scene::End;
 
 impl Rigid {
     /// `∂(M θ̈ + rest)/∂θ`, term by term.
-    pub(super) fn stiffness(&self, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
-        let pose = self.pose::<4>(theta_rad);
+    pub(super) fn stiffness(&self, pose: &Pose<4>, theta_rad: f64, rate: f64, acceleration: f64) -> f64 {
         let gravity = self.chain.gravity_m_per_s2;
         let bodies: f64 = pose
             .bodies
@@ -39,12 +38,12 @@ impl Rigid {
             tangent += w.velocity * self.viscosity(pose, rate);
         }
         if w.position != 0.0 {
-            tangent += w.position * self.stiffness(theta, rate, acceleration);
+            tangent += w.position * self.stiffness(&self.pose(theta), theta, rate, acceleration);
         }
         tangent
     }
 
-    pub(super) fn viscosity(&self, pose: &Pose, rate: f64) -> f64 {
+    pub(super) fn viscosity<const D: usize>(&self, pose: &Pose<D>, rate: f64) -> f64 {
         let half_slope: f64 = pose
             .bodies
             .iter()

@@ -97,6 +97,33 @@ fn val_momenta_are_those_of_the_mass_matrix() -> Tested {
     })
 }
 
+/// The part of a turn is `M c/(c·M c)`, from positions alone, and the next factorization and residual are what they were.
+#[test]
+fn val_the_part_of_a_turn_is_its_momentum_over_its_inertia() -> Tested {
+    each(|case, moving| {
+        let (input, q, v) = (moving.input, moving.q.clone(), moving.v.clone());
+        let (mut turn, mut momentum, mut part) = (vec![0.0; q.len()], vec![0.0; q.len()], vec![0.0; q.len()]);
+        let weights = Weights { acceleration: 1.0, velocity: 3.0, position: 5.0 };
+        let all = |mechanism: &mut dyn Mechanism| {
+            let mut found = vec![0.0; q.len()];
+            mechanism.residual(&input, &q, &v, &v, &mut found);
+            mechanism.tangent(&input, &q, &v, &v, weights, &mut |_, _, entry| found.push(entry));
+            found
+        };
+        let before = all(&mut *moving.mechanism);
+        let found = moving.mechanism.turn_part(&input, &q, &v, &v, &mut part);
+        assert!(before == all(&mut *moving.mechanism), "{case}");
+        assert_eq!(found, moving.line().turn(&input, &q, 0, &mut turn), "{case}");
+        if found {
+            moving.line().momentum(&input, &q, &turn, &mut momentum);
+            let inertia: f64 = turn.iter().zip(&momentum).map(|(c, p)| c * p).sum();
+            for (part, p) in part.iter().zip(&momentum) {
+                assert!((part - p / inertia).abs() < 1e-12 * (1.0 + part.abs()), "{case}: {part} for {}", p / inertia);
+            }
+        }
+    })
+}
+
 /// In a turn of link i its points move as those of a rigid body that turns by 1 rad/s, and a free link's neighbours do not turn.
 #[test]
 fn val_a_turn_strains_no_link() -> Tested {
