@@ -38,8 +38,8 @@ pub(super) struct Term {
 /// It is 0 where one angle does not say where a rigid chain is. Errors of ESDIRK are changes from step to step, which cancel in it where
 /// vibration is not resolved; there the first one shows more.
 ///
-/// **What it is good for.** It is an estimate of size, not a bound. Of the default scene, R2s, over 2 s, from 1e-2 to 1e-7 rad, it was
-/// 0.4 to 2.6 of the true error, but for finite elements with ESDIRK: there 0.4 to 6.6 on R2s and 0.9 to 21 on the default scene, whose
+/// **What it is good for.** It is an estimate of size, not a bound. Of the default scene and R2s, over 2 s, from 1e-2 to 1e-7 rad, it was
+/// 0.4 to 3.1 of the true error, but for finite elements with ESDIRK: there 0.4 to 6.6 on R2s and 0.9 to 21 on the default scene, whose
 /// vibration no step resolved. `tests/damped/estimate.rs` measures that. It knows nothing of the model's own error, and nothing of chaos.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ErrorEstimate {
