@@ -28,7 +28,7 @@ pub(super) struct StepTimings {
     pub ready: bool,
     /// Wall time spent in the solver.
     pub solving: Duration,
-    /// Wall time spent asleep while another thread computed a step, which is time of the solver.
+    /// Time spent asleep while another thread computed a step on its processor, which is time of the solver.
     pub elsewhere: Duration,
     /// Wall time spent on commands and on sending samples.
     pub sending: Duration,

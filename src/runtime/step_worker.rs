@@ -14,7 +14,7 @@ pub(super) type TakeStep = Box<dyn FnMut(&mut Simulation, Instant) -> Result<(),
 pub(super) struct TakenStep {
     pub simulation: Box<Simulation>,
     pub taken: Result<(), Diverged>,
-    /// Time that the solver needed.
+    /// Processor time that the solver needed; wall time if the system does not report it.
     pub cost: Duration,
 }
 
@@ -86,6 +86,14 @@ impl Drop for CloseAtEnd {
     }
 }
 
+/// Processor time of this thread since it was read; wall time if the system does not report it.
+fn cost_since((begun, processor): (Instant, Duration)) -> Duration {
+    match realtime::processor_time().checked_sub(processor) {
+        Some(cost) if !cost.is_zero() => cost,
+        _ => begun.elapsed(),
+    }
+}
+
 /// The thread, and the exchange with it. Dropping this waits for the end of the step under way.
 pub(super) struct StepWorker {
     exchange: Arc<Exchange>,
@@ -101,9 +109,9 @@ impl StepWorker {
             let CloseAtEnd(exchange) = &close;
             realtime::give_way();
             while let Some((mut simulation, clock)) = exchange.next() {
-                let begun = Instant::now();
+                let begun = (Instant::now(), realtime::processor_time());
                 let taken = take(&mut simulation, clock);
-                exchange.put_taken(TakenStep { simulation, taken, cost: begun.elapsed() });
+                exchange.put_taken(TakenStep { simulation, taken, cost: cost_since(begun) });
             }
         };
         let thread = Builder::new().name("step worker".to_owned()).spawn(work)?;
@@ -200,6 +208,20 @@ mod tests {
         worker.hand_over(simulation(), Instant::now());
         permit.send(()).unwrap();
         drop(worker);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn val_a_step_that_is_kept_from_its_processor_costs_nothing_meanwhile() {
+        let away = Duration::from_millis(50);
+        let take = move |simulation: &mut Simulation, _: Instant| {
+            std::thread::sleep(away);
+            simulation.step()
+        };
+        let mut worker = StepWorker::start(Box::new(take)).unwrap();
+        worker.hand_over(simulation(), Instant::now());
+        let cost = worker.wait(None).unwrap().cost;
+        assert!(!cost.is_zero() && cost < away, "{cost:?}");
     }
 
     #[test]

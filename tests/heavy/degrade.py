@@ -78,6 +78,14 @@ def by_solver(rows):
     return sum(count(row, n) for row in rows for n in range(4))
 
 
+def in_times(rows, times, step_s=1e-3):
+    """Missed deadlines by the solver in the given times, of those that are listed one by one."""
+    listed = [
+        step_s * int(row[f"misses.{n}.step"]) for row in rows for n in range(32) if row.get(f"misses.{n}.cause") == "SOLVER"
+    ]
+    return sum(any(start <= time <= end for start, end in times) for time in listed)
+
+
 def statuses(binary, recording, folder):
     return table(binary, recording, folder, "status")
 
@@ -107,8 +115,12 @@ def main():
             run = [binary, "run", scene, *settings, "--no-bus", "--until", str(until_s), "--record", recording]
             subprocess.run([*run, *options, "--slow-solver", str(FACTOR)], capture_output=True, text=True)
             every = int(statuses(binary, recording, folder / policy)[-1]["overruns"])
-            misses[policy] = by_solver(table(binary, recording, folder / policy, "overruns"))
-            print(f"{policy}: {every} missed deadlines under {len(begun)} loads, {misses[policy]} of them by the solver")
+            rows = table(binary, recording, folder / policy, "overruns")
+            misses[policy] = by_solver(rows)
+            loaded = in_times(rows, [(start, end + 0.01) for start, end in begun])
+            at_onset = in_times(rows, [(start, start + 0.02) for start, _ in begun])
+            print(f"{policy}: {every} missed deadlines under {len(begun)} loads,", end=" ")
+            print(f"{misses[policy]} of them by the solver ({loaded} while a load was on, {at_onset} within 20 ms of its onset)", flush=True)
         judge(expect, binary, folder, begun, misses, until_s)
         for policy in ("degrade", "spare"):
             verify = [binary, "verify", folder / f"{policy}.mcap", "--json"]

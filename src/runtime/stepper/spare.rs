@@ -183,7 +183,7 @@ impl Stepper {
         Some((taken, StepCost { wall: begun.elapsed(), own }))
     }
 
-    /// Waits for the step of the level in force, and counts the wait as time of the solver; to wake late is none.
+    /// Waits for the step of the level in force. The wait is time of the solver as long as the worker has its processor.
     fn await_level_in_force(&mut self, until: Option<Instant>) -> Option<TakenStep> {
         let begun = Instant::now();
         let step = self.levels.spare.as_mut()?.worker.wait(until);

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::*;
-use crate::runtime::missed_deadlines::WakeUp;
+use crate::runtime::missed_deadlines::{StepTimings, WakeUp};
 use crate::runtime::stepper::{Ports, SteppingOptions};
 use crate::runtime::{Command, Ladder, Outbox, Output, Overrun, inbox};
 use crate::scene::{PulseShape, SceneAtLevel, SceneSource};
@@ -125,6 +125,23 @@ fn regress_a_step_that_takes_too_long_is_taken_by_the_spare() {
     (0..3).for_each(|_| reference.step().unwrap());
     ladder.switch(&mut reference, 0).unwrap();
     assert_eq!(stepper.simulation.checkpoint(), reference.checkpoint());
+}
+
+/// Neither a load for the governor nor a cause of missed deadlines.
+#[test]
+#[cfg(target_os = "linux")]
+fn regress_a_worker_that_is_kept_from_its_processor_is_no_time_of_the_solver() {
+    let away = Duration::from_millis(20);
+    let take = move |simulation: &mut Simulation, _: Instant| {
+        std::thread::sleep(away);
+        simulation.step()
+    };
+    let (mut stepper, _outputs) = stepper(Box::new(take));
+    wake(&mut stepper);
+    wake(&mut stepper);
+    assert_eq!(level(&stepper), 0, "both steps were done in time");
+    let StepTimings { solving, elsewhere, .. } = stepper.deadlines.timings;
+    assert!(solving >= away && elsewhere < away, "{solving:?}, {elsewhere:?} of it on the worker's processor");
 }
 
 /// Commands come between steps, after the spare was prepared.
