@@ -230,11 +230,9 @@ impl Esdirk {
     }
 
     /// See the type's description.
-    pub(super) fn local_error(&self) -> LocalError<'_> {
-        LocalError {
-            q: ErrorTerm::Difference(&self.error_q, NEXT_ORDER, 4),
-            v: ErrorTerm::Difference(&self.error_v, NEXT_ORDER, 4),
-        }
+    pub(super) fn local_error(&self, h_s: f64) -> LocalError<'_> {
+        let of = |vector| ErrorTerm::Difference(vector, NEXT_ORDER, h_s.powi(4));
+        LocalError { q: of(&self.error_q), v: of(&self.error_v) }
     }
 
     /// Finds the jump of the load at the beginning of the step; returns whether it is too large for the stages to carry.

@@ -112,7 +112,10 @@ impl GeneralizedAlpha {
         let delta = self.alpha_f - self.alpha_m;
         let of_q = self.beta - 0.5 * delta - 1.0 / 6.0;
         let of_v = 1.0 / 12.0 - delta * delta + 0.5 * delta - self.alpha_m * delta;
-        LocalError { q: ErrorTerm::Direct(&self.change, of_q * h_s * h_s), v: ErrorTerm::Difference(&self.change, of_v * h_s, 1) }
+        LocalError {
+            q: ErrorTerm::Direct(&self.change, of_q * h_s * h_s),
+            v: ErrorTerm::Difference(&self.change, of_v * h_s, h_s),
+        }
     }
 
     /// Simpson's rule, with the middle of the step by Hermite's cubic between its ends:

@@ -122,8 +122,8 @@ impl Integrator {
         match self {
             Self::TwoPoint(scheme) => scheme.local_error(h_s),
             Self::GeneralizedAlpha(scheme) => scheme.local_error(h_s),
-            Self::RungeKutta(scheme) => scheme.local_error(),
-            Self::Esdirk(scheme) => scheme.local_error(),
+            Self::RungeKutta(scheme) => scheme.local_error(h_s),
+            Self::Esdirk(scheme) => scheme.local_error(h_s),
         }
     }
 

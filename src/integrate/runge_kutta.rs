@@ -72,8 +72,9 @@ impl RungeKutta {
     /// The embedded method with weights `(1, 2, 2, 0, 1)/6`, whose last slope is the first of the next step, errs by
     /// `d = h (k₄ − k₅)/6`, `z⁴/72` per eigenvalue; the step itself by `−z⁵/120`: the change of d over a step, times −0.6. It is that of
     /// the step before, as the last slope is only known now.
-    pub(super) fn local_error(&self) -> LocalError<'_> {
-        LocalError { q: ErrorTerm::Difference(&self.error_v, -0.6, 4), v: ErrorTerm::Difference(&self.error_a, -0.6, 4) }
+    pub(super) fn local_error(&self, h_s: f64) -> LocalError<'_> {
+        let of = |vector| ErrorTerm::Difference(vector, -0.6, h_s.powi(4));
+        LocalError { q: of(&self.error_v), v: of(&self.error_a) }
     }
 
     /// Advances `state` from `t_s` to `t_s + h_s`.

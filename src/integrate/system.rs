@@ -167,9 +167,17 @@ impl AddAssign for Effort {
 pub enum ErrorTerm<'a> {
     /// The vector times the factor.
     Direct(&'a [f64], f64),
-    /// The change of the vector since the step before, times the factor: one order more. The vector itself grows as this power of the
-    /// step, which tells its change where steps differ.
-    Difference(&'a [f64], f64, i32),
+    /// The change of the vector since the step before, times the factor: one order more. The vector itself grows as the last number,
+    /// a power of the step, which tells its change where steps differ.
+    Difference(&'a [f64], f64, f64),
+}
+
+impl<'a> ErrorTerm<'a> {
+    /// Its vector.
+    pub fn vector(&self) -> &'a [f64] {
+        let (Self::Direct(vector, _) | Self::Difference(vector, ..)) = self;
+        vector
+    }
 }
 
 /// Leading error of the last step, solution less truth, of coordinates and velocities: exact for linear systems, as the step goes to 0.
@@ -247,5 +255,6 @@ pub fn solve_acceleration<S: System>(
 /// `Err(NotFinite)` unless every number of `x` is finite.
 #[inline]
 pub(super) fn all_finite(x: &[f64]) -> Result<(), StepError> {
-    if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(StepError::NotFinite) }
+    // All of them, which is quicker than to stop at the first that is not.
+    if x.iter().fold(true, |all, x| all & x.is_finite()) { Ok(()) } else { Err(StepError::NotFinite) }
 }

@@ -96,7 +96,7 @@ impl TwoPoint {
         let off = self.weight - 0.5;
         if off == 0.0 {
             let q = ErrorTerm::Direct(&self.change, h_s * h_s / 12.0);
-            return LocalError { q, v: ErrorTerm::Difference(&self.change, h_s / 12.0, 1) };
+            return LocalError { q, v: ErrorTerm::Difference(&self.change, h_s / 12.0, h_s) };
         }
         LocalError { q: ErrorTerm::Direct(&self.a, off * h_s * h_s), v: ErrorTerm::Direct(&self.change, off * h_s) }
     }

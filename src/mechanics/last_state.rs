@@ -41,7 +41,7 @@ impl LastState {
     }
 
     fn lacks(&mut self, wanted: Known, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> bool {
-        if self.known >= wanted && self.motion == input.motion && self.q == q && self.v == v && self.a == a {
+        if self.known >= wanted && self.motion == input.motion && same(&self.a, a) && same(&self.v, v) && same(&self.q, q) {
             return false;
         }
         self.motion = input.motion;
@@ -56,4 +56,9 @@ impl LastState {
     pub(super) fn forget(&mut self) {
         self.known = Known::Nothing;
     }
+}
+
+/// Whether two vectors are equal to the bit: all of it, which is quicker than to stop at the first difference.
+fn same(one: &[f64], other: &[f64]) -> bool {
+    one.iter().zip(other).fold(0, |apart, (one, other)| apart | (one.to_bits() ^ other.to_bits())) == 0
 }

@@ -6,7 +6,7 @@ use crate::mechanics::mechanism::Singular;
 #[derive(Debug, Clone)]
 pub(crate) struct Lu {
     n: usize,
-    /// Row-major; the matrix to factor goes in here.
+    /// Column by column; the matrix to factor goes in here.
     pub(crate) matrix: Vec<f64>,
     pivots: Vec<usize>,
 }
@@ -21,28 +21,26 @@ impl Lu {
         let n = self.n;
         for k in 0..n {
             let (mut pivot, mut largest) = (k, -1.0);
-            for (i, row) in self.matrix.chunks_exact(n).enumerate().skip(k) {
-                if row[k].abs() > largest {
-                    (pivot, largest) = (i, row[k].abs());
+            for (i, entry) in self.matrix[k * n..(k + 1) * n].iter().enumerate().skip(k) {
+                if entry.abs() > largest {
+                    (pivot, largest) = (i, entry.abs());
                 }
             }
             self.pivots[k] = pivot;
             if pivot != k {
-                let (upper, lower) = self.matrix.split_at_mut(pivot * n);
-                upper[k * n..(k + 1) * n].swap_with_slice(&mut lower[..n]);
+                self.matrix.chunks_exact_mut(n).for_each(|column| column.swap(k, pivot));
             }
-            let (upper, lower) = self.matrix.split_at_mut((k + 1) * n);
-            let row = &mut upper[k * n..];
-            if !row[k].is_normal() {
+            let (before, after) = self.matrix.split_at_mut((k + 1) * n);
+            let column = &mut before[k * n..];
+            if !column[k].is_normal() {
                 return Err(Singular);
             }
-            row[k] = 1.0 / row[k];
-            for below in lower.chunks_exact_mut(n) {
-                let factor = below[k] * row[k];
-                below[k] = factor;
-                for (below, row) in below[k + 1..].iter_mut().zip(&row[k + 1..]) {
-                    *below -= factor * row;
-                }
+            column[k] = 1.0 / column[k];
+            let (inverse, below) = (column[k], &mut column[k + 1..]);
+            below.iter_mut().for_each(|entry| *entry *= inverse);
+            for column in after.chunks_exact_mut(n) {
+                let factor = column[k];
+                take_off(&mut column[k + 1..], factor, below);
             }
         }
         Ok(())
@@ -53,16 +51,20 @@ impl Lu {
         for (k, &pivot) in self.pivots.iter().enumerate() {
             x.swap(k, pivot);
         }
-        let rows = self.matrix.chunks_exact(self.n.max(1));
-        for (i, row) in rows.clone().enumerate() {
-            x[i] -= product(&row[..i], x);
+        let columns = self.matrix.chunks_exact(self.n.max(1)).enumerate();
+        for (k, column) in columns.clone() {
+            let factor = x[k];
+            take_off(&mut x[k + 1..], factor, &column[k + 1..]);
         }
-        for (i, row) in rows.enumerate().rev() {
-            x[i] = (x[i] - product(&row[i + 1..], &x[i + 1..])) * row[i];
+        for (k, column) in columns.rev() {
+            x[k] *= column[k];
+            let factor = x[k];
+            take_off(&mut x[..k], factor, column);
         }
     }
 }
 
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// `x −= factor · y`.
+fn take_off(x: &mut [f64], factor: f64, y: &[f64]) {
+    x.iter_mut().zip(y).for_each(|(x, y)| *x -= factor * y);
 }

@@ -36,6 +36,24 @@ pub struct Measure {
     pub turn_rad: f64,
 }
 
+impl Measure {
+    /// All of it times a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { angle_rad: factor * self.angle_rad, deflection_m: factor * self.deflection_m, turn_rad: factor * self.turn_rad }
+    }
+
+    /// With another one added.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            angle_rad: self.angle_rad + other.angle_rad,
+            deflection_m: self.deflection_m + other.deflection_m,
+            turn_rad: self.turn_rad + other.turn_rad,
+        }
+    }
+}
+
 /// A coordinate's name, with its unit, and the change of it over which the model is far from linear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinate {

@@ -25,5 +25,5 @@ pub use mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singul
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
-pub use rigid::{Rigid, SmallTurn};
+pub use rigid::{CarriedTurn, Rigid, SmallTurn};
 pub use transfer::{CannotTransfer, Present, Transfer};

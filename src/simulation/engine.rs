@@ -34,9 +34,12 @@ pub(super) trait Engine: Send {
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError>;
     /// Error terms of the last step, of `h_s`, which ended at `t_s`, of coordinates and velocities; `None` if the method has no estimate.
     fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<[Term; 2]>;
-    /// What becomes of a small error of the first link's angle and rate from `t_s` on; `None` if one angle does not say where the chain
-    /// is.
-    fn small_turn(&mut self, _law: &DriveLaw, _t_s: f64) -> Option<SmallTurn> {
+    /// The first link's angle, rad, and its rate, rad/s, after the last step; `None` if one angle does not say where the chain is.
+    fn rotation(&self) -> Option<[f64; 2]> {
+        None
+    }
+    /// What becomes of a small error of that angle and its rate from `t_s` on.
+    fn small_turn(&self, _law: &DriveLaw, _t_s: f64, _rotation: [f64; 2]) -> Option<SmallTurn> {
         None
     }
     /// Energies at `t_s`, where the last step ended.

@@ -1,22 +1,22 @@
 //! Estimated error of the time step, from each scheme's own error terms.
 
-use crate::mechanics::{Measure, SmallTurn};
+use crate::mechanics::{CarriedTurn, Measure};
 
 /// The peak of an error that swings over the mean of its magnitude, and what its feedback on the motion adds, as measured: see
 /// [`ErrorEstimate`].
 const PEAK: f64 = 2.0;
 /// Numbers of an estimate in a checkpoint.
-const NUMBERS: usize = 13;
-/// Numbers of it in recordings that know nothing of the rotation.
-const OLDER_NUMBERS: usize = 9;
+const NUMBERS: usize = 20;
+/// Numbers of it in older recordings: those that know nothing of the rotation, and those that carry it along by each step's own motion.
+const OLDER_NUMBERS: [usize; 2] = [9, 13];
 
 /// Error term of one step, in the quantities that users look at: see [`ErrorTerm`](crate::integrate::ErrorTerm).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Term {
     pub measure: Measure,
     pub factor: f64,
-    /// If the change since the step before counts: the power of the step as which the measure grows.
-    pub power: Option<i32>,
+    /// If the change since the step before counts: a number that grows with the step as the measure does.
+    pub size: Option<f64>,
 }
 
 /// Estimated error of the time discretization since the epoch began.
@@ -34,9 +34,10 @@ pub(super) struct Term {
 /// mean magnitude to its peak, and what the error's feedback on the motion adds.
 ///
 /// The second sum takes the part of e in which the chain turns by c, as if its links kept their shape. It carries it along as a small
-/// error of the rigid chain grows or fades, by [`SmallTurn`]: at a dead centre that the crank barely passes, by orders of magnitude.
-/// It is 0 where one angle does not say where a rigid chain is. Errors of ESDIRK are changes from step to step, which cancel in it where
-/// vibration is not resolved; there the first one shows more.
+/// error of the rigid chain grows or fades: at a dead centre that the crank barely passes, by orders of magnitude. `e^{Ah}` stands while
+/// the crank turns by a hundredth of a radian and its rate changes by a twentieth ([`CarriedTurn`]). The sum is 0 where one angle does
+/// not say where a rigid chain is. Errors of ESDIRK are changes from step to step, which cancel in it where vibration is not resolved;
+/// there the first one shows more.
 ///
 /// **What it is good for.** It is an estimate of size, not a bound. Of the default scene and R2s, over 2 s, from 1e-2 to 1e-7 rad, it was
 /// 0.4 to 3.1 of the true error, but for finite elements with ESDIRK: there 0.4 to 6.6 on R2s and 0.9 to 21 on the default scene, whose
@@ -51,6 +52,8 @@ pub struct ErrorEstimate {
     pub drift_rad: f64,
     /// Error of the rotation, rad, and of its rate, rad/s, carried along.
     pub turn: [f64; 2],
+    /// How they are carried along.
+    pub carried: CarriedTurn,
     /// Errors of the last flexible link's middle, magnitudes summed, m.
     pub deflection_sum_m: f64,
     /// Error of the last step in the first link's chord angle, rad.
@@ -60,38 +63,39 @@ pub struct ErrorEstimate {
 }
 
 impl ErrorEstimate {
-    /// Goes on after a change of the scene: the measures of its last step are those of another model.
+    /// Goes on after a change of the scene: the measures of its last step, and what carries an error along, are those of another model.
     pub(super) fn without_last_step(self) -> Self {
-        ErrorEstimate { left: [Measure::default(); 2], ..self }
+        ErrorEstimate { left: [Measure::default(); 2], carried: CarriedTurn::default(), ..self }
     }
 
     /// Begins a step, which may be taken in parts.
-    pub(super) fn next_step(self) -> Self {
-        ErrorEstimate { last_step_rad: 0.0, ..self }
+    pub(super) fn begin_step(&mut self) {
+        self.last_step_rad = 0.0;
     }
 
-    /// The estimate with one more part of a step, of `h_s`, by its terms, of coordinates and velocities.
-    pub(super) fn after(mut self, h_s: f64, terms: [Term; 2], turn: Option<SmallTurn>) -> Self {
+    /// Adds one more part of a step, of `h_s`, by its terms, of coordinates and velocities. The rotation's error is carried along by
+    /// `carried` if there is one.
+    pub(super) fn add(&mut self, h_s: f64, terms: [Term; 2], carried: Option<CarriedTurn>) {
         let mut errors = [Measure::default(); 2];
         for ((error, term), left) in errors.iter_mut().zip(&terms).zip(&mut self.left) {
-            let Term { measure: Measure { angle_rad, deflection_m, turn_rad }, factor, power } = *term;
-            let (size, before) = power.map_or((1.0, Measure::default()), |power| (h_s.powi(power), *left));
-            error.angle_rad = factor * (angle_rad - size * before.angle_rad);
-            error.deflection_m = factor * (deflection_m - size * before.deflection_m);
-            error.turn_rad = factor * (turn_rad - size * before.turn_rad);
-            *left = Measure { angle_rad: angle_rad / size, deflection_m: deflection_m / size, turn_rad: turn_rad / size };
+            let Term { measure, factor, size } = *term;
+            *error = measure.times(factor);
+            if let Some(size) = size {
+                *error = error.plus(left.times(-factor * size));
+                *left = measure.times(1.0 / size);
+            }
         }
         let [of_q, of_v] = errors;
         self.drift_rad += h_s * self.rate_rad_per_s;
         self.rate_rad_per_s += of_v.angle_rad;
-        if let Some(turn) = turn {
-            let [angle_rad, rate_rad_per_s] = turn.after(h_s, self.turn);
+        if let Some(carried) = carried {
+            let [angle_rad, rate_rad_per_s] = carried.after(self.turn);
             self.turn = [angle_rad + of_q.turn_rad, rate_rad_per_s + of_v.turn_rad];
+            self.carried = carried;
         }
         self.angle_sum_rad += of_q.angle_rad.abs();
         self.deflection_sum_m += of_q.deflection_m.abs();
         self.last_step_rad += of_q.angle_rad.abs();
-        self
     }
 
     /// Estimated error of the first link's chord angle, rad.
@@ -107,44 +111,47 @@ impl ErrorEstimate {
     /// All of it, for a checkpoint.
     pub fn numbers(&self) -> [f64; NUMBERS] {
         let [q, v] = self.left;
-        let [turn_rad, turn_rad_per_s] = self.turn;
-        let [sum, rate, drift] = [self.angle_sum_rad, self.rate_rad_per_s, self.drift_rad];
-        let [deflection, last] = [self.deflection_sum_m, self.last_step_rad];
-        let [q_angle, q_deflection, q_turn] = [q.angle_rad, q.deflection_m, q.turn_rad];
-        let [v_angle, v_deflection, v_turn] = [v.angle_rad, v.deflection_m, v.turn_rad];
+        let CarriedTurn { step_s, crank, matrix: [[aa, ar], [ra, rr]] } = self.carried;
         [
-            sum,
-            rate,
-            drift,
-            deflection,
-            last,
-            q_angle,
-            q_deflection,
-            v_angle,
-            v_deflection,
-            q_turn,
-            v_turn,
-            turn_rad,
-            turn_rad_per_s,
+            self.angle_sum_rad,
+            self.rate_rad_per_s,
+            self.drift_rad,
+            self.deflection_sum_m,
+            self.last_step_rad,
+            q.angle_rad,
+            q.deflection_m,
+            v.angle_rad,
+            v.deflection_m,
+            q.turn_rad,
+            v.turn_rad,
+            self.turn[0],
+            self.turn[1],
+            step_s,
+            crank[0],
+            crank[1],
+            aa,
+            ar,
+            ra,
+            rr,
         ]
     }
 
-    /// From what [`ErrorEstimate::numbers`] gave, or from the first nine of them, which is all that older recordings hold; `None` from
-    /// any other count.
+    /// From what [`ErrorEstimate::numbers`] gave, or from as many of them as older recordings hold; `None` from any other count.
     pub fn from_numbers(given: &[f64]) -> Option<Self> {
         let mut numbers = [0.0; NUMBERS];
-        if ![NUMBERS, OLDER_NUMBERS].contains(&given.len()) {
+        if given.len() != NUMBERS && !OLDER_NUMBERS.contains(&given.len()) {
             return None;
         }
         numbers.iter_mut().zip(given).for_each(|(number, given)| *number = *given);
-        let [sum, rate, drift, deflection, last, rest @ ..] = numbers;
-        let [q_angle, q_deflection, v_angle, v_deflection, q_turn, v_turn, turn_rad, turn_rad_per_s] = rest;
+        let [sum, rate, drift, deflection, last, left @ .., turn, turn_rate, step_s, crank, crank_rate, aa, ar, ra, rr] = numbers;
+        let [q_angle, q_deflection, v_angle, v_deflection, q_turn, v_turn] = left;
         let measure = |angle_rad, deflection_m, turn_rad| Measure { angle_rad, deflection_m, turn_rad };
         Some(ErrorEstimate {
             angle_sum_rad: sum,
             rate_rad_per_s: rate,
             drift_rad: drift,
-            turn: [turn_rad, turn_rad_per_s],
+            turn: [turn, turn_rate],
+            carried: CarriedTurn { step_s, crank: [crank, crank_rate], matrix: [[aa, ar], [ra, rr]] },
             deflection_sum_m: deflection,
             last_step_rad: last,
             left: [measure(q_angle, q_deflection, q_turn), measure(v_angle, v_deflection, v_turn)],

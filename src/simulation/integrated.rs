@@ -7,7 +7,7 @@ use super::step_limit::eigenvalues;
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
-use crate::mechanics::{self, Energy, Mechanism, NoEquilibrium, Observation, Rigid, SmallTurn};
+use crate::mechanics::{self, Energy, Measure, Mechanism, NoEquilibrium, Observation, Rigid, SmallTurn};
 
 /// A mechanism, its integrator and their state.
 pub(super) struct Integrated<M> {
@@ -96,20 +96,24 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         let State { q, v, a, .. } = &self.state;
         let turns = self.rigid.is_some() && self.mechanism.turn_part(&law.input(t_s), q, v, a, &mut self.scratch);
         let LocalError { q, v } = self.integrator.local_error(h_s);
-        Some([q, v].map(|term| {
-            let (vector, factor, power) = match term {
-                ErrorTerm::Direct(vector, factor) => (vector, factor, None),
-                ErrorTerm::Difference(vector, factor, power) => (vector, factor, Some(power)),
-            };
-            let mut measure = self.mechanism.measure(&self.state.q, vector);
-            measure.turn_rad = if turns { dot(&self.scratch, vector) } else { 0.0 };
-            Term { measure, factor, power }
+        let measured = |vector: &[f64]| Measure {
+            turn_rad: if turns { dot(&self.scratch, vector) } else { 0.0 },
+            ..self.mechanism.measure(&self.state.q, vector)
+        };
+        let of_q = measured(q.vector());
+        let of_v = if std::ptr::eq(q.vector(), v.vector()) { of_q } else { measured(v.vector()) };
+        Some([(of_q, q), (of_v, v)].map(|(measure, term)| match term {
+            ErrorTerm::Direct(_, factor) => Term { measure, factor, size: None },
+            ErrorTerm::Difference(_, factor, size) => Term { measure, factor, size: Some(size) },
         }))
     }
 
-    fn small_turn(&mut self, law: &DriveLaw, t_s: f64) -> Option<SmallTurn> {
+    fn rotation(&self) -> Option<[f64; 2]> {
         let State { q, v, .. } = &self.state;
-        let (angle_rad, rate) = (self.mechanism.chord_rad(q), self.mechanism.measure(q, v).angle_rad);
+        self.rigid.as_ref().map(|_| [self.mechanism.chord_rad(q), self.mechanism.measure(q, v).angle_rad])
+    }
+
+    fn small_turn(&self, law: &DriveLaw, t_s: f64, [angle_rad, rate]: [f64; 2]) -> Option<SmallTurn> {
         Some(self.rigid.as_ref()?.small_turn(angle_rad, rate, law.input(t_s).torque_nm))
     }
 

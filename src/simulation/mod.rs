@@ -251,7 +251,7 @@ impl Simulation {
         let (torque, error) = (self.law.torque, self.error);
         self.saved.clear();
         self.engine.save(&mut self.saved);
-        self.error = self.error.map(ErrorEstimate::next_step);
+        self.error.iter_mut().for_each(ErrorEstimate::begin_step);
         let taken = self.advance_from_edge_to_edge(from_s, to_s).map_err(Cause::from).and_then(|taken| {
             let energy = self.engine.energy(&self.law, to_s);
             let ledger = finite(&taken.work, &energy).and(self.ledger.after(taken.work, energy, self.engine.keeps_energy()))?;
@@ -293,9 +293,7 @@ impl Simulation {
         let failed = match self.engine.step(&self.law, from_s, h_s) {
             Err(failed) if depth < self.halvings() => failed,
             taken => {
-                if let Some((error, terms)) = self.error.zip(self.engine.local_error(&self.law, to_s, h_s)) {
-                    self.error = Some(error.after(h_s, terms, self.engine.small_turn(&self.law, to_s)));
-                }
+                self.add_error(to_s, h_s);
                 return taken;
             }
         };
@@ -305,6 +303,17 @@ impl Simulation {
         let mut taken = self.advance([from_s, middle_s], half_s, depth + 1).map_err(|_| failed)?;
         taken += self.advance([middle_s, to_s], half_s, depth + 1).map_err(|_| failed)?;
         Ok(taken)
+    }
+
+    /// Adds the error of the part of a step of `h_s` that ended at `to_s` to the estimate.
+    fn add_error(&mut self, to_s: f64, h_s: f64) {
+        let Some(error) = &mut self.error else { return };
+        let Some(terms) = self.engine.local_error(&self.law, to_s, h_s) else { return };
+        let carried = self.engine.rotation().and_then(|crank| match error.carried {
+            carried if carried.stands(h_s, crank) => Some(carried),
+            _ => Some(self.engine.small_turn(&self.law, to_s, crank)?.carried(h_s, crank)),
+        });
+        error.add(h_s, terms, carried);
     }
 
     /// How deep a step that fails is halved: a step of fixed cost is not tried again.

@@ -37,6 +37,7 @@ INTEGRATORS = [
     ("generalized-alpha", ""),
     ("generalized-alpha", "solver.tolerance=1e-4 solver.rho_infinity=0.6"),
     ("esdirk", ""),
+    ("esdirk", "solver.tolerance=1e-6"),
     ("esdirk", "solver.tolerance=1e-5"),
     ("esdirk", "solver.tolerance=1e-4"),
 ]

@@ -258,14 +258,15 @@ fn prop_trade_reports_the_corrections_that_suffice() {
 
 /// Steps of a measurement; FLEXCRANK_STEPS names another number.
 const STEPS: usize = 1_000;
-/// Repeats of the same steps: what the machine adds to one of them is not in the quickest.
+/// Repeats of the same steps: what the machine adds to one of them is not in the quickest. FLEXCRANK_REPEATS names another number.
 const REPEATS: usize = 15;
 
 /// Prints the wall time of single steps under a pulse every 50 ms: as the clock saw them, and the quickest of the repeats of each step,
 /// beside constant work. It judges no time.
 #[test]
 fn measure_the_slowest_step() {
-    let steps = std::env::var("FLEXCRANK_STEPS").ok().and_then(|text| text.parse().ok()).unwrap_or(STEPS);
+    let named = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let (steps, repeats) = (named("FLEXCRANK_STEPS").unwrap_or(STEPS), named("FLEXCRANK_REPEATS").unwrap_or(REPEATS));
     for (name, keys) in [
         ("crank-slider", &[][..]),
         ("ref-r2s", &["solver.step_s=5e-4"]),
@@ -278,7 +279,7 @@ fn measure_the_slowest_step() {
         for (kind, keys) in [("to the tolerance", keys), ("fixed cost", fixed.as_slice())] {
             let scene = scene(name, keys);
             let (mut seen, mut best, mut unconverged) = (Vec::new(), vec![f64::INFINITY; steps], 0);
-            for _ in 0..REPEATS {
+            for _ in 0..repeats {
                 let mut run = start(&scene);
                 let every = (0.05 / run.step_s()).round() as usize;
                 for (n, best) in best.iter_mut().enumerate() {
@@ -299,7 +300,7 @@ fn measure_the_slowest_step() {
             println!("  as seen       {}\n  best of all  {}", quantiles(&mut seen), quantiles(&mut best));
         }
     }
-    let mut work: Vec<f64> = (0..steps).map(|_| (0..REPEATS).map(|_| constant_work_us()).fold(f64::INFINITY, f64::min)).collect();
+    let mut work: Vec<f64> = (0..STEPS).map(|_| (0..repeats).map(|_| constant_work_us()).fold(f64::INFINITY, f64::min)).collect();
     println!("constant work\n  best of all  {}", quantiles(&mut work));
 }
 

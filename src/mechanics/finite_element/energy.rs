@@ -14,6 +14,7 @@ impl FiniteElement {
         let m = &self.motion;
         let mut kinetic_j = 0.0;
         let mut strain_j = 0.5 * self.chain.base.torsion_spring_nm_per_rad * m.root().u.y.powi(2);
+        let has_weight = self.gravity != Vector2::zeros();
         let mut moment = Vector2::zeros(); // ∫ r dm
         for member in &self.members {
             match member {
@@ -23,8 +24,10 @@ impl FiniteElement {
                         let momentum = beam.inertia(&v);
                         kinetic_j += 0.5 * (0..4).map(|k| v[k].dot(&momentum[k])).sum::<f64>();
                         strain_j += beam.strain_energy_j(&x);
-                        let weighted = beam.inertia(&x);
-                        moment += weighted[0] + weighted[2];
+                        if has_weight {
+                            let weighted = beam.inertia(&x);
+                            moment += weighted[0] + weighted[2];
+                        }
                     }
                 }
                 Member::Rigid { first, masses } => {
@@ -42,11 +45,7 @@ impl FiniteElement {
             kinetic_j += 0.5 * self.end.mass_kg * v.norm_squared();
             moment += p * self.end.mass_kg;
         }
-        Energy {
-            kinetic_j,
-            strain_j: Some(strain_j),
-            potential_j: (self.gravity.norm() > 0.0).then(|| -self.gravity.dot(&moment)),
-        }
+        Energy { kinetic_j, strain_j: Some(strain_j), potential_j: has_weight.then(|| -self.gravity.dot(&moment)) }
     }
 
     /// Position and velocity of the point mass at the end, unless a rigid link has taken it in.

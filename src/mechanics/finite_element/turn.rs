@@ -42,7 +42,8 @@ impl FiniteElement {
         }
         self.hand_out(part);
         std::mem::swap(&mut self.forces, &mut self.momenta);
-        part.iter_mut().for_each(|p| *p /= inertia);
+        let per_inertia = 1.0 / inertia;
+        part.iter_mut().for_each(|p| *p *= per_inertia);
     }
 
     /// Rate of the second link for the motion of its pin: with its vector e to a slider, `ẏ = 0` there gives `−ẏ_A/e_x`. A free one does

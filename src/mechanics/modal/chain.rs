@@ -230,8 +230,8 @@ impl<const W: usize> Chain<W> {
     /// Sum of the magnitudes of the forces on the links and in them, N.
     fn size_of_forces_n(&self, q: &[f64]) -> f64 {
         let size = |(link, forces): (&Link<W>, &LinkForces<W>)| {
-            let on = forces.functions.iter().map(|f| f[0].abs() + f[1].abs()).sum::<f64>();
-            on + link.elastic.size_n(&q[link.own()])
+            let on = forces.functions.iter().fold([0.0; 2], |sum, f| [sum[0] + f[0].abs(), sum[1] + f[1].abs()]);
+            on[0] + on[1] + link.elastic.size_n(&q[link.own()])
         };
         self.links.iter().zip(&self.forces).map(size).sum()
     }
@@ -242,7 +242,9 @@ impl<const W: usize> Chain<W> {
         let [mut on_angles, mut on_shapes] = [0.0_f64; 2];
         for (r, is_angle) in r.iter().zip(&self.is_angle) {
             let most = if *is_angle { &mut on_angles } else { &mut on_shapes };
-            *most = most.max(r.abs());
+            if r.abs() > *most {
+                *most = r.abs();
+            }
         }
         let ratio = |most: f64, at_work: f64| if most == 0.0 { 0.0 } else { most / at_work };
         ratio(on_angles, moment_nm).max(ratio(on_shapes, force_n))

@@ -100,7 +100,7 @@ impl<const W: usize> Mechanism for Fitted<W> {
         }
         self.evaluate(input, q, v, a);
         let matrix = self.tangent.assemble(&mut self.chain, a, w);
-        matrix.iter().enumerate().for_each(|(place, value)| entry(place / q.len(), place % q.len(), *value));
+        matrix.iter().enumerate().for_each(|(place, value)| entry(place % q.len(), place / q.len(), *value));
     }
 
     fn rigid_motion(&mut self, input: &Input, rate_rad_per_s: f64, _q: &[f64], v: &mut [f64], a: &mut [f64]) {
@@ -138,9 +138,9 @@ impl<const W: usize> Mechanism for Fitted<W> {
         let ChordAngle::Coordinate(turned) = self.chain.angles[0] else { return false };
         self.locate(input, q, v, a);
         self.chain.turn_momentum(&mut self.turned, part);
-        let inertia = part[turned];
-        part.iter_mut().for_each(|p| *p /= inertia);
-        inertia.is_normal()
+        let per_inertia = 1.0 / part[turned];
+        part.iter_mut().for_each(|p| *p *= per_inertia);
+        per_inertia.is_normal()
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -41,7 +41,7 @@ impl<const W: usize> Tangent<W> {
         }
     }
 
-    /// The matrix, row-major, for the motion and forces that the chain holds.
+    /// The matrix, column by column, for the motion and forces that the chain holds.
     pub(super) fn assemble(&mut self, chain: &mut Chain<W>, a: &[f64], w: Weights) -> &[f64] {
         let n = chain.degrees_of_freedom;
         let still = w.velocity == 0.0 && w.position == 0.0;
@@ -56,9 +56,7 @@ impl<const W: usize> Tangent<W> {
         };
         for j in 0..n {
             self.column(chain, closure.as_ref(), j, w);
-            for i in 0..n {
-                self.lu.matrix[i * n + j] = self.column[i];
-            }
+            self.lu.matrix[j * n..(j + 1) * n].copy_from_slice(&self.column);
         }
         if !still {
             self.stiffness(chain, w);
@@ -112,7 +110,7 @@ impl<const W: usize> Tangent<W> {
         chain.pull_back(end, &mut self.forces, &mut self.column);
     }
 
-    /// Adds the stiffness of elasticity, of the base, and of the forces present.
+    /// Adds the stiffness of elasticity, of the base, and of the forces present, which is symmetric.
     fn stiffness(&mut self, chain: &mut Chain<W>, w: Weights) {
         let n = chain.degrees_of_freedom;
         let k = &mut self.lu.matrix;

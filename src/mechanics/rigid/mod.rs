@@ -21,7 +21,7 @@ use crate::mechanics::resistance::resistance_n;
 use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
 
-pub use small_turn::SmallTurn;
+pub use small_turn::{CarriedTurn, SmallTurn};
 
 /// A body of the chain at one crank angle.
 #[derive(Debug, Clone, Copy)]
