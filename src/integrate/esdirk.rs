@@ -103,6 +103,9 @@ const LARGE_JUMP: f64 = 1e-2;
 const FIRST_PART: f64 = 0.125;
 /// The method. Accelerations are predicted by the parabola through the last stages, and for the second stage by what the step before left.
 const ESDIRK: Tableau<STAGES> = Tableau { c: C, a: A, b: B, gamma: GAMMA, predicted: predicted() };
+/// The method behind a large jump. What the step does not resolve swings there, so that accelerations of stages predict nothing: each stage
+/// is predicted with the velocity of the stage before.
+const BEHIND_JUMP: Tableau<STAGES> = Tableau { predicted: of_kept_velocity(), ..ESDIRK };
 
 /// e₃, e₄ and e₅ by Cramer's rule from the three conditions.
 const fn carried() -> [f64; STAGES] {
@@ -163,6 +166,28 @@ const fn predicted() -> [[f64; STAGES]; STAGES] {
     weights
 }
 
+/// `aᵢᵢ a = Σⱼ (aᵢ₋₁ⱼ − aᵢⱼ) Aⱼ`: accelerations with which a stage has the velocity of the stage before.
+const fn of_kept_velocity() -> [[f64; STAGES]; STAGES] {
+    let mut weights = [[0.0; STAGES]; STAGES];
+    let mut i = 1;
+    while i < STAGES {
+        let mut j = 0;
+        while j < i {
+            let before = if j + 1 < i {
+                A[i - 1][j]
+            } else if j > 0 {
+                GAMMA
+            } else {
+                0.0
+            };
+            weights[i][j] = (before - A[i][j]) / GAMMA;
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+}
+
 impl Esdirk {
     /// For `degrees_of_freedom` unknowns.
     pub fn new(degrees_of_freedom: usize, settings: NewtonSettings) -> Self {
@@ -205,7 +230,7 @@ impl Esdirk {
         let mut taken = match self.fixed {
             Some(fixed) if jumps => sdirk::step(&mut self.stages, system, t_s, h_s, state, Some((fixed, STAGES - 1)))?,
             None if jumps => self.step_in_two(system, t_s, h_s, state)?,
-            _ => self.take(system, t_s, h_s, state)?,
+            _ => self.take(&ESDIRK, system, t_s, h_s, state)?,
         };
         // At its beginning, and at its end.
         taken.effort.residuals += 2;
@@ -252,27 +277,36 @@ impl Esdirk {
         begun.q.copy_from_slice(&self.stages.q);
         begun.v.copy_from_slice(&self.stages.v);
         begun.a.copy_from_slice(&self.stages.a);
-        begun.alpha.copy_from_slice(&self.stages.a);
+        for (alpha, a) in begun.alpha.iter_mut().zip(&self.stages.a) {
+            *alpha = BEHIND_JUMP.predicted[1][0] * a;
+        }
         self.jump.fill(0.0);
-        let rest = self.take(system, t_s + first_s, h_s - first_s, &begun);
+        let rest = self.take(&BEHIND_JUMP, system, t_s + first_s, h_s - first_s, &begun);
         self.begun = begun;
         taken += rest?;
         Ok(taken)
     }
 
     /// Solves for the six stages of a step.
-    fn take<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &State) -> Result<Taken, StepError> {
+    fn take<S: System>(
+        &mut self,
+        method: &Tableau<STAGES>,
+        system: &mut S,
+        t_s: f64,
+        h_s: f64,
+        state: &State,
+    ) -> Result<Taken, StepError> {
         let (mut taken, mut work) = (Taken::default(), Work::default());
         let n = self.jump.len();
         self.stages.all_v[..n].copy_from_slice(&state.v);
         self.stages.all_a[..n].copy_from_slice(&state.a);
         work.add(B[0] * h_s, system.power(t_s, &state.q, &state.v, &state.a));
-        let weights = ESDIRK.weights(h_s);
+        let weights = method.weights(h_s);
         self.stages.newton.begin_step();
         self.stages.newton.fixed = self.fixed;
         for stage in 1..STAGES {
             let at_s = t_s + C[stage] * h_s;
-            self.stages.predict(&ESDIRK, stage, h_s, state, (stage == 1).then_some(&state.alpha));
+            self.stages.predict(method, stage, h_s, state, (stage == 1).then_some(&state.alpha));
             for (load, jump) in self.stages.newton.load.iter_mut().zip(&self.jump) {
                 *load = CARRIED[stage] * jump;
             }
@@ -361,6 +395,19 @@ mod tests {
         assert!(sum(&|i| B[i] * C[i]).abs() < 1e-15);
         assert_eq!((CARRIED[1], CARRIED[5]), (0.0, 0.0));
         assert!(CARRIED.iter().all(|carried| carried.abs() < 1.0));
+    }
+
+    #[test]
+    fn prop_behind_a_jump_stages_are_predicted_with_the_velocity_of_the_stage_before() {
+        let accelerations = [3.0, -5.0, 7.0, 2.0, -11.0, 13.0];
+        let velocity = |stage: usize, own: f64| {
+            let before: f64 = (0..stage).map(|j| A[stage][j] * accelerations[j]).sum();
+            before + if stage > 0 { GAMMA * own } else { 0.0 }
+        };
+        for stage in 1..STAGES {
+            let own: f64 = (0..stage).map(|j| BEHIND_JUMP.predicted[stage][j] * accelerations[j]).sum();
+            assert!((velocity(stage, own) - velocity(stage - 1, accelerations[stage - 1])).abs() < 1e-13, "stage {stage}");
+        }
     }
 
     #[test]

@@ -61,12 +61,11 @@ fn bisect(f: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// 64 cubic elements err by `(βh)⁴/1440`; more than 1e-6 from the fourth or fifth mode on.
-fn within_the_element(found: &[f64], exact: &[f64], beta_l: &[f64]) {
+/// First five modes, with 64 elements.
+fn within_a_millionth(found: &[f64], exact: &[f64]) {
     assert_eq!(found.len(), exact.len());
-    for ((found, exact), beta_l) in found.iter().zip(exact).zip(beta_l) {
-        let bound = f64::max(1e-6, 1.2 * (beta_l / 64.0).powi(4) / 1440.0);
-        assert!((found / exact - 1.0).abs() < bound, "{found} for {exact}: {:.1e}, bound {bound:.1e}", found / exact - 1.0);
+    for (found, exact) in found.iter().zip(exact) {
+        assert!((found / exact - 1.0).abs() < 1e-6, "{found} for {exact}: {:.1e}", found / exact - 1.0);
     }
 }
 
@@ -98,37 +97,57 @@ fn val_beams_have_the_frequencies_of_their_closed_forms() -> Outcome {
         let subject = subject("thesis-beam", &[&fine[..], extra].concat(), Some(crank))?;
         let beta_l = roots(equation, 0.05, 5);
         let exact: Vec<f64> = beta_l.iter().map(|x| omega(*x, LENGTH_M)).collect();
-        within_the_element(&bending(&subject, &subject.at_rest(0.0)?, 5)?, &exact, &beta_l);
+        within_a_millionth(&bending(&subject, &subject.at_rest(0.0)?, 5)?, &exact);
     }
     Ok(())
 }
 
 /// The rod of a crank-slider whose pins are held: by a rigid crank that is held, and a slider of a thousand tonnes.
+const PINNED: [&str; 5] =
+    ["crank.rigid=true", "slider.mass_kg=1e6", "rod.damping_s=0.0", "rod.length_m=1.5", "solver.integrator=generalized-alpha"];
+
+/// Its first `count` frequencies, rad/s.
+fn pinned_rod(count: u32) -> Vec<f64> {
+    let stiffness = f64::sqrt(E_PA * (1e-8 / 12.0) / (RHO * 1e-4));
+    (1..=count).map(|n| (PI * f64::from(n) / 1.5).powi(2) * stiffness).collect()
+}
+
 #[test]
 fn val_a_pinned_rod_has_the_frequencies_of_its_closed_form() -> Outcome {
-    let pinned = [
-        "crank.rigid=true",
-        "slider.mass_kg=1e6",
-        "rod.damping_s=0.0",
-        "rod.length_m=1.5",
-        "solver.integrator=generalized-alpha",
-    ];
-    let stiffness = f64::sqrt(E_PA * (1e-8 / 12.0) / (RHO * 1e-4));
-    let beta_l: Vec<f64> = (1..=5).map(|n| PI * f64::from(n)).collect();
-    let exact: Vec<f64> = beta_l.iter().map(|x| (x / 1.5).powi(2) * stiffness).collect();
+    let exact = pinned_rod(5);
     let fine =
-        subject("crank-slider", &[&pinned[..], &["solver.model=finite-element", "rod.elements=64"]].concat(), Some(Crank::Held))?;
-    within_the_element(&bending(&fine, &fine.at_rest(0.0)?, 5)?, &exact, &beta_l);
+        subject("crank-slider", &[&PINNED[..], &["solver.model=finite-element", "rod.elements=64"]].concat(), Some(Crank::Held))?;
+    within_a_millionth(&bending(&fine, &fine.at_rest(0.0)?, 5)?, &exact);
     for count in [1, 3, 5] {
         let own = format!("rod.modes={count}");
         let modal = subject(
             "crank-slider",
-            &[&pinned[..], &["solver.model=modal", "rod.axial=false", &own]].concat(),
+            &[&PINNED[..], &["solver.model=modal", "rod.axial=false", &own]].concat(),
             Some(Crank::Held),
         )?;
         let found = bending(&modal, &modal.at_rest(0.0)?, count)?;
         assert_eq!(found.len(), count);
         assert!(found.iter().zip(&exact).all(|(found, exact)| (found / exact - 1.0).abs() < 1e-9), "{found:?} for {exact:?}");
+    }
+    Ok(())
+}
+
+/// `(kℓ)⁶/50400`, as the element's equation says.
+#[test]
+fn order_of_frequencies_in_the_mesh_is_six() -> Outcome {
+    for count in [4, 8, 16] {
+        let mesh = ["solver.model=finite-element".to_owned(), format!("rod.elements={count}")];
+        let rod = subject("crank-slider", &[&PINNED[..], &mesh.each_ref().map(String::as_str)].concat(), Some(Crank::Held))?;
+        let found = bending(&rod, &rod.at_rest(0.0)?, 2)?;
+        for (n, (found, exact)) in found.iter().zip(pinned_rod(2)).enumerate() {
+            let phase = PI * (n + 1) as f64 / f64::from(count);
+            let expected = -phase.powi(6) / 50400.0;
+            let error = found / exact - 1.0;
+            assert!(
+                (error / expected - 1.0).abs() < 0.1 * phase * phase + 0.02,
+                "{count} elements: {error:e}, expected {expected:e}"
+            );
+        }
     }
     Ok(())
 }
@@ -191,15 +210,17 @@ fn rotating(omega: f64, speed: f64) -> f64 {
     nalgebra::Matrix3::from_fn(|i, j| columns[j][i]).determinant()
 }
 
-/// Stiffening by rotation, with all the beam's stretching and Coriolis's forces: the error falls with the fourth power of the element's
-/// length, and is below 1e-6 with 64 elements but for the higher modes, whose waves are shorter where tension bends them.
+/// Stiffening by rotation, with all the beam's stretching and Coriolis's forces: where tension bends the beam, the error falls with the
+/// fourth power of the element's length.
 #[test]
 fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
     let beam = |elements: &str| {
         subject("thesis-beam", &[&SLENDER[..], &["solver.model=finite-element", elements]].concat(), Some(Crank::Held))
     };
     let (coarse, fine) = (beam("beam.elements=32")?, beam("beam.elements=64")?);
-    for speed in [5.0, 40.0] {
+    let unit = omega(1.0, LENGTH_M);
+    // 2.6, 12 and 21 √(EJ/ρA)/L²; the literature's tables end at 12.
+    for (speed, bound) in [(5.0, 1e-6), (12.0 * unit, 1e-6), (40.0, 1.1e-6)] {
         let found = bending(&fine, &fine.turning(0.7, speed)?, 5)?;
         let exact = found.iter().map(|near| bisect(&|omega| rotating(omega, speed), near * 0.9999, near * 1.0001));
         // Of `ω² + Ω²`, to which bending and tension add up.
@@ -208,20 +229,20 @@ fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
             exact.enumerate().zip(bending(&coarse, &coarse.turning(0.7, speed)?, 5)?.iter().zip(&found))
         {
             let [coarse, fine] = [*coarse, *fine].map(|found| error(found, exact));
-            assert!(fine < if n < 3 { 1e-6 } else { 4e-6 }, "mode {}: {fine:e}", n + 1);
+            assert!(fine < bound, "{speed} rad/s, mode {}: {fine:e}", n + 1);
             // The lowest modes of a fine mesh are found to the rounding of its stiffest.
             assert!(fine < coarse / 10.0 + 6e-7, "mode {}: {coarse:e} and {fine:e}", n + 1);
         }
     }
     let subject = fine;
     // Wright, Smith, Thresher & Wang (1982), out of the plane, at 12 √(EJ/ρA)/L²: 13.1702; in the plane Ω² less.
-    let unit = omega(1.0, LENGTH_M);
     let found = bending(&subject, &subject.turning(0.0, 12.0 * unit)?, 1)?[0] / unit;
     assert!((found - (13.1702_f64.powi(2) - 144.0).sqrt()).abs() < 3e-4, "{found}");
     Ok(())
 }
 
-/// Another program's eigenvalues of the same chain of the same elements, and those of the exact equations.
+/// Another program's eigenvalues of the same chain, whose cubic elements with consistent mass err by 2.7e-4 at most, and those of the exact
+/// equations.
 #[test]
 fn val_a_crank_slider_has_the_frequencies_that_exudyn_finds() -> Outcome {
     let chain =
@@ -229,8 +250,8 @@ fn val_a_crank_slider_has_the_frequencies_that_exudyn_finds() -> Outcome {
     let same = [&chain[..], &["crank.elements=16", "rod.elements=16"]].concat();
     let fine = [&chain[..], &["crank.elements=64", "rod.elements=64"]].concat();
     let cases = [
-        (include_str!("../../tests/data/exudyn-modes.csv"), same, 1e-6),
-        (include_str!("../../tests/data/exact-modes.csv"), fine, 2e-6),
+        (include_str!("../../tests/data/exudyn-modes.csv"), same, 3e-4),
+        (include_str!("../../tests/data/exact-modes.csv"), fine, 1.5e-7),
     ];
     for (table, overrides, bound) in cases {
         let mut largest = 0.0_f64;
