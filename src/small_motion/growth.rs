@@ -27,8 +27,10 @@ const TURN_RAD: f64 = 0.15;
 const PHASE_RAD: f64 = 0.5;
 /// Vibrations this many times as fast as the crank are not excited by its turning.
 const FAST: f64 = 10.0;
-/// Times at which the growth is looked at.
+/// Fewest times at which the growth is looked at.
 const LOOKS: u32 = 32;
+/// Times at which the growth of one unknown is looked at; a look at n unknowns costs n³.
+const LOOKS_OF_ONE: u32 = 2048;
 /// The first steps, after each of which it is looked at too.
 const EARLY: u32 = 4;
 /// Growth of two trajectories that agree differs by no more than this factor.
@@ -142,12 +144,15 @@ impl Growth {
 }
 
 impl Along {
-    /// The growth up to a time, and whether the trajectory reached it.
+    /// The growth up to a time, between two looks by its exponent, and whether the trajectory reached it.
     fn up_to(&self, time_s: f64) -> (f64, bool) {
-        // The look at or after the time: no growth is missed.
         let place = self.looks.partition_point(|look| look.time_s < time_s * (1.0 - 1e-9));
         let reached = place < self.looks.len() || self.whole;
-        (self.looks.get(place).or(self.looks.last()).map_or(1.0, |look| look.growth), reached)
+        let begin = Look { time_s: 0.0, growth: 1.0 };
+        let before = self.looks[..place].last().unwrap_or(&begin);
+        let Some(after) = self.looks.get(place) else { return (before.growth, reached) };
+        let part = (time_s - before.time_s) / (after.time_s - before.time_s);
+        (before.growth * (after.growth / before.growth).powf(part.min(1.0)), reached)
     }
 }
 
@@ -159,7 +164,8 @@ fn follow(scene: &Scene, subject: &Subject, over_s: f64, steps: u32) -> Option<A
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     mechanism.start(&loads.input(0.0), &mut q, &mut v).ok()?;
     let mut walk = Walk::new(Loaded { mechanism: mechanism.as_mut(), loads }, [q, v].concat(), over_s)?;
-    let (h_s, every) = (over_s / f64::from(steps), (steps / LOOKS).max(1));
+    let wanted = LOOKS.max(LOOKS_OF_ONE / u32::try_from(n.max(1)).ok()?);
+    let (h_s, every) = (over_s / f64::from(steps), (steps / wanted).max(1));
     let (mut looks, mut most): (Vec<Look>, f64) = (Vec::new(), 1.0);
     let mut whole = true;
     for step in 0..steps {
