@@ -28,6 +28,27 @@ impl<const N: usize> Tableau<N> {
     }
 }
 
+/// Predictions that give each stage the velocity of the stage before: `γ a = Σⱼ (aᵢ₋₁ⱼ − aᵢⱼ) Aⱼ`, all `aᵢᵢ` being γ but the first, which
+/// is `first`.
+pub(super) const fn of_kept_velocity<const N: usize>(a: &[[f64; N]; N], gamma: f64, first: f64) -> [[f64; N]; N] {
+    let mut weights = [[0.0; N]; N];
+    let mut i = 1;
+    while i < N {
+        let mut j = 0;
+        while j < i {
+            let before = match (j + 1 == i, j) {
+                (false, _) => a[i - 1][j],
+                (true, 0) => first,
+                (true, _) => gamma,
+            };
+            weights[i][j] = (before - a[i][j]) / gamma;
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+}
+
 /// The stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Stages {
@@ -99,5 +120,27 @@ impl Stages {
         self.all_v[place.clone()].copy_from_slice(&self.v);
         self.all_a[place].copy_from_slice(&self.a);
         Ok(effort)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_a_kept_velocity_is_that_of_the_stage_before() {
+        let (a, gamma) = ([[0.0; 4], [0.3, 0.0, 0.0, 0.0], [-0.2, 0.7, 0.0, 0.0], [0.4, -0.6, 0.9, 0.0]], 0.25);
+        let accelerations = [3.0, -5.0, 7.0, 2.0];
+        for first in [0.0, gamma] {
+            let predicted = of_kept_velocity(&a, gamma, first);
+            let velocity = |stage: usize, own: f64| {
+                let before: f64 = (0..stage).map(|j| a[stage][j] * accelerations[j]).sum();
+                before + if stage == 0 { first } else { gamma } * own
+            };
+            for stage in 1..4 {
+                let own: f64 = (0..stage).map(|j| predicted[stage][j] * accelerations[j]).sum();
+                assert!((velocity(stage, own) - velocity(stage - 1, accelerations[stage - 1])).abs() < 1e-13, "stage {stage}");
+            }
+        }
     }
 }

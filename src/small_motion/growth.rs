@@ -134,9 +134,7 @@ impl Growth {
         let agrees = near && f64::from(self.steps) >= self.fine.needed_steps;
         if agrees && reached && first && fine <= BOUND { Judged::Stays(fine) } else { Judged::Unknown }
     }
-}
 
-impl Growth {
     /// Whether neither trajectory comes near [`BOUND`] up to `time_s`, or up to where it ends.
     pub fn is_small(&self, time_s: f64) -> bool {
         [&self.coarse, &self.fine].iter().all(|along| along.up_to(time_s).0 < 0.1 * BOUND)
@@ -148,11 +146,10 @@ impl Along {
     fn up_to(&self, time_s: f64) -> (f64, bool) {
         let place = self.looks.partition_point(|look| look.time_s < time_s * (1.0 - 1e-9));
         let reached = place < self.looks.len() || self.whole;
-        let begin = Look { time_s: 0.0, growth: 1.0 };
-        let before = self.looks[..place].last().unwrap_or(&begin);
-        let Some(after) = self.looks.get(place) else { return (before.growth, reached) };
-        let part = (time_s - before.time_s) / (after.time_s - before.time_s);
-        (before.growth * (after.growth / before.growth).powf(part.min(1.0)), reached)
+        let (from_s, from) = self.looks[..place].last().map_or((0.0, 1.0), |look| (look.time_s, look.growth));
+        let Some(after) = self.looks.get(place) else { return (from, reached) };
+        let part = (time_s - from_s) / (after.time_s - from_s);
+        (from * (after.growth / from).powf(part.min(1.0)), reached)
     }
 }
 
@@ -164,13 +161,12 @@ fn follow(scene: &Scene, subject: &Subject, over_s: f64, steps: u32) -> Option<A
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     mechanism.start(&loads.input(0.0), &mut q, &mut v).ok()?;
     let mut walk = Walk::new(Loaded { mechanism: mechanism.as_mut(), loads }, [q, v].concat(), over_s)?;
-    let wanted = LOOKS.max(LOOKS_OF_ONE / u32::try_from(n.max(1)).ok()?);
-    let (h_s, every) = (over_s / f64::from(steps), (steps / wanted).max(1));
+    let looks = LOOKS.max(LOOKS_OF_ONE / u32::try_from(n.max(1)).ok()?);
+    let (h_s, every) = (over_s / f64::from(steps), (steps / looks).max(1));
     let (mut looks, mut most): (Vec<Look>, f64) = (Vec::new(), 1.0);
     let mut whole = true;
     for step in 0..steps {
         whole = walk.step(f64::from(step) * h_s, f64::from(step + 1) * h_s).is_ok();
-        // The last state is looked at, too.
         if !whole || (step + 1) % every == 0 || step < EARLY || step + 1 == steps {
             let growth = walk.growth();
             whole = whole && growth.is_some();
@@ -301,9 +297,7 @@ impl Norm {
 
     /// The largest `|Φ δ|` over `|δ|` at the start.
     fn largest(&self, map: &DMatrix<f64>, start: &Norm) -> Option<f64> {
-        if !map.iter().all(|x| x.is_finite()) {
-            return None;
-        }
+        map.iter().all(|x| x.is_finite()).then_some(())?;
         let n = map.nrows() / 2;
         if n == 0 {
             return Some(1.0);

@@ -17,14 +17,14 @@
 //! | this one, consistent mass | 4.1e-2 | 3.4e-3 | 2.4e-4 | 1.5e-5 | 45–70 ns |
 //! | this one (as it is, with the mass of `beam`) | 2.3e-2 | 1.1e-3 | 6.0e-5 | 3.6e-6 | the same |
 //!
-//! With a consistent mass accuracy and order (4.0) are the same; so cost decides. A residual takes less than half the time (of a plain prototype, with
-//! `atan2` in every element: some of that could be had back), and the mass matrix is constant, where the co-rotational tangent
-//! needs derivatives of inertia. Against that stand four unknowns a node instead of three. A tuned co-rotational tangent and
+//! With a consistent mass, accuracy and order (4.0) are the same; so cost decides. A residual takes less than half the time (of a plain
+//! prototype, with `atan2` in every element: some of that could be had back), and the mass matrix is constant, where the co-rotational
+//! tangent needs derivatives of inertia. Against that stand four unknowns a node instead of three. A tuned co-rotational tangent and
 //! factorization were not built, so the whole step was not compared. This one: residual 45, factorization with assembly 150,
 //! solution 32 ns an element, on one shared core.
 //!
-//! Quadrature decides much: the same element with a consistent mass, 4 and 8 elements a link, errs by 3.4e-3, 2.4e-4 with Simpson's points for the
-//! membrane and two Gauss points for bending (as here; three for bending gain 2 %), by 6.8e-3, 3.7e-4 with 3 Gauss points and 2,
+//! Quadrature decides much: the same element with a consistent mass, 4 and 8 elements a link, errs by 3.4e-3, 2.4e-4 with Simpson's
+//! points for the membrane and two Gauss points for bending (as here; three for bending gain 2 %), by 6.8e-3, 3.7e-4 with 3 Gauss points and 2,
 //! and by 1.0e-2, 4.3e-4 with 5 and 3, which are the reference's own figures. Two Gauss points for the membrane leave a mode of
 //! strain without energy, and Newton's iteration fails.
 //!
