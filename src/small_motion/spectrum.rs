@@ -18,6 +18,9 @@ const FREE: f64 = 5e-8;
 /// The shift is chosen anew until it lies within this factor of the highest eigenvalue asked for: what is far above the shift is lost
 /// in the rounding of what is near.
 const SHIFT_WITHIN: f64 = 3.0;
+/// The shift chosen over that eigenvalue: on it, the system has no inverse where the eigenvalue is real, as of a motion that grows
+/// without swinging.
+const ABOVE: f64 = 1.1;
 /// Most choices of the shift.
 const SHIFTS: usize = 8;
 /// Iterations of the eigenvalue routine for every row of its matrix; more than it ever needs.
@@ -83,7 +86,7 @@ pub fn lowest(system: &Linearised, count: usize) -> Result<Vec<Eigenpair>, NoMod
         if highest == 0.0 || (shift / SHIFT_WITHIN..=shift * SHIFT_WITHIN).contains(&highest) {
             return Ok(pairs);
         }
-        shift = highest;
+        shift = ABOVE * highest;
     }
     about(system, count, shift)
 }
@@ -209,4 +212,25 @@ fn normalised(system: &Linearised, vector: DVector<Complex<f64>>) -> DVector<Com
     let norm = (energy(&re) + energy(&im)).abs().sqrt();
     let sign = if turned[turned.map(|x| x.re.abs()).imax()].re < 0.0 { -1.0 } else { 1.0 };
     turned * Complex::new(sign / norm, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Point, Subject, modes};
+    use crate::scene::SceneSource;
+    use crate::simulation::Simulation;
+
+    /// At three of a thousand instants of this run the second eigenvalue is real, and the shift stood on it.
+    #[test]
+    fn regress_modes_are_found_at_every_instant_of_a_run() -> Result<(), Box<dyn std::error::Error>> {
+        let pulse = "pulse=[{start_s=0.0,torque_nm=20.0,duration_s=0.1},{start_s=2.0,torque_nm=-10.0,duration_s=0.2}]";
+        let scene = SceneSource::open("crank-slider", &[pulse.to_owned()])?.scene;
+        let (subject, mut simulation) = (Subject::new(&scene, None)?, Simulation::new(&scene)?);
+        while simulation.time_s() < 3.0 {
+            simulation.step()?;
+            let point = Point::from(simulation.motion().ok_or("no motion")?);
+            modes(&subject, &point, 2).map_err(|error| format!("{} s: {error}", simulation.time_s()))?;
+        }
+        Ok(())
+    }
 }
