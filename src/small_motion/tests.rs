@@ -229,7 +229,7 @@ fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
             exact.enumerate().zip(bending(&coarse, &coarse.turning(0.7, speed)?, 5)?.iter().zip(&found))
         {
             let [coarse, fine] = [*coarse, *fine].map(|found| error(found, exact));
-            assert!(fine < bound, "{speed} rad/s, mode {}: {fine:e}", n + 1);
+            assert!(fine < if n < 4 { 1e-6 } else { bound }, "{speed} rad/s, mode {}: {fine:e}", n + 1);
             // The lowest modes of a fine mesh are found to the rounding of its stiffest.
             assert!(fine < coarse / 10.0 + 6e-7, "mode {}: {coarse:e} and {fine:e}", n + 1);
         }
