@@ -40,7 +40,6 @@ class Timed(Counting):
 def command(endpoint, who, seconds):
     """A pulse every two seconds, half a period off for the second client; prints how many were accepted."""
     client = Counting(endpoint, "soak")
-    client.learn()
     client.subscriber.undeclare()
     pulse, reply = client.type("TorquePulse"), client.type("CommandReply")
     accepted, begun = 0, time.monotonic()
@@ -59,7 +58,7 @@ def subscribe(endpoint):
     signal.signal(signal.SIGTERM, lambda *_: over.set())
     while not over.wait(0.2):
         pass
-    print(*client.heard())
+    print(*client.heard(), *client.gaps, sep="\t")
     client.session.close()
 
 
@@ -68,7 +67,6 @@ def main(seconds):
     with tempfile.TemporaryDirectory() as folder:
         arguments = ["run", "--record", str(Path(folder) / "soak.mcap"), "--set", "solver.step_s=1e-3"]
         with service(arguments, "soak", client=Timed) as (process, client):
-            client.learn()
             wait_for(lambda: client.newest("status"), "the service runs")
             start = lambda *words: subprocess.Popen([sys.executable, __file__, sys.argv[1], *map(str, words)], stdout=subprocess.PIPE, text=True)
             endpoint = process.args[-1]
@@ -84,14 +82,15 @@ def main(seconds):
             sent = [int(sender.communicate()[0] or 0) for sender in senders]
             for listener in listeners:
                 listener.terminate()
-            heard = [tuple(map(float, listener.communicate()[0].split())) for listener in listeners]
-            heard.append(client.heard())
+            lines = [listener.communicate()[0].rstrip("\n").split("\t") for listener in listeners]
+            heard = [tuple(map(float, line[:3])) for line in lines] + [client.heard()]
+            gaps = [gap for line in lines for gap in line[3:]] + client.gaps
     expect("every pulse was accepted", sum(sent) == 2 * int(seconds / 2), f"{sent}")
     expect_real_time(machine.is_quiet(), status.real_time_factor, FACTOR)
     expect("resident memory is flat", high - low <= 2 * MEMORY_MIB, f"{low:.1f} to {high:.1f} MiB")
     expect("nothing was dropped by the service", status.dropped_samples == 0 and not status.drops, f"{status.dropped_samples}")
     stall_s = max(longest for *_, longest in heard)
-    expect_if(stall_s < STALL_S, "no subscriber missed anything", not any(lost for _, lost, _ in heard), f"{heard}")
+    expect_if(stall_s < STALL_S, "no subscriber missed anything", not any(lost for _, lost, _ in heard), f"{heard} {gaps}")
     print(f"     lateness p50 {status.lateness_p50_s * 1e6:.1f} p99 {status.lateness_p99_s * 1e6:.1f} p99.9 {status.lateness_p999_s * 1e6:.1f} us, "
           f"overruns {status.overruns}, given up {status.given_up_s:.3f} s")
 
