@@ -219,17 +219,20 @@ fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
     };
     let (coarse, fine) = (beam("beam.elements=32")?, beam("beam.elements=64")?);
     let unit = omega(1.0, LENGTH_M);
-    // 2.6, 12 and 21 √(EJ/ρA)/L²; the literature's tables end at 12.
-    for (speed, bound) in [(5.0, 1e-6), (12.0 * unit, 1e-6), (40.0, 1.1e-6)] {
+    // 2.6, 12 and 21 √(EJ/ρA)/L². At the last, beyond the literature's tables, a thin layer at the hub holds most of the error, and Ω²
+    // takes most of the first mode's ω² + Ω² away.
+    for (speed, bound) in [(5.0, 1e-6), (12.0 * unit, 1e-6), (40.0, 2.5e-6)] {
         let found = bending(&fine, &fine.turning(0.7, speed)?, 5)?;
         let exact = found.iter().map(|near| bisect(&|omega| rotating(omega, speed), near * 0.9999, near * 1.0001));
-        // Of `ω² + Ω²`, to which bending and tension add up.
+        // Of the root of `ω² + Ω²`, to which bending and tension add up.
         let error = |found: f64, exact: f64| (found.hypot(speed) / exact.hypot(speed) - 1.0).abs();
         for ((n, exact), (coarse, fine)) in
             exact.enumerate().zip(bending(&coarse, &coarse.turning(0.7, speed)?, 5)?.iter().zip(&found))
         {
+            let own = (fine / exact - 1.0).abs();
+            assert!(own < bound, "{speed} rad/s, mode {}: {own:e} of its frequency", n + 1);
             let [coarse, fine] = [*coarse, *fine].map(|found| error(found, exact));
-            assert!(fine < if n < 4 { 1e-6 } else { bound }, "{speed} rad/s, mode {}: {fine:e}", n + 1);
+            assert!(fine < 1e-6, "{speed} rad/s, mode {}: {fine:e}", n + 1);
             // The lowest modes of a fine mesh are found to the rounding of its stiffest.
             assert!(fine < coarse / 10.0 + 6e-7, "mode {}: {coarse:e} and {fine:e}", n + 1);
         }

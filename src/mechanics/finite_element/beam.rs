@@ -17,10 +17,23 @@
 //! It is nil in the rigid motion of a straight element, costs nothing, and leaves the mass matrix constant. Along the axis, where Simpson's
 //! points gave `(EA/ρA) k² (1 + (kℓ)⁴/1200)`, it gives `1 − (kℓ)⁴/1800`. (Matrices of this kind: Felippa, Guo & Park, *Mass Matrix Templates*,
 //! Arch. Comput. Methods Eng. 22, 2015.)
+//!
+//! **Tension.** `∫ |r′|² ds/ℓ` of an element is `d² + b²/12 + c²/20`; Simpson's points have `c²/8`. In a beam under tension N that is
+//! `N k² (1 + (kℓ)⁴/480)` for `N k²`, while mass and bending have `1 + (kℓ)⁴/720` alike. With `c²/10` tension has it, too:
+//!
+//! ```text
+//! ε = |r′| − 1 − 3/160 |c|²  in the middle      ω² = (EJ k⁴ + N k²)/ρA (1 + O((kℓ)⁶))  under uniform tension
+//! ```
+//!
+//! In an arc of the angle φ an element's cubic is too short by `φ⁴/2880`, with this measure by twice that.
+//!
+//! Where N is uniform, eigenvalues err by `ℓ⁴/720 N ∫ w‴² + w″ w⁗ ds`: nil for waves, `N w″ w‴` at a clamp, where tension makes a layer of the
+//! width `√(EJ/N)`. The first five frequencies of a rotating beam of 64 elements err by 2.8e-7 at most at
+//! `12 √(EJ/ρA)/L²`. At 21, `√(ω² + Ω²)` errs by 5.5e-7 in the fifth mode (1.0e-6 without the shift), ω itself by 2.2e-6 in the first.
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::strain::{Axial, Bending, Pair, PairTangent, StiffnessWeights};
+use super::strain::{Axial, Bending, Middle, Pair, PairTangent, StiffnessWeights};
 
 /// `1/√12`: from the middle to a Gauss point, over ℓ.
 const GAUSS: f64 = 0.288_675_134_594_812_9;
@@ -35,7 +48,9 @@ pub(super) type Blocks = [[Matrix2<f64>; 4]; 4];
 #[derive(Debug, Clone)]
 pub(super) struct Beam {
     length_m: f64,
+    /// At a node.
     axial: Axial,
+    middle: Middle,
     bending: Bending,
     /// Mass matrix of the module's documentation: each entry stands for that multiple of the 2 × 2 identity.
     pub(super) mass: [[f64; 4]; 4],
@@ -66,9 +81,11 @@ impl Beam {
             [6.0 * l, 2.0 * l * l, -6.0 * l, 4.0 * l * l],
         ];
         let mass = std::array::from_fn(|i| std::array::from_fn(|j| (consistent[i][j] + bent[i][j] * (420.0 / 720.0)) * unit));
+        let axial = Axial { stiffness: bar.axial_stiffness_n() * length_m / 6.0, damping_s };
         Self {
             length_m,
-            axial: Axial { stiffness: bar.axial_stiffness_n() * length_m / 6.0, damping_s },
+            axial,
+            middle: Middle(Axial { stiffness: 4.0 * axial.stiffness, ..axial }),
             bending: Bending { stiffness: bar.bending_stiffness_nm2() * length_m / 2.0, damping_s },
             mass,
         }
@@ -85,12 +102,8 @@ impl Beam {
         [Pair { p: m.d - shift, w: (m.b + twist) / self.length_m }, Pair { p: m.d + shift, w: (m.b - twist) / self.length_m }]
     }
 
-    fn middle(m: &Modes) -> Vector2<f64> {
-        m.d + m.c * 0.25
-    }
-
-    fn middle_axial(&self) -> Axial {
-        Axial { stiffness: 4.0 * self.axial.stiffness, ..self.axial }
+    fn middle(m: &Modes) -> Pair {
+        Pair { p: m.d + m.c * 0.25, w: m.c }
     }
 
     /// Elastic and damping forces on the slots (resisting: they stand on the left of the equation of motion).
@@ -100,10 +113,10 @@ impl Beam {
         let (points, rates) = (self.bent(&m), self.bent(&dm));
         let first = self.bending.force(&points[0], &rates[0]);
         let second = self.bending.force(&points[1], &rates[1]);
-        let middle = self.middle_axial().force(&Self::middle(&m), &Self::middle(&dm));
-        let d = first.p + second.p + middle;
+        let middle = self.middle.force(&Self::middle(&m), &Self::middle(&dm));
+        let d = first.p + second.p + middle.p;
         let b = (second.p - first.p) * GAUSS + (first.w + second.w) / self.length_m;
-        let c = (first.w - second.w) * (SQRT_3 / self.length_m) + middle * 0.25;
+        let c = (first.w - second.w) * (SQRT_3 / self.length_m) + middle.p * 0.25 + middle.w;
         let end = (d + c * 2.0) / self.length_m;
         [-end, self.axial.force(&x[1], &dx[1]) - b - c, end, self.axial.force(&x[3], &dx[3]) + b - c]
     }
@@ -115,7 +128,7 @@ impl Beam {
         let (points, rates) = (self.bent(&m), self.bent(&dm));
         let first = self.bending.tangent(&points[0], &rates[0], weights);
         let second = self.bending.tangent(&points[1], &rates[1], weights);
-        let middle = self.middle_axial().tangent(&Self::middle(&m), &Self::middle(&dm), weights);
+        let middle = self.middle.tangent(&Self::middle(&m), &Self::middle(&dm), weights);
         let mut blocks = self.nodal(&first, &second, &middle);
         blocks[1][1] += self.axial.tangent(&x[1], &dx[1], weights);
         blocks[3][3] += self.axial.tangent(&x[3], &dx[3], weights);
@@ -124,23 +137,23 @@ impl Beam {
 
     /// From derivatives at the points to derivatives by the slots, by way of `d`, `b`, `c`.
     #[inline]
-    fn nodal(&self, first: &PairTangent, second: &PairTangent, middle: &Matrix2<f64>) -> Blocks {
+    fn nodal(&self, first: &PairTangent, second: &PairTangent, middle: &PairTangent) -> Blocks {
         let (g, s) = (GAUSS, SQRT_3 / self.length_m);
         let inverse = 1.0 / self.length_m;
         let (pp, pp_) = (first.pp + second.pp, second.pp - first.pp);
         let (pw, pw_) = (first.pw + second.pw, first.pw - second.pw);
         let (wp, wp_) = (first.wp + second.wp, first.wp - second.wp);
         let (ww, ww_) = (first.ww + second.ww, first.ww - second.ww);
-        let quarter = middle * 0.25;
-        let dd = pp + middle;
+        let quarter = middle.pp * 0.25;
+        let dd = pp + middle.pp;
         let db = pp_ * g + pw * inverse;
         let bd = pp_ * g + wp * inverse;
-        let dc = pw_ * s + quarter;
-        let cd = wp_ * s + quarter;
+        let dc = pw_ * s + quarter + middle.pw;
+        let cd = wp_ * s + quarter + middle.wp;
         let bb = pp * (g * g) - (pw_ + wp_) * (g * inverse) + ww * (inverse * inverse);
         let bc = (ww_ * inverse - pw * g) * s;
         let cb = (ww_ * inverse - wp * g) * s;
-        let cc = ww * (s * s) + quarter * 0.25;
+        let cc = ww * (s * s) + quarter * 0.25 + (middle.pw + middle.wp) * 0.25 + middle.ww;
         // Columns by r₂, t₁, t₂ of the rows d + 2c (at r₂), −b − c (at t₁) and b − c (at t₂).
         let (ed, eb, ec) = (dd + cd * 2.0, db + cb * 2.0, dc + cc * 2.0);
         let ee = (ed + ec * 2.0) * (inverse * inverse);
@@ -169,7 +182,7 @@ impl Beam {
         let m = self.modes(x);
         let bent: f64 = self.bent(&m).iter().map(|point| self.bending.energy(point)).sum();
         let nodes = self.axial.energy(&x[1]) + self.axial.energy(&x[3]);
-        bent + nodes + self.middle_axial().energy(&Self::middle(&m))
+        bent + nodes + self.middle.energy(&Self::middle(&m))
     }
 
     /// Power that material damping takes, W.
@@ -177,7 +190,7 @@ impl Beam {
         let (m, dm) = (self.modes(x), self.modes(dx));
         let bent: f64 = (self.bent(&m).iter().zip(&self.bent(&dm))).map(|(x, dx)| self.bending.dissipation(x, dx)).sum();
         let nodes = self.axial.dissipation(&x[1], &dx[1]) + self.axial.dissipation(&x[3], &dx[3]);
-        bent + nodes + self.middle_axial().dissipation(&Self::middle(&m), &Self::middle(&dm))
+        bent + nodes + self.middle.dissipation(&Self::middle(&m), &Self::middle(&dm))
     }
 
     /// Whether it has material damping.
@@ -227,6 +240,45 @@ mod tests {
         let mut moved = *x;
         moved[slot][component] += by;
         moved
+    }
+
+    /// The error of the lowest `ω²` of waves `e^{iks}` across an endless straight beam of elements, with `EJ`, mass per length and element
+    /// length 1. Exactly it is `EJ k⁴/λ² + N k²/λ` with the stretch λ.
+    fn error_of_a_wave(k: f64, tension: f64) -> f64 {
+        let (stiffness, strain) = (1e4, tension / 1e4);
+        let bar = Bar {
+            area_m2: 1.0,
+            second_moment_m4: 1.0 / stiffness,
+            density_kg_per_m3: 1.0,
+            youngs_modulus_pa: stiffness,
+            extreme_fibre_m: None,
+        };
+        let beam = Beam::new(1.0, &bar, 0.0);
+        let along = Vector2::new(1.0 + strain, 0.0);
+        let x = [Vector2::zeros(), along, along, along];
+        let tangent = beam.tangent(&x, &[Vector2::zeros(); 4], StiffnessWeights { velocity: 0.0, position: 1.0 });
+        // Of r and t, with r₂ = e^{ik} r₁ and t₂ = e^{ik} t₁; the entry between them is imaginary.
+        let reduced = |a: &dyn Fn(usize, usize) -> f64| {
+            let own = |i: usize| a(i, i) + a(i + 2, i + 2) + 2.0 * a(i, i + 2) * k.cos();
+            [own(0), own(1), (a(0, 3) - a(2, 1)) * k.sin()]
+        };
+        let (s, m) = (reduced(&|i, j| tangent[i][j].m22), reduced(&|i, j| beam.mass[i][j]));
+        let (square, linear) = (m[0] * m[1] - m[2] * m[2], 0.5 * (s[0] * m[1] + s[1] * m[0]) - s[2] * m[2]);
+        let constant = s[0] * s[1] - s[2] * s[2];
+        let found = constant / (linear + (linear * linear - square * constant).sqrt());
+        found / (k.powi(4) / along.x.powi(2) + tension * k * k / along.x) - 1.0
+    }
+
+    /// `ω² = EJ k⁴ + N k²` to sixth order in the element's length. An error of fourth order in the tension alone would be `(kℓ)⁴/1440` of its
+    /// part, as with Simpson's points without the shift in the middle.
+    #[test]
+    fn order_of_a_beam_under_tension_is_six() {
+        // The tension's part in ω², over that of bending.
+        for part in [0.0, 0.1, 1.0] {
+            let [long, short] = [0.5, 0.25].map(|k: f64| error_of_a_wave(k, part * k * k));
+            let order = (long / short).abs().log2();
+            assert!((order - 6.0).abs() < 0.1 && short.abs() < 2e-8, "{part}: {long:e} and {short:e}, order {order}");
+        }
     }
 
     proptest! {

@@ -2,14 +2,15 @@
 //!
 //! The membrane is a thousand times stiffer than bending: positions and directions taken from a line that is not quite of the same
 //! length would make strains, and those would ring. So each element gets the strain that the link has in the mean, ε, at all three
-//! points of Simpson's rule, which hold the whole membrane energy (`beam`): `|t₁| = |t₂| = |r′(½)| = 1 + ε`, and Simpson's rule for
-//! the slope, which is exact for a cubic, gives the next node, `r₂ = r₁ + ℓ (t₁ + 4 r′(½) + t₂)/6`. Directions are the line's own, that of
-//! the middle as its nodes ask for: `r′(½) ∝ 3(r₂ − r₁)/(2ℓ) − (t₁ + t₂)/4`.
+//! points of Simpson's rule, which hold the whole membrane energy (`beam`): `|t₁| = |t₂| = 1 + ε`, `|r′(½)| = 1 + ε + 3/160 |c|²`, and
+//! Simpson's rule for the slope, which is exact for a cubic, gives the next node, `r₂ = r₁ + ℓ (t₁ + 4 r′(½) + t₂)/6`. Directions are the
+//! line's own, that of the middle as its nodes ask for: `r′(½) ∝ 3(r₂ − r₁)/(2ℓ) − (t₁ + t₂)/4`.
 
 use nalgebra::Vector2;
 
 use super::FiniteElement;
 use super::member::{Member, windows};
+use super::strain::Middle;
 use crate::mechanics::chain_model::{LinkShape, ShapePoint};
 use crate::mechanics::mechanism::Input;
 use crate::scene::End;
@@ -26,7 +27,12 @@ impl Step {
         let tangents = ends.map(|end| strained(end.slope.into()));
         let [from, to]: [Vector2<f64>; 2] = ends.map(|end| end.position_m.into());
         let both = tangents[0] + tangents[1];
-        let middle = strained((to - from) * (1.5 / length_m) - both * 0.25);
+        let mut middle = strained((to - from) * (1.5 / length_m) - both * 0.25);
+        // c follows the middle's length, which follows c by a few thousandths of its own change.
+        for _ in 0..3 {
+            let c = (middle * 2.0 - both) * (2.0 / 3.0);
+            middle *= (1.0 + stretch + Middle::shift(&c)) / middle.norm();
+        }
         Self { tangents, along: (both + middle * 4.0) * (length_m / 6.0) }
     }
 }

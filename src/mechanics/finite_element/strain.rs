@@ -33,29 +33,50 @@ impl Axial {
     /// `N p/|p|`.
     #[inline]
     pub(super) fn force(self, p: &Vector2<f64>, dp: &Vector2<f64>) -> Vector2<f64> {
+        self.force_beyond(p, dp, 0.0, 0.0).0
+    }
+
+    /// `(N p/|p|, N)` of `ε = |p| − 1 − shift`.
+    #[inline]
+    fn force_beyond(self, p: &Vector2<f64>, dp: &Vector2<f64>, shift: f64, shift_rate: f64) -> (Vector2<f64>, f64) {
         let length = p.norm();
-        let mut strain = length - 1.0;
+        let mut strain = length - 1.0 - shift;
         if self.damping_s != 0.0 {
-            strain += self.damping_s * p.dot(dp) / length;
+            strain += self.damping_s * (p.dot(dp) / length - shift_rate);
         }
-        p * (self.stiffness * strain / length)
+        let force = self.stiffness * strain;
+        (p * (force / length), force)
     }
 
     /// `∂force/∂p · position + ∂force/∂ṗ · velocity = N (1 − u uᵀ)/|p| · position + u ρᵀ`, `u = p/|p|`,
     /// `ρ = EA [(position + c velocity) u + c position (ṗ − u u·ṗ)/|p|]`.
     #[inline]
     pub(super) fn tangent(self, p: &Vector2<f64>, dp: &Vector2<f64>, weights: StiffnessWeights) -> Matrix2<f64> {
+        self.tangent_beyond(p, dp, weights, 0.0, 0.0).pp
+    }
+
+    /// Tangent, u, ρ and `N · position` of `ε = |p| − 1 − shift`.
+    #[inline]
+    fn tangent_beyond(
+        self,
+        p: &Vector2<f64>,
+        dp: &Vector2<f64>,
+        weights: StiffnessWeights,
+        shift: f64,
+        shift_rate: f64,
+    ) -> AxialTangent {
         let inverse = 1.0 / p.norm();
         let u = p * inverse;
-        let mut strain = 1.0 / inverse - 1.0;
+        let mut strain = 1.0 / inverse - 1.0 - shift;
         let mut row = u * (self.stiffness * (weights.position + self.damping_s * weights.velocity));
         if self.damping_s != 0.0 {
             let rate = u.dot(dp);
-            strain += self.damping_s * rate;
+            strain += self.damping_s * (rate - shift_rate);
             row += (dp - u * rate) * (self.stiffness * self.damping_s * weights.position * inverse);
         }
-        let across = weights.position * self.stiffness * strain * inverse;
-        Matrix2::new(across, 0.0, 0.0, across) + u * (row - u * across).transpose()
+        let force = weights.position * self.stiffness * strain;
+        let across = force * inverse;
+        AxialTangent { pp: Matrix2::new(across, 0.0, 0.0, across) + u * (row - u * across).transpose(), u, row, force }
     }
 
     /// `½ EA ε²`.
@@ -66,6 +87,69 @@ impl Axial {
     /// `c EA ε̇²`.
     pub(super) fn dissipation(self, p: &Vector2<f64>, dp: &Vector2<f64>) -> f64 {
         self.damping_s * self.stiffness * (p.dot(dp)).powi(2) / p.norm_squared()
+    }
+}
+
+/// See [`Axial::tangent_beyond`].
+struct AxialTangent {
+    pp: Matrix2<f64>,
+    u: Vector2<f64>,
+    row: Vector2<f64>,
+    force: f64,
+}
+
+/// Elongation in the middle of an element, `ε = |p| − 1 − 3/160 |w|²`, with `w` the vector c of the element: see `beam.rs`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Middle(pub(super) Axial);
+
+impl Middle {
+    /// Twice the factor of `|w|²`.
+    const TWICE: f64 = 3.0 / 80.0;
+
+    /// `3/160 |c|²`.
+    pub(super) fn shift(c: &Vector2<f64>) -> f64 {
+        0.5 * Self::TWICE * c.norm_squared()
+    }
+
+    fn shift_rate(x: &Pair, dx: &Pair) -> f64 {
+        Self::TWICE * x.w.dot(&dx.w)
+    }
+
+    /// `(N u, −3/80 N w)`.
+    #[inline]
+    pub(super) fn force(self, x: &Pair, dx: &Pair) -> Pair {
+        let (p, force) = self.0.force_beyond(&x.p, &dx.p, Self::shift(&x.w), Self::shift_rate(x, dx));
+        Pair { p, w: x.w * (-Self::TWICE * force) }
+    }
+
+    /// `N ∂²ε · position + ∇ε ρᵀ`, with `ε_w = −3/80 w`, `ρ_w = −3/80 EA [(position + c velocity) w + c position ẇ]`.
+    #[inline]
+    pub(super) fn tangent(self, x: &Pair, dx: &Pair, weights: StiffnessWeights) -> PairTangent {
+        let Axial { stiffness, damping_s } = self.0;
+        let AxialTangent { pp, u, row, force } =
+            self.0.tangent_beyond(&x.p, &dx.p, weights, Self::shift(&x.w), Self::shift_rate(x, dx));
+        let mut along = x.w * (weights.position + damping_s * weights.velocity);
+        if damping_s != 0.0 {
+            along += dx.w * (damping_s * weights.position);
+        }
+        let (gradient, along) = (x.w * -Self::TWICE, along * (-Self::TWICE * stiffness));
+        let curved = -Self::TWICE * force;
+        PairTangent {
+            pp,
+            pw: u * along.transpose(),
+            wp: gradient * row.transpose(),
+            ww: Matrix2::new(curved, 0.0, 0.0, curved) + gradient * along.transpose(),
+        }
+    }
+
+    /// `½ EA ε²`.
+    pub(super) fn energy(self, x: &Pair) -> f64 {
+        0.5 * self.0.stiffness * (x.p.norm() - 1.0 - Self::shift(&x.w)).powi(2)
+    }
+
+    /// `c EA ε̇²`.
+    pub(super) fn dissipation(self, x: &Pair, dx: &Pair) -> f64 {
+        self.0.damping_s * self.0.stiffness * (x.p.dot(&dx.p) / x.p.norm() - Self::shift_rate(x, dx)).powi(2)
     }
 }
 
