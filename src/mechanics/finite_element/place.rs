@@ -134,3 +134,26 @@ impl Placed {
         steps(shape, length_m, elements, self.bow_rad).map(turned)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An element placed on an arc of half a radian has the link's strain at its nodes and in its middle, by the measure of `beam`.
+    #[test]
+    fn val_a_placed_element_is_strained_alike_in_all_its_points() {
+        const STRETCH: f64 = 3e-4;
+        let at = |xi: f64| {
+            let (sin, cos) = (0.5 * (xi - 0.5)).sin_cos();
+            ShapePoint { xi, position_m: [2.0 * sin, -2.0 * cos], slope: [cos, sin], ..ShapePoint::default() }
+        };
+        let step = Step::new(&[at(0.0), at(1.0)], STRETCH, 1.0);
+        let c = step.along * 2.0 - step.tangents[0] - step.tangents[1];
+        let middle = (step.along + c * 0.25).norm() - 1.0 - Middle::shift(&c);
+        let [first, last] = step.tangents.map(|tangent| tangent.norm() - 1.0);
+        assert!(Middle::shift(&c) > 1e-6, "the arc says nothing of the shift");
+        for strain in [first, middle, last] {
+            assert!((strain - STRETCH).abs() < 1e-13, "{strain}");
+        }
+    }
+}
