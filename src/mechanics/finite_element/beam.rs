@@ -324,6 +324,18 @@ mod tests {
         }
 
         #[test]
+        fn prop_damping_forces_take_the_power_that_is_dissipated(
+            values in prop::collection::vec(-0.1..0.1_f64, 8),
+            rates in prop::collection::vec(-3.0..3.0_f64, 8),
+        ) {
+            let beam = Beam::new(0.25, &BAR, 0.01);
+            let (x, dx) = (disturbed(&values), vectors(&rates));
+            let power = |of: &Four| beam.force(&x, of).iter().zip(&dx).map(|(force, rate)| force.dot(rate)).sum::<f64>();
+            let (taken, dissipated) = (power(&dx) - power(&[Vector2::zeros(); 4]), beam.dissipation_w(&x, &dx));
+            prop_assert!((taken - dissipated).abs() < 1e-9 * dissipated);
+        }
+
+        #[test]
         fn prop_rigid_motion_makes_no_strain(angle in -10.0..10.0_f64, x in -1.0..1.0_f64, y in -1.0..1.0_f64) {
             let beam = Beam::new(0.25, &BAR, 0.0);
             let (sin, cos) = angle.sin_cos();

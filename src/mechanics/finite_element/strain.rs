@@ -106,9 +106,9 @@ impl Middle {
     /// Twice the factor of `|w|²`.
     const TWICE: f64 = 3.0 / 80.0;
 
-    /// `3/160 |c|²`.
-    pub(super) fn shift(c: &Vector2<f64>) -> f64 {
-        0.5 * Self::TWICE * c.norm_squared()
+    /// `3/160 |w|²`.
+    pub(super) fn shift(w: &Vector2<f64>) -> f64 {
+        0.5 * Self::TWICE * w.norm_squared()
     }
 
     fn shift_rate(x: &Pair, dx: &Pair) -> f64 {
@@ -160,7 +160,7 @@ pub(super) struct Bending {
     pub(super) damping_s: f64,
 }
 
-/// A point's `r′`, `r″` or their rates, or forces that work on them.
+/// A point's `r′` and `r″`, or `r′` and the vector c of `beam.rs` in an element's middle; their rates, or forces that work on them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pair {
     pub(super) p: Vector2<f64>,
