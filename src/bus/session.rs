@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -204,8 +205,15 @@ impl BusOptions {
     }
 }
 
+/// Largest file of a configuration, bytes.
+const LONGEST_CONFIG: usize = 1024 * 1024;
+
 fn read(path: &Path) -> Result<Config, String> {
-    File::open(path).map_err(|error| error.to_string())?;
+    let file = File::open(path).and_then(|file| file.metadata()).map_err(|error| error.to_string())?;
+    // A pipe is read to its end; a device may have none.
+    if file.file_type().is_char_device() || file.len() > LONGEST_CONFIG as u64 {
+        return Err(crate::text_file::too_large(LONGEST_CONFIG).to_string());
+    }
     Config::from_file(path).map_err(|error| config_error_text(&message_of(&error)))
 }
 

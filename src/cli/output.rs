@@ -3,7 +3,7 @@
 use serde::Serialize;
 use std::io::{self, ErrorKind, Stdout, Write};
 
-/// Standard output. Once its reader has closed it, as `head` does, output is dropped: the work goes on, and its exit code counts.
+/// Standard output, in which control characters of foreign texts (names in a recording) are escaped. Once its reader has closed it, as `head` does, output is dropped: the work goes on, and its exit code counts.
 pub(super) fn output() -> Output {
     Output(io::stdout())
 }
@@ -13,7 +13,16 @@ pub(super) struct Output(Stdout);
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        unless_closed(self.0.write(bytes), bytes.len())
+        let is_plain = |byte: &u8| !byte.is_ascii_control() || matches!(byte, b'\n' | b'\t');
+        if bytes.iter().all(is_plain) {
+            return unless_closed(self.0.write(bytes), bytes.len());
+        }
+        for part in bytes.chunk_by(|a, b| is_plain(a) == is_plain(b)) {
+            let plain = part.iter().all(is_plain);
+            let escaped = if plain { part.to_vec() } else { part.escape_ascii().to_string().into_bytes() };
+            unless_closed(self.0.write_all(&escaped), ())?;
+        }
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {

@@ -56,6 +56,8 @@ struct VerifiedFile<'a> {
     /// Whether another build recorded it, so that last bits may differ.
     other_build: bool,
     findings: Vec<FindingLine>,
+    /// Number of further findings.
+    unlisted_findings: u64,
 }
 
 /// A finding, as `--json` prints it.
@@ -100,7 +102,7 @@ fn one(file: &Path, json: bool) -> CommandResult {
 }
 
 fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static str) -> std::io::Result<String> {
-    let Verification { structure, physics, recomputed, span_s, findings } = found;
+    let Verification { structure, physics, recomputed, span_s, findings, unlisted } = found;
     let file = VerifiedFile {
         file: &source.path,
         verdict,
@@ -114,6 +116,7 @@ fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static s
         energy_in_play_j: recomputed.energy_j,
         other_build: !source.metadata.other_build().is_empty(),
         findings: findings.iter().map(|finding| FindingLine { kind: kind(finding), text: finding.to_string() }).collect(),
+        unlisted_findings: *unlisted,
     };
     serde_json::to_string(&file).map_err(std::io::Error::from)
 }
@@ -138,7 +141,7 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
 
 fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std::io::Result<()> {
     let mut out = output();
-    let Verification { structure, physics, recomputed, span_s, findings } = found;
+    let Verification { structure, physics, recomputed, span_s, findings, unlisted } = found;
     writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;
     let other = source.metadata.other_build();
     if !other.is_empty() {
@@ -162,7 +165,7 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
         writeln!(out, "  {}: {finding}", kind(finding))?;
     }
     if findings.len() > SHOWN {
-        writeln!(out, "  and {} more", findings.len() - SHOWN)?;
+        writeln!(out, "  and {} more", (findings.len() - SHOWN) as u64 + unlisted)?;
     }
     let verdict = match (findings.is_empty(), findings.iter().all(Finding::is_loss)) {
         (true, _) => "intact, and equal to the bit",

@@ -159,6 +159,12 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         self.done.steps += steps;
         match gone {
             Ok(()) => true,
+            // Lost, or never there: the message is counted as one that cannot be re-simulated.
+            Err(ResimulationFault::Unproved { .. }) => {
+                self.anchored = false;
+                self.done.skipped += 1;
+                false
+            }
             Err(fault) => {
                 self.lost(at, &fault);
                 false

@@ -6,12 +6,15 @@ use std::time::SystemTime;
 use prost::Message as _;
 
 use super::event::{changes, new_level, resets};
-use crate::runtime::{SceneInForce, Successor};
+use crate::runtime::{CHECKPOINT_PERIOD_S, SceneInForce, Successor};
 use crate::scene::{ModelKind, SceneAtLevel, SceneError, SceneSource};
 use crate::simulation::{
     BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, Simulation, Stamp, StepGrid,
 };
 use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
+
+/// Longest simulated time without a message, s: one checkpoint may be lost to a full queue.
+pub(super) const PROVED_S: f64 = 2.0 * CHECKPOINT_PERIOD_S;
 
 /// A simulation that follows a recording.
 pub(super) struct Resimulator {
@@ -50,6 +53,14 @@ pub(super) enum ResimulationFault {
     /// Epochs must increase by one.
     #[error("epoch {0} does not follow")]
     Epoch(u64),
+    /// No recording proves a stretch that long.
+    #[error("no message or checkpoint comes between steps {} and {step} of epoch {}, and one is due every {CHECKPOINT_PERIOD_S} s", .from.1, .from.0)]
+    Unproved {
+        /// The present instant.
+        from: EpochStep,
+        /// The step stated.
+        step: u64,
+    },
 }
 
 impl Resimulator {
@@ -153,7 +164,8 @@ impl Resimulator {
         fits
     }
 
-    /// Steps to an instant, with a reset before the next epoch. `after_step` is called after every step.
+    /// Steps to an instant, with a reset before the next epoch, but no further than a recording proves. `after_step` is called after
+    /// every step.
     pub(super) fn go_to(
         &mut self,
         (epoch, step): EpochStep,
@@ -168,6 +180,10 @@ impl Resimulator {
         }
         if step < self.simulation.step_count() {
             return Err(ResimulationFault::Over(self.instant()));
+        }
+        let proved = (PROVED_S / self.simulation.step_s()).ceil() as u64 + 2;
+        if step - self.simulation.step_count() > proved {
+            return Err(ResimulationFault::Unproved { from: self.instant(), step });
         }
         while self.simulation.step_count() < step {
             self.simulation.step()?;

@@ -3,7 +3,7 @@
 use super::ResimulationError;
 use super::event::{decode, is_report};
 use super::recorded_session::RecordedSession;
-use super::resimulator::{EpochStep, Resimulator};
+use super::resimulator::{EpochStep, PROVED_S, Resimulator};
 use super::timeline::Timeline;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
 use crate::runtime::CHECKPOINT_PERIOD_S;
@@ -90,7 +90,7 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
 /// may be lost to a full queue.
 fn is_proved(at: EpochStep, last: EpochStep, step_s: f64) -> bool {
     let begin = if at.0 == last.0 { last.1 } else { 0 };
-    let steps = (2.0 * CHECKPOINT_PERIOD_S / step_s).ceil() as u64;
+    let steps = (PROVED_S / step_s).ceil() as u64;
     at.1 <= begin.saturating_add(steps).saturating_add(2)
 }
 

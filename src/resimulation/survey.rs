@@ -18,12 +18,17 @@ use crate::wire::{Gap, Message, Stamp, Topic};
 /// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
 
+/// Largest number of findings kept of single messages, so that a small file full of empty messages does not fill the memory.
+const KEPT: usize = 10_000;
+
 /// Result of the first reading.
 #[derive(Default)]
 pub(super) struct Survey {
     pub structure: Structure,
     pub physics: PhysicsCheck,
     pub findings: Vec<Finding>,
+    /// Number of further findings, which are not kept.
+    pub unlisted: u64,
     /// Numbers of the messages before which commands may be missing.
     pub breaks: Vec<u64>,
     pub gaps: Vec<Gap>,
@@ -98,20 +103,20 @@ impl<'a> Reading<'a> {
         self.messages += 1;
         self.channels.take(message, self.is_damaged || self.recovered);
         if !self.ends.is_empty() {
-            self.survey.findings.push(Finding::End(format!("{} has a message after it", topic(message))));
+            self.found(Finding::End(format!("{} has a message after it", topic(message))));
         }
         let event = match decode(message) {
             Ok(event) => event,
             Err(error) => {
                 let cause = error.to_string();
-                return self.survey.findings.push(Finding::Undecodable { topic: topic(message).to_owned(), cause });
+                return self.found(Finding::Undecodable { topic: topic(message).to_owned(), cause });
             }
         };
         // The command that started the recording may come before the first checkpoint.
         let stateless = |event: &Message| matches!(event, Message::Commands(_) | Message::Checkpoint(_) | Message::Gaps(_));
         let needs_state = event.as_ref().is_some_and(|event| !stateless(event));
         if needs_state && self.epoch_start.is_none() && !self.survey.findings.contains(&Finding::NoCheckpoint) {
-            self.survey.findings.push(Finding::NoCheckpoint);
+            self.found(Finding::NoCheckpoint);
         }
         if let Some(Message::Checkpoint(checkpoint)) = &event {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
@@ -120,7 +125,7 @@ impl<'a> Reading<'a> {
         self.time(message, event.as_ref());
         let Some(event) = event else { return };
         if event.encode_to_vec() != message.data.as_ref() {
-            self.survey.findings.push(contradiction(message, &event, "the message has bytes beside its fields"));
+            self.found(contradiction(message, &event, "the message has bytes beside its fields"));
         }
         if let Message::Gaps(gap) = &event {
             if gap.topic == Topic::Commands.chunk() {
@@ -129,10 +134,20 @@ impl<'a> Reading<'a> {
             self.survey.gaps.push(gap.as_ref().clone());
         }
         if let Some(what) = self.run.take(&event) {
-            self.of_run.push(contradiction(message, &event, &what));
+            let found = contradiction(message, &event, &what);
+            if self.has_room() { self.of_run.push(found) } else { self.survey.unlisted += 1 }
         }
         self.holes.take(&event, message.sequence, number, &self.timeline);
-        self.survey.findings.extend(self.survey.physics.judge(&event));
+        let unphysical = self.survey.physics.judge(&event);
+        unphysical.into_iter().for_each(|finding| self.found(finding));
+    }
+
+    fn has_room(&self) -> bool {
+        self.survey.findings.len() + self.of_run.len() < KEPT
+    }
+
+    fn found(&mut self, finding: Finding) {
+        if self.has_room() { self.survey.findings.push(finding) } else { self.survey.unlisted += 1 }
     }
 
     /// Checks that log times never fall and equal the session's start plus the simulated time since then, and that a message was
@@ -159,7 +174,7 @@ impl<'a> Reading<'a> {
             _ => return,
         };
         let (epoch, step) = stamp.map_or((0, 0), |stamp| (stamp.epoch, stamp.step));
-        self.survey.findings.push(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
+        self.found(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
     }
 
     fn conclude(self, structure: Structure) -> Survey {

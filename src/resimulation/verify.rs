@@ -21,6 +21,8 @@ pub struct Verification {
     pub span_s: f64,
     /// Everything wrong or lost.
     pub findings: Vec<Finding>,
+    /// Number of further findings of single messages, which are not kept.
+    pub unlisted: u64,
 }
 
 impl Verification {
@@ -38,8 +40,8 @@ impl Verification {
 pub fn verify(source: &RecordedSession, progress: &dyn Fn(u8, u64)) -> Result<Verification, ResimulationError> {
     let survey = survey(source, &|position| progress(0, position))?;
     let (recomputed, differing) = recheck(source, &survey, &|position| progress(1, position))?;
-    let Survey { structure, physics, mut findings, span_ns, .. } = survey;
+    let Survey { structure, physics, mut findings, unlisted, span_ns, .. } = survey;
     findings.extend(differing);
     let span_s = span_ns.map_or(0.0, |[first, last]| (last - first) as f64 * 1e-9);
-    Ok(Verification { structure, physics, recomputed, span_s, findings })
+    Ok(Verification { structure, physics, recomputed, span_s, findings, unlisted })
 }

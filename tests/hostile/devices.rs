@@ -34,8 +34,12 @@ fn regress_endless_devices_pipes_and_folders_are_refused() -> Outcome {
             assert!(code == Some(1) && said.contains(why) && said.lines().count() == 1, "{words:?}: {code:?} {said}");
         }
         // Scenes and tables may come through a pipe.
-        let of_texts: [&[&str]; 3] =
-            [&["run", file, "--no-bus", "--no-record"], &["pulse", "crank", "--from", file], &["plot", file, "-o", "p"]];
+        let of_texts: [&[&str]; 4] = [
+            &["run", file, "--no-bus", "--no-record"],
+            &["pulse", "crank", "--from", file],
+            &["plot", file, "-o", "p"],
+            &["run", "--no-record", "--until", "1", "--zenoh-config", file],
+        ];
         for words in of_texts.iter().filter(|_| file != "pipe") {
             let (code, said) = ended(folder.path(), words)?;
             assert!(matches!(code, Some(1 | 2)) && said.contains(file), "{words:?}: {code:?} {said}");

@@ -54,3 +54,14 @@ fn regress_names_that_the_bus_cannot_carry_are_left_out_and_said() -> Outcome {
     }
     Ok(())
 }
+
+#[test]
+fn regress_control_characters_of_names_are_escaped() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("red.mcap");
+    recording(&file, ("t\u{1b}[31m", "json", "s\u{1b}[0m"))?;
+    let output = flexcrank(&["info"]).arg(&file).output()?;
+    let said = String::from_utf8(output.stdout)?;
+    assert!(said.contains(r"t\x1b[31m") && !said.contains('\u{1b}'), "{said}");
+    Ok(())
+}

@@ -9,6 +9,7 @@ use flexcrank::wire;
 use mcap::records::MessageHeader;
 
 use crate::common::Outcome;
+use crate::{flexcrank, sample};
 
 /// Memory that reading any of these files may take, KiB of address space.
 const LIMIT_KIB: u64 = 1_200_000;
@@ -109,5 +110,50 @@ fn regress_no_file_takes_memory_without_bound() -> Outcome {
             let _ = std::fs::remove_file(folder.path().join("whole.mcap"));
         }
     }
+    Ok(())
+}
+
+/// A sample with twenty thousand empty messages behind its last one.
+fn emptied(path: &Path) -> Outcome {
+    let bytes = std::fs::read(sample("sample-three-pulses.mcap"))?;
+    let summary = mcap::Summary::read(&bytes)?.ok_or("no summary")?;
+    let mut writer = writer(path, true)?;
+    for index in &summary.attachment_indexes {
+        writer.attach(&mcap::read::attachment(&bytes, index)?)?;
+    }
+    for index in &summary.metadata_indexes {
+        writer.write_metadata(&mcap::read::metadata(&bytes, index)?)?;
+    }
+    let mut angles = None;
+    for message in mcap::MessageStream::new(&bytes)? {
+        let message = message?;
+        if message.channel.topic.ends_with("/angles") {
+            angles = Some(message.clone());
+        }
+        writer.write(&message)?;
+    }
+    let mut angles = angles.ok_or("no angles")?;
+    angles.data = Vec::new().into();
+    for _ in 0..20_000 {
+        angles.sequence += 1;
+        writer.write(&angles)?;
+    }
+    writer.finish()?;
+    Ok(())
+}
+
+#[test]
+fn regress_findings_are_counted_beyond_those_that_are_kept() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("emptied.mcap");
+    emptied(&file)?;
+    let output = flexcrank(&["verify", "--json"]).arg(&file).output()?;
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout)?;
+    let (kept, further) = (found["findings"].as_array().map(Vec::len), found["unlisted_findings"].as_u64());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        kept.is_some_and(|kept| (10_000..10_100).contains(&kept)) && further.is_some_and(|more| more >= 9_990),
+        "{kept:?}, {further:?}"
+    );
     Ok(())
 }

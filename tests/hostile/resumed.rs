@@ -1,6 +1,7 @@
-//! A resumed session steps no further than its recording proves.
+//! Re-simulation steps no further than a recording proves.
 
 use std::path::Path;
+use std::process::Command;
 
 use flexcrank::recording::RecordingFile;
 use flexcrank::wire::{Angles, Stamp};
@@ -55,5 +56,15 @@ fn regress_a_forged_stamp_leads_nowhere() -> Outcome {
     let said = String::from_utf8(output.stderr)?;
     let why = format!("it states step {FORGED}, but its last checkpoint is of step 0");
     assert!(output.status.code() == Some(1) && said.contains(&why), "{said}");
+    let binary = env!("CARGO_BIN_EXE_flexcrank");
+    let within_a_minute = |words: &[&str]| {
+        Command::new("timeout").args(["60", binary]).args(words).arg(&forged).current_dir(folder.path()).output()
+    };
+    let output = within_a_minute(&["what-if", "--set", "rod.density_kg_per_m3=2700"])?;
+    let said = String::from_utf8(output.stderr)?;
+    assert!(output.status.code() == Some(1) && said.contains("no message or checkpoint comes between steps"), "{said}");
+    let output = within_a_minute(&["verify", "--json"])?;
+    let found = String::from_utf8(output.stdout)?;
+    assert!(output.status.code() == Some(1) && found.contains("\"skipped_messages\":1"), "{found}");
     Ok(())
 }
