@@ -224,6 +224,20 @@ fn val_exit_codes_of_runs_that_end_badly() -> Result<(), Box<dyn Error>> {
     run(&["--pace", "max", "--until", "100", "--set", "solver.step_s=0.1"], 6, "warning: not to be trusted")
 }
 
+/// A recording of a run that is not to be trusted is what that run computed, and says so.
+#[test]
+fn regress_a_recording_of_an_unbalanced_run_says_so() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let within = |words: &[&str]| Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).current_dir(folder.path()).output();
+    let run = ["run", "--no-bus", "--no-realtime", "--record", "off.mcap", "--pace", "max", "--until", "100"];
+    let ended = within(&[&run[..], &["--set", "solver.step_s=0.1"]].concat())?;
+    assert_eq!(ended.status.code(), Some(6), "{}", String::from_utf8_lossy(&ended.stderr));
+    let verified = within(&["verify", "off.mcap"])?;
+    let said = String::from_utf8(verified.stdout)?;
+    assert!(verified.status.code() == Some(0) && said.contains("not to be trusted"), "{said}");
+    Ok(())
+}
+
 #[test]
 fn regress_recordings_that_cannot_be_written_name_the_options() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;

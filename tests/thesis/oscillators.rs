@@ -18,7 +18,7 @@ fn val_two_point_oscillators_are_the_listing_within_1e_12() -> Outcome {
             for (mass, node) in nodes.iter().enumerate() {
                 let (x, v) = (row[1 + mass], row[1 + masses + mass]);
                 assert!((node.position_m[0] - x).abs() < 1e-12, "{scene} row {n}: {} for {x}", node.position_m[0]);
-                assert!((node.velocity_m_per_s[0] - v).abs() < 1e-11, "{scene} row {n}: {} for {v}", node.velocity_m_per_s[0]);
+                assert!((node.velocity_m_per_s[0] - v).abs() < 1e-12, "{scene} row {n}: {} for {v}", node.velocity_m_per_s[0]);
             }
         }
     }
