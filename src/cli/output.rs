@@ -3,7 +3,8 @@
 use serde::Serialize;
 use std::io::{self, ErrorKind, Stdout, Write};
 
-/// Standard output, in which control characters of foreign texts (names in a recording) are escaped. Once its reader has closed it, as `head` does, output is dropped: the work goes on, and its exit code counts.
+/// Standard output, in which control characters of foreign texts (names in a recording) are escaped. Once its reader has closed it, as
+/// `head` does, output is dropped: the work goes on, and its exit code counts.
 pub(super) fn output() -> Output {
     Output(io::stdout())
 }

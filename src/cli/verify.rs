@@ -90,8 +90,8 @@ fn one(file: &Path, json: bool) -> CommandResult {
     })?;
     bar.finish_and_clear();
     let (status, verdict) = match (found.findings.is_empty(), found.is_wrong()) {
-        (true, _) => (ExitStatus::Success, "equal"),
-        (false, true) => (ExitStatus::Refused, "different"),
+        (true, false) => (ExitStatus::Success, "equal"),
+        (_, true) => (ExitStatus::Refused, "different"),
         (false, false) => (ExitStatus::Lossy, "lossy"),
     };
     match json {
@@ -167,10 +167,10 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     if findings.len() > SHOWN {
         writeln!(out, "  and {} more", (findings.len() - SHOWN) as u64 + unlisted)?;
     }
-    let verdict = match (findings.is_empty(), findings.iter().all(Finding::is_loss)) {
-        (true, _) => "intact, and equal to the bit",
-        (false, true) => "the rest is intact, and equal to the bit",
-        (false, false) => "NOT as recorded",
+    let verdict = match (findings.is_empty(), found.is_wrong()) {
+        (true, false) => "intact, and equal to the bit",
+        (false, false) => "the rest is intact, and equal to the bit",
+        (_, true) => "NOT as recorded",
     };
     writeln!(out, "  {verdict}")
 }

@@ -28,7 +28,7 @@ pub struct Verification {
 impl Verification {
     /// Whether anything is wrong, not only lost.
     pub fn is_wrong(&self) -> bool {
-        self.findings.iter().any(|finding| !finding.is_loss())
+        self.unlisted > 0 || self.findings.iter().any(|finding| !finding.is_loss())
     }
 }
 
