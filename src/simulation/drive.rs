@@ -23,6 +23,8 @@ pub(super) struct Torque {
     pub rise_nm_per_s: f64,
     /// The step's middle, s.
     pub middle_s: f64,
+    /// The times of which it is the mean, s.
+    pub over_s: [f64; 2],
 }
 
 impl Torque {

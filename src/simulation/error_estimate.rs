@@ -73,9 +73,9 @@ impl ErrorEstimate {
         self.last_step_rad = 0.0;
     }
 
-    /// Adds one more part of a step, of `h_s`, by its terms, of coordinates and velocities. The rotation's error is carried along by
-    /// `carried` if there is one.
-    pub(super) fn add(&mut self, h_s: f64, terms: [Term; 2], carried: Option<CarriedTurn>) {
+    /// Adds one more part of a step, of `h_s`, by its terms, of coordinates and velocities. The rotation's error is carried along if one
+    /// angle says where the chain is.
+    pub(super) fn add(&mut self, h_s: f64, terms: [Term; 2], turns: bool) {
         let mut errors = [Measure::default(); 2];
         for ((error, term), left) in errors.iter_mut().zip(&terms).zip(&mut self.left) {
             let Term { measure, factor, size } = *term;
@@ -88,10 +88,9 @@ impl ErrorEstimate {
         let [of_q, of_v] = errors;
         self.drift_rad += h_s * self.rate_rad_per_s;
         self.rate_rad_per_s += of_v.angle_rad;
-        if let Some(carried) = carried {
-            let [angle_rad, rate_rad_per_s] = carried.after(self.turn);
+        if turns {
+            let [angle_rad, rate_rad_per_s] = self.carried.after(self.turn);
             self.turn = [angle_rad + of_q.turn_rad, rate_rad_per_s + of_v.turn_rad];
-            self.carried = carried;
         }
         self.angle_sum_rad += of_q.angle_rad.abs();
         self.deflection_sum_m += of_q.deflection_m.abs();

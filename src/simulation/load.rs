@@ -153,10 +153,13 @@ impl Load {
 
     /// Rise of the torque over `[from_s, to_s]`, N·m/s.
     fn rise_nm_per_s(&self, from_s: f64, to_s: f64) -> f64 {
+        if !self.uses_torque_slope {
+            return 0.0;
+        }
         // Torque times travel is the work of a step whose torque has no slope: from rest, a slope could take most of it away.
         let margin_s = SHORTEST_PART * (to_s - from_s);
         let spread = !self.cuts_steps && self.edge_within(from_s + margin_s, to_s - margin_s).is_some();
-        if self.uses_torque_slope && !spread { self.pulses.rise_nm_per_s(from_s, to_s) } else { 0.0 }
+        if spread { 0.0 } else { self.pulses.rise_nm_per_s(from_s, to_s) }
     }
 
     /// The first time between the two at which a pulse begins or ends, or the setpoint ends, s.
@@ -171,6 +174,7 @@ impl Load {
             mean_nm: self.mean_nm(from_s, to_s),
             rise_nm_per_s: self.rise_nm_per_s(from_s, to_s),
             middle_s: from_s + 0.5 * h_s,
+            over_s: [from_s, to_s],
         }
     }
 
@@ -180,9 +184,11 @@ impl Load {
         Torque::constant(self.setpoint.value_nm(time_s).map_or(torque_nm, |setpoint_nm| torque_nm + setpoint_nm))
     }
 
-    /// Adds the impulse of a step of `h_s`, and drops the pulses and the setpoint that are over.
-    pub(super) fn deliver(&mut self, from_s: f64, to_s: f64, h_s: f64) {
-        let impulse_nm_s = self.mean_nm(from_s, to_s) * h_s;
+    /// Adds the impulse of a step of `h_s` in which `torque` acted last, and drops the pulses and the setpoint that are over.
+    pub(super) fn deliver(&mut self, torque: &Torque, from_s: f64, to_s: f64, h_s: f64) {
+        // A step may have been taken in parts.
+        let mean_nm = if torque.over_s == [from_s, to_s] { torque.mean_nm } else { self.mean_nm(from_s, to_s) };
+        let impulse_nm_s = mean_nm * h_s;
         for delivered in [&mut self.delivered, &mut self.marked] {
             delivered.impulse_nm_s += impulse_nm_s;
             delivered.over_s += h_s;

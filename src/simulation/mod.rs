@@ -267,8 +267,8 @@ impl Simulation {
         self.last = taken;
         self.unconverged += u64::from(taken.left_over > self.solver.tolerance);
         self.ledger = ledger;
-        self.law.torque = self.load.at(to_s);
-        self.load.deliver(from_s, to_s, self.grid.step_s);
+        let torque = std::mem::replace(&mut self.law.torque, self.load.at(to_s));
+        self.load.deliver(&torque, from_s, to_s, self.grid.step_s);
         Ok(())
     }
 
@@ -309,11 +309,13 @@ impl Simulation {
     fn add_error(&mut self, to_s: f64, h_s: f64) {
         let Some(error) = &mut self.error else { return };
         let Some(terms) = self.engine.local_error(&self.law, to_s, h_s) else { return };
-        let carried = self.engine.rotation().and_then(|crank| match error.carried {
-            carried if carried.stands(h_s, crank) => Some(carried),
-            _ => Some(self.engine.small_turn(&self.law, to_s, crank)?.carried(h_s, crank)),
-        });
-        error.add(h_s, terms, carried);
+        let crank = self.engine.rotation();
+        if let Some(crank) = crank.filter(|crank| !error.carried.stands(h_s, *crank))
+            && let Some(small) = self.engine.small_turn(&self.law, to_s, crank)
+        {
+            error.carried = small.carried(h_s, crank);
+        }
+        error.add(h_s, terms, crank.is_some());
     }
 
     /// How deep a step that fails is halved: a step of fixed cost is not tried again.

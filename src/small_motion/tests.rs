@@ -210,8 +210,8 @@ fn rotating(omega: f64, speed: f64) -> f64 {
     nalgebra::Matrix3::from_fn(|i, j| columns[j][i]).determinant()
 }
 
-/// Stiffening by rotation, with all the beam's stretching and Coriolis's forces: where tension bends the beam, the error falls with the
-/// fourth power of the element's length.
+/// Stiffening by rotation, with all the beam's stretching and Coriolis's forces. The error falls faster than with the fourth power of the
+/// element's length, also in the layer that tension makes at the hub.
 #[test]
 fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
     let beam = |elements: &str| {
@@ -219,9 +219,9 @@ fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
     };
     let (coarse, fine) = (beam("beam.elements=32")?, beam("beam.elements=64")?);
     let unit = omega(1.0, LENGTH_M);
-    // 2.6, 12 and 21 √(EJ/ρA)/L². At the last, beyond the literature's tables, a thin layer at the hub holds most of the error, and Ω²
-    // takes most of the first mode's ω² + Ω² away.
-    for (speed, bound) in [(5.0, 1e-6), (12.0 * unit, 1e-6), (40.0, 2.5e-6)] {
+    // 2.6, 12 and 21 √(EJ/ρA)/L². At the last, beyond the literature's tables, tension makes a thin layer at the hub, and Ω² takes most of
+    // the first mode's ω² + Ω² away.
+    for speed in [5.0, 12.0 * unit, 40.0] {
         let found = bending(&fine, &fine.turning(0.7, speed)?, 5)?;
         let exact = found.iter().map(|near| bisect(&|omega| rotating(omega, speed), near * 0.9999, near * 1.0001));
         // Of the root of `ω² + Ω²`, to which bending and tension add up.
@@ -230,11 +230,11 @@ fn val_a_rotating_beam_is_stiffened_as_its_equations_say() -> Outcome {
             exact.enumerate().zip(bending(&coarse, &coarse.turning(0.7, speed)?, 5)?.iter().zip(&found))
         {
             let own = (fine / exact - 1.0).abs();
-            assert!(own < bound, "{speed} rad/s, mode {}: {own:e} of its frequency", n + 1);
+            assert!(own < 1e-6, "{speed} rad/s, mode {}: {own:e} of its frequency", n + 1);
             let [coarse, fine] = [*coarse, *fine].map(|found| error(found, exact));
             assert!(fine < 1e-6, "{speed} rad/s, mode {}: {fine:e}", n + 1);
             // The lowest modes of a fine mesh are found to the rounding of its stiffest.
-            assert!(fine < coarse / 10.0 + 6e-7, "mode {}: {coarse:e} and {fine:e}", n + 1);
+            assert!(fine < coarse / 15.0 + 6e-8, "mode {}: {coarse:e} and {fine:e}", n + 1);
         }
     }
     let subject = fine;

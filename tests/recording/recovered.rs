@@ -178,6 +178,27 @@ fn prop_a_damaged_chunk_is_left_out_and_counted() -> Outcome {
     Ok(())
 }
 
+/// Bytes that appear or vanish move the summary from where the footer says, and with it the definitions that the first chunk held.
+#[test]
+fn regress_bytes_put_into_or_taken_from_the_first_chunk_lose_that_chunk_alone() -> Outcome {
+    let (folder, bytes) = recording(3.0)?;
+    let all = messages(&folder.path().join("run.mcap"))?;
+    let chunks = chunks(&bytes)?;
+    let middle = (chunks[0].start + chunks[0].end) / 2;
+    let longer = [&bytes[..middle], b"abc", &bytes[middle..]].concat();
+    let shorter = [&bytes[..middle], &bytes[middle + 5..]].concat();
+    for damaged in [longer, shorter] {
+        let (recovered, whole) = repaired(folder.path(), &damaged)?;
+        let kept = messages(&whole)?;
+        let lost: u64 = recovered.loss.messages.values().sum();
+        // The chunk, and what its stated length leaves of it or takes of the next record.
+        assert!((1..=2).contains(&recovered.loss.places) && !recovered.loss.cut_off && recovered.loss.counted, "{recovered:?}");
+        assert!(kept.len() > all.len() / 2 && lost == (all.len() - kept.len()) as u64, "{recovered:?}");
+        assert!(kept.iter().all(|message| all.contains(message)));
+    }
+    Ok(())
+}
+
 #[test]
 fn prop_after_a_lying_length_the_next_chunks_are_found() -> Outcome {
     let (folder, bytes) = recording(3.0)?;

@@ -3,7 +3,8 @@
 use nalgebra::Vector2;
 
 use super::FiniteElement;
-use super::member::{Member, windows};
+use super::member::{Member, hub, windows};
+use super::motion::Window;
 use super::rigid::{self, Masses};
 use crate::mechanics::mechanism::Input;
 use crate::mechanics::observation::Energy;
@@ -29,6 +30,7 @@ impl FiniteElement {
                             moment += weighted[0] + weighted[2];
                         }
                     }
+                    strain_j += hub(*first, *elements, *swapped).map_or(0.0, |window| beam.hub_energy_j(&window.gather(&m.p)));
                 }
                 Member::Rigid { first, masses } => {
                     kinetic_j += rigid::kinetic_j(masses, &m.v[*first], &m.v[first + 1]);
@@ -72,9 +74,10 @@ impl FiniteElement {
         let mut dissipated = self.chain.base.damper_nm_s_per_rad * rate.powi(2) + self.end.friction_n_s_per_m * slide.powi(2);
         for member in &self.members {
             if let Member::Flexible { beam, first, elements, swapped } = member {
-                let each = windows(*first, *elements, *swapped)
-                    .map(|window| beam.dissipation_w(&window.gather(&self.motion.p), &window.gather(&self.motion.v)));
-                dissipated += each.sum::<f64>();
+                let vectors = |window: Window| (window.gather(&self.motion.p), window.gather(&self.motion.v));
+                let each = windows(*first, *elements, *swapped).map(vectors).map(|(x, v)| beam.dissipation_w(&x, &v));
+                let hub = hub(*first, *elements, *swapped).map(vectors).map(|(x, v)| beam.hub_dissipation_w(&x, &v));
+                dissipated += each.chain(hub).sum::<f64>();
             }
         }
         [torque * rate - self.resistance_n() * slide, dissipated]

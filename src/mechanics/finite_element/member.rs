@@ -64,3 +64,8 @@ impl Member {
 pub(super) fn windows(first: usize, elements: usize, swapped: bool) -> impl Iterator<Item = Window> {
     (0..elements).map(move |k| Window { first: first + 2 * k, swapped: swapped && k + 1 == elements })
 }
+
+/// The window of a flexible link's first element, if the link is the one at the pivot.
+pub(super) fn hub(first: usize, elements: usize, swapped: bool) -> Option<Window> {
+    windows(first, elements, swapped).next().filter(|window| window.at_hub())
+}

@@ -35,6 +35,7 @@
 mod band;
 mod beam;
 mod energy;
+mod hub;
 mod layout;
 mod line;
 mod loads;

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::beam::Four;
-use super::layout::{Layout, ROOT};
+use super::layout::{Layout, PIVOT, ROOT};
 use super::polar::Polar;
 use crate::mechanics::mechanism::Input;
 use crate::scene::Chain;
@@ -96,6 +96,12 @@ pub(super) struct Window {
 }
 
 impl Window {
+    /// Whether the element is the chain's first, at the pivot.
+    #[inline]
+    pub(super) fn at_hub(self) -> bool {
+        self.first == PIVOT
+    }
+
     /// The element's vectors in its own order.
     #[inline]
     pub(super) fn gather(self, values: &[Vector2<f64>]) -> Four {

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use super::FiniteElement;
 use super::beam::{Beam, Four};
 use super::layout::{Kind, Layout};
-use super::member::{Member, windows};
+use super::member::{Member, hub, windows};
 use super::motion::Window;
 use super::rigid::{GuidedForces, Masses, PinMotion, SliderLoad};
 use crate::mechanics::mechanism::Input;
@@ -85,10 +85,13 @@ impl FiniteElement {
         match &self.members[i] {
             Member::Flexible { beam, first, elements, swapped } => {
                 for window in windows(*first, *elements, *swapped) {
-                    let (_, elastic, inertia) = self.element_forces(beam, window);
+                    let (_, elastic, inertia) = self.plain_forces(beam, window);
                     self.work.take_element(&elastic);
                     self.work.take_element(&inertia);
                     window.add(&mut self.forces, std::array::from_fn(|k| elastic[k] + inertia[k]));
+                }
+                if let Some(window) = hub(*first, *elements, *swapped) {
+                    window.add(&mut self.forces, beam.hub_force(&window.gather(&motion.p), &window.gather(&motion.v)));
                 }
             }
             Member::Rigid { first, masses } => {
@@ -108,8 +111,18 @@ impl FiniteElement {
     }
 
     /// An element's vectors, its elastic forces (with damping), and its inertia forces (with gravity).
-    #[inline]
     pub(super) fn element_forces(&self, beam: &Beam, window: Window) -> (Four, Four, Four) {
+        let (x, elastic, inertia) = self.plain_forces(beam, window);
+        if !window.at_hub() {
+            return (x, elastic, inertia);
+        }
+        let hub = beam.hub_force(&x, &window.gather(&self.motion.v));
+        (x, std::array::from_fn(|k| elastic[k] + hub[k]), inertia)
+    }
+
+    /// The same without what the hub adds.
+    #[inline]
+    fn plain_forces(&self, beam: &Beam, window: Window) -> (Four, Four, Four) {
         let (x, dx) = (window.gather(&self.motion.p), window.gather(&self.motion.v));
         let mut a = window.gather(&self.motion.a);
         a[0] -= self.gravity;

@@ -77,6 +77,7 @@ impl FiniteElement {
                     for window in windows(*first, *elements, *swapped) {
                         let mut blocks = self.element_blocks(beam, window, w);
                         if window.first == *first {
+                            self.add_hub(beam, window, stiffness(w), &mut blocks);
                             self.to_polar(beam, window, w, &mut blocks);
                         }
                         self.band.add_element(window, &blocks);
@@ -103,7 +104,7 @@ impl FiniteElement {
     #[inline]
     fn element_blocks(&self, beam: &Beam, window: Window, w: Weights) -> Blocks {
         let (x, dx) = (window.gather(&self.motion.p), window.gather(&self.motion.v));
-        let mut blocks = beam.tangent(&x, &dx, StiffnessWeights { velocity: w.velocity, position: w.position });
+        let mut blocks = beam.tangent(&x, &dx, stiffness(w));
         for (row, masses) in blocks.iter_mut().zip(&beam.mass) {
             for (block, mass) in row.iter_mut().zip(masses) {
                 block.m11 += w.acceleration * mass;
@@ -113,13 +114,23 @@ impl FiniteElement {
         blocks
     }
 
+    /// What the hub adds to the first element of the first link.
+    fn add_hub(&self, beam: &Beam, window: Window, weights: StiffnessWeights, blocks: &mut Blocks) {
+        if window.at_hub() {
+            beam.add_hub_tangent(&window.gather(&self.motion.p), &window.gather(&self.motion.v), weights, blocks);
+        }
+    }
+
     /// The first element of a link, whose first two slots may be polar.
     fn to_polar(&self, beam: &Beam, window: Window, w: Weights, blocks: &mut Blocks) {
         let motion = &self.motion;
-        let (x, dx) = (window.gather(&motion.p), window.gather(&motion.v));
         let (_, elastic, inertia) = self.element_forces(beam, window);
         let rates = StiffnessWeights { velocity: 1.0, position: 0.0 };
-        let damping = beam.damped().then(|| beam.tangent(&x, &dx, rates));
+        let damping = beam.damped().then(|| {
+            let mut damping = beam.tangent(&window.gather(&motion.p), &window.gather(&motion.v), rates);
+            self.add_hub(beam, window, rates, &mut damping);
+            damping
+        });
         let forces = std::array::from_fn(|k| elastic[k] + inertia[k]);
         let polars = [motion.polar(window.first), motion.polar(window.first + 1), None, None];
         PolarChange { polars, mass: &beam.mass, damping: damping.as_ref(), forces: &forces }.apply(blocks, w);
@@ -202,6 +213,10 @@ impl FiniteElement {
             *value = self.unknown[place / 2][place % 2];
         }
     }
+}
+
+fn stiffness(w: Weights) -> StiffnessWeights {
+    StiffnessWeights { velocity: w.velocity, position: w.position }
 }
 
 /// Derivative of the resistance by the coordinates of the crank's pin; nil in those that are held.

@@ -10,6 +10,7 @@ use mcap::records::op;
 
 use super::RecordingError;
 use super::open::open;
+use super::parse::parse;
 use super::summary::summary;
 use salvage::{Salvage, Tally};
 use scan::{Piece, Scanner};
@@ -75,9 +76,7 @@ fn run(
     mut progress: impl FnMut(u64, u64),
 ) -> Result<Recovered, RecordingError> {
     let unread = || RecordingError::file(broken);
-    // A damaged summary counts as absent: it only helps.
-    let mut file = open(broken)?;
-    salvage.learn(summary(&mut file).unwrap_or_default());
+    learn(&mut salvage, broken)?;
     let mut loss = Loss::default();
     let mut closed = false;
     while let Some(piece) = scanner.next().map_err(unread())? {
@@ -106,6 +105,28 @@ fn run(
         loss.places -= 1;
     }
     conclude(salvage, loss, (broken, output))
+}
+
+/// Reads topics and counts from the summary. Bytes that were put in or taken out before it have moved it from where the footer says: then
+/// its records are looked for. A damaged summary counts as absent: it only helps.
+fn learn(salvage: &mut Salvage, broken: &Path) -> Result<(), RecordingError> {
+    let mut file = open(broken)?;
+    match summary(&mut file) {
+        Some(summary) => summary.into_iter().for_each(|record| salvage.learn(record)),
+        None => {
+            let unread = || RecordingError::file(broken);
+            let mut scanner = Scanner::new(file).map_err(unread())?;
+            while let (true, Some(piece)) = (scanner.closed(), scanner.next().map_err(unread())?) {
+                if let Piece::Record { opcode: opcode @ (op::SCHEMA | op::CHANNEL | op::STATISTICS), body } = piece
+                    && let Ok(record) = parse(opcode, &body)
+                {
+                    salvage.learn(record);
+                }
+            }
+        }
+    }
+    salvage.complete_channels();
+    Ok(())
 }
 
 fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Path)) -> Result<Recovered, RecordingError> {

@@ -73,11 +73,14 @@ impl Salvage {
         })
     }
 
-    /// Reads channels and counts from the summary.
-    pub(super) fn learn(&mut self, summary: Vec<Record<'_>>) {
+    /// Takes a topic or counts from the summary.
+    pub(super) fn learn(&mut self, record: Record<'_>) {
         // Definitions beyond the limit are left out here, and are damage where they are read.
-        summary.into_iter().for_each(|record| _ = self.define(record));
-        // A summary need not repeat the schemas.
+        _ = self.define(record);
+    }
+
+    /// Channels of the summary whose schema it does not repeat have none.
+    pub(super) fn complete_channels(&mut self) {
         for channel in self.channels.values_mut().filter(|channel| !self.schemas.contains_key(&channel.schema_id)) {
             channel.schema_id = 0;
         }

@@ -54,6 +54,11 @@ impl Scanner {
         Ok(scanner)
     }
 
+    /// Whether the file ends like one that was closed.
+    pub(super) fn closed(&self) -> bool {
+        self.closed
+    }
+
     /// Bytes scanned.
     pub(super) fn done(&self) -> u64 {
         self.at
