@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use flexcrank::scene::SceneSource;
+use flexcrank::simulation::Simulation;
 use flexcrank::study::Table;
 use flexcrank::study::cycle::{Arms, CycleError, ExtremeValue, Options, balance, cycle, extremes, ratios_between, sweep, words};
 
@@ -397,4 +398,34 @@ fn regress_the_rod_turns_as_on_the_bus() -> Outcome {
         assert!((seen.links[1].rate_rad_per_s - at(&rates)).abs() < 1e-2 * largest(&rates));
     }
     Ok(())
+}
+
+/// The guide's formula: `a = (fx − resistance − c v)/m + gravity_x`, from what the bus publishes.
+#[test]
+fn val_the_acceleration_of_the_slider_follows_from_published_loads() {
+    let (step_s, friction, gravity, mass) = (1e-4, 3.0, 2.0, 0.5);
+    let keys = [
+        "solver.model=rigid".to_owned(),
+        "solver.integrator=runge-kutta".to_owned(),
+        format!("solver.step_s={step_s}"),
+        format!("slider.mass_kg={mass}"),
+        format!("slider.friction_n_s_per_m={friction}"),
+        format!("gravity.x_m_per_s2={gravity}"),
+        "slider.resistance_n=7".to_owned(),
+    ];
+    let mut simulation = Simulation::new(&SceneSource::open("crank-slider", &keys).unwrap().scene).unwrap();
+    let mut seen = Vec::new();
+    for _ in 0..5000 {
+        simulation.step().unwrap();
+        let now = simulation.observe().unwrap();
+        let v = now.links[1].nodes.last().unwrap().velocity_m_per_s[0];
+        let a = (now.slider_pin_n.unwrap()[0] - now.resistance_n.unwrap() - friction * v) / mass + gravity;
+        seen.push([v, a]);
+    }
+    let most = seen.iter().map(|[_, a]| a.abs()).fold(0.0, f64::max);
+    // The pulse ends at 0.1 s.
+    for three in seen[1001..].windows(3) {
+        let difference = (three[2][0] - three[0][0]) / (2.0 * step_s);
+        assert!((difference - three[1][1]).abs() < 1e-5 * most, "{difference} for {three:?}, of {most}");
+    }
 }
