@@ -1,5 +1,8 @@
 //! The most similar known name, for error messages.
 
+#[cfg(feature = "service")]
+use crate::shown::{shown_name, shown_names};
+
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;
 
@@ -29,7 +32,7 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
         names.sort();
         names.dedup();
         let topic = topic.rsplit('/').next().unwrap_or(topic);
-        if names.is_empty() { String::new() } else { format!("\n  {topic}: {}", names.join(", ")) }
+        if names.is_empty() { String::new() } else { format!("\n  {}: {}", shown_name(topic), shown_names(&names)) }
     };
     topics.into_iter().map(line).collect()
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::keys::Name;
 use super::zenoh_messages::message_of;
+use crate::shown::shown_sentence;
 
 /// The bus could not be opened, or a request on it failed.
 #[derive(Debug, thiserror::Error)]
@@ -61,7 +62,7 @@ pub enum BusError {
     #[error("no reply from `{0}`: absent, or not permitted")]
     NoReply(String),
     /// A query was refused.
-    #[error("`{key}` refuses: {why}")]
+    #[error("`{key}` refuses: {}", shown_sentence(why))]
     Refused {
         /// The key that was queried.
         key: String,

@@ -1,5 +1,6 @@
 //! All key expressions, formatted and parsed in one place.
 
+use crate::shown::shown_name;
 pub use crate::wire::ROOT;
 use crate::wire::Topic;
 
@@ -9,7 +10,7 @@ pub struct Name(String);
 
 /// The text is not a service name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a name: one word without / * $ ? # and white space, not beginning with @")]
+#[error("`{}` is not a name: one word without / * $ ? # and white space, not beginning with @", shown_name(.0))]
 pub struct BadName(String);
 
 impl std::str::FromStr for Name {

@@ -3,14 +3,16 @@
 use std::io::{self, Write as _};
 
 use super::output::output;
+use crate::shown::shown_name;
 
-/// Prints rows in aligned columns: those before column `figures` to the left, the others to the right.
+/// Prints rows in aligned columns: those before column `figures` to the left, the others to the right. A cell may be a name from outside.
 pub(super) fn print(rows: &[Vec<String>], figures: usize) -> io::Result<()> {
+    let rows = as_shown(rows);
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let mut out = output();
-    for row in rows {
+    for row in &rows {
         let pad = |(column, (cell, &width)): (usize, (&String, &usize))| {
             if column < figures { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
         };
@@ -27,7 +29,11 @@ const LEAST: usize = 12;
 
 /// Prints rows of words within 80 columns: the last column, and then the widest, is cut in front, where paths have their folders.
 pub(super) fn print_narrow(rows: &[Vec<String>]) -> io::Result<()> {
-    print(&narrowed(rows), usize::MAX)
+    print(&narrowed(&as_shown(rows)), usize::MAX)
+}
+
+fn as_shown(rows: &[Vec<String>]) -> Vec<Vec<String>> {
+    rows.iter().map(|row| row.iter().map(|cell| shown_name(cell).to_string()).collect()).collect()
 }
 
 /// The rows with cells cut until they fit.

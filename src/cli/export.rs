@@ -13,6 +13,7 @@ use super::output::output;
 use super::progress::elapsed;
 use super::values::{positive_time, time};
 use crate::recording::{self, Exported};
+use crate::shown::{shown_name, shown_sentence};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -61,13 +62,13 @@ pub(super) fn export(args: Args) -> CommandResult {
     progress.finish_and_clear();
     let Exported { tables, ros2, cut_off, skipped } = exported?;
     for table in tables {
-        writeln!(output(), "{} ({} rows)", table.path.display(), table.messages)?;
+        writeln!(output(), "{} ({} rows)", shown_sentence(&table.path.display().to_string()), table.messages)?;
     }
     if let Some(bag) = ros2 {
         writeln!(output(), "{} ({} messages)", bag.path.display(), bag.messages)?;
     }
     for topic in skipped {
-        say!("warning: {topic} is not protobuf and was left out");
+        say!("warning: {} is not protobuf and was left out", shown_name(&topic));
     }
     if cut_off {
         say!("warning: the recording ends early; everything before was exported");

@@ -18,7 +18,7 @@ use super::formatting::counted;
 use super::output::output;
 use crate::recording::{Overview, RecordingMetadata, TopicOverview, is_cut_off};
 use crate::scene::SceneSource;
-use crate::shown::shown_s;
+use crate::shown::{shown_name, shown_s, shown_sentence};
 use crate::wire::{Status, Topic};
 
 /// Shown by `--help`.
@@ -130,11 +130,11 @@ impl Info {
             writeln!(out)?;
         }
         let Info { file, size_bytes, begin, duration_s, messages, damage, session, topics } = self;
-        writeln!(out, "{file}: {}, {messages} messages", ByteSize(*size_bytes).display().si())?;
+        writeln!(out, "{}: {}, {messages} messages", shown_sentence(file), ByteSize(*size_bytes).display().si())?;
         writeln!(out, "  recorded      {begin}, {} s", shown_s(*duration_s))?;
         if let Some(Session { name, command_line, version, commit, scene, commands, checkpoints, state, sim_time_s }) = session {
-            writeln!(out, "  session       {name}: {command_line}")?;
-            writeln!(out, "  build         flexcrank {version}, commit {commit}")?;
+            writeln!(out, "  session       {}: {}", shown_name(name), shown_sentence(command_line))?;
+            writeln!(out, "  build         flexcrank {}, commit {}", shown_name(version), shown_name(commit))?;
             match scene {
                 Some(SceneInfo { model, integrator, step_s }) => {
                     writeln!(out, "  scene         {model} model, {integrator}, step {step_s} s")?;
@@ -150,7 +150,7 @@ impl Info {
             }
         }
         if let Some(damage) = damage {
-            writeln!(out, "  ends early    {damage}")?;
+            writeln!(out, "  ends early    {}", shown_sentence(damage))?;
         }
         let heading = ["topic", "type", "messages", "Hz", "size"].map(str::to_owned).to_vec();
         let rows = topics.iter().map(|topic| {

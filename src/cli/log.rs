@@ -10,6 +10,8 @@ use tracing_subscriber::filter::{FilterExt as _, filter_fn};
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+use super::output::messages;
+
 /// Default log filter: warnings and errors, and flexcrank's own information. A viewer that leaves is no error.
 const DEFAULT_FILTER: &str = "warn,zenoh=error,foxglove::websocket::connected_client=off,flexcrank=info";
 /// zenoh modules that log their whole configuration, with passwords, from this level on.
@@ -35,7 +37,7 @@ static JSON: AtomicBool = AtomicBool::new(false);
 /// is gone, the command still runs to its end.
 pub(super) fn say(line: &str) {
     let line = if JSON.load(Ordering::Relaxed) { as_json(line) } else { line.to_owned() };
-    writeln!(stderr(), "{line}").unwrap_or(());
+    writeln!(messages(), "{line}").unwrap_or(());
 }
 
 /// A line in the form of the JSON log.

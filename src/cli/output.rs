@@ -1,18 +1,24 @@
-//! Standard output that outlives its reader.
+//! Standard output and standard error: control characters are escaped, and both outlive their reader.
 
 use serde::Serialize;
-use std::io::{self, ErrorKind, Stdout, Write};
+use std::io::{self, ErrorKind, Stderr, Stdout, Write};
 
 /// Standard output, in which control characters of foreign texts (names in a recording) are escaped. Once its reader has closed it, as
-/// `head` does, output is dropped: the work goes on, and its exit code counts.
-pub(super) fn output() -> Output {
+/// `head` does, output is dropped: the work goes on, and its exit code counts. Names that may hold a line break are printed by
+/// [`shown_name`](crate::shown::shown_name).
+pub(super) fn output() -> Output<Stdout> {
     Output(io::stdout())
 }
 
-/// See [`output`].
-pub(super) struct Output(Stdout);
+/// Standard error, like [`output`].
+pub(super) fn messages() -> Output<Stderr> {
+    Output(io::stderr())
+}
 
-impl Write for Output {
+/// See [`output`].
+pub(super) struct Output<W>(W);
+
+impl<W: Write> Write for Output<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let is_plain = |byte: &u8| !byte.is_ascii_control() || matches!(byte, b'\n' | b'\t');
         if bytes.iter().all(is_plain) {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::failure::CommandResult;
 use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, read_columns};
-use crate::shown::shown_s;
+use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
 
 /// A file and its numbers.
@@ -77,7 +77,7 @@ impl Source {
 fn recording(file: &Path) -> CommandResult<(Vec<Named>, bool)> {
     let contents = read_columns(file)?;
     for topic in contents.skipped {
-        say!("warning: {topic} is not protobuf and was left out");
+        say!("warning: {} is not protobuf and was left out", shown_name(&topic));
     }
     if contents.cut_off {
         say!("warning: {} ends early; everything before is drawn", file.display());

@@ -6,6 +6,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
+use crate::shown::shown_name;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -53,7 +54,7 @@ fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
             if loss.counted || total > 0 { format!("{total} messages") } else { "an unknown number of messages".to_owned() };
         lines.push(format!("{count} and {:.3} s, damaged in {places}", loss.seconds));
     }
-    lines.extend(loss.messages.iter().map(|(topic, count)| format!("  {count} on {topic}")));
+    lines.extend(loss.messages.iter().map(|(topic, count)| format!("  {count} on {}", shown_name(topic))));
     if loss.orphans > 0 {
         lines.push(format!("{} messages whose topic is unknown", loss.orphans));
     }

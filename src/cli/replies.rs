@@ -10,7 +10,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
 use crate::bus::{self, Name, Session};
-use crate::shown::shown_s;
+use crate::shown::{shown_name, shown_s, shown_sentence};
 use crate::wire::CommandReply;
 
 /// Finds the service, sends one command, prints the reply, as JSON if asked.
@@ -69,10 +69,10 @@ impl<'a> ReplyLine<'a> {
 pub(super) fn format_reply(reply: &CommandReply) -> String {
     let CommandReply { id, accepted, reason, effective_step, effective_sim_time_s, changed_j } = reply;
     if !accepted {
-        return format!("refused: {reason}");
+        return format!("refused: {}", shown_sentence(reason));
     }
-    let reason = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
-    let id = if id.is_empty() { String::new() } else { format!(" (id {id})") };
+    let reason = if reason.is_empty() { String::new() } else { format!(" ({})", shown_sentence(reason)) };
+    let id = if id.is_empty() { String::new() } else { format!(" (id {})", shown_name(id)) };
     // A replay has no steps.
     if *effective_step == 0 {
         return format!("accepted{reason}: at {effective_sim_time_s:.3} s of the recording{id}");

@@ -14,6 +14,7 @@ use super::output::output;
 use super::progress::over_file;
 use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
+use crate::shown::{shown_name, shown_sentence};
 use crate::simulation::EnergyVerdict;
 
 /// Shown by `--help`.
@@ -142,10 +143,10 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
 fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std::io::Result<()> {
     let mut out = output();
     let Verification { structure, physics, recomputed, span_s, findings, unlisted } = found;
-    writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), source.name)?;
+    writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), shown_name(&source.name))?;
     let other = source.metadata.other_build();
     if !other.is_empty() {
-        writeln!(out, "  recorded by another build ({}): last bits may differ", other.join("; "))?;
+        writeln!(out, "  recorded by another build ({}): last bits may differ", shown_sentence(&other.join("; ")))?;
     }
     writeln!(out, "  structure: {} in {}", counted(structure.messages, "message"), counted(structure.chunks, "chunk"))?;
     writeln!(out, "  physics: joints closed to {:.0e} m, {}", physics.joint_gap_m, balance(recomputed))?;
@@ -162,7 +163,7 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
         span_s / took.as_secs_f64().max(1e-9)
     )?;
     for finding in findings.iter().take(SHOWN) {
-        writeln!(out, "  {}: {finding}", kind(finding))?;
+        writeln!(out, "  {}: {}", kind(finding), shown_sentence(&finding.to_string()))?;
     }
     if findings.len() > SHOWN {
         writeln!(out, "  and {} more", (findings.len() - SHOWN) as u64 + unlisted)?;

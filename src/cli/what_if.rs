@@ -15,6 +15,7 @@ use super::progress::over_file;
 use super::values::{finite, positive_time, time};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
+use crate::shown::shown_sentence;
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -70,7 +71,7 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     }
     match &deviation.first {
         None => writeln!(out, "no deviation")?,
-        Some(first) => writeln!(out, "first deviation: {first}")?,
+        Some(first) => writeln!(out, "first deviation: {}", shown_sentence(&first.to_string()))?,
     }
     for (name, LargestDifference { value, at_s }) in &deviation.largest {
         match value {

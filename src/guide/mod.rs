@@ -12,7 +12,7 @@ macro_rules! chapters {
 }
 
 chapters! {
-    concepts: "concepts", "concepts.md", "Scene, step, epoch, session, sample; threads and queues";
+    concepts: "concepts", "concepts.md", "Words; threads and queues; pulses; what is not in flexcrank";
     scenes: "scenes", "scenes.md", "Describe a mechanism; every key of a scene";
     models: "models", "models.md", "Choose model, integrator and step; know whether to trust a run";
     bus: "bus", "bus.md", "Keys, messages, delivery, commands, watch; other machines";
@@ -24,7 +24,7 @@ chapters! {
     analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";
     campaigns: "campaigns", "campaigns.md", "Run a scene many times on one machine or many; sensitivity";
     exit_codes: "exit-codes", "exit_codes.md", "The code that each command ends with";
-    library: "library", "library.md", "Two Rust programs; the modules";
+    library: "library", "library.md", "Three Rust programs; the modules";
     evidence: "evidence", "evidence.md", "Measured: beside Exudyn and IDA, lateness, a flood of commands";
     development: "development", "development.md", "Tests, trials and benchmarks";
 }

@@ -3,11 +3,13 @@
 use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
+use crate::shown::{shown_name, shown_names, shown_sentence};
+
 /// A recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file could not be created, opened, read or written.
-    #[error("{}: {}", path.display(), why(path, cause))]
+    #[error("{}: {}", shown_sentence(&path.display().to_string()), shown_sentence(&why(path, cause)))]
     File {
         /// The file.
         path: PathBuf,
@@ -51,7 +53,7 @@ pub enum RecordingError {
         path: PathBuf,
     },
     /// No topic can be decoded.
-    #[error("{}: no topic is protobuf, so none can be decoded: {}", path.display(), topics.join(", "))]
+    #[error("{}: no topic is protobuf, so none can be decoded: {}", path.display(), shown_names(topics))]
     Foreign {
         /// The file.
         path: PathBuf,
@@ -62,7 +64,7 @@ pub enum RecordingError {
     #[error("{}: no messages of a flexcrank service, so nothing to make ROS messages from", .0.display())]
     NothingForRos(PathBuf),
     /// A message does not fit its schema in the file.
-    #[error("{}: a message on `{topic}` does not fit its schema: {cause}", path.display())]
+    #[error("{}: a message on `{}` does not fit its schema: {}", path.display(), shown_name(topic), shown_sentence(cause))]
     Undecodable {
         /// The file.
         path: PathBuf,
@@ -90,7 +92,7 @@ pub enum RecordingError {
         duration_s: f64,
     },
     /// No message has the requested column.
-    #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or_else(|| format!("; there are{columns}"), |name| format!("; did you mean `{name}`?")))]
+    #[error("{}: no column `{wanted}`{}", path.display(), nearest.as_ref().map_or_else(|| format!("; there are{columns}"), |name| format!("; did you mean `{}`?", shown_name(name))))]
     Column {
         /// The columns by topic.
         columns: String,

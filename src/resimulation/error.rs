@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::recording::RecordingError;
 use crate::scene::SceneError;
+use crate::shown::shown_sentence;
 use crate::simulation::{BuildError, PulseRefused};
 
 /// A recording could not be re-simulated.
@@ -16,7 +17,7 @@ pub enum ResimulationError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The recorded scene is refused, and another build recorded it.
-    #[error("{refused} (recorded by another build: {build})")]
+    #[error("{refused} (recorded by another build: {})", shown_sentence(build))]
     OtherBuild {
         /// Why the scene is refused.
         refused: SceneError,
@@ -49,7 +50,7 @@ pub enum ResimulationError {
         at_s: f64,
     },
     /// The scene does not reproduce the recording.
-    #[error("{}: the recording cannot be re-simulated: {what}", path.display())]
+    #[error("{}: the recording cannot be re-simulated: {}", path.display(), shown_sentence(what))]
     Unlike {
         /// The recording.
         path: PathBuf,

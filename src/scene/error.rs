@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::shown::Shown;
+
 /// A scene was refused. Displays as `FILE:LINE: KEY = VALUE: PROBLEM`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct SceneError {
@@ -35,21 +37,5 @@ impl fmt::Display for SceneError {
             (key, None) => write!(f, "{}: ", Shown(key, 100))?,
         }
         Shown(&self.problem, 1000).fmt(f)
-    }
-}
-
-/// Text from outside in a message: with control characters escaped, and cut after so many characters.
-struct Shown<'a>(&'a str, usize);
-
-impl fmt::Display for Shown<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Shown(text, most) = self;
-        for c in text.chars().take(*most) {
-            if c.is_control() { write!(f, "{}", c.escape_default())? } else { write!(f, "{c}")? }
-        }
-        match text.chars().nth(*most) {
-            Some(_) => write!(f, "… ({} characters)", text.chars().count()),
-            None => Ok(()),
-        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::bus::BusError;
 use crate::recording::RecordingError;
+use crate::shown::shown_names;
 
 /// A service could not start, or could not end properly.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +26,7 @@ pub enum ServiceError {
     #[error("the {0} thread died: this is a fault in flexcrank")]
     Died(&'static str),
     /// A requested topic is not in the recording.
-    #[error("no topic `{wanted}` in the recording; its topics are {}", there.join(", "))]
+    #[error("no topic `{wanted}` in the recording; its topics are {}", shown_names(there))]
     NoTopic {
         /// The requested topic.
         wanted: String,

@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Stdio;
 
+use flexcrank::wire;
 use mcap::records::MessageHeader;
+use prost::Message as _;
 use zenoh::Wait as _;
 
 use crate::common::Outcome;
-use crate::{connect, endpoint, flexcrank};
+use crate::common::rewritten::{Contents, Entry, as_is};
+use crate::{connect, endpoint, flexcrank, sample};
 
 /// A topic that can be carried beside one of these names.
 fn recording(path: &Path, (topic, encoding, schema): (&str, &str, &str)) -> Outcome {
@@ -62,6 +65,102 @@ fn regress_control_characters_of_names_are_escaped() -> Outcome {
     recording(&file, ("t\u{1b}[31m", "json", "s\u{1b}[0m"))?;
     let output = flexcrank(&["info"]).arg(&file).output()?;
     let said = String::from_utf8(output.stdout)?;
-    assert!(said.contains(r"t\x1b[31m") && !said.contains('\u{1b}'), "{said}");
+    assert!(said.contains(r"t\u{1b}[31m") && !said.contains('\u{1b}'), "{said}");
+    Ok(())
+}
+
+/// A name with a line break, an escape sequence and 40,000 more characters.
+fn forged(name: &str) -> String {
+    format!("{name}\n  forged: all is well\u{1b}[31m{}", "n".repeat(40_000))
+}
+
+/// The sample of three pulses with forged names: topics, encodings, facts of the session, the id of a command.
+fn forgeries() -> Outcome<Vec<(&'static str, Contents)>> {
+    let whole = Contents::read(sample("sample-three-pulses.mcap").as_ref(), &as_is)?;
+    let with = |change: &dyn Fn(&mut Contents)| {
+        let mut forged = whole.clone();
+        change(&mut forged);
+        forged.recount();
+        forged
+    };
+    let of = |all: &mut Contents, change: &dyn Fn(&mut Entry)| {
+        all.messages.iter_mut().filter(|entry| entry.chunk() == "angles").for_each(change);
+    };
+    let command = |id: String| {
+        let pulse = wire::TorquePulse { id, torque_nm: 1e12, duration_s: 0.1, ..wire::TorquePulse::default() };
+        let stamp = Some(wire::Stamp { step: 100, sim_time_s: 0.2, ..wire::Stamp::default() });
+        let command = Some(wire::applied_command::Command::Torque(pulse));
+        wire::AppliedCommand { stamp, command, ..wire::AppliedCommand::default() }.encode_to_vec()
+    };
+    Ok(vec![
+        ("a topic", with(&|all| of(all, &|entry| entry.topic = forged(&entry.topic)))),
+        (
+            "a chunk",
+            with(&|all| of(all, &|entry| entry.topic = forged("flexcrank/crank/angles").replace("/angles", "/x/angles"))),
+        ),
+        (
+            "a topic that is not protobuf",
+            with(&|all| {
+                of(all, &|entry| (entry.topic, entry.encoding) = (forged(&entry.topic), "json".to_owned()));
+            }),
+        ),
+        ("a schema", with(&|all| of(all, &|entry| entry.schema = forged(&entry.schema)))),
+        ("an encoding", with(&|all| of(all, &|entry| entry.encoding = forged("cdr")))),
+        (
+            "facts",
+            with(&|all| {
+                for (_, facts) in &mut all.metadata {
+                    for key in ["name", "commit", "command_line", "version", "started"] {
+                        facts.entry(key.to_owned()).and_modify(|value| *value = forged(value));
+                    }
+                }
+            }),
+        ),
+        (
+            "the id of a command",
+            with(&|all| {
+                let place =
+                    all.messages.iter().position(|entry| entry.log_time > all.messages[0].log_time + 200_000_000).unwrap_or(0);
+                let topic = "flexcrank/crank/commands".to_owned();
+                let (schema, data) = ("flexcrank.v1.AppliedCommand".to_owned(), command(forged("id")));
+                let entry = Entry { topic, schema, data, sequence: 1, ..all.messages[place].clone() };
+                all.messages.insert(place, entry);
+            }),
+        ),
+    ])
+}
+
+#[test]
+fn regress_a_name_makes_one_short_line_wherever_it_is_printed() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for (number, (what, contents)) in forgeries()?.into_iter().enumerate() {
+        let at = |name: &str| folder.path().join(format!("{number}-{name}")).display().to_string();
+        let file = at("take.mcap");
+        contents.write(file.as_ref())?;
+        for words in [
+            &["info"][..],
+            &["verify"],
+            &["export", "--csv", &at("tables")],
+            &["export", "--csv", &at("none"), "--columns", "nosuch"],
+            &["plot", "-o", &at("plots")],
+            &["plot", "--y", "nosuch", "-o", &at("none.svg")],
+            &["recover", "-o", &at("whole.mcap")],
+            &["what-if", "--add-pulse", "1:5:0.1", "--record", &at("what-if.mcap")],
+            &["run", "--no-bus", "--until", "6.1", "--pace", "max", "--no-record", "--resume"],
+            &["modes"],
+        ] {
+            let output = flexcrank(words).arg(&file).current_dir(folder.path()).output()?;
+            let said = String::from_utf8([output.stdout, output.stderr].concat())?;
+            let command = words[0];
+            assert!(!said.contains('\u{1b}'), "{command}, {what}: {said}");
+            for line in said.lines() {
+                let (start, length) = (line.trim_start().chars().take(200).collect::<String>(), line.chars().count());
+                assert!(!start.starts_with("forged") && length < 2500, "{command}, {what}: {length} characters: {start}");
+            }
+        }
+        let json = String::from_utf8(flexcrank(&["info", "--json"]).arg(&file).output()?.stdout)?;
+        let is_listed = ["a topic", "facts", "a schema", "an encoding"].contains(&what);
+        assert!(!is_listed || json.contains(&"n".repeat(40_000)), "{what}: JSON has the whole name");
+    }
     Ok(())
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 mod levels;
+mod shortening;
 
 use std::path::Path;
 use std::process::Command;

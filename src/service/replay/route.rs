@@ -7,14 +7,12 @@ use super::ReplayOptions;
 use crate::bus::{self, BusError, Name, RawPublisher, Session, Topic, check_encoding};
 use crate::recording::{Channel, RecordingFile};
 use crate::service::ServiceError;
+use crate::shown::shown_name;
 
 /// Name of a replay whose recording names no service.
 const NAMELESS: &str = "replay";
 /// Topics that are never replayed: the replay publishes its own, or they are not on the bus.
 const NEVER_REPLAYED: [&str; 6] = ["status", "checkpoint", "torque", "setpoint", "control", "replay"];
-
-/// Longest topic shown in full, characters.
-const SHOWN: usize = 60;
 
 /// `OLD:=NEW`: renames a topic, or all topics that begin with `OLD/`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -77,7 +75,7 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
         match bus::key_of_topic(&rename(&channel.topic)).and_then(|key| carried.map(|()| key)) {
             Ok(key) if is_played(&key, replay.commands) => channels.push((channel.clone(), key)),
             Ok(_) => {}
-            Err(reason) => left_out.push(format!("{}: {reason}", shortened(&channel.topic))),
+            Err(reason) => left_out.push(format!("{}: {reason}", shown_name(&channel.topic))),
         }
     }
     if let Some(wanted) = missing(replay, source, recorded.as_ref()) {
@@ -108,14 +106,6 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
 
 fn schema_name(channel: &Channel) -> Option<&str> {
     channel.schema.as_ref().map(|schema| schema.name.as_str())
-}
-
-/// The beginning of a long topic.
-fn shortened(topic: &str) -> String {
-    match topic.char_indices().nth(SHOWN) {
-        Some((end, _)) => format!("{}…", &topic[..end]),
-        None => topic.to_owned(),
-    }
 }
 
 /// The first topic to be played or renamed that the recording does not have.

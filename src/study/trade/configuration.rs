@@ -18,6 +18,28 @@ pub struct Family {
     pub resolution: usize,
     /// Whether each link is rigid.
     pub rigid: Vec<bool>,
+    /// Whether `modal` lets each link stretch.
+    pub axial: Vec<Axial>,
+}
+
+/// Whether `modal` lets a link stretch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Axial {
+    /// As the scene says.
+    OfScene(bool),
+    /// The scene says no, but its loads shorten the link too much for that.
+    Added,
+}
+
+impl Axial {
+    /// What the scene says of each link.
+    pub(super) fn of(chain: &Chain) -> Vec<Self> {
+        chain.links.iter().map(|link| Axial::OfScene(link.axial)).collect()
+    }
+
+    fn stretches(self) -> bool {
+        self != Axial::OfScene(false)
+    }
 }
 
 /// A family at one step.
@@ -39,8 +61,8 @@ impl Family {
         (scene.solver.model, scene.solver.integrator, scene.solver.step_s) = (self.model, self.integrator, step_s);
         if let System::Chain(chain) = &mut scene.system {
             let modes = self.modes(chain);
-            for ((link, rigid), modes) in chain.links.iter_mut().zip(&self.rigid).zip(modes) {
-                link.rigid = *rigid;
+            for (((link, rigid), axial), modes) in chain.links.iter_mut().zip(&self.rigid).zip(&self.axial).zip(modes) {
+                (link.rigid, link.axial) = (*rigid, axial.stretches());
                 link.elements = match self.model {
                     ModelKind::FiniteElement => self.resolution,
                     ModelKind::Incremental => 1,
@@ -52,6 +74,11 @@ impl Family {
             }
         }
         scene
+    }
+
+    /// Whether both make the same of every link.
+    pub(super) fn has_links_of(&self, other: &Family) -> bool {
+        (&self.rigid, &self.axial) == (&other.rigid, &other.axial)
     }
 
     /// Modes of each link, up to one frequency for all, at least one: of pinned bars `ω_n = n² Ω`, `Ω = (π/l)² √(EJ/ρA)`. A
@@ -72,8 +99,8 @@ impl Family {
         let size = self.resolution as f64;
         let once = match (self.model, self.integrator) {
             (ModelKind::Rigid, _) => 0.4,
-            (ModelKind::Modal, IntegratorKind::RungeKutta) => 1.2 + flexible * size,
-            (ModelKind::Modal, _) => 0.6 + 0.5 * flexible * size,
+            (ModelKind::Modal, IntegratorKind::RungeKutta) => 1.2 + flexible * size + self.stretching(),
+            (ModelKind::Modal, _) => 0.6 + 0.5 * (flexible * size + self.stretching()),
             (ModelKind::FiniteElement, _) => 1.0 + 0.65 * flexible * size,
             (ModelKind::Incremental | ModelKind::MassSpring, _) => 0.7,
         };
@@ -98,9 +125,16 @@ impl Family {
         residual_us * (residuals + 3.3 * factorizations + 0.7 * solutions + 1.5 * steps)
     }
 
+    /// Bending modes, and the stretching ones beside those of the scene.
     fn modes_in_all(&self, chain: &Chain) -> f64 {
         let modes = self.modes(chain).into_iter().zip(&self.rigid);
-        modes.map(|(modes, rigid)| if *rigid { 0.0 } else { modes as f64 }).sum::<f64>().max(1.0)
+        let bending = modes.map(|(modes, rigid)| if *rigid { 0.0 } else { modes as f64 }).sum::<f64>();
+        (bending + self.stretching()).max(1.0)
+    }
+
+    fn stretching(&self) -> f64 {
+        let links = self.rigid.iter().zip(&self.axial);
+        2.0 * links.filter(|(rigid, axial)| !**rigid && **axial == Axial::Added).count() as f64
     }
 
     /// The discretization in a table.
@@ -110,10 +144,17 @@ impl Family {
             ModelKind::FiniteElement => format!("{} elements", self.resolution),
             _ => return String::from("–"),
         };
-        match self.rigid.iter().position(|rigid| *rigid) {
-            Some(place) if self.rigid.len() == 2 => format!("{size}, {} rigid", ["crank", "rod"][place]),
-            _ => size,
-        }
+        let named = |place: Option<usize>, what: &str| match place {
+            Some(place) if self.rigid.len() == 2 => format!(", {} {what}", ["crank", "rod"][place]),
+            _ => String::new(),
+        };
+        let rigid = named(self.rigid.iter().position(|rigid| *rigid), "rigid");
+        let axial = match self.axial.iter().filter(|axial| **axial == Axial::Added).count() {
+            0 => String::new(),
+            1 if self.axial.len() == 2 => named(self.axial.iter().position(|axial| *axial == Axial::Added), "axial"),
+            _ => ", axial".to_owned(),
+        };
+        format!("{size}{rigid}{axial}")
     }
 }
 
@@ -138,7 +179,7 @@ impl Configuration {
 
     /// Scene keys and values that ask for this configuration.
     pub fn keys(&self, scene: &Scene) -> Vec<String> {
-        let Family { model, integrator, resolution, rigid } = &self.family;
+        let Family { model, integrator, resolution, rigid, axial } = &self.family;
         let mut keys = vec![
             format!("solver.model=\"{}\"", model.as_str()),
             format!("solver.integrator=\"{}\"", integrator.as_str()),
@@ -146,13 +187,16 @@ impl Configuration {
         ];
         let links = scene.chain().map_or(&[][..], |chain| &chain.links);
         let modes = scene.chain().map_or_else(Vec::new, |chain| self.family.modes(chain));
-        for ((link, rigid), modes) in links.iter().zip(rigid).zip(modes) {
+        for (((link, rigid), axial), modes) in links.iter().zip(rigid).zip(axial).zip(modes) {
             let name = link.name.as_str();
             match model {
                 ModelKind::FiniteElement if !rigid => keys.push(format!("{name}.elements={resolution}")),
                 ModelKind::Modal if !rigid => keys.push(format!("{name}.modes={modes}")),
                 ModelKind::Incremental => keys.push(format!("{name}.elements=1")),
                 _ => {}
+            }
+            if *model == ModelKind::Modal && !rigid && axial.stretches() != link.axial {
+                keys.push(format!("{name}.axial={}", axial.stretches()));
             }
             if *model != ModelKind::Rigid && *rigid != link.rigid {
                 keys.push(format!("{name}.rigid={rigid}"));
@@ -165,7 +209,7 @@ impl Configuration {
 impl Configuration {
     /// A word for a level of detail: `modal-4-2ms`.
     pub(super) fn word(&self) -> String {
-        let Family { model, integrator: _, resolution, rigid } = &self.family;
+        let Family { model, integrator: _, resolution, rigid, axial } = &self.family;
         let size = if *resolution > 0 { format!("-{resolution}") } else { String::new() };
         let part = match rigid[..] {
             [true, false] if *resolution > 0 => "-rigid-crank",
@@ -174,7 +218,8 @@ impl Configuration {
         };
         // Seven digits: a product has rounding beyond them.
         let step_ms: f64 = format!("{:.6e}", 1e3 * self.step_s).parse().unwrap_or(1e3 * self.step_s);
-        format!("{}{size}{part}-{step_ms}ms", model.as_str())
+        let stretch = if axial.contains(&Axial::Added) { "-axial" } else { "" };
+        format!("{}{size}{part}{stretch}-{step_ms}ms", model.as_str())
     }
 }
 

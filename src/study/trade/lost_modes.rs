@@ -146,7 +146,7 @@ impl Asked<'_> {
     /// Errors of one configuration in the vibrations that are needed.
     fn errors(&mut self, configuration: &Configuration) -> Option<Vec<ModeError>> {
         let own = &configuration.family;
-        let same = |(other, _): &Known| (other.model, other.resolution, &other.rigid) == (own.model, own.resolution, &own.rigid);
+        let same = |(other, _): &Known| Family { integrator: own.integrator, ..other.clone() } == *own;
         let place = self.models.iter().position(same).unwrap_or_else(|| {
             self.models.push((own.clone(), modes_of(&configuration.scene(self.scene), self.excitation)));
             self.models.len() - 1

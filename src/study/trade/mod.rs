@@ -31,7 +31,7 @@ use std::time::Instant;
 use crate::scene::Scene;
 
 pub use choice::{Choice, Chosen, Demands, Refusal, choose};
-pub use configuration::{Configuration, Family};
+pub use configuration::{Axial, Configuration, Family};
 pub use effort::RunEffort;
 pub use errors::Errors;
 pub use excitation::{Excitation, ExcitedMode, NoExcitation};
@@ -40,6 +40,7 @@ pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
 pub use levels::{Levels, MeasuredLevel, NoLevels, PassedOver, Unfit, choose_levels};
 pub use lost_modes::{LostModes, ModeError, Reason};
+pub(super) use output_group::STRAIGHT;
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{Reference, WELL_RESOLVED};
 pub use run::{Failed, Timing};

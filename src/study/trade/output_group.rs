@@ -68,7 +68,7 @@ pub const CHANNELS: [Channel; 7] = [
 pub type Sample = [[f64; 2]; CHANNELS.len()];
 
 /// A link with deflections below this fraction of its length counts as straight; its errors are relative to its length.
-const STRAIGHT: f64 = 1e-6;
+pub(in crate::study) const STRAIGHT: f64 = 1e-6;
 
 /// Reads samples off a chain's observations.
 #[derive(Debug, Clone)]
@@ -130,4 +130,27 @@ pub(super) fn scales(chain: &Chain, reference: &[Sample]) -> [f64; CHANNELS.len(
     };
     let force = |k: usize| if peak(k) > 0.0 { peak(k) } else { 1.0 };
     [1.0, travel_m, bow(0), bow(1), force(4), force(5), force(6)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CHANNELS, STRAIGHT, Sample, scales};
+    use crate::scene::SceneSource;
+
+    /// A deflection of a millionth of the length is noise: an error of the same size is no error of 100 %.
+    #[test]
+    fn regress_errors_of_a_straight_link_are_relative_to_its_length() {
+        let source = SceneSource::open("ref-r2s", &[]).unwrap();
+        let chain = source.scene.chain().unwrap();
+        let lengths_m: Vec<f64> = chain.links.iter().map(|link| link.length_m).collect();
+        let scaled = |parts: [f64; 2]| {
+            let mut sample: Sample = [[0.0; 2]; CHANNELS.len()];
+            (sample[2][0], sample[3][0]) = (parts[0] * lengths_m[0], parts[1] * lengths_m[1]);
+            let scales = scales(chain, &[sample]);
+            [scales[2] / lengths_m[0], scales[3] / lengths_m[1]]
+        };
+        assert_eq!(scaled([0.9 * STRAIGHT, 0.0]), [1.0, 1.0]);
+        let bent = scaled([1e-3, 2.0 * STRAIGHT]);
+        assert!((bent[0] / 1e-3 - 1.0).abs() < 1e-12 && (bent[1] / (2.0 * STRAIGHT) - 1.0).abs() < 1e-12, "{bent:?}");
+    }
 }

@@ -1,6 +1,6 @@
 //! The reference of all measurements: the finite-element model, refined until it agrees with itself.
 
-use super::configuration::{Configuration, Family};
+use super::configuration::{Axial, Configuration, Family};
 use super::effort::RunEffort;
 use super::errors::Errors;
 use super::grid::Grid;
@@ -110,6 +110,7 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
         integrator: IntegratorKind::GeneralizedAlpha,
         resolution: ELEMENTS << k,
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
+        axial: Axial::of(chain),
     };
     Configuration { family, step_s: grid.interval_s / (STEPS * 4_f64.powi(k as i32)) }
 }

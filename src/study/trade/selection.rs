@@ -1,8 +1,9 @@
 //! The families of configurations that suit a scene and are selected.
 
-use super::configuration::Family;
-use crate::scene::{IntegratorKind, ModelKind, Scene};
+use super::configuration::{Axial, Family};
+use crate::scene::{IntegratorKind, Link, ModelKind, Scene};
 use crate::simulation::Simulation;
+use crate::study::shortenings;
 
 /// The selected families; an empty list selects everything that suits.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,10 +36,12 @@ impl Selection {
                 ModelKind::FiniteElement => or(&self.elements, &ELEMENTS),
                 _ => &[0],
             };
-            for rigid in self.patterns(scene, model) {
+            for (rigid, axial) in self.patterns(scene, model) {
                 for integrator in model.integrators().iter().filter(|integrator| asked(&self.integrators, **integrator)) {
-                    let family =
-                        |size: &usize| Family { model, integrator: *integrator, resolution: *size, rigid: rigid.clone() };
+                    let family = |size: &usize| {
+                        let (rigid, axial) = (rigid.clone(), axial.clone());
+                        Family { model, integrator: *integrator, resolution: *size, rigid, axial }
+                    };
                     families.extend(sizes.iter().map(family));
                 }
             }
@@ -47,13 +50,29 @@ impl Selection {
         families
     }
 
-    /// Patterns of rigid links: the scene's own, and with more rigid links if selected.
-    fn patterns(&self, scene: &Scene, model: ModelKind) -> Vec<Vec<bool>> {
-        let asked: Vec<bool> = scene.chain().map_or(Vec::new(), |chain| chain.links.iter().map(|link| link.rigid).collect());
+    /// Patterns of rigid and of stretching links: the scene's own, with more rigid links if selected; and of all these those with links that
+    /// stretch because their loads would shorten them too much otherwise.
+    fn patterns(&self, scene: &Scene, model: ModelKind) -> Vec<(Vec<bool>, Vec<Axial>)> {
+        let Some(chain) = scene.chain() else { return Vec::new() };
+        let asked: Vec<bool> = chain.links.iter().map(|link| link.rigid).collect();
         let meshed = matches!(model, ModelKind::Modal | ModelKind::FiniteElement);
         let mut patterns = vec![asked.clone()];
         if self.link_by_link && meshed && asked == [false, false] {
             patterns.splice(0..0, [vec![true, false], vec![false, true]]);
+        }
+        let own = Axial::of(chain);
+        let mut patterns: Vec<_> = patterns.into_iter().map(|rigid| (rigid, own.clone())).collect();
+        if model == ModelKind::Modal {
+            let shortened = shortenings(scene).unwrap_or_default();
+            let is_short = |link: &Link| shortened.iter().any(|shortened| shortened.link == link.name && shortened.matters());
+            let stretching = |(rigid, axial): &(Vec<bool>, Vec<Axial>)| {
+                let links = chain.links.iter().zip(rigid).zip(axial);
+                let axial: Vec<Axial> =
+                    links.map(|((link, rigid), own)| if !rigid && is_short(link) { Axial::Added } else { *own }).collect();
+                (rigid.clone(), axial)
+            };
+            let added: Vec<_> = patterns.iter().map(stretching).filter(|(_, axial)| axial.contains(&Axial::Added)).collect();
+            patterns.extend(added);
         }
         patterns
     }

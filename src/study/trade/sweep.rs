@@ -120,8 +120,7 @@ impl Sweep<'_> {
         let mut ends: Vec<(usize, f64)> = Vec::new();
         for row in &self.rows {
             let other = &row.configuration.family;
-            let Some(measured) =
-                row.outcome.as_ref().ok().filter(|_| (other.model, &other.rigid) == (family.model, &family.rigid))
+            let Some(measured) = row.outcome.as_ref().ok().filter(|_| other.model == family.model && other.has_links_of(family))
             else {
                 continue;
             };
@@ -151,7 +150,8 @@ impl Sweep<'_> {
         let sister = |row: &&Row| {
             let other = &row.configuration.family;
             other.resolution < family.resolution
-                && (other.model, other.integrator, &other.rigid) == (family.model, family.integrator, &family.rigid)
+                && (other.model, other.integrator) == (family.model, family.integrator)
+                && other.has_links_of(family)
         };
         let size = self.rows.iter().filter(sister).map(|row| row.configuration.family.resolution).max();
         self.rows.iter().filter(sister).filter(|row| Some(row.configuration.family.resolution) == size).collect()

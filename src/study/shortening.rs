@@ -1,0 +1,90 @@
+//! Shortening of links by the axial forces of a run: `modal` leaves it out where a link is not `axial`.
+
+use super::trade::{STRAIGHT, usual_until_s};
+use crate::mechanics::LinkObservation;
+use crate::scene::{IntegratorKind, Link, LinkName, ModelKind, Scene, System};
+use crate::simulation::{BuildError, Diverged, Simulation};
+
+/// A link that shortens by more than this part of its largest deflection had better be `axial`.
+pub const MATTERS: f64 = 0.1;
+/// Most steps of the run.
+const MOST_STEPS: u64 = 20_000;
+/// Parts of a link between which deflections are looked at.
+const PARTS: usize = 8;
+
+/// The shortening of a link that its model leaves out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shortening {
+    /// The link.
+    pub link: LinkName,
+    /// Its length, m.
+    pub length_m: f64,
+    /// Largest axial force, mean over the length, N: compression or tension.
+    pub force_n: f64,
+    /// Shortening by that force, `N L / (E A)`, m.
+    pub shortening_m: f64,
+    /// Largest deflection from the chord, m.
+    pub deflection_m: f64,
+}
+
+/// Why the shortening is not known.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoShortening {
+    /// `modal` cannot compute the scene.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The run diverged.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+}
+
+impl Shortening {
+    /// Whether it is too large to leave out. A link that bends by less than a millionth of its length counts as bent by that.
+    pub fn matters(&self) -> bool {
+        self.shortening_m > MATTERS * self.deflection_m.max(STRAIGHT * self.length_m)
+    }
+}
+
+/// The shortening of every flexible link that is not `axial`, over the usual duration of the scene, at most 20,000 steps. The scene is
+/// run with `modal` at its own step, so that resistance, weight, pulses and inertia act as they will.
+///
+/// # Errors
+/// [`NoShortening`] if `modal` cannot run the scene.
+pub fn shortenings(scene: &Scene) -> Result<Vec<Shortening>, NoShortening> {
+    let stiff = |link: &&Link| !link.rigid && !link.axial && link.bar.is_some();
+    let Some(chain) = scene.chain().filter(|chain| chain.links.iter().any(|link| stiff(&link))) else { return Ok(Vec::new()) };
+    let mut scene = scene.clone();
+    if scene.solver.model != ModelKind::Modal {
+        (scene.solver.model, scene.solver.integrator) = (ModelKind::Modal, IntegratorKind::GeneralizedAlpha);
+        scene.solver.corrections = None;
+    }
+    if let System::Chain(chain) = &mut scene.system {
+        chain.links.iter_mut().for_each(|link| link.elements = PARTS);
+    }
+    let mut simulation = Simulation::new(&scene)?;
+    let until_s = usual_until_s(&scene);
+    let mut peaks = vec![[0.0_f64; 2]; chain.links.len()];
+    loop {
+        for (link, peak) in simulation.observe()?.links.iter().zip(&mut peaks) {
+            *peak = [peak[0].max(axial_n(link).abs()), peak[1].max(deflection_m(link))];
+        }
+        if simulation.time_s() >= until_s || simulation.step_count() >= MOST_STEPS {
+            break;
+        }
+        simulation.step()?;
+    }
+    let of = |(link, [force_n, deflection_m]): (&Link, [f64; 2])| {
+        let shortening_m = force_n * link.length_m / link.bar?.axial_stiffness_n();
+        Some(Shortening { link: link.name, length_m: link.length_m, force_n, shortening_m, deflection_m })
+    };
+    Ok(chain.links.iter().zip(peaks).filter(|(link, _)| stiff(link)).filter_map(of).collect())
+}
+
+/// Mean over elements of equal length.
+fn axial_n(link: &LinkObservation) -> f64 {
+    link.elements.iter().map(|element| element.axial_n).sum::<f64>() / link.elements.len().max(1) as f64
+}
+
+fn deflection_m(link: &LinkObservation) -> f64 {
+    link.nodes.iter().filter_map(|node| node.deflection_m).fold(0.0, |most, deflection_m| most.max(deflection_m.abs()))
+}

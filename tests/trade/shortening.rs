@@ -1,0 +1,116 @@
+//! Links that their loads shorten: `check` says by how much, and `trade` lets them stretch where it matters.
+
+use std::process::Command;
+
+use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
+use flexcrank::study::shortenings;
+use flexcrank::study::trade::{Demands, OutputGroup, Question, Selection, choose};
+
+use crate::{answer, ask};
+
+/// A press: a stiff rod of 0.3 m that forms at 60 kN, slowly turned.
+const PRESS: &str = r#"
+[crank]
+length_m = 0.08
+section = { shape = "round", diameter_m = 0.05 }
+density_kg_per_m3 = 7850.0
+youngs_modulus_pa = 2.1e11
+damping_s = 1e-5
+
+[rod]
+length_m = 0.3
+section = { shape = "round", diameter_m = 0.038 }
+density_kg_per_m3 = 7850.0
+youngs_modulus_pa = 2.1e11
+damping_s = 1e-5
+
+[slider]
+mass_kg = 5.0
+resistance_table = [[0.0, 0.0], [2.0, 0.0], [2.9, 60000.0], [3.3, 0.0]]
+
+[drive]
+speed_rad_per_s = 10.0
+"#;
+/// Axial stiffness of the rod, N.
+const STIFFNESS_N: f64 = 2.1e11 * std::f64::consts::PI * 0.019 * 0.019;
+
+fn press(overrides: &[&str]) -> SceneSource {
+    SceneSource::parse("press.toml", PRESS, &overrides.iter().map(|&one| one.to_owned()).collect::<Vec<_>>()).unwrap()
+}
+
+/// A rod of little mass under a constant force F on the slider carries F/cos φ, at most F/√(1 − λ²).
+#[test]
+fn val_shortening_is_that_of_hookes_law() {
+    let slow = ["slider.resistance_n=60000", "drive.speed_rad_per_s=1", "rod.damping_s=1e-4", "crank.damping_s=1e-4"];
+    let text = PRESS.replace("resistance_table = [[0.0, 0.0], [2.0, 0.0], [2.9, 60000.0], [3.3, 0.0]]", "");
+    let scene = SceneSource::parse("press.toml", &text, &slow.map(str::to_owned)).unwrap().scene;
+    let [crank, rod] = shortenings(&scene).unwrap()[..] else { panic!("two links") };
+    let [ratio, force_n]: [f64; 2] = [0.08 / 0.3, 60_000.0];
+    let expected_m = force_n / (1.0 - ratio * ratio).sqrt() * 0.3 / STIFFNESS_N;
+    println!("{crank:?} {rod:?} for {expected_m}");
+    assert!((rod.shortening_m / expected_m - 1.0).abs() < 1e-3, "{rod:?}, {expected_m}");
+    // At the dead centres the crank carries the whole force.
+    assert!((crank.force_n / force_n - 1.0).abs() < 1e-2, "{crank:?}");
+    assert!(rod.matters());
+}
+
+#[test]
+fn prop_nothing_is_said_of_links_that_stretch_or_are_rigid() {
+    assert_eq!(shortenings(&press(&["rod.axial=true", "crank.rigid=true"]).scene), Ok(Vec::new()));
+    let slender = SceneSource::open("crank-slider", &["rod.axial=false".to_owned(), "crank.axial=false".to_owned()]).unwrap();
+    let of_slender = shortenings(&slender.scene).unwrap();
+    assert!(of_slender.len() == 2 && of_slender.iter().all(|link| !link.matters()), "{of_slender:?}");
+}
+
+#[test]
+fn val_check_recommends_axial_where_it_matters() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("press.toml");
+    std::fs::write(&path, PRESS).unwrap();
+    let check = |more: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("check").arg(&path).args(more).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let said = check(&[]);
+    assert!(
+        said.lines().any(|line| line.starts_with("  shortening   rod: 7.57") && line.ends_with("set rod.axial = true")),
+        "{said}"
+    );
+    let said = check(&["--set", "rod.axial=true", "--set", "crank.axial=true"]);
+    assert!(!said.contains("shortening"), "{said}");
+    let json: serde_json::Value = serde_json::from_str(&check(&["--json"])).unwrap();
+    let rod = &json["shortening"][1];
+    assert!(rod["link"] == "rod" && rod["recommends_axial"] == true, "{json}");
+    let [force_n, shortening_m] = ["force_n", "shortening_m"].map(|key| rod[key].as_f64().unwrap());
+    assert!((shortening_m * STIFFNESS_N / (0.3 * force_n) - 1.0).abs() < 1e-12, "{json}");
+}
+
+/// Without stretch, the slider errs by the rod's shortening.
+#[test]
+fn val_a_stiff_rod_under_a_large_load_is_chosen_to_stretch() {
+    let source = press(&[]);
+    let selection = Selection {
+        models: vec![ModelKind::Rigid, ModelKind::Modal],
+        integrators: vec![IntegratorKind::GeneralizedAlpha, IntegratorKind::Esdirk],
+        modes: vec![1],
+        steps_s: vec![5e-3, 1e-3, 2e-4],
+        ..Selection::default()
+    };
+    let asked = ask(selection, &[OutputGroup::Angle, OutputGroup::Slider], 20.0);
+    let told = answer(&source, &Question { until_s: Some(0.63), ..asked });
+    let least = |axial: bool| {
+        let rows = told
+            .measured()
+            .filter(|(row, _)| row.configuration.keys(&source.scene).contains(&"rod.axial=true".to_owned()) == axial);
+        rows.map(|(_, measured)| measured.errors.of(OutputGroup::Slider)).fold(f64::INFINITY, f64::min)
+    };
+    let expected = shortenings(&source.scene).unwrap()[1].shortening_m / 0.16;
+    println!("{:e} without, {:e} with, {expected:e} expected", least(false), least(true));
+    assert!((least(false) / expected - 1.0).abs() < 0.3, "{:e}", least(false));
+    assert!(least(true) < 0.1 * least(false), "{:e}", least(true));
+    let chosen = choose(&source.scene, &told, &Demands { tolerance: 1e-4, real_time_factor: 0.1 }, 20.0, &mut |_| {}).unwrap();
+    let keys = chosen.row.configuration.keys(&source.scene);
+    assert!(keys.contains(&"rod.axial=true".to_owned()), "{keys:?}");
+    assert!(SceneSource::parse("press.toml", &source.text, &keys).unwrap().scene.chain().unwrap().links[1].axial);
+    assert!(chosen.row.configuration.to_string().contains("axial"), "{}", chosen.row.configuration);
+}
