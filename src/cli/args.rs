@@ -152,6 +152,14 @@ pub(super) enum Command {
 
 impl Default for Command {
     fn default() -> Self {
+impl Command {
+    /// Whether it ends in its own way at a signal. Any other leaves no unfinished file and ends.
+    pub(super) fn handles_signals(&self) -> bool {
+        use Command::{Modes, Replay, Run, Stability, Sweep, Trade, Watch};
+        matches!(self, Run(_) | Replay(_) | Watch(_) | Modes(_) | Stability(_) | Sweep(_) | Trade(_))
+    }
+}
+
         Command::Run(Box::new(super::run::Args::parse_from(["run"])))
     }
 }

@@ -9,7 +9,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
 use super::output::output;
 use super::plot_source::Source;
-use super::progress::{bar, elapsed};
+use super::progress::{bar, over_parts};
 use super::thesis_figures::write_thesis;
 use super::values::{number, time};
 use crate::plot::{self, Entry, Figure, Format, MechanismPicture};
@@ -80,10 +80,12 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     if args.overlay && args.files.len() < 2 {
         return Err(refused("--overlay needs two files or more".to_owned()));
     }
-    let open = |file: &PathBuf| Source::open(file, args.from, args.to);
-    let progress = elapsed("reading");
-    let sources = args.files.iter().map(open).collect::<CommandResult<Vec<_>>>();
-    progress.finish_and_clear();
+    let (bar, progress) = over_parts();
+    let open = |(number, file): (usize, &PathBuf)| {
+        Source::open(file, args.from, args.to, &|done| progress((number as f64 + done) / args.files.len() as f64))
+    };
+    let sources = args.files.iter().enumerate().map(open).collect::<CommandResult<Vec<_>>>();
+    bar.finish_and_clear();
     let mut sources = sources?;
     let names: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
     if args.overlay && names.len() < sources.len() {

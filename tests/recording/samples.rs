@@ -23,7 +23,7 @@ fn path(name: &str) -> PathBuf {
 fn regress_samples_are_read_and_recovered() -> Outcome {
     let folder = tempfile::tempdir()?;
     for (name, seconds, cut_off) in SAMPLES {
-        let contents = read_columns(&path(name))?;
+        let contents = read_columns(&path(name), &|_| {})?;
         assert_eq!(contents.cut_off, cut_off, "{name}");
         let columns: usize = contents.topics.iter().map(|topic| topic.columns.len()).sum();
         assert!(contents.topics.len() >= 5 && columns > 60 && contents.skipped.is_empty(), "{name}: {columns} columns");
@@ -67,7 +67,7 @@ fn prop_samples_are_small() -> Outcome {
 fn regress_an_old_recording_stays_readable() -> Outcome {
     let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/recordings/composed-midpoint.mcap");
     let folder = tempfile::tempdir()?;
-    assert!(!read_columns(&old)?.cut_off);
+    assert!(!read_columns(&old, &|_| {})?.cut_off);
     assert!(recover(&old, &folder.path().join("recovered.mcap"), |_, _| {})?.loss.is_none());
     let run = |arguments: &[&str]| Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(arguments).arg(&old).output();
     let tables = folder.path().join("tables");
