@@ -26,6 +26,8 @@ pub(super) struct Cli {
     /// Log format on standard error; RUST_LOG sets the level.
     #[arg(long, global = true, value_enum, default_value = "text", value_name = "FORMAT")]
     pub log_format: super::log::Format,
+    #[command(flatten)]
+    pub volume: super::log::Volume,
 }
 
 impl Cli {
@@ -150,8 +152,6 @@ pub(super) enum Command {
     },
 }
 
-impl Default for Command {
-    fn default() -> Self {
 impl Command {
     /// Whether it ends in its own way at a signal. Any other leaves no unfinished file and ends.
     pub(super) fn handles_signals(&self) -> bool {
@@ -160,6 +160,8 @@ impl Command {
     }
 }
 
+impl Default for Command {
+    fn default() -> Self {
         Command::Run(Box::new(super::run::Args::parse_from(["run"])))
     }
 }

@@ -81,7 +81,7 @@ use signals::Interruption;
 pub fn main() -> ExitCode {
     completions::answer_shell();
     let cli = Cli::of_process();
-    log::begin(cli.log_format);
+    log::begin(cli.log_format, cli.volume);
     match dispatch(cli) {
         Ok(status) => status.into(),
         Err(failure) => failure.report(),

@@ -4,23 +4,33 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
 
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use super::log::is_quiet;
 
 /// Time between two redraws.
 const TICK: Duration = Duration::from_millis(200);
 
-/// A bar of this length and template; `{left}` is the remaining time.
-pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
 const PERCENT: &str = "{wide_bar} {percent} %{left}";
 /// Parts of a bar over parts.
 const FINE: u64 = 1000;
 
-    let bar = ProgressBar::new(length);
+/// A bar of this length and template; `{left}` is the remaining time.
+pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
+    let bar = visible(ProgressBar::new(length));
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.with_key("left", left));
     }
     // Elapsed time runs on while nothing is reported.
     bar.enable_steady_tick(TICK);
+    bar
+}
+
+/// The bar, hidden with `--quiet`.
+pub(super) fn visible(bar: ProgressBar) -> ProgressBar {
+    if is_quiet() {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
     bar
 }
 
