@@ -20,7 +20,7 @@ fn files(folder: &Path) -> Outcome<Vec<PathBuf>> {
     Ok(found)
 }
 
-fn is_part(path: &PathBuf) -> bool {
+fn is_part(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "part")
 }
 
@@ -44,7 +44,7 @@ fn regress_ctrl_c_leaves_no_unfinished_file_and_says_so() -> Outcome {
         let child = child.current_dir(at).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut child = Victim(child.spawn()?);
         let patience = Instant::now() + Duration::from_secs(60);
-        while !files(at)?.iter().any(is_part) {
+        while !files(at)?.iter().any(|path| is_part(path)) {
             assert!(Instant::now() < patience && child.0.try_wait()?.is_none(), "{words:?} begins a file");
             std::thread::yield_now();
         }
