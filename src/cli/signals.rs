@@ -40,9 +40,14 @@ impl Interruption {
     pub(super) fn watch() -> CommandResult<Self> {
         let (asked, keeps, runtime) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default(), runtime()?);
         let (told, keeping) = (Arc::clone(&asked), Arc::clone(&keeps));
+        // Before this returns, not when the task first runs: by then the work may have begun a file.
+        let mut signal = {
+            let _context = runtime.enter();
+            Box::pin(interrupted())
+        };
         runtime.spawn(async move {
             loop {
-                interrupted().await;
+                signal.as_mut().await;
                 if told.swap(true, Ordering::Relaxed) || !keeping.load(Ordering::Relaxed) {
                     end();
                 }
