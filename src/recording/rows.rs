@@ -238,8 +238,7 @@ fn flatten(message: &DynamicMessage, row: &mut Row) {
         row.below(field.name(), |row| match message.get_field(&field).as_ref() {
             Value::List(values) => {
                 for (place, value) in values.iter().enumerate() {
-                    let entry = value.as_message().and_then(label).unwrap_or_else(|| place.to_string());
-                    row.below(entry, |row| put(&field, value, row));
+                    row.below(EntryName { value, place }, |row| put(&field, value, row));
                 }
             }
             value => put(&field, value, row),
@@ -253,13 +252,25 @@ fn is_label(field: &FieldDescriptor) -> bool {
     LABELS.contains(&field.name())
 }
 
-fn label(message: &DynamicMessage) -> Option<String> {
-    let parts: Vec<String> = LABELS
-        .iter()
-        .filter_map(|name| message.descriptor().get_field_by_name(name))
-        .map(|field| cell(&field, &message.get_field(&field)).to_string())
-        .collect();
-    (!parts.is_empty()).then(|| parts.join("."))
+/// Name of an entry of a list: its labels, or else its place.
+struct EntryName<'a> {
+    value: &'a Value,
+    place: usize,
+}
+
+impl std::fmt::Display for EntryName<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut labels = 0;
+        if let Some(message) = self.value.as_message() {
+            let descriptor = message.descriptor();
+            for field in LABELS.iter().filter_map(|name| descriptor.get_field_by_name(name)) {
+                let dot = if labels == 0 { "" } else { "." };
+                write!(f, "{dot}{}", cell(&field, &message.get_field(&field)))?;
+                labels += 1;
+            }
+        }
+        if labels == 0 { write!(f, "{}", self.place) } else { Ok(()) }
+    }
 }
 
 fn put(field: &FieldDescriptor, value: &Value, row: &mut Row) {

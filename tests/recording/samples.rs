@@ -1,9 +1,10 @@
 //! The sample recordings stay readable.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flexcrank::recording::{read_columns, recover};
+use flexcrank::recording::{Export, export, read_columns, recover};
 
 use crate::common::Outcome;
 
@@ -78,5 +79,28 @@ fn regress_an_old_recording_stays_readable() -> Outcome {
     let verified = run(&["verify"])?;
     let said = String::from_utf8(verified.stderr)?;
     assert!(verified.status.code() == Some(1) && said.contains("composed-midpoint") && said.contains("another build"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn prop_readings_report_the_part_that_is_done() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let is_even = |reported: &[f64]| {
+        let rises = reported.windows(2).all(|pair| pair[0] <= pair[1]);
+        let mut distinct = reported.to_vec();
+        distinct.dedup();
+        rises && distinct.len() > 100 && reported.first() == Some(&0.0) && reported.last() == Some(&1.0)
+    };
+    let reported = RefCell::new(Vec::new());
+    let progress = |done: f64| reported.borrow_mut().push(done);
+    read_columns(&path("sample-three-pulses.mcap"), &progress)?;
+    assert!(is_even(&reported.take()));
+    let [csv, ros2] = ["tables", "bag.mcap"].map(|name| Some(folder.path().join(name)));
+    for (from_s, to_s) in [(0.0, None), (1.0, Some(4.0))] {
+        let both = Export { csv: csv.clone(), ros2: ros2.clone(), from_s, to_s, ..Export::default() };
+        export(&path("sample-three-pulses.mcap"), &both, &progress)?;
+        assert!(is_even(&reported.take()), "from {from_s} s");
+        std::fs::remove_file(folder.path().join("bag.mcap"))?;
+    }
     Ok(())
 }
