@@ -21,7 +21,7 @@ pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a 
     nearest(given, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
 }
 
-/// Columns by topic for a refusal, a line each: numbers in names become N, and stamps are left out.
+/// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
 #[cfg(feature = "service")]
 pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
     let is_data = |name: &&str| !name.starts_with("stamp.") && !["log_time", "publish_time"].contains(name);
@@ -29,10 +29,14 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
     let plain = |name: &'a str| name.split('.').map(numbered).collect::<Vec<_>>().join(".");
     let line = |(topic, names): (&str, N)| {
         let mut names: Vec<String> = names.into_iter().filter(is_data).map(plain).collect();
+        names.retain(|name| !name.ends_with(".N"));
         names.sort();
         names.dedup();
         let topic = topic.rsplit('/').next().unwrap_or(topic);
-        if names.is_empty() { String::new() } else { format!("\n  {}: {}", shown_name(topic), shown_names(&names)) }
+        if names.is_empty() || topic == "checkpoint" {
+            return String::new();
+        }
+        format!("\n  {}: {}", shown_name(topic), shown_names(&names))
     };
     topics.into_iter().map(line).collect()
 }
@@ -44,8 +48,11 @@ mod tests {
     #[test]
     fn val_columns_are_listed_by_topic() {
         let loads = ["log_time", "stamp.step", "driving_torque_nm", "elements.rod.0.axial_n", "elements.rod.10.axial_n"];
-        let listed = columns_by_topic([("flexcrank/crank/loads", loads.as_slice().iter().copied())]);
-        assert_eq!(listed, "\n  loads: driving_torque_nm, elements.rod.N.axial_n");
+        let status = ["state", "lateness.counts.0", "lateness.counts.27"];
+        let topics = [("loads", loads.as_slice()), ("checkpoint", &["epoch"]), ("status", &status)];
+        let listed = topics.map(|(topic, names)| (format!("flexcrank/crank/{topic}"), names));
+        let listed = columns_by_topic(listed.iter().map(|(topic, names)| (topic.as_str(), names.iter().copied())));
+        assert_eq!(listed, "\n  loads: driving_torque_nm, elements.rod.N.axial_n\n  status: state");
     }
 
     #[test]

@@ -1,16 +1,90 @@
 //! Files that get their name only when they are whole: an error or an interruption leaves what was there before.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
+
+/// The files of this process. Each is created, named and deleted under this lock.
+static FILES: Mutex<Files> = Mutex::new(Files { unfinished: BTreeSet::new(), finished: 0 });
+
+struct Files {
+    unfinished: BTreeSet<PathBuf>,
+    finished: usize,
+}
+
+fn files() -> MutexGuard<'static, Files> {
+    FILES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Deletes all unfinished files, because the process is about to end; returns the numbers of files that were finished and
+/// deleted. No file is created or named after that.
+pub(crate) fn discard_unfinished() -> [usize; 2] {
+    let files = files();
+    // A file that is gone needs no deletion.
+    files.unfinished.iter().for_each(|path| _ = fs::remove_file(path));
+    let counts = [files.finished, files.unfinished.len()];
+    // The lock is kept: the process ends.
+    std::mem::forget(files);
+    counts
+}
+
+/// The place of an unfinished file. Dropping it deletes the file.
+pub(crate) struct Unfinished(Option<TempPath>);
+
+impl Unfinished {
+    /// The place of a file that another part of the program creates.
+    pub(crate) fn at(path: PathBuf) -> io::Result<Self> {
+        Self::among(&mut files(), TempPath::try_from_path(path)?)
+    }
+
+    /// Creates NAME.RANDOM.part beside the final name.
+    fn beside(path: &Path) -> io::Result<(File, Self)> {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let (prefix, permissions) = (format!("{name}."), Permissions::from_mode(0o666));
+        let mut files = files();
+        let file = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder)?;
+        let (file, path) = file.into_parts();
+        Ok((file, Self::among(&mut files, path)?))
+    }
+
+    fn among(files: &mut Files, path: TempPath) -> io::Result<Self> {
+        files.unfinished.insert(path.to_path_buf());
+        Ok(Unfinished(Some(path)))
+    }
+
+    /// Gives the file its final name.
+    ///
+    /// # Errors
+    /// Fails if the system refuses, or if the name is taken and must be new.
+    pub(crate) fn finish(mut self, path: &Path, must_be_new: bool) -> io::Result<()> {
+        let mut files = files();
+        let Some(part) = self.0.take() else { return Ok(()) };
+        files.unfinished.remove::<Path>(&part);
+        let named = if must_be_new { part.persist_noclobber(path) } else { part.persist(path) };
+        files.finished += usize::from(named.is_ok());
+        named.map_err(|refused| refused.error)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let Some(part) = self.0.take() else { return };
+        let mut files = files();
+        files.unfinished.remove::<Path>(&part);
+        drop(part);
+    }
+}
 
 /// A file in the making. Dropping it without [`finish`](WholeFile::finish) deletes it.
 pub(crate) enum WholeFile {
     /// Written as NAME.RANDOM.part, and renamed at the end.
-    Beside(NamedTempFile, PathBuf),
+    Beside(File, Unfinished, PathBuf),
     /// Something that cannot be replaced, such as a pipe or a device.
     Direct(File),
 }
@@ -26,11 +100,8 @@ impl WholeFile {
         }
         // A link stays a link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let (prefix, permissions) = (format!("{name}."), Permissions::from_mode(0o666));
-        let file = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder)?;
-        Ok(WholeFile::Beside(file, path))
+        let (file, unfinished) = Unfinished::beside(&path)?;
+        Ok(WholeFile::Beside(file, unfinished, path))
     }
 
     /// Gives the file its name.
@@ -38,8 +109,20 @@ impl WholeFile {
     /// # Errors
     /// Fails if the system refuses.
     pub(crate) fn finish(self) -> io::Result<()> {
+        self.named(false)
+    }
+
+    /// Gives the file its name, unless that is taken.
+    ///
+    /// # Errors
+    /// Fails if the system refuses, or a file of this name exists.
+    pub(crate) fn finish_new(self) -> io::Result<()> {
+        self.named(true)
+    }
+
+    fn named(self, must_be_new: bool) -> io::Result<()> {
         match self {
-            WholeFile::Beside(file, path) => file.persist(path).map(drop).map_err(|refused| refused.error),
+            WholeFile::Beside(_, unfinished, path) => unfinished.finish(&path, must_be_new),
             WholeFile::Direct(mut file) => file.flush(),
         }
     }
@@ -48,14 +131,14 @@ impl WholeFile {
 impl Write for WholeFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
-            WholeFile::Beside(file, _) => file.write(bytes),
+            WholeFile::Beside(file, ..) => file.write(bytes),
             WholeFile::Direct(file) => file.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match self {
-            WholeFile::Beside(file, _) => file.flush(),
+            WholeFile::Beside(file, ..) => file.flush(),
             WholeFile::Direct(file) => file.flush(),
         }
     }
@@ -71,10 +154,7 @@ pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes)?;
-    match file {
-        WholeFile::Beside(file, path) => file.persist_noclobber(path).map(drop).map_err(|refused| refused.error),
-        direct @ WholeFile::Direct(_) => direct.finish(),
-    }
+    file.finish_new()
 }
 
 /// Writes a whole file at once.

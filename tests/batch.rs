@@ -105,6 +105,40 @@ fn regress_lines_on_standard_error_are_json_if_the_log_is() -> Tried {
 }
 
 #[test]
+fn prop_quiet_leaves_results_and_errors() -> Tried {
+    let said = |arguments: &[&str]| -> Result<(Option<i32>, String, String), Box<dyn Error>> {
+        let ended = flexcrank(arguments).output()?;
+        Ok((ended.status.code(), String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?))
+    };
+    let folder = tempfile::tempdir()?;
+    let tables = folder.path().join("t");
+    let tables = tables.to_str().ok_or("a path that is no text")?;
+    let run = ["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.1"];
+    assert_eq!(said(&[&["-q"], run.as_slice()].concat())?, (Some(0), String::new(), String::new()));
+    let (code, out, err) = said(&["export", TRUNCATED, "--csv", tables, "--quiet"])?;
+    assert!(code == Some(3) && out.contains("angles.csv (") && err.is_empty(), "the exit code tells of the loss: {out}{err}");
+    let (code, _, err) = said(&["-q", "info", "nosuch.mcap"])?;
+    assert!(code == Some(1) && err.starts_with("error: nosuch.mcap: "), "{err}");
+    assert_eq!(said(&[&["-q", "-v"], run.as_slice()].concat())?.0, Some(2), "one or the other");
+    let open = ["run", "--no-record", "--pace", "max", "--until", "0.1", "--name", "heard", "--listen", "tcp/127.0.0.1:0"];
+    let lines = |more: &[&str]| said(&[more, open.as_slice()].concat()).map(|(_, _, err)| err.lines().count());
+    assert!(lines(&["-v"])? > lines(&[])?, "zenoh says more");
+    Ok(())
+}
+
+#[test]
+fn prop_a_service_open_to_the_network_without_passwords_warns() -> Tried {
+    let warned = |listen: &str, name: &str| -> Result<bool, Box<dyn Error>> {
+        let ended = flexcrank(&[&SHORT, &["--name", name, "--listen", listen][..]].concat()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert_eq!(ended.status.code(), Some(0), "{said}");
+        Ok(said.contains("can command the mechanism: no passwords are set; see `flexcrank guide security`"))
+    };
+    assert!(warned("tcp/0.0.0.0:0", "open-to-all")? && !warned("tcp/127.0.0.1:0", "open-to-none")?);
+    Ok(())
+}
+
+#[test]
 fn prop_runs_without_a_bus_share_a_name() -> Tried {
     let alike = |_| SHORT.into_iter().chain(["--no-bus", "--name", "alike"]).map(str::to_owned).collect();
     together((0..8).map(alike))

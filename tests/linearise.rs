@@ -1,5 +1,6 @@
-//! `linearise` and `response` as their users run them: files that are whole, refusals that help.
+//! `linearise`, `response` and `modes` as their users run them: files that are whole, refusals that help, modes that keep their names.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 use std::process::Command;
@@ -89,5 +90,30 @@ fn val_the_table_of_a_response_begins_at_its_static_value() -> Outcome {
     let first: Vec<f64> = lines.next().ok_or("no row")?.split(',').map(str::parse).collect::<Result<_, _>>()?;
     assert!((first[1] * 300.0 - 1.0).abs() < 1e-6 && first[2] == 0.0, "{first:?}");
     assert_eq!(std::fs::read_dir(folder.path().join("drawn"))?.count(), 4);
+    Ok(())
+}
+
+/// Frequency of every mode of a sweep at an angle of it, by name.
+fn frequencies(folder: &Path, line: &str, angle_deg: f64) -> Result<BTreeMap<String, f64>, Box<dyn Error>> {
+    let (code, found, said) = flexcrank(folder, &format!("modes crank-slider --set pulse=[] --json {line}"))?;
+    assert_eq!((code, said.as_str()), (Some(0), ""), "{line}");
+    let rows = found.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>()?;
+    let here = rows.iter().filter(|row| row["angle_deg"] == angle_deg);
+    let named = |row: &Value| Some((row["mode"].as_str()?.to_owned(), row["frequency_hz"].as_f64()?));
+    here.map(|row| named(row).ok_or_else(|| format!("{row}").into())).collect()
+}
+
+#[test]
+fn regress_a_mode_keeps_its_name_in_a_coarse_sweep() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let fine = frequencies(folder.path(), "--angle 0:90:1", 90.0)?;
+    assert_eq!(fine.get("chain rotation"), Some(&0.0), "{fine:?}");
+    for step in [5, 15, 30, 45, 90] {
+        let coarse = frequencies(folder.path(), &format!("--angle 0:90:{step}"), 90.0)?;
+        for (name, hertz) in &fine {
+            let other = coarse.get(name).ok_or_else(|| format!("{name} is not in {coarse:?}, of step {step}"))?;
+            assert!((hertz - other).abs() <= 1e-6 * hertz, "{name}, step {step}: {other} Hz instead of {hertz}");
+        }
+    }
     Ok(())
 }

@@ -216,6 +216,16 @@ fn regress_a_session_that_is_past_its_end_is_not_resumed() -> Result<(), Box<dyn
 }
 
 #[test]
+fn regress_a_run_shorter_than_one_step_is_refused() -> Result<(), Box<dyn Error>> {
+    let until = |until| ["run", "--set", "solver.step_s=10", "--until", until, "--pace", "max", "--no-bus", "--no-record"];
+    refused(&until("1"), 2, &["--until 1: the run would last 1 s, less than one step of 10 s"])?;
+    let (code, _, said) = flexcrank(&until("10"))?;
+    assert!(code != Some(2) && !said.contains("--until"), "one step is enough: {said}");
+    let resumed = ["run", "--resume", SAMPLE, "--until", "6.001", "--no-bus", "--no-record"];
+    refused(&resumed, 2, &["--until 6.001: the run would last 0.001 s, less than one step of 0.002 s"])
+}
+
+#[test]
 fn val_exit_codes_of_runs_that_end_badly() -> Result<(), Box<dyn Error>> {
     let run = ["run", "--no-bus", "--no-record", "--no-realtime"];
     let run = |more: &[&str], code, why: &str| refused(&[&run, more].concat(), code, &[why]);

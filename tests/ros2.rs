@@ -231,8 +231,8 @@ fn val_an_exported_file_has_every_sample_once() -> Result<(), Box<dyn Error>> {
     let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::Hz(100.0))?.finish()?;
     let (recording, bag) = (folder.path().join("run.mcap"), folder.path().join("bag.mcap"));
     let what = Export { ros2: Some(bag.clone()), ..Export::default() };
-    let written = export(&recording, &what)?.ros2.ok_or("no file")?;
-    assert!(matches!(export(&recording, &what), Err(RecordingError::Exists(_))), "nothing is overwritten");
+    let written = export(&recording, &what, &|_| {})?.ros2.ok_or("no file")?;
+    assert!(matches!(export(&recording, &what, &|_| {}), Err(RecordingError::Exists(_))), "nothing is overwritten");
     let states: Vec<Vec<Value>> = common::payloads(&bag, "joint_states")?
         .iter()
         .map(|bytes| RosType::JOINT_STATE.decode(bytes).map(fields))
@@ -261,9 +261,9 @@ fn prop_a_recording_without_a_service_leaves_no_file() -> Result<(), Box<dyn Err
     let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(0.1), PublishRate::Hz(100.0))?.finish()?;
     let (recording, bag) = (folder.path().join("run.mcap"), folder.path().join("bag.mcap"));
     let what = |to: &Path| Export { ros2: Some(to.to_owned()), ..Export::default() };
-    export(&recording, &what(&bag))?;
+    export(&recording, &what(&bag), &|_| {})?;
     let again = folder.path().join("again.mcap");
-    assert!(matches!(export(&bag, &what(&again)), Err(RecordingError::NothingForRos(_))));
+    assert!(matches!(export(&bag, &what(&again), &|_| {}), Err(RecordingError::NothingForRos(_))));
     assert!(!again.exists());
     Ok(())
 }

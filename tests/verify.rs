@@ -339,7 +339,7 @@ fn regress_recordings_without_energies_are_computed_again_as_they_are() -> Outco
         assert!(outcome.deviation.first.is_some());
         assert_eq!(verified(&other)?.findings, [], "{rates}");
         let tables = folder.path().join("tables");
-        let exported = export(&old, &Export { csv: Some(tables.clone()), ..Export::default() })?;
+        let exported = export(&old, &Export { csv: Some(tables.clone()), ..Export::default() }, &|_| {})?;
         assert!(!exported.tables.is_empty() && !tables.join("flexcrank.test.energies.csv").exists());
     }
     Ok(())

@@ -96,6 +96,11 @@ impl BusOptions {
             }
             std::thread::sleep(POLL_PERIOD);
         };
+        for endpoint in open_endpoints(&config) {
+            tracing::warn!(
+                "everybody who reaches {endpoint} can command the mechanism: no passwords are set; see `flexcrank guide security`"
+            );
+        }
         let connects = is_set(&config, CONNECT) && (self.config.is_some() || !self.connect.is_empty());
         let endpoints = config.get_json(CONNECT).unwrap_or_default().replace(['[', ']', '"'], "").replace(',', ", ");
         if connects && !is_linked(&session) {
@@ -297,6 +302,19 @@ fn endpoints_of(config: &Config) -> Vec<String> {
     endpoints.iter().filter_map(|endpoint| endpoint.as_str().map(bare)).collect()
 }
 
+/// Listening endpoints beyond loopback, if neither passwords nor roles are set.
+fn open_endpoints(config: &Config) -> Vec<String> {
+    if is_set(config, "transport/auth/usrpwd/dictionary_file") || is_set(config, "access_control/enabled") {
+        return Vec::new();
+    }
+    let is_local = |host: &str| match host.parse::<SocketAddr>() {
+        Ok(address) => address.ip().is_loopback(),
+        Err(_) => host.starts_with("localhost:"),
+    };
+    let is_open = |endpoint: &String| endpoint.split_once('/').is_none_or(|(_, host)| !is_local(host));
+    endpoints_of(config).into_iter().filter(is_open).collect()
+}
+
 /// Endpoints of the services on this machine.
 fn neighbours() -> Vec<String> {
     PORTS.filter_map(answering).map(|address| format!("tcp/{address}")).collect()
@@ -323,6 +341,25 @@ mod tests {
         assert!(chosen.len() == 1 && port != 0, "{chosen:?}");
         let free = BusOptions::default().service_config().map(|config| endpoints_of(&config))?;
         assert!(free[0].starts_with("tcp/127.0.0.1:74"), "{free:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn prop_an_endpoint_open_to_the_network_without_passwords_is_known() -> Result<(), Box<dyn std::error::Error>> {
+        for (endpoint, is_open) in [
+            ("127.0.0.1:7", false),
+            ("[::1]:7", false),
+            ("localhost:7", false),
+            ("0.0.0.0:7", true),
+            ("[::]:7", true),
+            ("host:7", true),
+        ] {
+            let options = BusOptions { listen: vec![format!("tcp/{endpoint}")], ..BusOptions::default() };
+            let mut config = options.service_config()?;
+            assert_eq!(!open_endpoints(&config).is_empty(), is_open, "{endpoint}");
+            set(&mut config, "access_control/enabled", "true")?;
+            assert!(open_endpoints(&config).is_empty(), "{endpoint}");
+        }
         Ok(())
     }
 

@@ -26,6 +26,8 @@ pub(super) struct Cli {
     /// Log format on standard error; RUST_LOG sets the level.
     #[arg(long, global = true, value_enum, default_value = "text", value_name = "FORMAT")]
     pub log_format: super::log::Format,
+    #[command(flatten)]
+    pub volume: super::log::Volume,
 }
 
 impl Cli {
@@ -148,6 +150,14 @@ pub(super) enum Command {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+impl Command {
+    /// Whether it ends in its own way at a signal. Any other leaves no unfinished file and ends.
+    pub(super) fn handles_signals(&self) -> bool {
+        use Command::{Modes, Replay, Run, Stability, Sweep, Trade, Watch};
+        matches!(self, Run(_) | Replay(_) | Watch(_) | Modes(_) | Stability(_) | Sweep(_) | Trade(_))
+    }
 }
 
 impl Default for Command {

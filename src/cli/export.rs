@@ -9,8 +9,9 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::{may_be_folder, must_have_folder};
+use super::formatting::counted;
 use super::output::output;
-use super::progress::elapsed;
+use super::progress::over_parts;
 use super::values::{positive_time, time};
 use crate::recording::{self, Exported};
 use crate::shown::{shown_name, shown_sentence};
@@ -29,7 +30,7 @@ pub(super) struct Args {
     /// The recording.
     #[arg(add = ArgValueCompleter::new(completions::recordings))]
     pub file: PathBuf,
-    /// Folder for CSV tables, one per topic.
+    /// Folder for CSV tables, one per topic. Tables of the same names are replaced.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
     /// Folder for Parquet tables, one per topic.
@@ -57,12 +58,15 @@ pub(super) fn export(args: Args) -> CommandResult {
     ros2.as_deref().map_or(Ok(()), must_have_folder)?;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, ros2, from_s: from, to_s: to, every_s: every, columns };
-    let progress = elapsed("exporting");
-    let exported = recording::export(&file, &what);
-    progress.finish_and_clear();
-    let Exported { tables, ros2, cut_off, skipped } = exported?;
+    let (bar, progress) = over_parts();
+    let exported = recording::export(&file, &what, &progress);
+    bar.finish_and_clear();
+    let Exported { tables, replaced, ros2, cut_off, skipped } = exported?;
     for table in tables {
         writeln!(output(), "{} ({} rows)", shown_sentence(&table.path.display().to_string()), table.messages)?;
+    }
+    if replaced > 0 {
+        say!("replaced {} of the same names", counted(replaced as u64, "table"));
     }
     if let Some(bag) = ros2 {
         writeln!(output(), "{} ({} messages)", bag.path.display(), bag.messages)?;

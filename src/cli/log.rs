@@ -30,12 +30,45 @@ pub(super) enum Format {
     Json,
 }
 
+/// How much is logged.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(super) struct Volume {
+    /// Print results and errors only: no progress, no warnings, no lines about the start and the end.
+    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Log more, also of the bus; twice: for debugging. RUST_LOG goes before.
+    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+}
+
+impl Volume {
+    fn filter(self) -> &'static str {
+        match (self.quiet, self.verbose) {
+            (true, _) => "error",
+            (false, 0) => DEFAULT_FILTER,
+            (false, 1) => "info",
+            (false, _) => "debug",
+        }
+    }
+}
+
 /// Whether lines are JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
+
+/// Whether only errors are shown.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Whether only errors are shown, and no progress.
+pub(super) fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
 
 /// Prints a line to standard error in the log format, at the level that its first word shows. Failure is ignored: if the terminal
 /// is gone, the command still runs to its end.
 pub(super) fn say(line: &str) {
+    if is_quiet() && !line.starts_with("error: ") {
+        return;
+    }
     let line = if JSON.load(Ordering::Relaxed) { as_json(line) } else { line.to_owned() };
     writeln!(messages(), "{line}").unwrap_or(());
 }
@@ -49,10 +82,11 @@ fn as_json(line: &str) -> String {
     serde_json::json!({ "timestamp": timestamp, "level": level, "fields": { "message": message } }).to_string()
 }
 
-/// Starts logging at the default level, or the level of `RUST_LOG`.
-pub(super) fn begin(format: Format) {
+/// Starts logging at the level of `RUST_LOG`, or the given one.
+pub(super) fn begin(format: Format, volume: Volume) {
+    QUIET.store(volume.quiet, Ordering::Relaxed);
     JSON.store(format == Format::Json, Ordering::Relaxed);
-    let asked = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(DEFAULT_FILTER));
+    let asked = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(volume.filter()));
     let lines = tracing_subscriber::fmt::layer().with_writer(writer).with_target(false).log_internal_errors(false);
     let lines = match format {
         Format::Json => lines.json().boxed(),

@@ -72,6 +72,7 @@ use std::process::ExitCode;
 
 use args::{Cli, Command};
 use failure::CommandResult;
+use signals::Interruption;
 
 /// Runs the program on the process's arguments.
 ///
@@ -80,7 +81,7 @@ use failure::CommandResult;
 pub fn main() -> ExitCode {
     completions::answer_shell();
     let cli = Cli::of_process();
-    log::begin(cli.log_format);
+    log::begin(cli.log_format, cli.volume);
     match dispatch(cli) {
         Ok(status) => status.into(),
         Err(failure) => failure.report(),
@@ -89,7 +90,9 @@ pub fn main() -> ExitCode {
 
 fn dispatch(cli: Cli) -> CommandResult {
     open_files::raise_limit()?;
-    match cli.command.unwrap_or_default() {
+    let command = cli.command.unwrap_or_default();
+    let _interruption = (!command.handles_signals()).then(Interruption::watch).transpose()?;
+    match command {
         Command::Run(run) => run::run(*run),
         Command::Replay(args) => replay::replay(*args),
         Command::WhatIf(args) => what_if::what_if(args),

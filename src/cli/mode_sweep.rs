@@ -9,7 +9,7 @@ use super::modes::{damping, hertz};
 use super::output::output;
 use super::signals::Interruption;
 use crate::plot;
-use crate::small_motion::{Branch, Mode, NoModes, crossings};
+use crate::small_motion::{Branch, Mode, NoModes, crossings, follow};
 use crate::study::Table;
 
 /// Lowest orders of the crank's speed in a Campbell diagram.
@@ -29,6 +29,8 @@ pub(super) struct Swept {
     pub values: Vec<f64>,
     /// The modes of each point; empty where there are none, or the point was not reached.
     pub modes: Vec<Vec<Mode>>,
+    /// Whether each point was asked for; others lie between, to follow modes by.
+    pub asked: Vec<bool>,
     pub refusals: Vec<(f64, NoModes)>,
 }
 
@@ -38,6 +40,19 @@ impl Swept {
             Along::Angle => ("angle_deg", "°"),
             Along::Speed => ("speed_rad_per_s", " rad/s"),
         }
+    }
+
+    /// Follows the modes, at most `count`, and drops the points between.
+    pub(super) fn follow(&mut self, count: usize) -> Vec<Branch> {
+        let mut branches = follow(&self.modes, count);
+        fn keep<T>(list: &mut Vec<T>, asked: &[bool]) {
+            let mut asked = asked.iter();
+            list.retain(|_| asked.next().is_none_or(|asked| *asked));
+        }
+        keep(&mut self.values, &self.asked);
+        keep(&mut self.modes, &self.asked);
+        branches.iter_mut().for_each(|branch| keep(&mut branch.places, &self.asked));
+        branches
     }
 
     /// A branch's modes with their points.
@@ -111,6 +126,15 @@ impl Swept {
             writeln!(output(), "  {one} crosses {other} between {from}{unit} and {to}{unit}")?;
         }
         for branch in branches {
+            for (after, places) in branch.places.windows(2).enumerate() {
+                if places[0].is_some() != places[1].is_some()
+                    && self.modes[after..after + 2].iter().all(|modes| !modes.is_empty())
+                {
+                    let [from, to] = [0, 1].map(|ahead| figure(self.values[after + ahead]));
+                    let name = &branch.name;
+                    writeln!(output(), "  {name} cannot be followed between {from}{unit} and {to}{unit}: take smaller steps")?;
+                }
+            }
             let last = self.along(branch).last().filter(|(_, mode)| !branch.name.starts_with(&kind(mode)));
             if let Some((value, mode)) = last {
                 writeln!(output(), "  {} is {} at {}{unit}", branch.name, mode.title(), figure(value))?;

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use clap_complete::engine::ArgValueCandidates;
+use indicatif::ProgressBar;
 
 use super::aligned_table::{figure, print};
 use super::client_args::ClientArgs;
@@ -23,7 +24,7 @@ use super::values::count;
 use crate::bus::{self, Name, client};
 use crate::plot::{self, Format, Picture};
 use crate::shown::shown_s;
-use crate::small_motion::{LiveModes, Mode, ModeReport, follow, modes as find};
+use crate::small_motion::{LiveModes, Mode, ModeReport, NoModes, is_uncertain, modes as find};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -48,6 +49,13 @@ Exit codes: 0 done, 1 failed at some points, 2 usage, bad scene, or a state that
 
 /// Time in which a service must answer.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Modes at a point, if it was reached.
+type Found = Option<Result<Vec<Mode>, NoModes>>;
+
+/// Times that the step of a sweep is halved where modes change too much to be followed.
+const HALVINGS: usize = 5;
+/// Most points of a sweep, per point that was asked for.
+const MOST_POINTS: usize = 16;
 /// Modes beyond those asked for that are followed along a sweep, since they may cross.
 const BEYOND: usize = 4;
 
@@ -126,8 +134,8 @@ pub(super) fn modes(args: &Args) -> CommandResult {
     chosen.check(args.angle.is_some(), args.speed.is_some())?;
     let (along, values) = args.sweep(&chosen)?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
-    let swept = args.find(&chosen, along, values, &interruption)?;
-    let points = follow(&swept.modes, args.modes());
+    let mut swept = args.find(&chosen, along, values, &interruption)?;
+    let points = swept.follow(args.modes());
     let sweeps = swept.values.len() > 1;
     if let ([only], [(_, refusal)]) = (swept.values.as_slice(), swept.refusals.as_slice()) {
         let _ = only;
@@ -167,7 +175,7 @@ impl Args {
         })
     }
 
-    /// Finds the modes at every point, on several threads.
+    /// Finds the modes at every point, and between points as far as modes change too much to be followed.
     fn find(&self, chosen: &Chosen, along: Along, values: Vec<f64>, interruption: &Interruption) -> CommandResult<Swept> {
         let single = |values: &Option<Values>| values.as_ref().and_then(|values| values.0.first().copied());
         let at = |value: f64| match along {
@@ -175,14 +183,56 @@ impl Args {
             Along::Speed => chosen.point(single(&self.angle), value),
         };
         let wanted = if values.len() > 1 { self.modes().saturating_add(BEYOND) } else { self.modes() };
+        let at = |value: f64| at(value).and_then(|point| find(&chosen.subject, &point, wanted));
         let bar = bar(values.len() as u64, "{wide_bar} {pos}/{len} points{left}");
-        let (next, found) = (AtomicUsize::new(0), Mutex::new(vec![None; values.len()]));
         interruption.keeps(values.len() > 1);
+        let most = MOST_POINTS * values.len();
+        let found = self.solve(&values, &at, interruption, &bar);
+        let mut points: Vec<(f64, bool, Found)> =
+            values.into_iter().zip(found).map(|(value, found)| (value, true, found)).collect();
+        for _ in 0..HALVINGS {
+            let change = |pair: &[(f64, bool, Found)]| match (&pair[0].2, &pair[1].2) {
+                (Some(Ok(before)), Some(Ok(after))) => is_uncertain(before, after, self.modes()),
+                _ => false,
+            };
+            let after: Vec<usize> = (1..points.len()).filter(|end| change(&points[end - 1..=*end])).collect();
+            let between: Vec<f64> = after.iter().map(|end| 0.5 * (points[end - 1].0 + points[*end].0)).collect();
+            if between.is_empty() || points.len() + between.len() > most {
+                break;
+            }
+            bar.inc_length(between.len() as u64);
+            let found = self.solve(&between, &at, interruption, &bar);
+            for ((end, value), found) in after.into_iter().zip(between).zip(found).rev() {
+                points.insert(end, (value, false, found));
+            }
+        }
+        bar.finish_and_clear();
+        let mut swept = Swept { along, values: Vec::new(), modes: Vec::new(), asked: Vec::new(), refusals: Vec::new() };
+        for (value, asked, found) in points {
+            if let (Some(Err(refusal)), true) = (&found, asked) {
+                swept.refusals.push((value, refusal.clone()));
+            }
+            swept.values.push(value);
+            swept.asked.push(asked);
+            swept.modes.push(found.and_then(Result::ok).unwrap_or_default());
+        }
+        Ok(swept)
+    }
+
+    /// Finds the modes at these values on several threads; nothing at those that an interruption left out.
+    fn solve(
+        &self,
+        values: &[f64],
+        at: &(dyn Fn(f64) -> Result<Vec<Mode>, NoModes> + Sync),
+        interruption: &Interruption,
+        bar: &ProgressBar,
+    ) -> Vec<Found> {
+        let (next, found) = (AtomicUsize::new(0), Mutex::new(vec![None; values.len()]));
         let work = || {
             while !interruption.is_asked() {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(value) = values.get(number) else { break };
-                let modes = at(*value).and_then(|point| find(&chosen.subject, &point, wanted));
+                let modes = at(*value);
                 // A thread that panicked has written nothing.
                 found.lock().unwrap_or_else(|poisoned| poisoned.into_inner())[number] = Some(modes);
                 bar.inc(1);
@@ -191,20 +241,7 @@ impl Args {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = self.jobs.map_or(cores, |jobs| usize::try_from(jobs).unwrap_or(cores)).min(values.len());
         std::thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
-        bar.finish_and_clear();
-        let found = found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let (mut modes, mut refusals) = (Vec::new(), Vec::new());
-        for (value, found) in values.iter().zip(found) {
-            modes.push(match found {
-                Some(Ok(found)) => found,
-                Some(Err(refusal)) => {
-                    refusals.push((*value, refusal));
-                    Vec::new()
-                }
-                None => Vec::new(),
-            });
-        }
-        Ok(Swept { along, values, modes, refusals })
+        found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 

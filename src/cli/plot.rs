@@ -9,7 +9,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::make_folder;
 use super::output::output;
 use super::plot_source::Source;
-use super::progress::{bar, elapsed};
+use super::progress::{bar, over_parts};
 use super::thesis_figures::write_thesis;
 use super::values::{number, time};
 use crate::plot::{self, Entry, Figure, Format, MechanismPicture};
@@ -19,6 +19,7 @@ use crate::whole_file::write_whole;
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank plot recordings/crank.mcap -o plots            every figure, and plots/index.html with all of them
+  flexcrank plot recordings/crank.mcap --list              name them
   flexcrank plot recordings/crank.mcap --from 1 --to 1.5 -o plots
   flexcrank plot before.mcap after.mcap --overlay -o plots
   flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg
@@ -59,8 +60,11 @@ pub(super) struct Args {
     #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
     #[arg(conflicts_with_all = ["x", "y", "title"])]
     pub animation: Option<f64>,
+    /// List the figures, by file name and title, and draw none.
+    #[arg(long)]
+    pub list: bool,
     /// Compute and draw every figure of the thesis into this folder, with an index.html.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "from", "to", "overlay", "animation"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["files", "output", "x", "y", "title", "from", "to", "overlay", "animation", "list"])]
     pub thesis: Option<PathBuf>,
 }
 
@@ -80,10 +84,12 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     if args.overlay && args.files.len() < 2 {
         return Err(refused("--overlay needs two files or more".to_owned()));
     }
-    let open = |file: &PathBuf| Source::open(file, args.from, args.to);
-    let progress = elapsed("reading");
-    let sources = args.files.iter().map(open).collect::<CommandResult<Vec<_>>>();
-    progress.finish_and_clear();
+    let (bar, progress) = over_parts();
+    let open = |(number, file): (usize, &PathBuf)| {
+        Source::open(file, args.from, args.to, &|done| progress((number as f64 + done) / args.files.len() as f64))
+    };
+    let sources = args.files.iter().enumerate().map(open).collect::<CommandResult<Vec<_>>>();
+    bar.finish_and_clear();
     let mut sources = sources?;
     let names: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
     if args.overlay && names.len() < sources.len() {
@@ -113,6 +119,12 @@ pub(super) fn plot(args: &Args) -> CommandResult {
             }
         }
     }
+    if args.list {
+        let width = entries.iter().map(|entry| entry.file.chars().count()).max().unwrap_or(0);
+        let list = |entry: &Entry| writeln!(output(), "{:<width$}  {}", entry.file, entry.picture.title());
+        entries.iter().try_for_each(list)?;
+        return Ok(status(&sources));
+    }
     if into_file {
         write_file(args, &entries)?;
     } else {
@@ -126,7 +138,11 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         write_whole(&page, text.as_bytes()).map_err(Failure::file(&page))?;
         writeln!(output(), "{}", page.display())?;
     }
-    Ok(if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy })
+    Ok(status(&sources))
+}
+
+fn status(sources: &[Source]) -> ExitStatus {
+    if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy }
 }
 
 /// The request does not fit the files: a usage error.
@@ -192,8 +208,9 @@ fn figures(args: &Args, sources: &[Source]) -> CommandResult<Vec<Entry>> {
     let mut parts: Vec<(String, Vec<(String, Figure)>)> = Vec::new();
     for source in sources {
         for (part, mut figure) in source.figures(args.x.as_deref(), &args.y)? {
-            if figure.title == source.stem {
-                figure.title.clone_from(&all);
+            let words = figure.title.strip_suffix(&source.stem).filter(|words| words.is_empty() || words.ends_with(": "));
+            if let Some(words) = words {
+                figure.title = format!("{words}{all}");
             }
             let figure = (source.stem.clone(), figure);
             match parts.iter_mut().find(|(other, _)| *other == part) {

@@ -23,12 +23,12 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Reads a file, restricted to a range of simulated time.
-    pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>) -> CommandResult<Self> {
+    /// Reads a file, restricted to a range of simulated time. `progress` is called with the part that is read.
+    pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
         let (mut tables, whole) = if recorded {
-            recording(path)?
+            recording(path, progress)?
         } else {
             (vec![Named { name: stem.clone(), table: Table::read_csv(path)?, ..Named::default() }], true)
         };
@@ -74,8 +74,8 @@ impl Source {
     }
 }
 
-fn recording(file: &Path) -> CommandResult<(Vec<Named>, bool)> {
-    let contents = read_columns(file)?;
+fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, bool)> {
+    let contents = read_columns(file, progress)?;
     for topic in contents.skipped {
         say!("warning: {} is not protobuf and was left out", shown_name(&topic));
     }

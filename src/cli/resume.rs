@@ -31,6 +31,21 @@ pub(super) struct RunStart {
     pub resumption: Option<Resumption>,
 }
 
+impl RunStart {
+    /// Refuses an end before that of the first step.
+    pub(super) fn reaches(self, until_s: Option<f64>) -> CommandResult<Self> {
+        let (time_s, step_s) = (self.simulation.time_s(), self.simulation.step_s());
+        match until_s.map(|until_s| (until_s, until_s - time_s)) {
+            Some((until_s, lasts_s)) if lasts_s < step_s * (1.0 - 1e-6) => {
+                let lasts_s = shown_s(lasts_s);
+                let why = format!("--until {until_s}: the run would last {lasts_s} s, less than one step of {step_s} s");
+                Err(Failure::Usage(why))
+            }
+            _ => Ok(self),
+        }
+    }
+}
+
 /// Resumes the session of a recording, under `name` or its own.
 pub(super) fn start_from(
     file: &Path,

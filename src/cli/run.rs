@@ -274,7 +274,7 @@ async fn serve(
 fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
     if let Some(file) = &args.resume.resume {
         let (name, start) = resume::start_from(file, args.resume.at, args.name.clone(), args.publish_hz, args.until)?;
-        return Ok((Some(name), vec![start]));
+        return Ok((Some(name), vec![start.reaches(args.until)?]));
     }
     let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
     let mut all = Vec::new();
@@ -283,7 +283,7 @@ fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
         let scene = if args.fixed_cost { with_fixed_cost(&scene)? } else { scene };
         for _ in 0..args.count {
             let simulation = build(&scene)?;
-            all.push(RunStart { scene: scene.clone(), simulation, publish, resumption: None });
+            all.push(RunStart { scene: scene.clone(), simulation, publish, resumption: None }.reaches(args.until)?);
         }
     }
     Ok((args.name.clone(), all))

@@ -7,6 +7,8 @@ use std::task::Poll;
 
 use super::async_runtime::runtime;
 use super::failure::CommandResult;
+use super::formatting::counted;
+use crate::whole_file::discard_unfinished;
 use tokio::runtime::Runtime;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
@@ -38,12 +40,16 @@ impl Interruption {
     pub(super) fn watch() -> CommandResult<Self> {
         let (asked, keeps, runtime) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default(), runtime()?);
         let (told, keeping) = (Arc::clone(&asked), Arc::clone(&keeps));
+        // Before this returns, not when the task first runs: by then the work may have begun a file.
+        let mut signal = {
+            let _context = runtime.enter();
+            Box::pin(interrupted())
+        };
         runtime.spawn(async move {
             loop {
-                interrupted().await;
+                signal.as_mut().await;
                 if told.swap(true, Ordering::Relaxed) || !keeping.load(Ordering::Relaxed) {
-                    say!("interrupted");
-                    std::process::exit(130);
+                    end();
                 }
                 say!("interrupted: ends after what runs now; once more ends at once");
             }
@@ -60,6 +66,16 @@ impl Interruption {
     pub(super) fn is_asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }
+}
+
+/// Ends the process, and reports what was written.
+fn end() -> ! {
+    match discard_unfinished() {
+        [0, 0] => say!("interrupted"),
+        [0, _] => say!("interrupted: nothing was written"),
+        [finished, _] => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
+    }
+    std::process::exit(130)
 }
 
 /// Whether this process was started with a signal ignored. If that cannot be determined, the signal is left alone.

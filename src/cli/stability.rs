@@ -21,8 +21,8 @@ use crate::plot::{self, Format, Picture};
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
-    BOUND, BaseScene, Category, Extent, MapPlan, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer, fails_finer_table,
-    labels, left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
+    BOUND, BaseScene, Category, Extent, Label, MapPlan, Outcome, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer,
+    fails_finer_table, labels, left_half_plane_table, order_table, radius_table, sweep, table, write_ends,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -217,6 +217,7 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args, interruption: &Interru
     });
     interruption.keeps(false);
     bar.finish_and_clear();
+    show_legend(&swept)?;
     for map in &swept {
         show_map(map)?;
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
@@ -230,19 +231,34 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args, interruption: &Interru
     conclude(&swept)
 }
 
+/// Prints the symbols that occur in the maps, with their meaning.
+fn show_legend(swept: &[Swept]) -> CommandResult<()> {
+    let ends = || swept.iter().flat_map(|map| &map.outcomes);
+    let meaning = |end: &Outcome| match end.label {
+        None | Some(Label::Scheme) => format!("{} {}", end.symbol(), end.category.as_str()),
+        Some(label) => format!("{} {} {}", end.symbol(), end.category.as_str(), blamed(label.as_str())),
+    };
+    let mut known: Vec<(Category, String)> = ends().map(|end| (end.category, meaning(end))).collect();
+    known.sort();
+    known.dedup();
+    let meanings: Vec<String> = known.into_iter().map(|(_, meaning)| meaning).collect();
+    Ok(writeln!(output(), "Each character is a run: {}\n", meanings.join(", "))?)
+}
+
 /// Prints a map, one character per category, with the highest y on top, and the first divergence of each row.
 fn show_map(swept: &Swept) -> CommandResult<()> {
     let mut out = output();
     let (map, columns) = (&swept.map, swept.map.x.values.len());
-    let ends = [map.x.values.first(), map.x.values.last()].map(|end| figure(end.copied().unwrap_or(f64::NAN)));
+    let across: Vec<String> = map.x.values.iter().map(|value| map.x.shown(*value)).collect();
     writeln!(out, "{}: {}", map.name, map.title)?;
-    writeln!(out, "  by {} from {} to {}", map.x.name, ends[0], ends[1])?;
+    writeln!(out, "  across: {}: {}", map.x.of.labelled(), across.join(", "))?;
+    writeln!(out, "  upwards: {}", map.y.of.labelled())?;
     for (row, value) in map.y.values.iter().enumerate().rev() {
         let cells = swept.outcomes.iter().skip(row * columns).take(columns);
         let symbols: Vec<String> = cells.clone().map(|end| end.symbol().to_string()).collect();
         let diverged = cells.clone().find(|end| end.category == Category::Diverged);
         let first = diverged.map(|end| format!("   first diverged in step {}", end.step)).unwrap_or_default();
-        writeln!(out, "{:>12}  {}{first}", figure(*value), symbols.join(" "))?;
+        writeln!(out, "{:>12}  {}{first}", map.y.shown(*value), symbols.join(" "))?;
     }
     Ok(writeln!(out)?)
 }
@@ -256,7 +272,7 @@ fn show_fails_finer(swept: &[Swept]) -> CommandResult<()> {
             out,
             "{}: {} = {} runs at step {} s, and is {} at {} s{error}",
             one.map.name,
-            one.map.y.name,
+            one.map.y.of.words,
             figure(one.value),
             figure(one.step_s),
             one.finer.category.as_str(),

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
+use super::progress::visible;
 use crate::service::OnStatus;
 use crate::wire::{Status, status::State};
 
@@ -32,7 +33,7 @@ type Newest = Vec<(Option<Status>, bool)>;
 impl StatusLine {
     /// Creates a status line for `count` services.
     pub(super) fn new(count: usize, until_s: Option<f64>) -> Self {
-        let line = ProgressBar::new_spinner();
+        let line = visible(ProgressBar::new_spinner());
         if let Ok(style) = ProgressStyle::with_template("{msg}") {
             line.set_style(style);
         }

@@ -10,6 +10,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::folders::must_have_folder;
+use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
 use super::values::{finite, positive_time, time};
@@ -21,7 +22,9 @@ use crate::shown::shown_sentence;
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank what-if recordings/crank.mcap --add-pulse 3.0:5:0.1
-  flexcrank what-if recordings/crank.mcap --set rod.density_kg_per_m3=2700 --record aluminium.mcap";
+  flexcrank what-if recordings/crank.mcap --set rod.density_kg_per_m3=2700 --record aluminium.mcap
+
+Exit codes: 0 done, 3 done, but the recording is damaged or ends early, 4 the changed session diverged.";
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).required(true).multiple(true))]
@@ -63,7 +66,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
 }
 
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
-    let WhatIfOutcome { from_s, deviation, diverged, written } = outcome;
+    let WhatIfOutcome { from_s, deviation, diverged, written, source } = outcome;
     let mut out = output();
     writeln!(out, "re-simulated from t = {from_s} s")?;
     for Written { path, messages, .. } in written {
@@ -79,9 +82,18 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
             _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
         }
     }
+    if let Some(first) = source.damage.first() {
+        let places = counted(source.damage.len() as u64, "place");
+        let first = format!("byte {}: {}", first.offset, first.what);
+        say!("warning: the recording is damaged in {places}, and the result lacks what is lost there: {first}");
+    }
+    if source.cut_off.is_some() {
+        say!("warning: the recording ends early; everything before was re-simulated");
+    }
     if let Some(diverged) = diverged {
         say!("error: {diverged}");
         return Ok(ExitStatus::Diverged);
     }
-    Ok(ExitStatus::Success)
+    let lossy = source.cut_off.is_some() || !source.damage.is_empty();
+    Ok(if lossy { ExitStatus::Lossy } else { ExitStatus::Success })
 }

@@ -18,9 +18,52 @@ pub(super) fn axis(column: &str) -> Axis {
     Axis::new(words(stem), unit)
 }
 
+/// Fields of messages whose names say less than their comments do.
+const FIELDS: [(&str, &str); 19] = [
+    ("chord", "chord angle"),
+    ("dx", "displacement along x"),
+    ("dy", "displacement along y"),
+    ("vx", "velocity along x"),
+    ("vy", "velocity along y"),
+    ("fx", "force along x"),
+    ("fy", "force along y"),
+    ("axial", "axial force"),
+    ("shear", "shear force"),
+    ("moment_start", "bending moment at the start"),
+    ("moment_end", "bending moment at the end"),
+    ("kinetic", "kinetic energy"),
+    ("strain", "strain energy"),
+    ("potential", "potential energy"),
+    ("work_in", "energy put in"),
+    ("dissipated", "dissipated energy"),
+    ("changed", "energy of changes"),
+    ("balance_error", "error of the energy balance"),
+    ("real_time_factor", "real-time factor"),
+];
+
 fn words(stem: &str) -> String {
-    let stem = ["links.", "joints."].iter().find_map(|list| stem.strip_prefix(list)).unwrap_or(stem);
-    stem.replace(['_', '.'], " ")
+    let field = |name: &str| {
+        FIELDS.iter().find(|(known, _)| *known == name).map_or_else(|| name.replace('_', " "), |(_, words)| (*words).to_owned())
+    };
+    match stem.split('.').collect::<Vec<&str>>().as_slice() {
+        ["links" | "joints", of, name] => format!("{of} {}", field(name)),
+        ["nodes", link, index, name] => format!("{link} node {index} {}", field(name)),
+        ["elements", link, index, name] => format!("{link} element {index} {}", field(name)),
+        [name] => field(name),
+        parts => parts.join(" ").replace('_', " "),
+    }
+}
+
+/// Columns in words, as a title: at most three.
+pub(super) fn title(columns: &[String]) -> String {
+    let mut labels: Vec<String> = columns.iter().map(|column| axis(column).label).collect();
+    if labels.len() > 3 {
+        let more = format!("{} more", labels.len() - 2);
+        labels.splice(2.., [more]);
+    }
+    let title = labels.join(", ");
+    let mut letters = title.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn dimensionless(column: &str) -> Option<(&str, String)> {

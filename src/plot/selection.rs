@@ -28,7 +28,8 @@ pub struct Named {
 /// # Errors
 /// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
 pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
-    let mut figure = Figure { title: place.to_owned(), ..Figure::default() };
+    let title = format!("{}: {place}", quantity::title(ys));
+    let mut figure = Figure { title, ..Figure::default() };
     for y in ys {
         let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(place, tables, y))?.table;
         let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
@@ -87,11 +88,12 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
         return Err(nothing());
     }
     let tables = [Named { name: place.to_owned(), table: table.clone(), ..Named::default() }];
+    let titled = |names: &[String]| Ok(Figure { title: place.to_owned(), ..figure(place, &tables, Some(x), names)? });
     if x == "ratio" {
         let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
-        return Ok(vec![(String::new(), figure(place, &tables, Some(x), &names)?)]);
+        return Ok(vec![(String::new(), titled(&names)?)]);
     }
-    let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), figure(place, &tables, Some(x), &names)?));
+    let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), titled(&names)?));
     groups.into_iter().map(drawn).collect()
 }
 

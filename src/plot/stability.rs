@@ -3,7 +3,6 @@
 use super::figure::{Axis, Figure, Mark, Scale};
 use super::heat_map::{HeatMap, Key};
 use super::output::Picture;
-use super::quantity;
 use crate::study::Table;
 use crate::study::stability::{self, Category, Spacing, Swept, grid};
 
@@ -17,21 +16,17 @@ pub fn swept(swept: &Swept) -> HeatMap {
 
 /// An axis of a map, and where its cells are along it.
 fn axis(axis: &stability::Axis) -> (Axis, Vec<f64>) {
-    let mut drawn = quantity::axis(axis.name);
+    let mut drawn = Axis::new(axis.of.words, axis.of.unit);
     let mut places = axis.values.clone();
     match axis.spacing {
         Spacing::Log => drawn.scale = Scale::Log,
         Spacing::Linear => {}
         Spacing::Listed => {
-            drawn.names = places.iter().map(|place| shorter(format!("{place}"), format!("{place:e}"))).collect();
+            drawn.names = places.iter().map(|place| axis.shown(*place)).collect();
             places = (0..places.len()).map(|place| place as f64).collect();
         }
     }
     (drawn, places)
-}
-
-fn shorter(one: String, other: String) -> String {
-    if other.len() < one.len() { other } else { one }
 }
 
 /// The spectral radii as run on the left half-plane over |z|, and upwards the direction of z; where the scheme has a parameter,

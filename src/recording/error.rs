@@ -136,6 +136,15 @@ impl RecordingError {
         |cause| RecordingError::File { path, cause }
     }
 
+    /// The error of a file that must not exist.
+    pub(crate) fn new_file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        |cause| match cause.kind() {
+            ErrorKind::AlreadyExists => RecordingError::Exists(path),
+            _ => RecordingError::File { path, cause },
+        }
+    }
+
     pub(super) fn mcap(path: impl Into<PathBuf>) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.into();
         |cause| match cause {

@@ -1,8 +1,10 @@
 //! Decodes the messages of a recording to rows of named cells, by the schemas in the file.
 
 use std::collections::{BTreeSet, HashMap};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
 use prost_types::FileDescriptorSet;
 
@@ -49,8 +51,47 @@ impl std::fmt::Display for FieldValue {
     }
 }
 
-/// Column name and value of every scalar of a message, after the times, in the order of its fields.
-pub(super) type Row = Vec<(String, FieldValue)>;
+/// Column name and value of every scalar of a message, after the times, in the order of its fields. The names are kept from message
+/// to message, since most messages of a topic have the same.
+#[derive(Debug, Default)]
+pub(super) struct Row {
+    names: Vec<String>,
+    values: Vec<FieldValue>,
+    /// Name of the column under way.
+    path: String,
+}
+
+impl Row {
+    pub fn cells(&self) -> impl Iterator<Item = (&str, &FieldValue)> {
+        self.names.iter().map(String::as_str).zip(&self.values)
+    }
+
+    /// Sets the value of the column under way.
+    fn put(&mut self, value: FieldValue) {
+        match self.names.get_mut(self.values.len()) {
+            Some(name) if *name == self.path => {}
+            Some(name) => name.clone_from(&self.path),
+            None => self.names.push(self.path.clone()),
+        }
+        self.values.push(value);
+    }
+
+    /// Calls `put` with a part of a name behind the present one.
+    fn below(&mut self, part: impl std::fmt::Display, put: impl FnOnce(&mut Self)) {
+        let length = self.path.len();
+        let dot = if length == 0 { "" } else { "." };
+        // Writing to a string does not fail.
+        let _ = write!(self.path, "{dot}{part}");
+        put(self);
+        self.path.truncate(length);
+    }
+}
+
+/// Place of a column, which in most rows is the one that it has in the row.
+pub(super) fn place_of<T>(columns: &IndexMap<String, T>, in_row: usize, name: &str) -> Option<usize> {
+    let is_there = columns.get_index(in_row).is_some_and(|(known, _)| known == name);
+    if is_there { Some(in_row) } else { columns.get_index_of(name) }
+}
 
 /// Names of the first columns.
 pub(super) const TIMES: [&str; 2] = ["log_time", "publish_time"];
@@ -74,17 +115,21 @@ impl TimeRange {
         TimeRange { from_ns: nanoseconds(from_s), to_ns: to_s.map_or(u64::MAX, nanoseconds), every_ns }
     }
 
-    /// Calls `visit` for every message of this part of a recording, in order of log time; returns whether the file ends early.
+    /// Calls `visit` for every message of this part of a recording, in order of log time, and `progress` with the part of it that is
+    /// done; returns whether the file ends early.
     pub fn each_message(
         self,
         path: &Path,
+        progress: &dyn Fn(f64),
         mut visit: impl FnMut(&RecordedMessage) -> Result<(), RecordingError>,
     ) -> Result<bool, RecordingError> {
         let source = RecordingFile::open(path)?;
         let mut slots: HashMap<String, u64> = HashMap::new();
+        let all_ns = self.to_ns.min(source.end_ns() - source.begin_ns()).saturating_sub(self.from_ns).max(1);
         for message in source.messages_from(source.begin_ns().saturating_add(self.from_ns))? {
             let message = message?;
             let since_ns = message.log_time.saturating_sub(source.begin_ns());
+            progress((since_ns.saturating_sub(self.from_ns) as f64 / all_ns as f64).min(1.0));
             if since_ns > self.to_ns {
                 continue;
             }
@@ -111,6 +156,8 @@ pub(super) struct Decoder {
     part: TimeRange,
     /// Message types by the id of their schema.
     types: HashMap<Option<u16>, Option<MessageDescriptor>>,
+    /// The last row of each topic.
+    rows: HashMap<String, Row>,
     /// Topics skipped because their messages are not protobuf.
     pub skipped: BTreeSet<String>,
 }
@@ -118,7 +165,7 @@ pub(super) struct Decoder {
 impl Decoder {
     /// Decodes a part of the recording at `path`.
     pub fn new(path: &Path, part: TimeRange) -> Self {
-        Decoder { path: path.to_owned(), part, types: HashMap::new(), skipped: BTreeSet::new() }
+        Decoder { path: path.to_owned(), part, types: HashMap::new(), rows: HashMap::new(), skipped: BTreeSet::new() }
     }
 
     /// The error of a recording without rows.
@@ -129,16 +176,21 @@ impl Decoder {
         }
     }
 
-    /// Calls `visit` for every decodable message, in order of log time; returns whether the file ends early.
-    pub fn each_row(&mut self, mut visit: impl FnMut(&str, &Row) -> Result<(), RecordingError>) -> Result<bool, RecordingError> {
+    /// Calls `visit` for every decodable message, in order of log time, and `progress` with the part that is done; returns whether
+    /// the file ends early.
+    pub fn each_row(
+        &mut self,
+        progress: &dyn Fn(f64),
+        mut visit: impl FnMut(&str, &Row) -> Result<(), RecordingError>,
+    ) -> Result<bool, RecordingError> {
         let (path, part) = (self.path.clone(), self.part);
-        part.each_message(&path, |message| match self.row(message)? {
-            Some(row) => visit(&message.channel.topic, &row),
+        part.each_message(&path, progress, |message| match self.row(message)? {
+            Some(row) => visit(&message.channel.topic, row),
             None => Ok(()),
         })
     }
 
-    fn row(&mut self, message: &RecordedMessage) -> Result<Option<Row>, RecordingError> {
+    fn row(&mut self, message: &RecordedMessage) -> Result<Option<&Row>, RecordingError> {
         let topic = &message.channel.topic;
         let schema = message.channel.schema.as_ref().map(|schema| schema.id);
         let Some(descriptor) = self.types.entry(schema).or_insert_with(|| descriptor(message)) else {
@@ -150,10 +202,16 @@ impl Decoder {
         let decoded = DynamicMessage::decode(descriptor.clone(), message.data.as_ref()).map_err(|error| {
             RecordingError::Undecodable { path: self.path.clone(), topic: topic.clone(), cause: error.to_string() }
         })?;
-        let time = |nanoseconds: u64| FieldValue::Time(i64::try_from(nanoseconds).unwrap_or(i64::MAX));
-        let [log_time, publish_time] = TIMES.map(str::to_owned);
-        let mut row = vec![(log_time, time(message.log_time)), (publish_time, time(message.publish_time))];
-        flatten("", &decoded, &mut row);
+        if !self.rows.contains_key(topic) {
+            self.rows.insert(topic.clone(), Row::default());
+        }
+        let Some(row) = self.rows.get_mut(topic) else { return Ok(None) };
+        row.values.clear();
+        for (name, nanoseconds) in TIMES.into_iter().zip([message.log_time, message.publish_time]) {
+            let time = FieldValue::Time(i64::try_from(nanoseconds).unwrap_or(i64::MAX));
+            row.below(name, |row| row.put(time));
+        }
+        flatten(&decoded, row);
         Ok(Some(row))
     }
 }
@@ -172,21 +230,19 @@ fn descriptor(message: &RecordedMessage) -> Option<MessageDescriptor> {
 
 /// Scalars of a message under dotted names. List entries are named by their label (`link`, `joint`, `index`), or else by
 /// position.
-fn flatten(prefix: &str, message: &DynamicMessage, row: &mut Row) {
+fn flatten(message: &DynamicMessage, row: &mut Row) {
     for field in message.descriptor().fields() {
-        if (field.supports_presence() && !message.has_field(&field)) || is_label(&field) && !prefix.is_empty() {
+        if (field.supports_presence() && !message.has_field(&field)) || is_label(&field) && !row.path.is_empty() {
             continue;
         }
-        let name = if prefix.is_empty() { field.name().to_owned() } else { format!("{prefix}.{}", field.name()) };
-        match message.get_field(&field).as_ref() {
+        row.below(field.name(), |row| match message.get_field(&field).as_ref() {
             Value::List(values) => {
                 for (place, value) in values.iter().enumerate() {
-                    let entry = value.as_message().and_then(label).unwrap_or_else(|| place.to_string());
-                    put(&format!("{name}.{entry}"), &field, value, row);
+                    row.below(EntryName { value, place }, |row| put(&field, value, row));
                 }
             }
-            value => put(&name, &field, value, row),
-        }
+            value => put(&field, value, row),
+        });
     }
 }
 
@@ -196,25 +252,37 @@ fn is_label(field: &FieldDescriptor) -> bool {
     LABELS.contains(&field.name())
 }
 
-fn label(message: &DynamicMessage) -> Option<String> {
-    let parts: Vec<String> = LABELS
-        .iter()
-        .filter_map(|name| message.descriptor().get_field_by_name(name))
-        .map(|field| cell(&field, &message.get_field(&field)).to_string())
-        .collect();
-    (!parts.is_empty()).then(|| parts.join("."))
+/// Name of an entry of a list: its labels, or else its place.
+struct EntryName<'a> {
+    value: &'a Value,
+    place: usize,
 }
 
-fn put(name: &str, field: &FieldDescriptor, value: &Value, row: &mut Row) {
+impl std::fmt::Display for EntryName<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut labels = 0;
+        if let Some(message) = self.value.as_message() {
+            let descriptor = message.descriptor();
+            for field in LABELS.iter().filter_map(|name| descriptor.get_field_by_name(name)) {
+                let dot = if labels == 0 { "" } else { "." };
+                write!(f, "{dot}{}", cell(&field, &message.get_field(&field)))?;
+                labels += 1;
+            }
+        }
+        if labels == 0 { write!(f, "{}", self.place) } else { Ok(()) }
+    }
+}
+
+fn put(field: &FieldDescriptor, value: &Value, row: &mut Row) {
     match value {
         Value::Message(message) if message.descriptor().full_name() == "google.protobuf.Timestamp" => {
             let part =
                 |part: &str| message.get_field_by_name(part).and_then(|value| value.as_i64().or(value.as_i32().map(i64::from)));
             let (seconds, nanos) = (part("seconds").unwrap_or(0), part("nanos").unwrap_or(0));
-            row.push((name.to_owned(), FieldValue::Time(seconds.saturating_mul(1_000_000_000).saturating_add(nanos))));
+            row.put(FieldValue::Time(seconds.saturating_mul(1_000_000_000).saturating_add(nanos)));
         }
-        Value::Message(message) => flatten(name, message, row),
-        value => row.push((name.to_owned(), cell(field, value))),
+        Value::Message(message) => flatten(message, row),
+        value => row.put(cell(field, value)),
     }
 }
 
@@ -243,7 +311,7 @@ fn cell(field: &FieldDescriptor, value: &Value) -> FieldValue {
 pub fn scalars(schema: &str, payload: &[u8]) -> Option<Vec<(String, String)>> {
     let pool = DescriptorPool::decode(crate::wire::DESCRIPTOR_SET).ok()?;
     let message = DynamicMessage::decode(pool.get_message_by_name(schema)?, payload).ok()?;
-    let mut row = Row::new();
-    flatten("", &message, &mut row);
-    Some(row.into_iter().map(|(name, cell)| (name, cell.to_string())).collect())
+    let mut row = Row::default();
+    flatten(&message, &mut row);
+    Some(row.cells().map(|(name, cell)| (name.to_owned(), cell.to_string())).collect())
 }

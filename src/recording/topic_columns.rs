@@ -6,7 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use super::RecordingError;
-use super::rows::{Decoder, FieldValue, Row, TimeRange};
+use super::rows::{Decoder, FieldValue, Row, TimeRange, place_of};
 
 /// Most different texts that a column may hold and still have numbers.
 const MOST_TEXTS: usize = 32;
@@ -34,14 +34,14 @@ pub struct TopicColumns {
     pub texts: Vec<(String, Vec<String>)>,
 }
 
-/// Reads all messages of a recording.
+/// Reads all messages of a recording. `progress` is called with the part that is done, from 0 to 1.
 ///
 /// # Errors
 /// [`RecordingError`] if the file cannot be read, is empty, or a message does not fit its schema.
-pub fn read_columns(recording: &Path) -> Result<Contents, RecordingError> {
+pub fn read_columns(recording: &Path, progress: &dyn Fn(f64)) -> Result<Contents, RecordingError> {
     let mut decoder = Decoder::new(recording, TimeRange::WHOLE);
     let mut topics: BTreeMap<String, ColumnBuilder> = BTreeMap::new();
-    let cut_off = decoder.each_row(|topic, row| {
+    let cut_off = decoder.each_row(progress, |topic, row| {
         topics.entry(topic.to_owned()).or_default().take(row);
         Ok(())
     })?;
@@ -89,10 +89,11 @@ impl Column {
 
 impl ColumnBuilder {
     fn take(&mut self, row: &Row) {
-        for (name, cell) in row {
-            let column = match self.columns.get_mut(name) {
-                Some(column) => column,
-                None => self.columns.entry(name.clone()).or_default(),
+        for (place, (name, cell)) in row.cells().enumerate() {
+            let place = place_of(&self.columns, place, name);
+            let column = match place.and_then(|place| self.columns.get_index_mut(place)) {
+                Some((_, column)) => column,
+                None => self.columns.entry(name.to_owned()).or_default(),
             };
             column.values.resize(self.rows, f64::NAN);
             let number = column.number(cell);

@@ -42,13 +42,10 @@ pub(super) fn options() -> WriteOptions {
 }
 
 /// Creates a new file, and its folder; overwrites nothing.
-pub(super) fn create_new(path: &Path) -> Result<File, RecordingError> {
+fn create_new(path: &Path) -> Result<File, RecordingError> {
     let folder = folder(path);
     std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
-    File::create_new(path).map_err(|cause| match cause.kind() {
-        std::io::ErrorKind::AlreadyExists => RecordingError::Exists(path.to_owned()),
-        _ => RecordingError::file(path)(cause),
-    })
+    File::create_new(path).map_err(RecordingError::new_file(path))
 }
 
 /// An open recording, written by the calling thread. [`Recorder`](super::Recorder) writes on a thread of its own.

@@ -13,11 +13,12 @@ use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
 use super::timeline::Timeline;
 use crate::recording::{
-    self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, WalkFlow, WalkItem, WhenFull, Written,
-    walk,
+    self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, Structure, WalkFlow, WalkItem, WhenFull,
+    Written, walk,
 };
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp};
+use crate::whole_file::Unfinished;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
 /// Settings of the new recording.
@@ -57,6 +58,8 @@ pub struct WhatIfOutcome {
     pub diverged: Option<Diverged>,
     /// The new recording.
     pub written: Vec<Written>,
+    /// Structure of the old recording, as far as it was read: whether it is damaged, or ends early.
+    pub source: Structure,
 }
 
 /// Re-simulates a session from the last checkpoint before the change, or with another scene from its start, and records the
@@ -77,16 +80,11 @@ pub fn what_if(
     let mut name = path.as_os_str().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = PathBuf::from(name);
-    let mut outcome = compute(source, change, &part, progress);
-    if let Ok(WhatIfOutcome { written, .. }) = &mut outcome {
-        let renamed = std::fs::rename(&part, path).map_err(|cause| RecordingError::File { path: path.to_owned(), cause });
-        written.iter_mut().for_each(|written| written.path = path.to_owned());
-        renamed?;
-    } else {
-        // It may not have been begun.
-        let _ = std::fs::remove_file(&part);
-    }
-    outcome
+    let unfinished = Unfinished::at(part.clone()).map_err(RecordingError::new_file(path))?;
+    let mut outcome = compute(source, change, &part, progress)?;
+    unfinished.finish(path, true).map_err(RecordingError::new_file(path))?;
+    outcome.written.iter_mut().for_each(|written| written.path = path.to_owned());
+    Ok(outcome)
 }
 
 fn compute(
@@ -124,7 +122,7 @@ fn compute(
         deviation: Deviation::default(),
     };
     let (mut number, mut end) = (0, Ok(()));
-    walk(&source.path, |found, position| {
+    let structure = walk(&source.path, |found, position| {
         progress(position);
         let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
         number += 1;
@@ -144,7 +142,7 @@ fn compute(
         }
         Err(Stopped::Other(error)) => return Err(error),
     };
-    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written })
+    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written, source: structure })
 }
 
 /// Number of messages before the checkpoint to start from: the first at its instant, before resets and changes there.

@@ -57,7 +57,7 @@ pub use shape::{LinkShape, likeness};
 pub use spectrum::{Eigenpair, lowest};
 pub use state_space::StateSpace;
 pub use subject::{Crank, Subject};
-pub use sweep::{Branch, Crossing, crossings, follow};
+pub use sweep::{Branch, Crossing, crossings, follow, is_uncertain};
 
 /// No modes can be told.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

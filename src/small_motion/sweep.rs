@@ -5,6 +5,8 @@ use super::shape::likeness;
 
 /// Least likeness of two shapes that are one mode.
 const ALIKE: f64 = 0.2;
+/// Least likeness of two shapes that are one mode beyond doubt.
+const SURELY_ALIKE: f64 = 0.8;
 
 /// One mode along a sweep.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +31,9 @@ pub struct Crossing {
 pub fn follow(points: &[Vec<Mode>], count: usize) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for (number, modes) in points.iter().enumerate() {
-        let taken = matches(points, &branches, modes);
+        let newest = |branch: &Branch| branch.places.iter().zip(points).rev().find_map(|(place, modes)| modes.get((*place)?));
+        let newest: Vec<Option<&Mode>> = branches.iter().map(newest).collect();
+        let taken: Vec<Option<usize>> = matches(&newest, modes).into_iter().map(|found| found.map(|(place, _)| place)).collect();
         for (branch, place) in branches.iter_mut().zip(&taken) {
             branch.places.push(*place);
         }
@@ -55,26 +59,32 @@ pub fn follow(points: &[Vec<Mode>], count: usize) -> Vec<Branch> {
     branches
 }
 
-/// The place among `modes` of every branch: pairs in the order of their likeness, each mode taken once.
-fn matches(points: &[Vec<Mode>], branches: &[Branch], modes: &[Mode]) -> Vec<Option<usize>> {
-    let last = |branch: &Branch| {
-        let at = branch.places.iter().zip(points).rev().find_map(|(place, modes)| Some(&modes[(*place)?]));
-        at.map(|mode| (mode, mode.kind == Kind::Masses))
-    };
+/// Whether one of the `count` lowest modes is not found beyond doubt among those of the next point: a point between them would help.
+pub fn is_uncertain(before: &[Mode], after: &[Mode], count: usize) -> bool {
+    let known: Vec<Option<&Mode>> = before.iter().map(Some).collect();
+    let found = matches(&known, after);
+    let lost = |found: &Option<(usize, f64)>| found.is_none_or(|(_, alike)| alike < SURELY_ALIKE);
+    !before.is_empty() && !after.is_empty() && found.iter().take(count).any(lost)
+}
+
+/// Place and likeness among `modes` of each that is known: pairs in the order of their likeness, each mode taken once.
+fn matches(known: &[Option<&Mode>], modes: &[Mode]) -> Vec<Option<(usize, f64)>> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    for (b, branch) in branches.iter().enumerate() {
-        let Some((before, masses)) = last(branch) else { continue };
+    for (k, before) in known.iter().enumerate().filter_map(|(k, before)| Some((k, (*before)?))) {
         for (place, mode) in modes.iter().enumerate() {
-            let alike =
-                if masses { f64::from(u8::from(before.number == mode.number)) } else { likeness(&before.links, &mode.links) };
-            pairs.push((alike, b, place));
+            let alike = match before.kind {
+                Kind::Masses => f64::from(u8::from(before.number == mode.number)),
+                _ => likeness(&before.links, &mode.links),
+            };
+            pairs.push((alike, k, place));
         }
     }
     pairs.sort_by(|one, other| other.0.total_cmp(&one.0));
-    let mut taken = vec![None; branches.len()];
-    for (alike, b, place) in pairs {
-        if alike >= ALIKE && taken[b].is_none() && !taken.contains(&Some(place)) {
-            taken[b] = Some(place);
+    let mut taken: Vec<Option<(usize, f64)>> = vec![None; known.len()];
+    for (alike, k, place) in pairs {
+        let is_free = !taken.iter().flatten().any(|(other, _)| *other == place);
+        if alike >= ALIKE && taken[k].is_none() && is_free {
+            taken[k] = Some((place, alike));
         }
     }
     taken

@@ -86,7 +86,7 @@ fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome 
     let angles: Vec<wire::Angles> = common::decoded(&file, "angles")?;
     let stated = |name: &str, error: f64| angles.iter().filter(|a| a.level == name && a.level_error_rad == Some(error)).count();
     assert!(stated("good", 1e-3) > 50 && stated("fair", 1e-2) > 100 && stated("rough", 1e-1) > 100);
-    let columns = flexcrank::recording::read_columns(&file)?;
+    let columns = flexcrank::recording::read_columns(&file, &|_| {})?;
     let texts = columns.topics.iter().find(|topic| topic.name.ends_with("/angles")).map(|topic| topic.texts.clone());
     let levels = texts.unwrap_or_default().into_iter().find(|(column, _)| column == "level").map(|(_, names)| names);
     assert_eq!(levels, Some(["good", "fair", "rough"].map(str::to_owned).to_vec()));

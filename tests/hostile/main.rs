@@ -7,6 +7,7 @@ mod descriptors;
 mod devices;
 mod growing;
 mod index;
+mod interrupted;
 mod long_names;
 mod memory;
 mod resumed;

@@ -36,6 +36,28 @@ fn regress_a_what_if_that_is_refused_leaves_nothing() -> Outcome {
     Ok(())
 }
 
+#[test]
+fn regress_a_what_if_of_a_broken_recording_says_so() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    let mut bytes = std::fs::read(sample("sample-three-pulses.mcap"))?;
+    std::fs::write(at.join("cut.mcap"), &bytes[..bytes.len() / 2])?;
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 3].fill(0xff);
+    std::fs::write(at.join("damaged.mcap"), &bytes)?;
+    for (file, why) in [
+        ("cut.mcap", "warning: the recording ends early; everything before was re-simulated"),
+        ("damaged.mcap", "warning: the recording is damaged in 1 place, and the result lacks what is lost there: byte "),
+    ] {
+        let words = ["what-if", file, "--set", "rod.density_kg_per_m3=2700", "--record", &format!("other-{file}")];
+        let (code, said) = ended(at, &words)?;
+        assert!(code == Some(3) && said.starts_with(why), "{file}: {code:?} {said}");
+        assert!(at.join(format!("other-{file}")).exists(), "{file}: what could be done is done");
+    }
+    assert_eq!(ended(at, &["verify", "other-cut.mcap"])?.0, Some(0));
+    Ok(())
+}
+
 /// Exit code and standard error where files may have at most this many blocks of 512 bytes, as on a full disk.
 fn on_a_full_disk(folder: &Path, blocks: u32, words: &[&str]) -> Outcome<(Option<i32>, String)> {
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
@@ -83,6 +105,22 @@ fn regress_an_export_of_times_alone_has_tables() -> Outcome {
     assert_eq!(code, Some(0), "{said}");
     let angles = std::fs::read_to_string(folder.path().join("t/flexcrank.crank.angles.csv"))?;
     assert_eq!(angles.lines().next(), Some("log_time,publish_time"));
+    Ok(())
+}
+
+#[test]
+fn regress_an_export_says_how_many_tables_it_replaced() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = sample("sample-three-pulses.mcap");
+    let words = ["export", &sample, "--csv", "t", "--parquet", "t", "--to", "0.1"];
+    let tables = |folder: &Path| files(&folder.join("t")).map(|files| files.len());
+    assert_eq!(ended(folder.path(), &words)?, (Some(0), String::new()));
+    let count = tables(folder.path())?;
+    let angles = folder.path().join("t/flexcrank.crank.angles.csv");
+    std::fs::write(&angles, "of another recording")?;
+    assert_eq!(ended(folder.path(), &words)?, (Some(0), format!("replaced {count} tables of the same names\n")));
+    assert_eq!(tables(folder.path())?, count);
+    assert!(std::fs::read_to_string(angles)?.starts_with("log_time,publish_time,"));
     Ok(())
 }
 

@@ -108,6 +108,9 @@ def rerun(folder):
     told = subprocess.run([sys.executable, "src/files/to-rerun", str(cut), str(out)], capture_output=True, text=True)
     one = told.returncode == 1 and told.stderr.count("\n") == 1
     expect("a recording that was cut off is refused in a sentence", one and "flexcrank recover" in told.stderr, told.stderr.strip())
+    bare = subprocess.run([sys.executable, "-S", "src/files/to-rerun", str(path), str(out)], capture_output=True, text=True)
+    one = bare.returncode == 1 and bare.stderr.count("\n") == 1
+    expect("without Rerun, a sentence says what to install", one and "pip install rerun-sdk" in bare.stderr, bare.stderr.strip())
     expect("Rerun finds mechanism and charts", sorted(drawn) == sorted([*links, "driving_torque_nm"]), ", ".join(drawn))
 
 

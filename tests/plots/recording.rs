@@ -47,6 +47,25 @@ fn prop_a_recording_gives_its_standard_figures() {
     let lines = document.descendants().filter_map(|node| node.attribute("points"));
     let longest = lines.map(|points| points.split_whitespace().count()).max().unwrap();
     assert_eq!(longest, 51, "a curve through every step");
+    let listed = plot(at, &["run.mcap", "--list", "-o", "none"]);
+    let names = String::from_utf8(listed.stdout).unwrap();
+    assert!(
+        expected
+            .iter()
+            .all(|(name, words)| names.lines().any(|line| line.starts_with(&format!("run-{name} ")) && line.ends_with(words[0]))),
+        "{names}"
+    );
+    assert!(listed.status.success() && !at.join("none").exists(), "nothing is drawn");
+    let columns = "links.crank.chord_rad,links.rod.chord_rad,nodes.crank.1.vx_m_per_s";
+    assert_eq!(plot(at, &["run.mcap", "--y", columns, "-o", "y.svg"]).status.code(), Some(0));
+    let drawn = texts(&std::fs::read_to_string(at.join("y.svg")).unwrap());
+    for text in [
+        "Crank chord angle, rod chord angle, crank node 1 velocity along x: run",
+        "time (s)",
+        "crank node 1 velocity along x (m/s)",
+    ] {
+        assert!(drawn.iter().any(|other| other == text), "{text} in {drawn:?}");
+    }
     let output = plot(at, &["run.mcap", "--y", "links.crank.chord_rd"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(complaint(&output).contains("did you mean `links.crank.chord_rad`?"), "{}", complaint(&output));

@@ -139,9 +139,9 @@ fn read_all_ways(broken: &Path, folder: &Path, session: &Session) {
     let played = replay(session, &plan, channel(), |_| Box::new(|_| {}));
     assert!(!matches!(played, Err(ServiceError::Died(_))), "the reading thread panicked");
     played.err().into_iter().for_each(|error| said(error.to_string()));
-    read_columns(broken).err().into_iter().for_each(|error| said(error.to_string()));
+    read_columns(broken, &|_| {}).err().into_iter().for_each(|error| said(error.to_string()));
     let tables = Export { csv: Some(folder.join("tables")), parquet: Some(folder.join("tables")), ..Export::default() };
-    export(broken, &tables).err().into_iter().for_each(|error| said(error.to_string()));
+    export(broken, &tables, &|_| {}).err().into_iter().for_each(|error| said(error.to_string()));
     match RecordedSession::open(broken) {
         Err(error) => said(error.to_string()),
         Ok(source) => {

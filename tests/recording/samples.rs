@@ -1,9 +1,10 @@
 //! The sample recordings stay readable.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flexcrank::recording::{read_columns, recover};
+use flexcrank::recording::{Export, export, read_columns, recover};
 
 use crate::common::Outcome;
 
@@ -23,7 +24,7 @@ fn path(name: &str) -> PathBuf {
 fn regress_samples_are_read_and_recovered() -> Outcome {
     let folder = tempfile::tempdir()?;
     for (name, seconds, cut_off) in SAMPLES {
-        let contents = read_columns(&path(name))?;
+        let contents = read_columns(&path(name), &|_| {})?;
         assert_eq!(contents.cut_off, cut_off, "{name}");
         let columns: usize = contents.topics.iter().map(|topic| topic.columns.len()).sum();
         assert!(contents.topics.len() >= 5 && columns > 60 && contents.skipped.is_empty(), "{name}: {columns} columns");
@@ -67,7 +68,7 @@ fn prop_samples_are_small() -> Outcome {
 fn regress_an_old_recording_stays_readable() -> Outcome {
     let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/recordings/composed-midpoint.mcap");
     let folder = tempfile::tempdir()?;
-    assert!(!read_columns(&old)?.cut_off);
+    assert!(!read_columns(&old, &|_| {})?.cut_off);
     assert!(recover(&old, &folder.path().join("recovered.mcap"), |_, _| {})?.loss.is_none());
     let run = |arguments: &[&str]| Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(arguments).arg(&old).output();
     let tables = folder.path().join("tables");
@@ -78,5 +79,28 @@ fn regress_an_old_recording_stays_readable() -> Outcome {
     let verified = run(&["verify"])?;
     let said = String::from_utf8(verified.stderr)?;
     assert!(verified.status.code() == Some(1) && said.contains("composed-midpoint") && said.contains("another build"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn prop_readings_report_the_part_that_is_done() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let is_even = |reported: &[f64]| {
+        let rises = reported.windows(2).all(|pair| pair[0] <= pair[1]);
+        let mut distinct = reported.to_vec();
+        distinct.dedup();
+        rises && distinct.len() > 100 && reported.first() == Some(&0.0) && reported.last() == Some(&1.0)
+    };
+    let reported = RefCell::new(Vec::new());
+    let progress = |done: f64| reported.borrow_mut().push(done);
+    read_columns(&path("sample-three-pulses.mcap"), &progress)?;
+    assert!(is_even(&reported.take()));
+    let [csv, ros2] = ["tables", "bag.mcap"].map(|name| Some(folder.path().join(name)));
+    for (from_s, to_s) in [(0.0, None), (1.0, Some(4.0))] {
+        let both = Export { csv: csv.clone(), ros2: ros2.clone(), from_s, to_s, ..Export::default() };
+        export(&path("sample-three-pulses.mcap"), &both, &progress)?;
+        assert!(is_even(&reported.take()), "from {from_s} s");
+        std::fs::remove_file(folder.path().join("bag.mcap"))?;
+    }
     Ok(())
 }

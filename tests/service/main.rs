@@ -206,7 +206,8 @@ fn prop_a_cut_off_recording_is_read_up_to_the_cut() -> Outcome {
     let kept = Messages::open(&cut)?.filter(Result::is_ok).count();
     assert!(kept > 5_000, "{kept} messages before the cut");
     let tables = folder.path().join("tables");
-    let exported = export(&cut, &Export { csv: Some(tables.clone()), parquet: Some(tables.clone()), ..Export::default() })?;
+    let exported =
+        export(&cut, &Export { csv: Some(tables.clone()), parquet: Some(tables.clone()), ..Export::default() }, &|_| {})?;
     assert!(exported.cut_off && exported.tables.len() % 2 == 0);
     let parquet = std::fs::read(tables.join("flexcrank.test.loads.parquet"))?;
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1") && parquet.len() > 100_000, "{} bytes", parquet.len());

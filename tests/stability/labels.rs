@@ -9,7 +9,9 @@ use flexcrank::scene::{Scene, SceneSource};
 use flexcrank::simulation::{Checkpoint, Motion, Simulation};
 use flexcrank::small_motion::growth::BOUND;
 use flexcrank::small_motion::{Linearised, Point, Subject};
-use flexcrank::study::stability::{Axis, BaseScene, Category, Cell, Label, Map, MapPlan, Measure, Outcome, Spacing, sweep};
+use flexcrank::study::stability::{
+    Axis, BaseScene, Category, Cell, Label, Map, MapPlan, Measure, Outcome, Quantity, Spacing, sweep,
+};
 use nalgebra::{DMatrix, DVector};
 
 use crate::Tried;
@@ -146,7 +148,8 @@ impl Drawn {
 /// Runs cells against the reference.
 fn run(base: &BaseScene, drawn: &Drawn, cells: Vec<Cell>) -> Vec<Outcome> {
     let values = (0..cells.len()).map(|n| n as f64).collect();
-    let (x, y) = (Axis::new("cell", Spacing::Listed, values), Axis::new("one", Spacing::Listed, vec![0.0]));
+    let quantity = |name| Quantity { name, words: name, unit: "" };
+    let (x, y) = (Axis::new(quantity("cell"), Spacing::Listed, values), Axis::new(quantity("one"), Spacing::Listed, vec![0.0]));
     let cells = cells.into_iter().map(|cell| Cell { reference: Some(0), ..cell }).collect();
     let map = Map { name: "labels".into(), title: "labels".into(), x, y, cells };
     let reference = drawn.cell(&words(&["solver.integrator=esdirk"]), drawn.over_s / 6000.0, drawn.meshed.then_some(8));

@@ -7,8 +7,8 @@ use flexcrank::integrate::RungeKutta;
 use flexcrank::scene::{ModelKind, SceneSource};
 use flexcrank::simulation::Simulation;
 use flexcrank::study::stability::{
-    Axis, BaseScene, Category, Cell, Extent, Map, MapPlan, Measure, Outcome, Point, ROUNDING, Scheme, Spacing, Swept, counts,
-    fails_finer, fails_finer_table, order_table, radius_table, sweep, table,
+    Axis, BaseScene, Category, Cell, Extent, Map, MapPlan, Measure, Outcome, Point, Quantity, ROUNDING, Scheme, Spacing, Swept,
+    counts, fails_finer, fails_finer_table, order_table, radius_table, sweep, table,
 };
 
 mod labels;
@@ -125,7 +125,8 @@ fn prop_every_extreme_ends_cleanly() -> Tried {
 
 /// Two rows of four steps that ended so.
 fn ended(categories: [Category; 8]) -> Swept {
-    let axis = |name, values: &[f64]| Axis::new(name, Spacing::Listed, values.to_vec());
+    let quantity = |name| Quantity { name, words: "", unit: "s" };
+    let axis = |name, values: &[f64]| Axis::new(quantity(name), Spacing::Listed, values.to_vec());
     let cell = Cell { overrides: Vec::new(), steps: 1, reference: None, measure: Measure::Travel, switch: None };
     let (x, y) = (axis("step_s", &[1e-6, 1e-5, 1e-4, 1e-3]), axis("damping_s", &[0.0, 1.0]));
     let map = Map { name: "damping".into(), title: "damping".into(), x, y, cells: vec![cell; 8] };

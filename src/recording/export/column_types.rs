@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 
 use crate::nearest::{columns_by_topic, nearest};
 use crate::recording::RecordingError;
-use crate::recording::rows::{FieldValue, Row, TIMES};
+use crate::recording::rows::{FieldValue, TIMES, place_of};
 
 /// The type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,12 +44,12 @@ impl ColumnType {
 pub(crate) type Columns = IndexMap<String, ColumnType>;
 
 /// Adds the columns of a row.
-pub(super) fn learn(columns: &mut Columns, row: &Row) {
-    for (name, cell) in row {
+pub(super) fn learn<'a>(columns: &mut Columns, cells: impl Iterator<Item = (&'a str, &'a FieldValue)>) {
+    for (place, (name, cell)) in cells.enumerate() {
         let kind = ColumnType::of(cell);
-        match columns.get_mut(name) {
-            Some(known) => *known = known.with(kind),
-            None => _ = columns.insert(name.clone(), kind),
+        match place_of(columns, place, name).and_then(|place| columns.get_index_mut(place)) {
+            Some((_, known)) => *known = known.with(kind),
+            None => _ = columns.insert(name.to_owned(), kind),
         }
     }
 }
@@ -121,7 +121,7 @@ mod tests {
     fn prop_a_column_has_one_type() {
         let mut columns = Columns::new();
         for cell in [FieldValue::Integer(1), FieldValue::Number(0.5), FieldValue::Integer(2)] {
-            learn(&mut columns, &vec![("x".to_owned(), cell)]);
+            learn(&mut columns, [("x", &cell)].into_iter());
         }
         assert_eq!(columns.into_iter().collect::<Vec<_>>(), [("x".to_owned(), ColumnType::Number)]);
     }

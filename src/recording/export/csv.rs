@@ -1,5 +1,6 @@
 //! CSV tables.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use super::Sheet;
@@ -29,7 +30,14 @@ impl CsvSheet {
 
 impl Sheet for CsvSheet {
     fn write(&mut self, cells: &[Option<&FieldValue>]) -> Result<(), RecordingError> {
-        self.line(cells.iter().map(|cell| cell.map_or(String::new(), FieldValue::to_string)))
+        let mut text = String::new();
+        for cell in cells {
+            text.clear();
+            // Writing to a string does not fail.
+            cell.iter().for_each(|cell| _ = write!(text, "{cell}"));
+            self.writer.write_field(&text).map_err(|error| RecordingError::file(&self.path)(error.into()))?;
+        }
+        self.line(std::iter::empty::<&[u8]>())
     }
 
     fn finish(self: Box<Self>) -> Result<PathBuf, RecordingError> {

@@ -8,7 +8,7 @@ mod ros2;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::rows::{Decoder, FieldValue, Row, TimeRange};
+use super::rows::{Decoder, FieldValue, Row, TimeRange, place_of};
 use super::{RecordingError, RecordingFile, writer::Written};
 pub(crate) use column_types::{ColumnType, Columns};
 use column_types::{learn, select};
@@ -38,6 +38,8 @@ pub struct Export {
 pub struct Exported {
     /// One table per topic and format.
     pub tables: Vec<Written>,
+    /// Number of tables that replaced one of the same name.
+    pub replaced: usize,
     /// The file for ROS 2.
     pub ros2: Option<Written>,
     /// Whether the recording ended early.
@@ -48,30 +50,34 @@ pub struct Exported {
 
 /// Writes tables and a file for ROS 2, as far as they are wanted.
 ///
-/// Tables are `FOLDER/<topic, with dots for slashes>.csv`, and `.parquet`, for every protobuf topic of a recording. The columns `log_time` and `publish_time` come first. Every scalar of the message follows under its dotted name, with one type
+/// Tables of the same names are replaced. They are `FOLDER/<topic, with dots for slashes>.csv`, and `.parquet`, for every protobuf topic of a recording. The columns `log_time` and `publish_time` come first. Every scalar of the message follows under its dotted name, with one type
 /// throughout: integer, number, boolean, text or time. The file is read twice: for the columns, since messages may omit fields,
-/// and for the rows.
+/// and for the rows. `progress` is called with the part of the work that is done, from 0 to 1.
 ///
 /// # Errors
 /// [`RecordingError`] if the recording cannot be read, a message does not fit its schema, a requested time or column does not
 /// exist, or a table cannot be written.
-pub fn export(recording: &Path, export: &Export) -> Result<Exported, RecordingError> {
+pub fn export(recording: &Path, export: &Export, progress: &dyn Fn(f64)) -> Result<Exported, RecordingError> {
     let part = TimeRange::new(export.from_s, export.to_s, export.every_s);
     let with_tables = export.csv.is_some() || export.parquet.is_some();
-    let mut exported = if with_tables { tables(recording, export, part)? } else { Exported::default() };
+    let before_ros2 = if with_tables { 2.0 } else { 0.0 };
+    let readings = before_ros2 + if export.ros2.is_some() { 1.0 } else { 0.0 };
+    let at = |done: f64| progress(done / readings);
+    let mut exported = if with_tables { tables(recording, export, part, &at)? } else { Exported::default() };
     if let Some(to) = &export.ros2 {
-        let (written, cut_off) = ros2::export(recording, to, part)?;
+        let (written, cut_off) = ros2::export(recording, to, part, &|done| at(before_ros2 + done))?;
         exported.cut_off |= cut_off;
         exported.ros2 = Some(written);
     }
     Ok(exported)
 }
 
-fn tables(recording: &Path, export: &Export, part: TimeRange) -> Result<Exported, RecordingError> {
+/// Writes the tables; `progress` is called with the readings that are done, from 0 to 2.
+fn tables(recording: &Path, export: &Export, part: TimeRange, progress: &dyn Fn(f64)) -> Result<Exported, RecordingError> {
     let mut decoder = Decoder::new(recording, part);
     let mut topics: BTreeMap<String, Columns> = BTreeMap::new();
-    let cut_off = decoder.each_row(|topic, row| {
-        learn(topics.entry(topic.to_owned()).or_default(), row);
+    let cut_off = decoder.each_row(progress, |topic, row| {
+        learn(topics.entry(topic.to_owned()).or_default(), row.cells());
         Ok(())
     })?;
     if topics.is_empty() {
@@ -82,12 +88,14 @@ fn tables(recording: &Path, export: &Export, part: TimeRange) -> Result<Exported
     for (topic, columns) in topics {
         tables.insert(topic.clone(), Table::create(export, &topic, columns)?);
     }
-    decoder.each_row(|topic, row| tables.get_mut(topic).map_or(Ok(()), |table| table.write(row)))?;
-    let mut written = Vec::new();
+    decoder
+        .each_row(&|done| progress(1.0 + done), |topic, row| tables.get_mut(topic).map_or(Ok(()), |table| table.write(row)))?;
+    let (mut written, mut replaced) = (Vec::new(), 0);
     for table in tables.into_values() {
+        replaced += table.replaces;
         table.finish(&mut written)?;
     }
-    Ok(Exported { tables: written, ros2: None, cut_off, skipped: decoder.skipped.into_iter().collect() })
+    Ok(Exported { tables: written, replaced, ros2: None, cut_off, skipped: decoder.skipped.into_iter().collect() })
 }
 
 /// The error for an export without rows: the recording has none at the requested times, or none at all.
@@ -110,14 +118,19 @@ pub(crate) trait Sheet {
 struct Table {
     columns: Columns,
     sheets: Vec<Box<dyn Sheet>>,
+    /// Number of sheets whose files exist.
+    replaces: usize,
     rows: u64,
 }
 
 impl Table {
     fn create(export: &Export, topic: &str, columns: Columns) -> Result<Self, RecordingError> {
-        let place = |folder: &Path, ending: &str| {
+        let mut replaces = 0;
+        let mut place = |folder: &Path, ending: &str| {
             std::fs::create_dir_all(folder).map_err(RecordingError::file(folder))?;
-            Ok(folder.join(format!("{}.{ending}", topic.trim_start_matches('/').replace('/', "."))))
+            let path = folder.join(format!("{}.{ending}", topic.trim_start_matches('/').replace('/', ".")));
+            replaces += usize::from(path.exists());
+            Ok(path)
         };
         let mut sheets: Vec<Box<dyn Sheet>> = Vec::new();
         if let Some(folder) = &export.csv {
@@ -126,13 +139,13 @@ impl Table {
         if let Some(folder) = &export.parquet {
             sheets.push(Box::new(parquet::ParquetSheet::create(place(folder, "parquet")?, &columns)?));
         }
-        Ok(Table { columns, sheets, rows: 0 })
+        Ok(Table { columns, sheets, replaces, rows: 0 })
     }
 
     fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
         let mut cells = vec![None; self.columns.len()];
-        for (name, cell) in row {
-            if let Some(column) = self.columns.get_index_of(name) {
+        for (place, (name, cell)) in row.cells().enumerate() {
+            if let Some(column) = place_of(&self.columns, place, name) {
                 cells[column] = Some(cell);
             }
         }

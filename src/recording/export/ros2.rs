@@ -1,8 +1,7 @@
 //! Export for ROS 2: an MCAP file with the messages that `run --ros2` publishes, as `ros2 bag play` reads it.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use mcap::Writer;
@@ -12,9 +11,10 @@ use mcap::write::NoSeek;
 use super::super::RecordingError;
 use super::super::format::RecordedMessage;
 use super::super::rows::TimeRange;
-use super::super::writer::{Written, create_new, options};
+use super::super::writer::{Written, options};
 use crate::bus::Name;
 use crate::ros2::{Converter, RosMessage, node_name};
+use crate::whole_file::WholeFile;
 use crate::wire::Message;
 
 /// Profile and encodings by which programs of ROS 2 know the file.
@@ -23,14 +23,15 @@ const MESSAGE_ENCODING: &str = "cdr";
 const SCHEMA_ENCODING: &str = "ros2msg";
 
 /// Writes a part of a recording. Returns the file, and whether the recording ends early.
-pub(super) fn export(recording: &Path, to: &Path, part: TimeRange) -> Result<(Written, bool), RecordingError> {
+pub(super) fn export(
+    recording: &Path,
+    to: &Path,
+    part: TimeRange,
+    progress: &dyn Fn(f64),
+) -> Result<(Written, bool), RecordingError> {
     let mut bag = Bag::create(to)?;
-    let exported = convert(recording, part, &mut bag).and_then(|cut_off| Ok((bag.finish()?, cut_off)));
-    if exported.is_err() {
-        // A file without its end is useless, and would be in the way of the next attempt.
-        let _ = std::fs::remove_file(to);
-    }
-    exported
+    let cut_off = convert(recording, part, progress, &mut bag)?;
+    Ok((bag.finish()?, cut_off))
 }
 
 /// Log and publish time, ns.
@@ -39,9 +40,9 @@ type Times = (u64, u64);
 /// The services of a recording, with the times of their messages that wait.
 type Services = BTreeMap<Name, (Converter, Times)>;
 
-fn convert(recording: &Path, part: TimeRange, bag: &mut Bag) -> Result<bool, RecordingError> {
+fn convert(recording: &Path, part: TimeRange, progress: &dyn Fn(f64), bag: &mut Bag) -> Result<bool, RecordingError> {
     let mut services = Services::new();
-    let cut_off = part.each_message(recording, |message| {
+    let cut_off = part.each_message(recording, progress, |message| {
         let Some((name, decoded)) = decode(recording, message)? else { return Ok(()) };
         let first = services.is_empty();
         let new = || (Converter::new(&node_name(&name), first), (0, 0));
@@ -79,7 +80,7 @@ fn decode(recording: &Path, message: &RecordedMessage) -> Result<Option<(Name, M
 /// The file being written.
 struct Bag {
     path: PathBuf,
-    mcap: Writer<NoSeek<BufWriter<File>>>,
+    mcap: Writer<NoSeek<BufWriter<WholeFile>>>,
     /// Channel and last sequence number of every topic.
     channels: BTreeMap<String, (u16, u32)>,
     messages: u64,
@@ -87,7 +88,11 @@ struct Bag {
 
 impl Bag {
     fn create(path: &Path) -> Result<Self, RecordingError> {
-        let output = NoSeek::new(BufWriter::new(create_new(path)?));
+        if path.exists() {
+            return Err(RecordingError::Exists(path.to_owned()));
+        }
+        let file = WholeFile::create(path).map_err(RecordingError::file(path))?;
+        let output = NoSeek::new(BufWriter::new(file));
         let mcap = options().profile(PROFILE).create(output).map_err(RecordingError::mcap(path))?;
         Ok(Bag { path: path.to_owned(), mcap, channels: BTreeMap::new(), messages: 0 })
     }
@@ -124,7 +129,9 @@ impl Bag {
 
     fn finish(mut self) -> Result<Written, RecordingError> {
         self.mcap.finish().map_err(RecordingError::mcap(&self.path))?;
-        self.mcap.into_inner().into_inner().flush().map_err(RecordingError::file(&self.path))?;
+        let file = self.mcap.into_inner().into_inner().into_inner();
+        let file = file.map_err(|refused| RecordingError::file(&self.path)(refused.into_error()))?;
+        file.finish_new().map_err(RecordingError::new_file(&self.path))?;
         Ok(Written { path: self.path, messages: self.messages, limited: false })
     }
 }

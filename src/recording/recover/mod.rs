@@ -144,6 +144,6 @@ fn conclude(mut salvage: Salvage, mut loss: Loss, (broken, output): (&Path, &Pat
     loss.seconds = (salvage.hole_ns + ends) as f64 * 1e-9;
     let (messages, unchecked) = (salvage.saved(), salvage.unchecked);
     let lost = loss.counted.then(|| loss.orphans + loss.messages.values().sum::<u64>());
-    salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?.finish().map_err(RecordingError::file(output))?;
+    salvage.finish(broken, lost).map_err(RecordingError::mcap(output))?.finish_new().map_err(RecordingError::new_file(output))?;
     Ok(Recovered { messages, unchecked, span_s: (last - first) as f64 * 1e-9, loss })
 }

@@ -8,6 +8,7 @@
 use super::maps::{Builder, Extent, decades, set};
 use super::methods::Method;
 use super::plan::{Axis, Cell, Measure, Spacing};
+use super::quantity::{self, Quantity};
 use crate::scene::ModelKind;
 
 /// Step limit of a cell, however fine its steps: 20 ms of the motion at 1 µs, all of it from 13 µs on.
@@ -24,7 +25,7 @@ const REFERENCE_ELEMENTS: usize = 20;
 /// A scene key that a map varies.
 struct Varied {
     map: &'static str,
-    axis: &'static str,
+    axis: Quantity,
     values: Vec<f64>,
     keys: &'static [&'static str],
     suits: fn(ModelKind) -> bool,
@@ -35,21 +36,21 @@ fn varied() -> [Varied; 3] {
     [
         Varied {
             map: "damping",
-            axis: "damping_s",
+            axis: quantity::DAMPING,
             values: from_nothing(-6, 0),
             keys: &["crank.damping_s", "rod.damping_s"],
             suits: |model| model != ModelKind::Rigid,
         },
         Varied {
             map: "base-damper",
-            axis: "damper_nm_s_per_rad",
+            axis: quantity::DAMPER,
             values: from_nothing(-3, 5),
             keys: &["base.damper_nm_s_per_rad"],
             suits: |_| true,
         },
         Varied {
             map: "friction",
-            axis: "friction_n_s_per_m",
+            axis: quantity::FRICTION,
             values: from_nothing(-2, 6),
             keys: &["slider.friction_n_s_per_m"],
             suits: |_| true,
@@ -75,7 +76,7 @@ impl Builder<'_> {
 
     /// Modes of both links.
     pub(super) fn modes(&mut self) {
-        let modes = Axis { spacing: Spacing::Listed, ..self.axis("modes", [1, 2, 4, 8, 12, 20].map(f64::from).to_vec()) };
+        let modes = Axis { spacing: Spacing::Listed, ..self.axis(quantity::MODES, [1, 2, 4, 8, 12, 20].map(f64::from).to_vec()) };
         for method in Method::all().filter(|method| method.model == ModelKind::Modal) {
             self.against_fine_steps("modes", &modes, |count| Row {
                 method,
@@ -89,7 +90,7 @@ impl Builder<'_> {
     /// Elements of both links.
     pub(super) fn fine_meshes(&mut self) {
         let counts = [1, 2, 5, 10, 20, 50, 100, 200].map(f64::from).to_vec();
-        let counts = Axis { spacing: Spacing::Listed, ..self.axis("elements", counts) };
+        let counts = Axis { spacing: Spacing::Listed, ..self.axis(quantity::ELEMENTS, counts) };
         for method in Method::all().filter(|method| method.model == ModelKind::FiniteElement) {
             self.against_fine_steps("mesh", &counts, |count| Row {
                 method: method.meshed(count as usize),
@@ -101,7 +102,7 @@ impl Builder<'_> {
     }
 
     fn against_fine_steps(&mut self, map: &str, y: &Axis, row: impl Fn(f64) -> Row) {
-        let x = Axis { spacing: Spacing::Log, ..self.axis("step_s", decades(-6, -2, 2)) };
+        let x = Axis { spacing: Spacing::Log, ..self.axis(quantity::STEP, decades(-6, -2, 2)) };
         let (mut cells, mut named) = (Vec::new(), None);
         for &value in &y.values {
             let Row { method, reference, given, most_steps } = row(value);

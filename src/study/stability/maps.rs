@@ -13,6 +13,7 @@ use super::methods::{
     MODAL_TWO_POINT, Method, RIGID, RIGID_TWO_POINT,
 };
 use super::plan::{Axis, Cell, Map, MapPlan, Measure, Spacing};
+use super::quantity::{self, Quantity};
 use crate::scene::{IntegratorKind, ModelKind};
 use Spacing::{Linear, Listed, Log};
 
@@ -57,7 +58,7 @@ impl MapPlan {
 
 impl Builder<'_> {
     fn stiffness(&mut self) {
-        let moduli = self.axis("youngs_modulus_pa", decades(4, 15, 2));
+        let moduli = self.axis(quantity::YOUNGS_MODULUS, decades(4, 15, 2));
         for method in [MODAL, MODAL_EXPLICIT, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK, INCREMENTAL] {
             self.by_step("stiffness", method, &moduli, |modulus| {
                 ["crank", "rod"].map(|link| set(&format!("{link}.youngs_modulus_pa"), modulus)).to_vec()
@@ -68,7 +69,7 @@ impl Builder<'_> {
     /// Prescribed crank speeds, as parts of the rod's first resonance.
     fn crank_speed(&mut self) {
         let parts = vec![0.01, 0.1, 0.25, 0.5, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.25, 2.0, 4.0, 10.0, 100.0];
-        let speeds = self.axis("speed_over_resonance", parts);
+        let speeds = Axis { spacing: Log, ..self.axis(quantity::SPEED, parts) };
         let resonance = self.base.rod_resonance_rad_per_s;
         for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("crank-speed", method, &speeds, |part| {
@@ -79,7 +80,7 @@ impl Builder<'_> {
     }
 
     fn slenderness(&mut self) {
-        let slenderness = self.axis("length_over_depth", decades(0, 6, 2));
+        let slenderness = self.axis(quantity::SLENDERNESS, decades(0, 6, 2));
         let base = self.base;
         for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("slenderness", method, &slenderness, |slenderness| base.square_sections(slenderness));
@@ -89,7 +90,7 @@ impl Builder<'_> {
     /// λ = l1/l2, the rod as it is.
     fn ratio(&mut self) {
         let ratios = vec![0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 0.9999, 1.0];
-        let ratios = Axis { spacing: Listed, ..self.axis("ratio", ratios) };
+        let ratios = Axis { spacing: Listed, ..self.axis(quantity::RATIO, ratios) };
         let rod_m = self.base.lengths_m[1];
         for method in [RIGID, MODAL, FINITE_ELEMENT] {
             self.by_step("ratio", method, &ratios, |ratio| vec![set("crank.length_m", ratio * rod_m)]);
@@ -99,7 +100,7 @@ impl Builder<'_> {
     fn slider_mass(&mut self) {
         let mut masses = vec![0.0];
         masses.extend(decades(-6, 6, 1));
-        let masses = Axis { spacing: Listed, ..self.axis("slider_over_rod_mass", masses) };
+        let masses = Axis { spacing: Listed, ..self.axis(quantity::SLIDER_MASS, masses) };
         let rod_kg = self.base.rod_mass_kg;
         for method in [MODAL, MODAL_ESDIRK, FINITE_ELEMENT, FINITE_ELEMENT_ESDIRK] {
             self.by_step("slider-mass", method, &masses, |part| vec![set("slider.mass_kg", part * rod_kg)]);
@@ -108,7 +109,7 @@ impl Builder<'_> {
 
     fn elements(&mut self) {
         let counts: Vec<f64> = [0, 1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000, 1001].map(f64::from).to_vec();
-        let counts = Axis { spacing: Listed, ..self.axis("elements", counts) };
+        let counts = Axis { spacing: Listed, ..self.axis(quantity::ELEMENTS, counts) };
         let x = self.step_axis();
         let reference = self.reference(&FINITE_ELEMENT, &[]);
         let mut cells = Vec::new();
@@ -125,14 +126,14 @@ impl Builder<'_> {
     }
 
     fn weight(&mut self) {
-        let weights = self.axis("weight", (0..=10).map(|n| f64::from(n) / 10.0).collect());
+        let weights = self.axis(quantity::WEIGHT, (0..=10).map(|n| f64::from(n) / 10.0).collect());
         for method in [RIGID_TWO_POINT, INCREMENTAL, MODAL_TWO_POINT, FINITE_ELEMENT_TWO_POINT] {
             self.by_step("weight", method, &weights, |weight| vec![set("solver.weight", weight)]);
         }
     }
 
     fn rho_infinity(&mut self) {
-        let rhos = self.axis("rho_infinity", vec![0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+        let rhos = self.axis(quantity::RHO_INFINITY, vec![0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
         for method in [MODAL, FINITE_ELEMENT] {
             self.by_step("rho-infinity", method, &rhos, |rho| vec![set("solver.rho_infinity", rho)]);
         }
@@ -141,8 +142,8 @@ impl Builder<'_> {
     /// Pulses from nothing to far beyond what the links bear, from far within a step to thousands of them.
     fn pulses(&mut self) {
         let step_s = 1e-3;
-        let torques = self.axis("torque_nm", decades(-9, 9, 1));
-        let lengths = self.axis("duration_over_step", decades(-6, 4, 1));
+        let torques = self.axis(quantity::TORQUE, decades(-9, 9, 1));
+        let lengths = self.axis(quantity::DURATION, decades(-6, 4, 1));
         for method in [RIGID, MODAL] {
             let mut cells = Vec::new();
             for &torque_nm in &torques.values {
@@ -173,8 +174,8 @@ impl Builder<'_> {
         angles.extend([0.0, FRAC_PI_2, PI].into_iter().flat_map(near));
         angles.extend([-1e-12, 1e-12, TAU, 1e6]);
         angles.sort_by(f64::total_cmp);
-        let angles = Axis { spacing: Listed, ..self.axis("start_angle_rad", angles) };
-        let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.1, 0.3333, 0.9, 0.999, 0.9999]) };
+        let angles = Axis { spacing: Listed, ..self.axis(quantity::START_ANGLE, angles) };
+        let ratios = Axis { spacing: Listed, ..self.axis(quantity::RATIO, vec![0.1, 0.3333, 0.9, 0.999, 0.9999]) };
         for method in [RIGID, MODAL, FINITE_ELEMENT, INCREMENTAL] {
             let mut cells = Vec::new();
             for &angle in &angles.values {
@@ -193,8 +194,8 @@ impl Builder<'_> {
     /// A million revolutions of the rigid model, rolling freely at about ten a second, without reset.
     fn revolutions(&mut self) {
         let revolutions = if self.extent == Extent::Whole { 1_000_000 } else { 1_000 };
-        let ratios = Axis { spacing: Listed, ..self.axis("ratio", vec![0.3333, 0.9]) };
-        let parts = Axis::new("steps_per_revolution", Log, vec![16.0, 32.0]);
+        let ratios = Axis { spacing: Listed, ..self.axis(quantity::RATIO, vec![0.3333, 0.9]) };
+        let parts = Axis::new(quantity::STEPS_PER_TURN, Log, vec![16.0, 32.0]);
         for method in [RIGID, RIGID_TWO_POINT] {
             let mut cells = Vec::new();
             for &ratio in &ratios.values {
@@ -238,7 +239,7 @@ impl Builder<'_> {
 
     pub(super) fn add(&mut self, name: &str, method: &Method, x: &Axis, y: &Axis, cells: Vec<Cell>) {
         let name = format!("{name}-{}", method.name());
-        let title = format!("{}, {}", y.name.replace('_', " "), method.title());
+        let title = format!("{} and {}: {}", y.of.words, x.of.words, method.title());
         self.plan.maps.push(Map { name, title, x: x.clone(), y: y.clone(), cells });
     }
 
@@ -257,11 +258,11 @@ impl Builder<'_> {
     }
 
     fn step_axis(&self) -> Axis {
-        Axis { spacing: Log, ..self.axis("step_s", decades(-5, 0, 2)) }
+        Axis { spacing: Log, ..self.axis(quantity::STEP, decades(-5, 0, 2)) }
     }
 
     /// All values, or a few of them, the ends included.
-    pub(super) fn axis(&self, name: &'static str, values: Vec<f64>) -> Axis {
+    pub(super) fn axis(&self, of: Quantity, values: Vec<f64>) -> Axis {
         let most = 4;
         let last = values.len() - 1;
         let values = match self.extent {
@@ -269,7 +270,7 @@ impl Builder<'_> {
             _ => values,
         };
         let ratios = values.windows(2).all(|pair| pair[0] > 0.0 && pair[1] > 3.0 * pair[0]);
-        Axis::new(name, if ratios { Log } else { Linear }, values)
+        Axis::new(of, if ratios { Log } else { Linear }, values)
     }
 
     /// Steps over the time that every cell covers, or twenty of long ones.

@@ -1,5 +1,8 @@
 //! The plan of a sweep: maps of cells, each a scene with overrides.
 
+use std::f64::consts::FRAC_PI_2;
+
+use super::quantity::{Quantity, START_ANGLE};
 use crate::nearest::nearest;
 
 /// No map has a name with the given part.
@@ -29,8 +32,8 @@ pub enum Spacing {
 /// One axis of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Name with unit, as in `step_s`.
-    pub name: &'static str,
+    /// What it shows.
+    pub of: Quantity,
     /// Values, ascending.
     pub values: Vec<f64>,
     /// Spacing of the values.
@@ -39,8 +42,36 @@ pub struct Axis {
 
 impl Axis {
     /// An axis of these values.
-    pub fn new(name: &'static str, spacing: Spacing, values: Vec<f64>) -> Self {
-        Axis { name, values, spacing }
+    pub fn new(of: Quantity, spacing: Spacing, values: Vec<f64>) -> Self {
+        Axis { of, values, spacing }
+    }
+
+    /// A value as a label of at most eight characters.
+    pub fn shown(&self, value: f64) -> String {
+        let rounded = format!("{value:.3e}").parse().unwrap_or(value);
+        let [plain, power] = [format!("{rounded}"), format!("{rounded:e}")];
+        let number = if power.len() < plain.len() { power } else { plain };
+        let by_angle = (self.of == START_ANGLE).then(|| beside_right_angle(value)).flatten();
+        by_angle.unwrap_or(number)
+    }
+}
+
+/// An angle at a right angle or close to one: `π/2-1e-9`.
+fn beside_right_angle(angle_rad: f64) -> Option<String> {
+    let quarters = (angle_rad / FRAC_PI_2).round();
+    let multiple = match quarters as i64 {
+        -2 => "-π",
+        -1 => "-π/2",
+        1 => "π/2",
+        2 => "π",
+        4 => "2π",
+        _ => return None,
+    };
+    let beside = angle_rad - quarters * FRAC_PI_2;
+    match beside.abs() {
+        0.0 => Some(multiple.to_owned()),
+        0.0..0.01 => Some(format!("{multiple}{beside:+.0e}")),
+        _ => None,
     }
 }
 

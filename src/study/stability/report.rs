@@ -5,10 +5,12 @@ use std::path::Path;
 use super::label::Label;
 use super::outcome::{Category, Outcome};
 use super::plan::Map;
+use super::quantity::STEP;
 use super::sweep::Swept;
 use crate::integrate::StepError;
 use crate::simulation::Cause;
 use crate::study::Table;
+use crate::whole_file::WholeFile;
 
 /// One row per cell: verdict on the energy balance, label, values of the axes, category (its index in [`Category::ALL`]), error over its
 /// bound's scale, steps, time and energy reached, growth by the mechanism; NaN for missing values.
@@ -21,8 +23,8 @@ pub fn table(swept: &Swept) -> Table {
     let mut table = Table::default();
     table.push_words("energy_verdict", swept.outcomes.iter().map(|end| end.verdict_as_str().to_owned()).collect());
     table.push_words("label", swept.outcomes.iter().map(|end| end.label_as_str().to_owned()).collect());
-    table.push(x.name, cells.clone().map(|n| value(&x.values, n % columns)).collect());
-    table.push(y.name, cells.map(|n| value(&y.values, n / columns)).collect());
+    table.push(x.of.name, cells.clone().map(|n| value(&x.values, n % columns)).collect());
+    table.push(y.of.name, cells.map(|n| value(&y.values, n / columns)).collect());
     table.push("category", each(&|end| end.category.number() as f64));
     table.push("error", each(&|end| end.error.unwrap_or(f64::NAN)));
     table.push("step", each(&|end| end.step as f64));
@@ -85,7 +87,7 @@ pub struct FailsFiner<'a> {
 
 /// All scenes that run at one step and fail at the next finer one.
 pub fn fails_finer(swept: &[Swept]) -> Vec<FailsFiner<'_>> {
-    let by_step = swept.iter().filter(|swept| swept.map.x.name == "step_s");
+    let by_step = swept.iter().filter(|swept| swept.map.x.of.name == STEP.name);
     by_step
         .flat_map(|swept| swept.map.y.values.iter().enumerate().flat_map(|(row, value)| row_fails_finer(swept, row, *value)))
         .collect()
@@ -113,7 +115,7 @@ pub fn fails_finer_table(all: &[FailsFiner<'_>]) -> Table {
     let each = |of: &dyn Fn(&FailsFiner<'_>) -> f64| all.iter().map(of).collect::<Vec<f64>>();
     let mut table = Table::default();
     table.push_words("map", words(|one| one.map.name.clone()));
-    table.push_words("varied", words(|one| one.map.y.name.to_owned()));
+    table.push_words("varied", words(|one| one.map.y.of.name.to_owned()));
     table.push_words("finer", words(|one| one.finer.category.as_str().to_owned()));
     table.push_words("energy_verdict", words(|one| one.finer.verdict_as_str().to_owned()));
     table.push("value", each(&|one| one.value));
@@ -128,7 +130,7 @@ pub fn fails_finer_table(all: &[FailsFiner<'_>]) -> Table {
 /// # Errors
 /// Fails if the file cannot be written.
 pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
-    let mut writer = csv::Writer::from_path(path)?;
+    let mut writer = csv::Writer::from_writer(WholeFile::create(path)?);
     writer.write_record([
         "map",
         "category",
@@ -149,5 +151,6 @@ pub fn write_ends(path: &Path, swept: &[Swept]) -> Result<(), csv::Error> {
             writer.write_record([&map.name, category, label, &growth, &step, &time, verdict, &end.message, &given])?;
         }
     }
-    Ok(writer.flush()?)
+    let file = writer.into_inner().map_err(|refused| refused.into_error())?;
+    Ok(file.finish()?)
 }

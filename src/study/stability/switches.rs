@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::maps::{Builder, decades, set};
 use super::methods::{FINITE_ELEMENT, MODAL_ESDIRK, Method, RIGID};
 use super::plan::{Axis, Cell, Map, Measure, Spacing, Switch};
+use super::quantity;
 
 /// The models that runs switch between.
 const METHODS: [Method; 3] = [RIGID, MODAL_ESDIRK, FINITE_ELEMENT];
@@ -24,8 +25,8 @@ impl Builder<'_> {
 
     /// The torque of a pulse that bends the links against the time of the switch.
     fn switches_under_load(&mut self, from: Method, to: Method) {
-        let torques = self.axis("torque_nm", decades(0, 3, 2));
-        let times = self.axis("switch_s", vec![1e-3, 0.01, 0.02, 0.03, 0.045]);
+        let torques = self.axis(quantity::TORQUE, decades(0, 3, 2));
+        let times = self.axis(quantity::SWITCH_TIME, vec![1e-3, 0.01, 0.02, 0.03, 0.045]);
         let times = Axis { spacing: Spacing::Listed, ..times };
         let pulse = |torque: f64| format!("pulse=[{{ start_s = 0.0, torque_nm = {torque:?}, duration_s = 0.03 }}]");
         let cell = |builder: &mut Self, torque, at_s| builder.switch(from, to, vec![pulse(torque)], at_s);
@@ -35,9 +36,9 @@ impl Builder<'_> {
 
     /// The speed of the crank against its angle, as the run begins: the switch follows the third step.
     fn switches_at_dead_centres(&mut self, from: Method, to: Method) {
-        let rates = Axis { spacing: Spacing::Listed, ..self.axis("rate_rad_per_s", vec![0.0, 1.0, 10.0, 100.0]) };
+        let rates = Axis { spacing: Spacing::Listed, ..self.axis(quantity::START_RATE, vec![0.0, 1.0, 10.0, 100.0]) };
         let angles = vec![-1e-3, -1e-9, 0.0, 1e-3, FRAC_PI_2, PI - 1e-9, PI, PI + 1e-3];
-        let angles = Axis { spacing: Spacing::Listed, ..self.axis("start_angle_rad", angles) };
+        let angles = Axis { spacing: Spacing::Listed, ..self.axis(quantity::START_ANGLE, angles) };
         let cell = |builder: &mut Self, rate, angle| {
             let start = vec![set("start.angle_rad", angle), set("start.rate_rad_per_s", rate)];
             builder.switch(from, to, start, 3.0 * STEP_S)
@@ -62,7 +63,7 @@ impl Builder<'_> {
 
     fn add_switches(&mut self, name: &str, from: Method, to: Method, x: &Axis, y: &Axis, cells: Vec<Cell>) {
         let name = format!("{name}-{}-to-{}", from.name(), to.name());
-        let title = format!("{}: {}, to {}", y.name.replace('_', " "), from.title(), to.title());
+        let title = format!("{} and {}: {}, to {}", y.of.words, x.of.words, from.title(), to.title());
         self.plan.maps.push(Map { name, title, x: x.clone(), y: y.clone(), cells });
     }
 }

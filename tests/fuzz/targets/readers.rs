@@ -35,7 +35,7 @@ fn read(file: &Path, folder: &Path) {
         let _ = resume(&source, None, &|_| {});
     }
     let tables = folder.join("tables");
-    let _ = export(file, &Export { csv: Some(tables), ..Export::default() });
+    let _ = export(file, &Export { csv: Some(tables), ..Export::default() }, &|_| {});
     let whole = folder.join("whole.mcap");
     if let Ok(recovered) = recover(file, &whole, |_, _| {}) {
         let read: Result<Vec<_>, _> = Messages::open(&whole).into_iter().flatten().collect();
