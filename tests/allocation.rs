@@ -66,3 +66,18 @@ fn regress_the_counter_counts() {
     let counted = allocation_counter::measure(|| drop(std::hint::black_box(vec![0.0_f64; 100])));
     assert_eq!(counted.count_total, 1);
 }
+
+/// The counter replaces the allocator of every program that links it.
+#[test]
+fn regress_the_counter_is_a_dependency_of_tests_only() {
+    let manifest: toml::Table = include_str!("../Cargo.toml").parse().unwrap();
+    let counter = |table: Option<&toml::Value>| table.is_some_and(|table| table.get("allocation-counter").is_some());
+    let targets = manifest.get("target").and_then(toml::Value::as_table).into_iter().flat_map(|targets| targets.values());
+    let of_target = targets.filter_map(toml::Value::as_table);
+    for of in of_target.chain([&manifest]) {
+        for kind in ["dependencies", "build-dependencies"] {
+            assert!(!counter(of.get(kind)), "[{kind}] has the counter");
+        }
+    }
+    assert!(counter(manifest.get("dev-dependencies")));
+}

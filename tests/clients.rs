@@ -1,10 +1,13 @@
 //! Clients of a running service: listing, waiting, commands, and their output as JSON.
 
+mod common;
+
 use std::error::Error;
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpListener;
 use std::process::{Child, Command, Output, Stdio};
 
+use flexcrank::wire::{AppliedCommand, Status};
 use serde_json::Value;
 
 type Tried<T = ()> = Result<T, Box<dyn Error>>;
@@ -99,6 +102,28 @@ fn regress_replies_are_printed_as_json() -> Tried {
     assert_eq!(lines, [(Some(2), Some(true)), (Some(3), Some(false))], "a refused pulse ends the sequence");
     let paused = service.json(&["control", "replies", "pause"])?;
     assert!(paused[0]["accepted"] == true && paused[0]["reason"] == "", "{paused:?}");
+    Ok(())
+}
+
+/// Lines before a refused one stay in effect, as the help says; lines after it are not sent.
+#[test]
+fn prop_a_refused_line_ends_a_sequence_of_pulses() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let (file, pulses) = (folder.path().join("run.mcap"), folder.path().join("pulses.csv"));
+    let text = |path: &std::path::Path| path.to_str().map(str::to_owned).ok_or("a path that is no text");
+    let mut service = Service::start("sequence", &["--record", &text(&file)?, "--set", "pulse=[]"])?;
+    std::fs::write(&pulses, "torque_nm,duration_s,id\n1e-3,60,before\n1e9,60,refused\n1e-3,60,after\n")?;
+    let sent = service.ask(&["pulse", "sequence", "--from", &text(&pulses)?])?;
+    let said = String::from_utf8(sent.stdout)?;
+    let lines: Vec<&str> = said.lines().map(|line| line.split(':').next().unwrap_or_default()).collect();
+    assert!(sent.status.code() == Some(1) && lines == ["line 2", "line 3"], "{said}");
+    assert!(service.ask(&["control", "sequence", "stop"])?.status.success());
+    assert!(service.child.wait()?.success());
+    let commands = common::decoded::<AppliedCommand>(&file, "commands")?;
+    let ids: Vec<String> = commands.into_iter().filter_map(|command| command.reply).map(|reply| reply.id).collect();
+    assert!(ids.len() == 2 && ids[0] == "before", "one pulse and the stop: {ids:?}");
+    let last = common::decoded::<Status>(&file, "status")?.pop().ok_or("no status")?;
+    assert_eq!((last.commands_rejected, last.pulses_pending), (1, 1), "the first line still acts; the third never came");
     Ok(())
 }
 

@@ -1,7 +1,12 @@
 //! Divergence: a typed error, never a number that is not finite.
 
+mod common;
+
+use std::process::Command;
+
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Cause, Diverged, Simulation};
+use flexcrank::wire::Status;
 
 /// Steps until the end of time or until it diverges; every observation on the way must be finite.
 fn run(scene: &str, overrides: &[&str], steps: u64) -> Result<Result<Simulation, Diverged>, Box<dyn std::error::Error>> {
@@ -71,5 +76,40 @@ fn prop_a_failing_step_is_taken_in_halves_and_counted() -> Result<(), Box<dyn st
     let simulation = run("ref-r2", &hard, 200)??;
     assert!(simulation.retried() > 0, "some step fails at first with six iterations");
     assert_eq!(simulation.step_count(), 200);
+    Ok(())
+}
+
+/// Runs that diverge by their energy, by a step that fails, and one that ends with its energy off: what they end with does not depend on
+/// how often a sample is taken.
+#[test]
+fn prop_the_verdict_is_the_same_at_every_publishing_rate() -> Result<(), Box<dyn std::error::Error>> {
+    let cases: [(i32, &str, &str, &[&str]); 3] = [
+        (4, "thesis-crank-slider", "22.8", &["solver.weight=0.48"]),
+        (4, "crank-slider", "5", &["pulse.0.torque_nm=1e9"]),
+        (6, "crank-slider", "100", &["solver.step_s=0.1"]),
+    ];
+    for (expected, scene, until_s, overrides) in cases {
+        let ended = |rate: &str| -> Result<_, Box<dyn std::error::Error>> {
+            let (folder, run) = (tempfile::tempdir()?, ["run", scene, "--no-bus", "--no-realtime", "--pace", "max"]);
+            let given = overrides.iter().flat_map(|&given| ["--set", given]);
+            let ran = Command::new(env!("CARGO_BIN_EXE_flexcrank"))
+                .args(run)
+                .args(["--until", until_s, "--publish-hz", rate, "--record", "run.mcap"])
+                .args(given)
+                .current_dir(folder.path())
+                .output()?;
+            let said = String::from_utf8(ran.stderr)?;
+            // A warning on the way depends on when its status was due.
+            let verdict = said.lines().rfind(|line| line.starts_with("error") || line.starts_with("warning"));
+            let verdict = verdict.ok_or_else(|| said.clone())?.to_owned();
+            let last = common::decoded::<Status>(&folder.path().join("run.mcap"), "status")?.pop().ok_or("no status")?;
+            assert_eq!(ran.status.code(), Some(expected), "{scene} at {rate}: {said}");
+            assert!(verdict.contains(&last.message), "{scene} at {rate}: {} and {verdict}", last.message);
+            let step = last.stamp.map(|stamp| stamp.step);
+            let energies = [last.kinetic_j, last.work_in_j, last.dissipated_j, last.worst_balance_j];
+            Ok((verdict, last.message, last.state, step, energies.map(|energy| energy.map(f64::to_bits))))
+        };
+        assert_eq!(ended("0.5")?, ended("all")?, "{scene} {overrides:?}");
+    }
     Ok(())
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use common::rewritten::{as_is, rewritten, rewritten_with_rates};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::client;
-use flexcrank::recording::{Export, RecordedMessage, export};
+use flexcrank::recording::{Export, RecordedMessage, export, recover};
 use flexcrank::resimulation::{AddedPulse, Change, Finding, LossReason, RecordedSession, Verification, resume, verify, what_if};
 use flexcrank::runtime::Pace;
 use flexcrank::scene::SceneSource;
@@ -228,20 +228,29 @@ fn prop_a_removed_chunk_is_named_with_its_steps() -> Outcome {
         "{:?}",
         found.findings
     );
-    let named = found.findings.iter().find_map(|finding| match finding {
-        Finding::Missing { topic: "angles", after, before, count, why: LossReason::Damage, .. } => {
-            Some((*after, *before, *count))
-        }
-        _ => None,
-    });
+    let named = |found: &Verification, reason: LossReason| {
+        found.findings.iter().find_map(|finding| match finding {
+            Finding::Missing { topic: "angles", after, before, count, why, .. } if *why == reason => {
+                Some((*after, *before, *count))
+            }
+            _ => None,
+        })
+    };
     // A chunk may end between the topics of a step.
-    let (after, before, count) = named.ok_or_else(|| format!("no missing steps in {:?}", found.findings))?;
+    let (after, before, count) =
+        named(&found, LossReason::Damage).ok_or_else(|| format!("no missing steps in {:?}", found.findings))?;
     let (first, last) = (*steps.first().ok_or("an empty chunk")?, *steps.last().ok_or("an empty chunk")?);
     assert!(
         after + 1 >= first && after <= first && before > last - 1 && before <= last + 1,
         "{after}, {before}: {first} to {last}"
     );
     assert_eq!(count, before - after - 1);
+    // Recovery takes the damage away: the same steps were lost before it, and the rest is sound.
+    let recovered = folder.path().join("recovered.mcap");
+    recover(&file, &recovered, |_, _| {})?;
+    let found = verified(&recovered)?;
+    assert!(!found.is_wrong() && found.findings.contains(&Finding::Recovered), "{:?}", found.findings);
+    assert_eq!(named(&found, LossReason::Recovered), Some((after, before, count)));
     Ok(())
 }
 

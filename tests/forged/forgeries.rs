@@ -16,7 +16,7 @@ pub fn nth(all: &Contents, chunk: &str, n: usize) -> usize {
 }
 
 /// Removes a message and, as a careful forger would, closes the gap in its sequence numbers and counts anew.
-fn remove_and_renumber(all: &mut Contents, at: usize) {
+pub fn remove_and_renumber(all: &mut Contents, at: usize) {
     let removed = all.messages.remove(at);
     all.messages[at..].iter_mut().filter(|entry| entry.topic == removed.topic).for_each(|entry| entry.sequence -= 1);
     all.recount();

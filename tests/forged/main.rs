@@ -7,17 +7,19 @@ mod forgeries;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use common::rewritten::{Contents, Entry, as_is};
 use common::{Outcome, Service};
 use flexcrank::bus::client;
 use flexcrank::recording::recover;
-use flexcrank::resimulation::{Finding, RecordedSession, verify};
+use flexcrank::resimulation::{Finding, LossReason, RecordedSession, verify};
 use flexcrank::runtime::Pace;
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::PublishRate;
 use flexcrank::wire::{self, TorquePulse, control::Action};
-use forgeries::{FORGERIES, nth};
+use forgeries::{FORGERIES, nth, remove_and_renumber};
+use prost::Message as _;
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, ReflectMessage, Value};
 
 type Failure = Box<dyn std::error::Error>;
@@ -316,5 +318,75 @@ fn prop_a_forged_gap_does_not_hide_a_change() -> Outcome {
     }
     forged.recount();
     assert!(is_found(&forged, &path)?);
+    Ok(())
+}
+
+/// Numbers and counts hide that a sample is gone: its step is missing, and nothing explains it.
+#[test]
+fn prop_a_sample_removed_without_a_trace_is_missing_and_unexplained() -> Outcome {
+    let (folder, file) = eventful()?;
+    let path = folder.path().join("forged.mcap");
+    let mut forged = Contents::read(&file, &as_is)?;
+    let stamp = |all: &Contents, n: usize| -> Outcome<wire::Stamp> {
+        Ok(wire::Angles::decode(all.messages[nth(all, "angles", n)].data.as_slice())?.stamp.ok_or("no stamp")?)
+    };
+    let (before, removed, after) = (stamp(&forged, 8)?, stamp(&forged, 9)?, stamp(&forged, 10)?);
+    assert!(before.epoch == after.epoch && before.step < removed.step && removed.step < after.step);
+    let gone = nth(&forged, "angles", 9);
+    remove_and_renumber(&mut forged, gone);
+    forged.write(&path)?;
+    let found = findings(&path).ok_or("refused")?;
+    let missing = Finding::Missing {
+        topic: "angles",
+        epoch: removed.epoch,
+        after: before.step,
+        before: after.step,
+        count: 1,
+        why: LossReason::Unexplained,
+    };
+    assert!(found.contains(&missing) && !missing.is_loss(), "{missing:?} is not in {found:?}");
+    Ok(())
+}
+
+/// Number of findings of single messages that `verify` keeps.
+const KEPT: usize = 10_000;
+
+/// A gap of commands that comes later explains all contradictions that are kept. Those beyond them were never looked at.
+#[test]
+fn regress_findings_beyond_those_kept_are_wrong_though_a_gap_explains_the_kept_ones() -> Outcome {
+    let (folder, file) = eventful()?;
+    let path = folder.path().join("forged.mcap");
+    let whole = Contents::read(&file, &as_is)?;
+    let from = nth(&whole, "status", 1);
+    let status = wire::Status::decode(whole.messages[from].data.as_slice())?;
+    let stamp = status.stamp.ok_or("no stamp")?;
+    let other = wire::Status { commands_accepted: status.commands_accepted + 1, ..status }.encode_to_vec();
+    let gap = wire::Gap { stamp: Some(stamp), topic: "commands".to_owned(), count: 1, first_step: stamp.step, published: false };
+    for (copies, wrong) in [(KEPT, false), (KEPT + 1, true)] {
+        let mut forged = whole.clone();
+        let copy = |n: usize| {
+            let sequence = whole.messages[from].sequence + 1 + n as u32;
+            Entry { data: other.clone(), sequence, ..whole.messages[from].clone() }
+        };
+        let reported = Entry {
+            topic: whole.messages[from].topic.replace("status", "gaps"),
+            schema: "flexcrank.v1.Gap".to_owned(),
+            sequence: 0,
+            data: gap.encode_to_vec(),
+            ..whole.messages[from].clone()
+        };
+        let (topic, planted) = (&whole.messages[from].topic, copies as u32);
+        forged.messages[from + 1..].iter_mut().filter(|entry| entry.topic == *topic).for_each(|entry| entry.sequence += planted);
+        forged.messages.splice(from + 1..from + 1, (0..copies).map(copy).chain([reported]));
+        forged.recount();
+        forged.write(&path)?;
+        let found = verify(&RecordedSession::open(&path)?, &|_, _| {})?;
+        assert!(found.findings.iter().all(Finding::is_loss), "the gap explains those kept: {:?}", found.findings);
+        assert_eq!((found.is_wrong(), found.unlisted), (wrong, u64::from(wrong)), "{copies} planted");
+        let verified = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("verify").arg(&path).output()?;
+        let (code, words) = if wrong { (1, "NOT as recorded") } else { (3, "the rest is intact, and equal to the bit") };
+        let said = String::from_utf8(verified.stdout)?;
+        assert!(verified.status.code() == Some(code) && said.contains(words), "{copies} planted: {said}");
+    }
     Ok(())
 }

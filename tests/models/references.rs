@@ -102,13 +102,12 @@ fn val_r5_hinged_beam() {
     }
 }
 
-/// No step fails, not even at first. To 2 s; where that would take seconds, to 0.2 s, past both edges of the torque.
+/// No step fails, not even at first. Some 14 s of processor time in the tests' build.
 #[test]
 fn val_r2_no_step_fails_under_a_step_torque() {
-    for (scheme, long) in [("generalized-alpha", 32), ("esdirk", 8)] {
+    for scheme in ["generalized-alpha", "esdirk"] {
         for elements in [4, 8, 16, 32, 64] {
             for step_s in [1e-3, 1e-4] {
-                let until_s = if step_s > 2e-4 || elements <= long { 2.0 } else { 0.2 };
                 let keys = [
                     format!("solver.integrator={scheme}"),
                     format!("crank.elements={elements}"),
@@ -116,7 +115,7 @@ fn val_r2_no_step_fails_under_a_step_torque() {
                     format!("solver.step_s={step_s}"),
                 ];
                 let mut run = simulation("ref-r2", &keys.each_ref().map(String::as_str));
-                while run.time_s() < until_s - 1e-9 {
+                while run.time_s() < 2.0 - 1e-9 {
                     run.step().unwrap_or_else(|error| panic!("{keys:?}: {error}"));
                 }
                 assert_eq!(run.retried(), 0, "{keys:?}");

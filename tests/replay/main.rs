@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod files;
+mod rate;
 mod viewer;
 
 use std::path::{Path, PathBuf};
@@ -133,8 +134,6 @@ fn prop_replay_puts_back_the_same_bytes_in_order() -> Outcome {
     assert!(states.contains(&State::Replaying));
     let report = playing.finish()?;
     assert_eq!((report.messages, report.cut_off, report.slips), (4 * 1001, false, 0));
-    assert!(report.lateness.is_some_and(|late| late.p50_s <= late.p99_s && late.p99_s <= late.max_s));
-    assert!(report.achieved_rate.is_some_and(|rate| rate <= 4.0 + 1e-6), "{:?}", report.achieved_rate);
     Ok(())
 }
 
