@@ -56,11 +56,11 @@ pub enum Refusal {
     /// Each demand can be met, but not both.
     Both {
         /// The fastest within the tolerance.
-        accurate: Configuration,
+        accurate: Box<Configuration>,
         /// The demanded speed over what it reaches.
         speed_times: f64,
         /// The most accurate at the speed.
-        fast: Configuration,
+        fast: Box<Configuration>,
         /// Its error over the tolerance.
         error_times: f64,
     },
@@ -132,9 +132,9 @@ pub(super) fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<
     let best = all.iter().copied().filter(|(_, m)| fast(m)).min_by(|a, b| a.1.error.total_cmp(&b.1.error));
     Err(match (fastest, best) {
         (Some((a, m)), Some((b, n))) => Refusal::Both {
-            accurate: a.configuration.clone(),
+            accurate: Box::new(a.configuration.clone()),
             speed_times: demands.real_time_factor / speed(m),
-            fast: b.configuration.clone(),
+            fast: Box::new(b.configuration.clone()),
             error_times: n.error / demands.tolerance,
         },
         (None, _) => no_accuracy(study, &all, demands),
