@@ -24,10 +24,13 @@ struct Seen {
     samples: Vec<[f64; 2]>,
 }
 
+/// Arrival, s, and payload.
+type Arrival = (f64, Vec<u8>);
+
 fn replayed(options: ReplayOptions, expected: usize) -> Outcome<Seen> {
     let begun = Instant::now();
     let playing = Playing::start(ReplayOptions { name: Some(ghost()), wait_for: 1, ..options })?;
-    let arrivals: Arc<Mutex<Vec<(f64, Vec<u8>)>>> = Arc::default();
+    let arrivals: Arc<Mutex<Vec<Arrival>>> = Arc::default();
     let keep = Arc::clone(&arrivals);
     let arrived = move |sample: zenoh::sample::Sample| {
         let arrival = (begun.elapsed().as_secs_f64(), sample.payload().to_bytes().into_owned());
@@ -42,7 +45,7 @@ fn replayed(options: ReplayOptions, expected: usize) -> Outcome<Seen> {
     }
     let report = playing.finish()?;
     let arrivals = std::mem::take(&mut *arrivals.lock().map_err(|_| "poisoned")?);
-    let sample = |(at_s, payload): (f64, Vec<u8>)| -> Outcome<[f64; 2]> {
+    let sample = |(at_s, payload): Arrival| -> Outcome<[f64; 2]> {
         Ok([common::time_s(&Angles::decode(payload.as_slice())?.stamp), at_s])
     };
     Ok(Seen { report, samples: arrivals.into_iter().map(sample).collect::<Outcome<_>>()? })
