@@ -120,7 +120,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     Ok(ExitStatus::Success)
 }
 
-/// What `modal` leaves out; nothing of other models. A run that diverges is reported by the measurement of its cost.
+/// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
 fn shortening(scene: &Scene) -> Vec<ShorteningLine> {
     let left_out = if scene.solver.model == ModelKind::Modal { shortenings(scene).unwrap_or_default() } else { Vec::new() };
     let line = |left_out: Shortening| ShorteningLine {

@@ -30,7 +30,7 @@ pub(super) enum Format {
     Json,
 }
 
-/// How much is logged.
+/// Amount of logging.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub(super) struct Volume {
     /// Print results and errors only: no progress, no warnings, no lines about the start and the end.

@@ -114,7 +114,7 @@ impl FiniteElement {
         blocks
     }
 
-    /// What the hub adds to the first element of the first link.
+    /// Adds the term of the hub, if this is the first element of the first link.
     fn add_hub(&self, beam: &Beam, window: Window, weights: StiffnessWeights, blocks: &mut Blocks) {
         if window.at_hub() {
             beam.add_hub_tangent(&window.gather(&self.motion.p), &window.gather(&self.motion.v), weights, blocks);

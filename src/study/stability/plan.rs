@@ -32,7 +32,7 @@ pub enum Spacing {
 /// One axis of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// What it shows.
+    /// The quantity that it shows.
     pub of: Quantity,
     /// Values, ascending.
     pub values: Vec<f64>,

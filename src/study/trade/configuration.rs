@@ -32,7 +32,7 @@ pub enum Axial {
 }
 
 impl Axial {
-    /// What the scene says of each link.
+    /// Each link's own key in the scene.
     pub(super) fn of(chain: &Chain) -> Vec<Self> {
         chain.links.iter().map(|link| Axial::OfScene(link.axial)).collect()
     }
