@@ -175,6 +175,9 @@ pub enum LossReason {
     /// They were lost before the file was recovered.
     #[error("they were lost before the recording was recovered")]
     Recovered,
+    /// The recording that this one was computed from lacks them, as this one reports.
+    #[error("the recording that it was computed from lacks them")]
+    Source,
     /// The file does not explain it.
     #[error("the file does not explain it")]
     Unexplained,
@@ -191,7 +194,7 @@ impl Finding {
                 | Finding::NoFact(..)
                 | Finding::Dropped { .. }
                 | Finding::NotRecomputed { .. }
-                | Finding::Missing { why: LossReason::Queue | LossReason::Recovered, .. }
+                | Finding::Missing { why: LossReason::Queue | LossReason::Recovered | LossReason::Source, .. }
         )
     }
 }

@@ -166,8 +166,8 @@ impl MissingSteps {
     }
 
     /// Returns the missing ranges with reasons, and the numbers of messages before which commands may be missing too.
-    /// `recovered`: the recording was recovered from a damaged one.
-    pub(super) fn into_findings(self, gaps: &[Gap], recovered: bool) -> (Vec<Finding>, Vec<u64>) {
+    /// `recovered`: the recording was recovered from a damaged one; `computed`: it was computed from another one by what-if.
+    pub(super) fn into_findings(self, gaps: &[Gap], recovered: bool, computed: bool) -> (Vec<Finding>, Vec<u64>) {
         let why = |hole: &MissingRange| {
             let reported = |gap: &Gap| {
                 let last = gap.stamp.unwrap_or_default();
@@ -179,7 +179,7 @@ impl MissingSteps {
             match hole.damaged {
                 true if recovered => LossReason::Recovered,
                 true => LossReason::Damage,
-                false if gaps.iter().any(reported) => LossReason::Queue,
+                false if gaps.iter().any(reported) => if computed { LossReason::Source } else { LossReason::Queue },
                 false => LossReason::Unexplained,
             }
         };
@@ -187,7 +187,7 @@ impl MissingSteps {
         let mut findings = Vec::new();
         for hole in &self.holes {
             let why = why(hole);
-            if why != LossReason::Queue {
+            if !matches!(why, LossReason::Queue | LossReason::Source) {
                 breaks.push(hole.number);
             }
             let MissingRange { topic, epoch, after, before, count, .. } = *hole;

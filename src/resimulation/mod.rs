@@ -15,6 +15,7 @@ mod resimulator;
 mod resume;
 mod run_counts;
 mod run_track;
+mod source_losses;
 mod survey;
 mod timeline;
 mod verify;

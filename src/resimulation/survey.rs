@@ -181,7 +181,7 @@ impl<'a> Reading<'a> {
         let end = self.end(&structure);
         let Reading { source, mut survey, holes, channels, of_run, recovered, .. } = self;
         let Survey { findings, breaks, gaps, .. } = &mut survey;
-        let (missing, lost) = holes.into_findings(gaps, recovered);
+        let (missing, lost) = holes.into_findings(gaps, recovered, !source.metadata.fact("what_if").is_empty());
         breaks.extend(lost);
         breaks.sort_unstable();
         findings.extend(of_run.into_iter().filter(|finding| !may_follow_from(gaps, finding)));
@@ -255,9 +255,9 @@ fn may_follow_from(gaps: &[Gap], finding: &Finding) -> bool {
 /// Messages that full queues dropped, of topics in which no step is missing for that reason.
 fn dropped(gaps: &[Gap], missing: &[Finding]) -> Vec<Finding> {
     let is_missing = |gap: &Gap| {
-        let of_queue =
-            |finding: &Finding| matches!(finding, Finding::Missing { topic, why: LossReason::Queue, .. } if *topic == gap.topic);
-        missing.iter().any(of_queue)
+        let is_told =
+            |finding: &Finding| matches!(finding, Finding::Missing { topic, why: LossReason::Queue | LossReason::Source, .. } if *topic == gap.topic);
+        missing.iter().any(is_told)
     };
     let mut counts = BTreeMap::<&str, u64>::new();
     for gap in gaps.iter().filter(|gap| !is_missing(gap)) {

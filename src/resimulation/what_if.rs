@@ -11,6 +11,7 @@ use super::difference::{Difference, Field};
 use super::event::{decode, resets, schema, topic};
 use super::recorded_session::RecordedSession;
 use super::resimulator::{ResimulationFault, Resimulator};
+use super::source_losses::SourceLosses;
 use super::timeline::Timeline;
 use crate::recording::{
     self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, Structure, WalkFlow, WalkItem, WhenFull,
@@ -113,6 +114,8 @@ fn compute(
     let mut attempt = Attempt {
         source,
         other_scene: !change.overrides.is_empty(),
+        losses: SourceLosses::default(),
+        same_steps,
         timeline: Timeline::new(source),
         resimulator,
         recorder,
@@ -126,8 +129,9 @@ fn compute(
         progress(position);
         let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
         number += 1;
-        if number > first {
-            end = attempt.message(message);
+        match number > first {
+            true => end = attempt.message(message),
+            false => attempt.losses.skip(message),
         }
         if end.is_ok() { WalkFlow::Continue(()) } else { WalkFlow::Break(()) }
     })?;
@@ -180,6 +184,9 @@ impl<E: Into<ResimulationFault>> From<E> for Stopped {
 struct Attempt<'a> {
     source: &'a RecordedSession,
     other_scene: bool,
+    losses: SourceLosses,
+    /// Whether steps are as long as in the old recording, so that samples of the same steps are due.
+    same_steps: bool,
     timeline: Timeline,
     resimulator: Resimulator,
     recorder: Recorder,
@@ -201,6 +208,11 @@ impl Attempt<'_> {
             let Message::Checkpoint(checkpoint) = &event else { return Ok(()) };
             return self.begin(checkpoint, &event, message);
         }
+        let gap = self.losses.take(message, &event).filter(|_| self.same_steps);
+        if matches!(event, Message::Gaps(_)) {
+            gap.iter().for_each(|gap| self.record(Topic::Gaps, gap.encode_to_vec(), message));
+            return Ok(());
+        }
         let ours = event.topic().is_telemetry() || matches!(event, Message::Checkpoint(_));
         if !ours && !matches!(event, Message::Commands(_)) {
             return Ok(());
@@ -215,6 +227,7 @@ impl Attempt<'_> {
             return Ok(());
         }
         self.resimulator.go_to((stamp.epoch, step as u64), |_| {})?;
+        gap.iter().for_each(|gap| self.record(Topic::Gaps, gap.encode_to_vec(), message));
         match &event {
             Message::Commands(command) => self.command(command, message),
             _ => self.compare(&event, message),

@@ -4,18 +4,20 @@
 Usage: tests/bench/setpoints.py BINARY [SECONDS [RATE_HZ]]   (a Python with tests/interop/requirements.txt)
 """
 
+import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "interop"))
-from check import BINARY, expect, service, wait_for  # noqa: E402
+from check import BINARY, Machine, expect, expect_if, service, wait_for  # noqa: E402
 
 
 def main():
     seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 10.0
     rate_hz = float(sys.argv[3]) if len(sys.argv) > 3 else 1000.0
+    machine = Machine()
     with tempfile.TemporaryDirectory() as folder:
         arguments = ["run", "--record", f"{folder}/run.mcap", "--set", "pulse=[]"]
         with service(arguments, "fast") as (process, client):
@@ -40,9 +42,8 @@ def main():
         print(f"     {count} puts in {took_s:.3f} s, the latest {1e3 * late_s:.1f} ms late; overruns {status.overruns}, "
               f"step cost p99 {1e6 * status.step_cost_p99_s:.0f} us, lateness p99 {1e6 * status.lateness_p99_s:.0f} us")
         expect("none is lost", status.commands_accepted == count, f"{status.commands_accepted} of {count}")
-        expect("none expired but the last", status.setpoints_expired == 1, status.setpoints_expired)
-        import subprocess
-
+        # They expire after 50 ms without another, so that a stall of the machine ends one.
+        expect_if(machine.is_quiet(), "none expired but the last", status.setpoints_expired == 1, status.setpoints_expired)
         verified = subprocess.run([BINARY, "verify", f"{folder}/run.mcap"], capture_output=True, text=True)
         expect("the recording is computed again to the bit", verified.returncode == 0, "\n" + verified.stdout)
 

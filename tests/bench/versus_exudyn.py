@@ -88,8 +88,8 @@ class Point:
 class Flexcrank:
     """The library behind a pipe, without bus or recording."""
 
-    def __init__(self):
-        command = ["cargo", "bench", "--quiet", "--bench", "solve"]
+    def __init__(self, quick):
+        command = ["cargo", "test" if quick else "bench", "--quiet", "--bench", "solve"]
         self.process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def solve(self, scene, overrides):
@@ -328,7 +328,8 @@ def main():
     arguments.add_argument("--out", type=Path, default=ROOT / "target" / "versus-exudyn", help="folder for tables and figures")
     arguments = arguments.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    programs = [Exudyn(), Flexcrank()]
+    programs = [Exudyn(), Flexcrank(arguments.quick)]
+    binary = ROOT / "target" / ("debug" if arguments.quick else "release") / "flexcrank"
     missed = []
     for scene in [arguments.scene] if arguments.scene else ["ref-r2s"] if arguments.quick else GOALS:
         points = compare(scene, programs, arguments.quick)
@@ -336,7 +337,7 @@ def main():
         write(path, points)
         missed += report(scene, points)
         title = f"{scene}: largest error of the crank's angle [rad], beside Exudyn"
-        subprocess.run([ROOT / "target/release/flexcrank", "plot", path, "--title", title, "-o", path.with_suffix(".svg")], check=True)
+        subprocess.run([binary, "plot", path, "--title", title, "-o", path.with_suffix(".svg")], check=True)
         for name in ("Exudyn", "Flexcrank") if arguments.quick else ():
             if not best([point for point in points if point.program == name], 1e-2):
                 sys.exit(f"{name} does not reach 1e-2 rad")

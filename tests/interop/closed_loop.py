@@ -13,6 +13,13 @@ from check import BINARY, PATIENCE_S, Machine, expect, expect_if, service, wait_
 RESISTANCE = "slider.resistance_table=[[0, 0], [3.14, 0], [5.8, 20], [6.28, 0]]"
 
 
+def endpoints():
+    """The endpoints of the service `crank`, if it runs."""
+    listed = subprocess.run([BINARY, "list", "--json"], capture_output=True, text=True)
+    services = [json.loads(line) for line in listed.stdout.splitlines()]
+    return next((service["endpoints"] for service in services if service["name"] == "crank"), [])
+
+
 def controlled(folder, pace, within):
     """Runs the guide's program with a service at this pace, and verifies the recording."""
     listing = Path("src/guide/bus.md").read_text().split("```python\n")[1].split("```")[0]
@@ -21,9 +28,9 @@ def controlled(folder, pace, within):
     arguments = ["run", "--pace", pace, "--record", record, "--set", "pulse=[]", "--set", RESISTANCE]
     process = subprocess.Popen([BINARY, *arguments], cwd=folder)
     try:
-        listed = lambda: subprocess.run([BINARY, "list"], capture_output=True, text=True).stdout.split()
-        wait_for(lambda: "crank" in listed(), "the service is found")
-        printed = subprocess.run([sys.executable, "-c", listing], capture_output=True, text=True, timeout=2 * PATIENCE_S)
+        wait_for(endpoints, "the service is found")
+        command = [sys.executable, "-c", listing, endpoints()[0]]
+        printed = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE_S)
         speed = float(printed.stdout.split()[0]) if printed.returncode == 0 else printed.stderr
         expect(f"the controller holds 10 rad/s, {pace}", printed.returncode == 0 and abs(speed - 10) < within, speed)
         process.send_signal(signal.SIGINT)

@@ -99,3 +99,8 @@ pub fn middle(link: &LinkObservation) -> f64 {
 pub fn rod_middle(seen: &Observation) -> f64 {
     middle(&seen.links[1])
 }
+
+/// The number that a variable of the environment asks for, in place of the usual one: `tests/heavy/models` asks for more.
+pub fn asked(variable: &str, usual: f64) -> f64 {
+    std::env::var(variable).map_or(usual, |text| text.parse().unwrap_or_else(|error| panic!("{variable}={text}: {error}")))
+}
