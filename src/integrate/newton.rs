@@ -161,17 +161,18 @@ impl Newton {
     /// Evaluates the residual less its target, into `correction`.
     fn evaluate<S: System>(&mut self, system: &mut S, t_s: f64, trial: &Trial<'_>) -> Result<(), StepError> {
         system.residual(t_s, trial.q, trial.v, trial.a, &mut self.residual);
-        for (i, x) in self.correction.iter_mut().enumerate() {
-            *x = self.residual[i] - self.load[i];
+        for (x, (residual, load)) in self.correction.iter_mut().zip(self.residual.iter().zip(&self.load)) {
+            *x = residual - load;
         }
         all_finite(&self.correction)
     }
 
     fn correct(&self, w: Weights, trial: &mut Trial<'_>) {
-        for (i, x) in self.correction.iter().enumerate() {
-            trial.q[i] -= w.position * x;
-            trial.v[i] -= w.velocity * x;
-            trial.a[i] -= x;
+        let values = trial.q.iter_mut().zip(trial.v.iter_mut()).zip(trial.a.iter_mut());
+        for (((q, v), a), x) in values.zip(&self.correction) {
+            *q -= w.position * x;
+            *v -= w.velocity * x;
+            *a -= x;
         }
     }
 }

@@ -40,7 +40,7 @@ impl Lu {
             below.iter_mut().for_each(|entry| *entry *= inverse);
             for column in after.chunks_exact_mut(n) {
                 let factor = column[k];
-                take_off(&mut column[k + 1..], factor, below);
+                take_off(&mut column[k + 1..], [factor], [below]);
             }
         }
         Ok(())
@@ -51,20 +51,34 @@ impl Lu {
         for (k, &pivot) in self.pivots.iter().enumerate() {
             x.swap(k, pivot);
         }
-        let columns = self.matrix.chunks_exact(self.n.max(1)).enumerate();
-        for (k, column) in columns.clone() {
-            let factor = x[k];
-            take_off(&mut x[k + 1..], factor, &column[k + 1..]);
+        // Two columns at a time: the unknowns are read and written half as often.
+        let n = self.n;
+        for (k, two) in (0..).step_by(2).zip(self.matrix.chunks_exact(2 * n.max(1))) {
+            let (first, second) = two.split_at(n);
+            x[k + 1] -= x[k] * first[k + 1];
+            let factors = [x[k], x[k + 1]];
+            take_off(&mut x[k + 2..], factors, [&first[k + 2..], &second[k + 2..]]);
         }
-        for (k, column) in columns.rev() {
-            x[k] *= column[k];
-            let factor = x[k];
-            take_off(&mut x[..k], factor, column);
+        for (k, two) in (1..n).rev().step_by(2).zip(self.matrix.rchunks_exact(2 * n.max(1))) {
+            let (second, first) = two.split_at(n);
+            x[k] *= first[k];
+            x[k - 1] = (x[k - 1] - x[k] * first[k - 1]) * second[k - 1];
+            let factors = [x[k], x[k - 1]];
+            take_off(&mut x[..k - 1], factors, [first, second]);
+        }
+        if n % 2 == 1 {
+            x[0] *= self.matrix[0];
         }
     }
 }
 
-/// `x −= factor · y`.
-fn take_off(x: &mut [f64], factor: f64, y: &[f64]) {
-    x.iter_mut().zip(y).for_each(|(x, y)| *x -= factor * y);
+/// `x −= Σ factor · y`, one term after the other.
+#[inline]
+fn take_off<const N: usize>(x: &mut [f64], factors: [f64; N], y: [&[f64]; N]) {
+    let y = y.map(|y| &y[..x.len()]);
+    for (i, x) in x.iter_mut().enumerate() {
+        for (factor, y) in factors.iter().zip(&y) {
+            *x -= factor * y[i];
+        }
+    }
 }

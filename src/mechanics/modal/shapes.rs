@@ -46,6 +46,10 @@ pub(super) struct Shapes<const W: usize> {
     root_shortening: Vec<[f64; W]>,
     /// `1/(2fπL)` for each sine, 1/m.
     per_wave: [f64; W],
+    /// `−iπ/(2fπL)` for each mode and each of the sines, and `−iπ/(4L)` for the chord, 1/m.
+    shortening: Vec<[f64; W]>,
+    /// `d_m` of χ' for each cosine beyond the modes.
+    root_cosines: Vec<f64>,
     length_m: f64,
     /// `∫ φ_i''² dξ` for each bending shape.
     pub(super) curvature: Vec<f64>,
@@ -67,6 +71,8 @@ impl<const W: usize> Shapes<W> {
             with_root: [0.0; W],
             root_shortening: Vec::new(),
             per_wave: [0.0; W],
+            shortening: Vec::new(),
+            root_cosines: (modes + 1..=modes + sines).map(|m| root_sine(m) * wave(m)).collect(),
             length_m,
             curvature: (1..=modes).map(|k| 0.5 * wave(k).powi(4)).collect(),
             root_slope: (1..=modes).map(wave).collect(),
@@ -79,6 +85,8 @@ impl<const W: usize> Shapes<W> {
             shapes.per_wave[k] = 0.5 / (wave(k) * length_m);
             shapes.with_root[k] = if root && k > modes { 0.5 * root_sine(k) } else { 0.0 };
         }
+        let shortening = |i| from_fn(|f| if f == 0 { -0.25 * wave(i) / length_m } else { -wave(i) * shapes.per_wave[f] });
+        shapes.shortening = (1..=modes).map(shortening).collect();
         if root {
             shapes.add_root();
             shapes.root_shortening = shapes.root_shortening();
@@ -144,23 +152,23 @@ impl<const W: usize> Shapes<W> {
     #[inline]
     pub(super) fn gradient(&self, eta: &[f64], p: &mut [f64], out: &mut [[f64; W]]) {
         let n = self.modes;
-        for m in 1..=n {
-            let p_m = wave(m) * eta[m - 1];
+        for (m, (slope, eta)) in (1..).zip(self.root_slope[..n].iter().zip(eta)) {
+            let p_m = slope * eta;
             (p[n + m], p[n - m]) = (p_m, p_m);
         }
         if self.root {
-            for m in n + 1..=n + self.sines {
-                p[n + m] = self.root_cosine(m) * eta[n];
+            for (p, cosine) in p[2 * n + 1..].iter_mut().zip(&self.root_cosines) {
+                *p = cosine * eta[n];
             }
-            out[n] = [0.0; W];
+            let mut of_root = [0.0; W];
             for (row, eta) in self.root_shortening.iter().zip(eta) {
-                out[n] = from_fn(|f| out[n][f] - row[f] * eta);
+                of_root = from_fn(|f| of_root[f] - row[f] * eta);
             }
+            out[n] = of_root;
         }
-        for (i, out) in (1..=n).zip(out) {
+        for (i, (out, shortening)) in (1..).zip(out.iter_mut().zip(&self.shortening)) {
             let (sum, difference) = (&p[n + i..n + i + W], &p[n - i..n - i + W]);
-            *out = from_fn(|f| -wave(i) * self.per_wave[f] * (sum[f] + difference[f]));
-            out[0] = -0.5 * wave(i) * p[n + i] / self.length_m;
+            *out = from_fn(|f| shortening[f] * (sum[f] + difference[f]));
         }
     }
 

@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 /// ```
 ///
 /// Both integrands are cosine series up to `4nπξ`, so the midpoint rule over more than `2n` stations is exact: all sums here are
-/// closed forms.
+/// closed forms. The stations lie in pairs ξ and 1 − ξ, and only the first half has shapes: at its partner the slope of an even sine is
+/// the same and that of an odd one opposite; curvatures the other way round. So the sums over even and over odd sines make both.
 #[derive(Debug, Clone)]
 pub(super) struct Strong {
     /// `1/(2 L³)` over the number of stations, 1/m³.
@@ -20,33 +21,34 @@ pub(super) struct Strong {
     stiffness: f64,
     /// `φ_i'` and `φ_i''` of all modes at each group of stations in turn.
     shapes: Vec<[Group; 2]>,
-    /// σ, σ̇ and κ at present, m and m/s.
-    present: Vec<[Group; 3]>,
-    /// Room for what is summed over the stations.
-    sums: Vec<[Group; 4]>,
+    /// σ, σ̇ and κ at present, m and m/s, at each group and at its partners.
+    present: Vec<[[Group; 3]; 2]>,
+    /// Room for what is summed over the stations: for even modes, and for odd ones.
+    sums: Vec<[[Group; 4]; 2]>,
     /// `∂c₄/∂η_i`, its rate (1/s), and `∂V₄/∂η_i`, N, at present.
     gradients: Vec<[f64; 3]>,
 }
 
 /// A value at each of some stations, side by side.
-type Group = [f64; 4];
+type Group = [f64; 2];
+
+const ZERO: Group = [0.0; 2];
 
 impl Strong {
     /// For `modes` sines on a link of length `length_m` and bending stiffness `ej_nm2`.
     pub(super) fn new(modes: usize, length_m: f64, ej_nm2: f64) -> Self {
-        let zero = [0.0; 4];
-        let groups = if modes == 0 { 0 } else { (2 * modes + 1).div_ceil(zero.len()) };
-        let count = (groups * zero.len()).max(1) as f64;
+        let groups = if modes == 0 { 0 } else { (2 * modes + 1).div_ceil(2 * ZERO.len()) };
+        let count = (2 * groups * ZERO.len()).max(1) as f64;
         let at = |i: usize, g: usize| {
-            let (wave, xi) = (i as f64 * PI, |s: usize| ((g * zero.len() + s) as f64 + 0.5) / count);
+            let (wave, xi) = (i as f64 * PI, |s: usize| ((g * ZERO.len() + s) as f64 + 0.5) / count);
             [from_fn(|s| wave * (wave * xi(s)).cos()), from_fn(|s| -wave * wave * (wave * xi(s)).sin())]
         };
         Self {
             shortening: 0.5 / (length_m.powi(3) * count),
             stiffness: ej_nm2 / (length_m.powi(5) * count),
             shapes: (0..groups).flat_map(|g| (1..=modes).map(move |i| at(i, g))).collect(),
-            present: vec![[zero; 3]; groups],
-            sums: vec![[zero; 4]; groups],
+            present: vec![[[ZERO; 3]; 2]; groups],
+            sums: vec![[[ZERO; 4]; 2]; groups],
             gradients: vec![[0.0; 3]; modes],
         }
     }
@@ -54,34 +56,46 @@ impl Strong {
     /// Takes the present η and η̇, the sines' first.
     #[inline]
     pub(super) fn advance(&mut self, eta: &[f64], deta: &[f64]) {
-        for (present, shapes) in self.present.iter_mut().zip(self.shapes.chunks_exact(self.gradients.len().max(1))) {
-            let mut sum = [[0.0; 4]; 3];
-            for ([slopes, curvatures], (eta, deta)) in shapes.iter().zip(eta.iter().zip(deta)) {
-                sum[0] = from_fn(|s| sum[0][s] + eta * slopes[s]);
-                sum[1] = from_fn(|s| sum[1][s] + deta * slopes[s]);
-                sum[2] = from_fn(|s| sum[2][s] + eta * curvatures[s]);
+        let modes = self.gradients.len();
+        let ((eta, last_eta), (deta, last_deta)) = (eta[..modes].as_chunks::<2>(), deta[..modes].as_chunks::<2>());
+        for (present, shapes) in self.present.iter_mut().zip(self.shapes.chunks_exact(modes.max(1))) {
+            let [mut odd, mut even] = [[ZERO; 3]; 2];
+            let (shapes, last) = shapes.as_chunks::<2>();
+            for (shapes, (eta, deta)) in shapes.iter().zip(eta.iter().zip(deta)) {
+                odd = with_mode(odd, &shapes[0], eta[0], deta[0]);
+                even = with_mode(even, &shapes[1], eta[1], deta[1]);
             }
-            *present = sum;
+            if let ([shapes], [eta], [deta]) = (last, last_eta, last_deta) {
+                odd = with_mode(odd, shapes, *eta, *deta);
+            }
+            let at = |k: usize| from_fn(|s| even[k][s] + odd[k][s]);
+            let across = |k: usize| from_fn(|s| even[k][s] - odd[k][s]);
+            *present = [[at(0), at(1), at(2)], [across(0), across(1), across(2).map(|curvature| -curvature)]];
         }
         self.set_gradients();
     }
 
     #[inline]
     fn set_gradients(&mut self) {
-        for (sums, [slope, rate, curvature]) in self.sums.iter_mut().zip(&self.present) {
-            let square: Group = from_fn(|s| -self.shortening * slope[s] * slope[s]);
-            let product: Group = from_fn(|s| self.stiffness * slope[s] * curvature[s]);
-            *sums = [
-                from_fn(|s| square[s] * slope[s]),
-                from_fn(|s| 3.0 * square[s] * rate[s]),
-                from_fn(|s| product[s] * curvature[s]),
-                from_fn(|s| product[s] * slope[s]),
-            ];
+        let (shortening, stiffness) = (self.shortening, self.stiffness);
+        for (sums, present) in self.sums.iter_mut().zip(&self.present) {
+            let [at, across] = present.each_ref().map(|[slope, rate, curvature]| {
+                let square: Group = from_fn(|s| -shortening * slope[s] * slope[s]);
+                let product: Group = from_fn(|s| stiffness * slope[s] * curvature[s]);
+                [
+                    from_fn(|s| square[s] * slope[s]),
+                    from_fn(|s| 3.0 * square[s] * rate[s]),
+                    from_fn(|s| product[s] * curvature[s]),
+                    from_fn(|s| product[s] * slope[s]),
+                ]
+            });
+            *sums = both(at, across, [1.0, 1.0, 1.0, -1.0]);
         }
         let modes = self.gradients.len();
         for (i, gradients) in self.gradients.iter_mut().enumerate() {
-            let mut parts = [[0.0; 4]; 3];
-            for ([slopes, curvatures], sums) in self.shapes.iter().skip(i).step_by(modes).zip(&self.sums) {
+            let mut parts = [ZERO; 3];
+            for (shapes, sums) in self.shapes.chunks_exact(modes).zip(&self.sums) {
+                let ([slopes, curvatures], sums) = (&shapes[i], &sums[parity(i)]);
                 parts[0] = from_fn(|s| parts[0][s] + slopes[s] * sums[0][s]);
                 parts[1] = from_fn(|s| parts[1][s] + slopes[s] * sums[1][s]);
                 parts[2] = from_fn(|s| parts[2][s] + slopes[s] * sums[2][s] + curvatures[s] * sums[3][s]);
@@ -106,20 +120,29 @@ impl Strong {
 
     /// Calls `add` with the mode and the second time derivative of `∂c₄/∂η_i`, for the accelerations η̈.
     pub(super) fn gradient_acceleration(&mut self, ddeta: &[f64], mut add: impl FnMut(usize, f64)) {
-        let modes = self.gradients.len();
+        let (modes, shortening) = (self.gradients.len(), self.shortening);
         let groups = self.shapes.chunks_exact(modes.max(1));
-        for ((sums, [slope, rate, _]), shapes) in self.sums.iter_mut().zip(&self.present).zip(groups) {
-            let mut acceleration = [0.0; 4];
-            for ([slopes, _], ddeta) in shapes.iter().zip(ddeta) {
-                acceleration = from_fn(|s| acceleration[s] + ddeta * slopes[s]);
+        for ((sums, present), shapes) in self.sums.iter_mut().zip(&self.present).zip(groups) {
+            let mut parts = [ZERO; 2];
+            for (i, ([slopes, _], ddeta)) in shapes.iter().zip(ddeta).enumerate() {
+                let part = &mut parts[parity(i)];
+                *part = from_fn(|s| part[s] + ddeta * slopes[s]);
             }
-            let along = |s: usize| slope[s] * acceleration[s] + 2.0 * rate[s] * rate[s];
-            sums[0] = from_fn(|s| -3.0 * self.shortening * slope[s] * along(s));
+            let [even, odd] = parts;
+            let accelerations: [Group; 2] = [from_fn(|s| even[s] + odd[s]), from_fn(|s| even[s] - odd[s])];
+            let [at, across] = from_fn(|side| {
+                let ([slope, rate, _], acceleration) = (&present[side], &accelerations[side]);
+                let along = |s: usize| slope[s] * acceleration[s] + 2.0 * rate[s] * rate[s];
+                [from_fn(|s| -3.0 * shortening * slope[s] * along(s))]
+            });
+            let [[even], [odd]] = both(at, across, [1.0]);
+            (sums[0][0], sums[1][0]) = (even, odd);
         }
         for i in 0..modes {
-            let mut part = [0.0; 4];
-            for ([slopes, _], sums) in self.shapes.iter().skip(i).step_by(modes).zip(&self.sums) {
-                part = from_fn(|s| part[s] + slopes[s] * sums[0][s]);
+            let mut part = ZERO;
+            for (shapes, sums) in self.shapes.chunks_exact(modes).zip(&self.sums) {
+                let ([slopes, _], [sum, ..]) = (&shapes[i], &sums[parity(i)]);
+                part = from_fn(|s| part[s] + slopes[s] * sum[s]);
             }
             add(i, total(part));
         }
@@ -129,19 +152,30 @@ impl Strong {
     /// column `at`.
     pub(super) fn stiffness(&mut self, weight: f64, along_n: f64, at: usize, all: usize, k: &mut [f64]) {
         let (bend, chord) = (weight * self.stiffness, 3.0 * weight * along_n * self.shortening);
+        // Weights of φ_i' φ_j', of φ_i' φ_j'' with φ_i'' φ_j', and of φ_i'' φ_j'': for modes that are both even or both odd, and for others.
+        for (sums, present) in self.sums.iter_mut().zip(&self.present) {
+            let [here, across] = present.each_ref().map(|[slope, _, curvature]| {
+                [
+                    from_fn(|s| bend * curvature[s] * curvature[s] - chord * slope[s] * slope[s]),
+                    from_fn(|s| 2.0 * bend * slope[s] * curvature[s]),
+                    from_fn(|s| bend * slope[s] * slope[s]),
+                    ZERO,
+                ]
+            });
+            *sums = both(here, across, [1.0, -1.0, 1.0, 1.0]);
+        }
         let modes = self.gradients.len();
-        let of = |i: usize| self.shapes.iter().skip(i).step_by(modes);
         for i in 0..modes {
-            for (([slopes, curvatures], sums), [slope, _, curvature]) in of(i).zip(&mut self.sums).zip(&self.present) {
-                let mixed: Group = from_fn(|s| 2.0 * bend * slope[s] * curvature[s]);
-                let both: Group = from_fn(|s| bend * curvature[s] * curvature[s] - chord * slope[s] * slope[s]);
-                sums[0] = from_fn(|s| both[s] * slopes[s] + mixed[s] * curvatures[s]);
-                sums[1] = from_fn(|s| mixed[s] * slopes[s] + bend * slope[s] * slope[s] * curvatures[s]);
-            }
             for j in i..modes {
-                let mut entry = [0.0; 4];
-                for ([slopes, curvatures], sums) in of(j).zip(&self.sums) {
-                    entry = from_fn(|s| entry[s] + slopes[s] * sums[0][s] + curvatures[s] * sums[1][s]);
+                let mut entry = ZERO;
+                for (shapes, sums) in self.shapes.chunks_exact(modes).zip(&self.sums) {
+                    let ([slope_i, curvature_i], [slope_j, curvature_j]) = (&shapes[i], &shapes[j]);
+                    let [slopes, mixed, curvatures, _] = &sums[(j - i) % 2];
+                    entry = from_fn(|s| {
+                        let with_slope = slopes[s] * slope_i[s] + mixed[s] * curvature_i[s];
+                        let with_curvature = mixed[s] * slope_i[s] + curvatures[s] * curvature_i[s];
+                        entry[s] + slope_j[s] * with_slope + curvature_j[s] * with_curvature
+                    });
                 }
                 let entry = total(entry);
                 k[(at + i) * all + at + j] += entry;
@@ -154,15 +188,40 @@ impl Strong {
 
     /// `V₄`, J.
     pub(super) fn energy_j(&self) -> f64 {
-        let squares = |[slope, _, curvature]: &[Group; 3]| -> f64 { (0..4).map(|s| (slope[s] * curvature[s]).powi(2)).sum() };
-        0.5 * self.stiffness * self.present.iter().map(squares).sum::<f64>()
+        let squares = |[slope, _, curvature]: &[Group; 3]| -> f64 {
+            slope.iter().zip(curvature).map(|(slope, curvature)| (slope * curvature).powi(2)).sum()
+        };
+        0.5 * self.stiffness * self.present.iter().flatten().map(squares).sum::<f64>()
     }
+}
+
+/// σ, σ̇ and κ with another mode.
+#[inline]
+fn with_mode([slope, rate, curvature]: [Group; 3], [slopes, curvatures]: &[Group; 2], eta: f64, deta: f64) -> [Group; 3] {
+    [
+        from_fn(|s| slope[s] + eta * slopes[s]),
+        from_fn(|s| rate[s] + deta * slopes[s]),
+        from_fn(|s| curvature[s] + eta * curvatures[s]),
+    ]
+}
+
+/// 0 for an even mode, 1 for an odd one, for its index from 0.
+#[inline]
+fn parity(i: usize) -> usize {
+    (i + 1) % 2
+}
+
+/// Sums over stations and their partners, for products with even shapes and with odd ones; `sign` is 1 where even ones are alike at both.
+#[inline]
+fn both<const N: usize>(at: [Group; N], across: [Group; N], sign: [f64; N]) -> [[Group; N]; 2] {
+    let with = |turn: f64| from_fn(|k| from_fn(|s| at[k][s] + turn * sign[k] * across[k][s]));
+    [with(1.0), with(-1.0)]
 }
 
 /// Sum over the stations of a group.
 #[inline]
-fn total([a, b, c, d]: Group) -> f64 {
-    (a + b) + (c + d)
+fn total([a, b]: Group) -> f64 {
+    a + b
 }
 
 #[cfg(test)]
