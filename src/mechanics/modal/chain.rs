@@ -151,7 +151,7 @@ impl<const W: usize> Chain<W> {
         let (link, chord) = (&self.links[0], self.frames[0].chord);
         let slope = |u: &[Vector]| -> f64 {
             let terms = link.shapes.root_slope.iter().enumerate();
-            terms.map(|(i, s)| s / link.length_m * u[link.shapes.function_of(i)][1]).sum()
+            terms.map(|(i, s)| s * u[link.shapes.function_of(i)][1]).sum::<f64>() * link.per_length
         };
         [chord.angle + slope(&link.u), chord.rate + slope(&link.du)]
     }

@@ -17,7 +17,7 @@ const AXIAL_COORDINATES: usize = 2;
 /// Memory for the sums of the shapes.
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
-    series: Vec<f64>,
+    series: [Vec<f64>; 2],
     pub(super) pulls: Vec<f64>,
 }
 
@@ -29,6 +29,8 @@ pub(super) struct Scratch {
 pub(super) struct Link<const W: usize> {
     pub(super) shapes: Shapes<W>,
     pub(super) length_m: f64,
+    /// The length's reciprocal, 1/m.
+    pub(super) per_length: f64,
     pub(super) mass_kg: f64,
     /// Place of this link's coordinates in `q`: bending, then axial.
     pub(super) at: usize,
@@ -80,10 +82,11 @@ impl<const W: usize> Link<W> {
         u[0][0] = length;
         let strong = Strong::new(shapes.modes, length, bar.map_or(0.0, |bar| bar.bending_stiffness_nm2()));
         Self {
-            scratch: Scratch { series: shapes.room(), pulls: shapes.room() },
+            scratch: Scratch { series: [shapes.room(), shapes.room()], pulls: shapes.room() },
             strong,
             shapes,
             length_m: length,
+            per_length: 1.0 / length,
             mass_kg: link.mass_kg,
             at,
             bending,
@@ -114,8 +117,7 @@ impl<const W: usize> Link<W> {
         let n = self.bending;
         let own = self.at..self.at + n;
         let (eta, deta, ddeta) = (&q[own.clone()], &v[own.clone()], &a[own]);
-        self.shapes.gradient(eta, &mut self.scratch.series, &mut self.grad);
-        self.shapes.gradient(deta, &mut self.scratch.series, &mut self.dgrad);
+        self.shapes.gradient([eta, deta], &mut self.scratch.series, [&mut self.grad, &mut self.dgrad]);
         self.strong.advance(eta, deta);
         let mut taken = 0.0;
         for (i, [gradient, rate]) in self.strong.gradient().enumerate() {
@@ -151,7 +153,7 @@ impl<const W: usize> Link<W> {
     /// The second time derivative of the gradient, `−Q_fη̈` and, for the chord, that of strong bending's.
     pub(super) fn deform_gradient(&mut self, a: &[f64]) {
         let ddeta = &a[self.at..self.at + self.bending];
-        self.shapes.gradient(ddeta, &mut self.scratch.series, &mut self.ddgrad);
+        self.shapes.gradient([ddeta], &mut self.scratch.series, [&mut self.ddgrad]);
         let ddgrad = &mut self.ddgrad;
         self.strong.gradient_acceleration(ddeta, |i, x| ddgrad[i][0] += x);
     }
@@ -205,9 +207,9 @@ impl<const W: usize> Link<W> {
     pub(super) fn pull_back(&self, force: &[Vector; W], r: &mut [f64]) {
         let n = self.bending;
         let r = &mut r[self.at..self.at + self.coordinates()];
+        let along = force.map(|force| force[0]);
         for (i, (r, grad)) in r.iter_mut().zip(&self.grad).enumerate() {
-            let along: f64 = grad.iter().zip(force).map(|(g, force)| g * force[0]).sum();
-            *r += along + force[self.shapes.function_of(i)][1];
+            *r += product(grad, &along) + force[self.shapes.function_of(i)][1];
         }
         for e in 0..self.axial {
             r[n + e] += force[e][0];
@@ -228,4 +230,12 @@ impl<const W: usize> Link<W> {
         }
         0.5 * self.mass_kg * twice
     }
+}
+
+/// `a · b`, by the sums over even and over odd functions; W is even.
+#[inline]
+fn product<const W: usize>(a: &[f64; W], b: &[f64; W]) -> f64 {
+    let (a, b) = (a.as_chunks::<2>().0, b.as_chunks::<2>().0);
+    let sums = a.iter().zip(b).fold([0.0; 2], |sums, (a, b)| [sums[0] + a[0] * b[0], sums[1] + a[1] * b[1]]);
+    sums[0] + sums[1]
 }

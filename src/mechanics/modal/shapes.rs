@@ -48,7 +48,7 @@ pub(super) struct Shapes<const W: usize> {
     per_wave: [f64; W],
     /// `−iπ/(2fπL)` for each mode and each of the sines, and `−iπ/(4L)` for the chord, 1/m.
     shortening: Vec<[f64; W]>,
-    /// `d_m` of χ' for each cosine beyond the modes.
+    /// `d_m` of χ' for each cosine beyond the modes; empty without χ.
     root_cosines: Vec<f64>,
     length_m: f64,
     /// `∫ φ_i''² dξ` for each bending shape.
@@ -72,7 +72,7 @@ impl<const W: usize> Shapes<W> {
             root_shortening: Vec::new(),
             per_wave: [0.0; W],
             shortening: Vec::new(),
-            root_cosines: (modes + 1..=modes + sines).map(|m| root_sine(m) * wave(m)).collect(),
+            root_cosines: if root { (modes + 1..=modes + sines).map(|m| root_sine(m) * wave(m)).collect() } else { Vec::new() },
             length_m,
             curvature: (1..=modes).map(|k| 0.5 * wave(k).powi(4)).collect(),
             root_slope: (1..=modes).map(wave).collect(),
@@ -150,25 +150,31 @@ impl<const W: usize> Shapes<W> {
     /// (Q_0η)_i = iπ p_i/(2L)          (Q_fη)_i = iπ (p_{i+f} + p_{i−f})/(2fπL)
     /// ```
     #[inline]
-    pub(super) fn gradient(&self, eta: &[f64], p: &mut [f64], out: &mut [[f64; W]]) {
+    pub(super) fn gradient<const N: usize>(&self, eta: [&[f64]; N], p: &mut [Vec<f64>; 2], mut out: [&mut [[f64; W]]; N]) {
         let n = self.modes;
-        for (m, (slope, eta)) in (1..).zip(self.root_slope[..n].iter().zip(eta)) {
-            let p_m = slope * eta;
-            (p[n + m], p[n - m]) = (p_m, p_m);
-        }
-        if self.root {
+        for (eta, p) in eta.iter().zip(p.iter_mut()) {
+            for (m, (slope, eta)) in (1..).zip(self.root_slope[..n].iter().zip(*eta)) {
+                let p_m = slope * eta;
+                (p[n + m], p[n - m]) = (p_m, p_m);
+            }
             for (p, cosine) in p[2 * n + 1..].iter_mut().zip(&self.root_cosines) {
                 *p = cosine * eta[n];
             }
-            let mut of_root = [0.0; W];
-            for (row, eta) in self.root_shortening.iter().zip(eta) {
-                of_root = from_fn(|f| of_root[f] - row[f] * eta);
-            }
-            out[n] = of_root;
         }
-        for (i, (out, shortening)) in (1..).zip(out.iter_mut().zip(&self.shortening)) {
-            let (sum, difference) = (&p[n + i..n + i + W], &p[n - i..n - i + W]);
-            *out = from_fn(|f| shortening[f] * (sum[f] + difference[f]));
+        for (i, shortening) in (1..).zip(&self.shortening) {
+            for (out, p) in out.iter_mut().zip(p.iter()) {
+                let (sum, difference) = (&p[n + i..n + i + W], &p[n - i..n - i + W]);
+                out[i - 1] = from_fn(|f| shortening[f] * (sum[f] + difference[f]));
+            }
+        }
+        if self.root {
+            for (out, eta) in out.into_iter().zip(eta) {
+                let mut of_root = [0.0; W];
+                for (row, eta) in self.root_shortening.iter().zip(eta) {
+                    of_root = from_fn(|f| of_root[f] - row[f] * eta);
+                }
+                out[n] = of_root;
+            }
         }
     }
 
@@ -291,7 +297,7 @@ mod tests {
                     near(if is_root { s.with_root[g] } else { 0.0 }, expected, "product");
                 }
             }
-            let (mut room, mut gradient) = (s.room(), vec![[0.0; 8]; s.bending()]);
+            let (mut room, mut gradient) = ([s.room(), s.room()], vec![[0.0; 8]; s.bending()]);
             for i in 0..s.bending() {
                 let fi = s.function_of(i);
                 near(s.curvature[i], integral(|x| s.at(fi, x)[2].powi(2)), "curvature");
@@ -300,7 +306,7 @@ mod tests {
                 for j in 0..s.bending() {
                     one.fill(0.0);
                     one[j] = 1.0;
-                    s.gradient(&one, &mut room, &mut gradient);
+                    s.gradient([&one], &mut room, [&mut gradient]);
                     for (f, got) in gradient[i].iter().enumerate().take(s.sines + 1) {
                         let cosine = |x: f64| if f == 0 { 1.0 } else { 2.0 / wave(f) * (wave(f) * x).cos() };
                         let expected = integral(|x| s.at(fi, x)[1] * s.at(s.function_of(j), x)[1] * cosine(x)) / length;
