@@ -86,29 +86,20 @@ impl Stages {
         state: &State,
         guess: Option<&[f64]>,
     ) {
-        let n = self.q.len().max(1);
+        let n = self.q.len();
         let own = method.gamma * h_s;
-        let Self { q, v, a, .. } = self;
-        for x in [&mut *q, &mut *v, &mut *a] {
-            x.fill(0.0);
-        }
-        let weights = method.a[stage][..stage].iter().zip(&method.predicted[stage]);
-        let before = self.all_v.chunks_exact(n).zip(self.all_a.chunks_exact(n));
-        for ((stage_v, stage_a), (weight, predicted)) in before.zip(weights) {
-            let sums = q.iter_mut().zip(v.iter_mut()).zip(a.iter_mut());
-            for (((q, v), a), (stage_v, stage_a)) in sums.zip(stage_v.iter().zip(stage_a)) {
-                *q += weight * stage_v;
-                *v += weight * stage_a;
-                *a += predicted * stage_a;
+        let (weights, predicted) = (&method.a[stage][..stage], &method.predicted[stage][..stage]);
+        for i in 0..n {
+            let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
+            for (j, (weight, predicted)) in weights.iter().zip(predicted).enumerate() {
+                let (stage_v, stage_a) = (self.all_v[j * n + i], self.all_a[j * n + i]);
+                q += weight * stage_v;
+                v += weight * stage_a;
+                a += predicted * stage_a;
             }
-        }
-        if let Some(guess) = guess {
-            a.copy_from_slice(guess);
-        }
-        let sums = q.iter_mut().zip(v.iter_mut()).zip(a.iter());
-        for (((q, v), a), (state_q, state_v)) in sums.zip(state.q.iter().zip(&state.v)) {
-            *v = state_v + h_s * *v + own * a;
-            *q = state_q + h_s * *q + own * *v;
+            self.a[i] = guess.map_or(a, |guess| guess[i]);
+            self.v[i] = state.v[i] + h_s * v + own * self.a[i];
+            self.q[i] = state.q[i] + h_s * q + own * self.v[i];
         }
     }
 

@@ -40,7 +40,7 @@ impl Lu {
             below.iter_mut().for_each(|entry| *entry *= inverse);
             for column in after.chunks_exact_mut(n) {
                 let factor = column[k];
-                take_off(&mut column[k + 1..], [factor], [below]);
+                take_off(&mut column[k + 1..], factor, below);
             }
         }
         Ok(())
@@ -57,14 +57,14 @@ impl Lu {
             let (first, second) = two.split_at(n);
             x[k + 1] -= x[k] * first[k + 1];
             let factors = [x[k], x[k + 1]];
-            take_off(&mut x[k + 2..], factors, [&first[k + 2..], &second[k + 2..]]);
+            take_off_two(&mut x[k + 2..], factors, [&first[k + 2..], &second[k + 2..]]);
         }
         for (k, two) in (1..n).rev().step_by(2).zip(self.matrix.rchunks_exact(2 * n.max(1))) {
             let (second, first) = two.split_at(n);
             x[k] *= first[k];
             x[k - 1] = (x[k - 1] - x[k] * first[k - 1]) * second[k - 1];
             let factors = [x[k], x[k - 1]];
-            take_off(&mut x[..k - 1], factors, [first, second]);
+            take_off_two(&mut x[..k - 1], factors, [first, second]);
         }
         if n % 2 == 1 {
             x[0] *= self.matrix[0];
@@ -72,13 +72,23 @@ impl Lu {
     }
 }
 
-/// `x −= Σ factor · y`, one term after the other.
+/// `x −= factor · y`.
 #[inline]
-fn take_off<const N: usize>(x: &mut [f64], factors: [f64; N], y: [&[f64]; N]) {
+fn take_off(x: &mut [f64], factor: f64, y: &[f64]) {
+    let ((pairs_x, rest_x), (pairs_y, rest_y)) = (x.as_chunks_mut::<2>(), y.as_chunks::<2>());
+    for (x, y) in pairs_x.iter_mut().zip(pairs_y) {
+        *x = [x[0] - factor * y[0], x[1] - factor * y[1]];
+    }
+    for (x, y) in rest_x.iter_mut().zip(rest_y) {
+        *x -= factor * y;
+    }
+}
+
+/// `x −= factor · y`, for the first, then for the second.
+#[inline]
+fn take_off_two(x: &mut [f64], factors: [f64; 2], y: [&[f64]; 2]) {
     let y = y.map(|y| &y[..x.len()]);
     for (i, x) in x.iter_mut().enumerate() {
-        for (factor, y) in factors.iter().zip(&y) {
-            *x -= factor * y[i];
-        }
+        *x = *x - factors[0] * y[0][i] - factors[1] * y[1][i];
     }
 }

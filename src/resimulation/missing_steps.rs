@@ -179,7 +179,13 @@ impl MissingSteps {
             match hole.damaged {
                 true if recovered => LossReason::Recovered,
                 true => LossReason::Damage,
-                false if gaps.iter().any(reported) => if computed { LossReason::Source } else { LossReason::Queue },
+                false if gaps.iter().any(reported) => {
+                    if computed {
+                        LossReason::Source
+                    } else {
+                        LossReason::Queue
+                    }
+                }
                 false => LossReason::Unexplained,
             }
         };

@@ -255,8 +255,7 @@ fn may_follow_from(gaps: &[Gap], finding: &Finding) -> bool {
 /// Messages that full queues dropped, of topics in which no step is missing for that reason.
 fn dropped(gaps: &[Gap], missing: &[Finding]) -> Vec<Finding> {
     let is_missing = |gap: &Gap| {
-        let is_told =
-            |finding: &Finding| matches!(finding, Finding::Missing { topic, why: LossReason::Queue | LossReason::Source, .. } if *topic == gap.topic);
+        let is_told = |finding: &Finding| matches!(finding, Finding::Missing { topic, why: LossReason::Queue | LossReason::Source, .. } if *topic == gap.topic);
         missing.iter().any(is_told)
     };
     let mut counts = BTreeMap::<&str, u64>::new();

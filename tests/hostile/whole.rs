@@ -55,7 +55,8 @@ fn regress_a_what_if_of_a_broken_recording_says_so() -> Outcome {
         assert!(at.join(format!("other-{file}")).exists(), "{file}: what could be done is done");
     }
     assert_eq!(ended(at, &["verify", "other-cut.mcap"])?.0, Some(0));
-    let verified = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["verify", "other-damaged.mcap"]).current_dir(at).output()?;
+    let verified =
+        Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["verify", "other-damaged.mcap"]).current_dir(at).output()?;
     let said = String::from_utf8(verified.stdout)?;
     assert!(verified.status.code() == Some(3) && said.contains("the recording that it was computed from lacks them"), "{said}");
     Ok(())
