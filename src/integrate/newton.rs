@@ -13,7 +13,7 @@ pub struct NewtonSettings {
 }
 
 /// A residual that is not below this fraction of the one before calls for a new factorization.
-const SLOW: f64 = 0.1;
+const SLOW: f64 = 0.05;
 /// A residual expected to be below this fraction of the tolerance is not evaluated.
 const SURE: f64 = 0.1;
 /// A residual is not expected to fall below this fraction of the one before: the first one falls further, as a prediction's does.

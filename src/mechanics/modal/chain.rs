@@ -149,9 +149,11 @@ impl<const W: usize> Chain<W> {
     /// The tangent at the pivot and its rate.
     pub(super) fn tangent(&self) -> [f64; 2] {
         let (link, chord) = (&self.links[0], self.frames[0].chord);
+        let (sines, root) = link.shapes.root_slope.split_at(link.shapes.modes);
         let slope = |u: &[Vector]| -> f64 {
-            let terms = link.shapes.root_slope.iter().enumerate();
-            terms.map(|(i, s)| s * u[link.shapes.function_of(i)][1]).sum::<f64>() * link.per_length
+            let of_sines: f64 = sines.iter().zip(&u[1..]).map(|(slope, u)| slope * u[1]).sum();
+            let of_root: f64 = root.iter().zip(u.get(link.shapes.sines + 1)).map(|(slope, u)| slope * u[1]).sum();
+            (of_sines + of_root) * link.per_length
         };
         [chord.angle + slope(&link.u), chord.rate + slope(&link.du)]
     }

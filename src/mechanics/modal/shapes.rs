@@ -178,7 +178,7 @@ impl<const W: usize> Shapes<W> {
         }
     }
 
-    /// Calls `add` with i, j and `Σ F_f Q_f[i][j]`, for forces along the chord.
+    /// Calls `add` with i, j ≥ i and `Σ F_f Q_f[i][j]`, which is symmetric, for forces along the chord.
     ///
     /// With `g_0 = 2F_0/L` and `g_m = 2F_m/(mπL)` it is `¼ iπ jπ (g_{i+j} + g_{i−j})` of the sines.
     pub(super) fn pulled(&self, force: impl Fn(usize) -> f64, g: &mut [f64], mut add: impl FnMut(usize, usize, f64)) {
@@ -187,17 +187,15 @@ impl<const W: usize> Shapes<W> {
         for (m, g) in g.iter_mut().enumerate().take(self.sines + 1).skip(1) {
             *g = 4.0 * self.per_wave[m] * force(m);
         }
-        for i in 1..=n {
-            for j in 1..=n {
-                add(i - 1, j - 1, 0.25 * wave(i) * wave(j) * (g[i + j] + g[i.abs_diff(j)]));
+        let waves = &self.root_slope[..n];
+        for (i, wave) in waves.iter().enumerate() {
+            let (quarter, sums, differences) = (0.25 * wave, &g[2 * i + 2..], &g[..n - i]);
+            for (j, ((wave, sum), difference)) in (i..).zip(waves[i..].iter().zip(sums).zip(differences)) {
+                add(i, j, quarter * wave * (sum + difference));
             }
         }
-        for (j, row) in self.root_shortening.iter().enumerate() {
-            let along = (0..=self.sines).map(|f| row[f] * force(f)).sum();
-            add(n, j, along);
-            if j != n {
-                add(j, n, along);
-            }
+        for (i, row) in self.root_shortening.iter().enumerate() {
+            add(i, n, (0..=self.sines).map(|f| row[f] * force(f)).sum());
         }
     }
 

@@ -91,7 +91,16 @@ impl<const W: usize> Link<W> {
             }
         }
         let at = self.at;
-        self.shapes.pulled(|f| force[f][0], &mut self.scratch.pulls, |i, j, along| k[(at + i) * all + at + j] -= weight * along);
+        self.shapes.pulled(
+            |f| force[f][0],
+            &mut self.scratch.pulls,
+            |i, j, along| {
+                k[(at + i) * all + at + j] -= weight * along;
+                if i != j {
+                    k[(at + j) * all + at + i] -= weight * along;
+                }
+            },
+        );
         self.strong.stiffness(weight, force[0][0], at, all, k);
     }
 }
