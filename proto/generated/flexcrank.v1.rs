@@ -503,7 +503,7 @@ fn full_name() -> ::prost::alloc::string::String { "flexcrank.v1.Shadow".into() 
 /// A gap: messages of one topic that a full queue dropped. Reported when the queue has room again, at most twice a second.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Gap {
-    /// Stamp of the last dropped message.
+    /// Stamp of the last dropped message; in a what-if, of the message after those that its recording lacks.
     #[prost(message, optional, tag = "1")]
     pub stamp: ::core::option::Option<Stamp>,
     /// Last chunk of the topic's key: "angles".
