@@ -12,8 +12,10 @@ pub struct NewtonSettings {
     pub max_iterations: usize,
 }
 
-/// A residual that is not below this fraction of the one before calls for a new factorization.
+/// A residual that is not below this fraction of the one before calls for a new factorization, if that is as much work as a correction.
+/// A factorization that is more must save more corrections: the fraction grows with its work, up to [`SLOWEST`].
 const SLOW: f64 = 0.05;
+const SLOWEST: f64 = 0.2;
 /// A residual expected to be below this fraction of the tolerance is not evaluated.
 const SURE: f64 = 0.1;
 /// A residual is not expected to fall below this fraction of the one before: the first one falls further, as a prediction's does.
@@ -74,6 +76,7 @@ impl Newton {
             return self.correct_exactly(fixed, system, t_s, w, trial);
         }
         let mut effort = Effort::default();
+        let slow = (SLOW * system.factor_over_correction()).min(SLOWEST);
         let (mut last_size, mut last_correction) = (f64::INFINITY, f64::INFINITY);
         loop {
             self.evaluate(system, t_s, trial)?;
@@ -86,7 +89,7 @@ impl Newton {
             if effort.newton_iterations as usize >= self.settings.max_iterations {
                 return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
             }
-            if self.factored != Some(w) || size > SLOW * last_size {
+            if self.factored != Some(w) || size > slow * last_size {
                 self.factor(system, t_s, w, trial)?;
                 effort.factorizations += 1;
             }

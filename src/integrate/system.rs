@@ -22,6 +22,10 @@ pub trait System {
     fn factor(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64], w: Weights) -> Result<(), Singular>;
     /// Solves the last factored system for `x` in place.
     fn solve(&mut self, x: &mut [f64]);
+    /// Work of `factor` over that of a correction, `residual` and `solve` together; about.
+    fn factor_over_correction(&self) -> f64 {
+        1.0
+    }
     /// Power put in from outside and power dissipated, which the scheme integrates beside the motion; nil for a system that keeps no
     /// account of it.
     fn power(&mut self, _t_s: f64, _q: &[f64], _v: &[f64], _a: &[f64]) -> Power {

@@ -111,6 +111,10 @@ pub trait Mechanism: Send {
     fn rigid_motion(&mut self, input: &Input, rate_rad_per_s: f64, q: &[f64], v: &mut [f64], a: &mut [f64]);
     /// Solves the last factored system for `x` in place.
     fn solve(&mut self, x: &mut [f64]);
+    /// Work of `factor` over that of `residual` and `solve` together; about.
+    fn factor_over_correction(&self) -> f64 {
+        1.0
+    }
     /// Fills `out` for the state given; `a` solves `residual = 0` at it.
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation);
     /// Kinetic, strain and potential energy of the state given, J; the kinetic is homogeneous in the velocities, of second degree,

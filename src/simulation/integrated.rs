@@ -47,6 +47,9 @@ impl<M: Mechanism> System for Driven<'_, M> {
     fn solve(&mut self, x: &mut [f64]) {
         self.mechanism.solve(x);
     }
+    fn factor_over_correction(&self) -> f64 {
+        self.mechanism.factor_over_correction()
+    }
     #[inline]
     fn power(&mut self, t_s: f64, q: &[f64], v: &[f64], a: &[f64]) -> Power {
         let [put_in_w, dissipated_w] = self.mechanism.power(&self.law.input(t_s), q, v, a);

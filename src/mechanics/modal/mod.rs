@@ -115,6 +115,10 @@ impl Mechanism for Modal {
         self.fitted.solve(x);
     }
 
+    fn factor_over_correction(&self) -> f64 {
+        self.fitted.factor_over_correction()
+    }
+
     fn observe(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], out: &mut Observation) {
         self.fitted.observe(input, q, v, a, out);
     }
