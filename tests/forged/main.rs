@@ -346,6 +346,30 @@ fn prop_a_sample_removed_without_a_trace_is_missing_and_unexplained() -> Outcome
     Ok(())
 }
 
+/// What a crash cut off behind a checkpoint hides no change of it: the messages before lead to it.
+#[test]
+fn prop_the_last_checkpoint_of_a_cut_off_recording_is_compared() -> Outcome {
+    let (folder, file) = eventful()?;
+    let path = folder.path().join("forged.mcap");
+    let mut forged = Contents::read(&file, &as_is)?;
+    let last = forged.messages.iter().rposition(|entry| entry.chunk() == "checkpoint").ok_or("no checkpoint")?;
+    forged.messages.truncate(last + 1);
+    for changed in [false, true] {
+        if changed {
+            let mut message = decoded(&forged.messages[last])?;
+            alter(&mut message, &[(2, Some(0))]);
+            forged.messages[last].data = prost::Message::encode_to_vec(&message);
+        }
+        forged.write(&path)?;
+        let bytes = std::fs::read(&path)?;
+        std::fs::write(&path, &bytes[..bytes.len() - 50])?;
+        let found = verify(&RecordedSession::open(&path)?, &|_, _| {})?;
+        assert!(found.findings.iter().any(|finding| matches!(finding, Finding::CutOff { .. })), "{:?}", found.findings);
+        assert_eq!(found.is_wrong(), changed, "{:?}", found.findings);
+    }
+    Ok(())
+}
+
 /// Number of findings of single messages that `verify` keeps.
 const KEPT: usize = 10_000;
 
