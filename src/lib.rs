@@ -10,6 +10,8 @@
 #[cfg(feature = "service")]
 pub mod bus;
 #[cfg(feature = "service")]
+mod claim;
+#[cfg(feature = "service")]
 pub mod cli;
 #[cfg(feature = "service")]
 pub mod files;

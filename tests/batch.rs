@@ -38,6 +38,26 @@ fn prop_services_that_start_together_find_ports() -> Tried {
     together((0..12).map(named))
 }
 
+/// Recordings without a name given, all begun in one folder at the same instant: each has a file of its own. What-ifs likewise.
+#[test]
+fn regress_recordings_that_start_together_have_names_of_their_own() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    let run = ["run", "--no-bus", "--pace", "max", "--until", "0.5"];
+    let what_if = ["what-if", "take.mcap", "--add-pulse", "0.2:5:0.1"];
+    std::fs::copy(WHOLE, at.join("take.mcap"))?;
+    for words in [&run[..], &what_if] {
+        let start = |_| flexcrank(words).current_dir(at).spawn();
+        let children: Vec<Child> = (0..12).map(start).collect::<Result<_, _>>()?;
+        for child in children {
+            let ended = child.wait_with_output()?;
+            assert!(ended.status.success(), "{words:?}: {}", String::from_utf8_lossy(&ended.stderr));
+        }
+    }
+    assert_eq!(std::fs::read_dir(at.join("recordings"))?.count(), 24);
+    Ok(())
+}
+
 /// Runs of one service without a name given, all started at the same instant, three times six of them.
 #[test]
 fn regress_runs_that_start_together_number_the_default_name() -> Tried {

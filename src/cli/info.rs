@@ -16,7 +16,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::formatting::counted;
 use super::output::output;
-use crate::recording::{Overview, RecordingMetadata, TopicOverview, is_cut_off};
+use crate::recording::{Overview, RecordingMetadata, TopicOverview};
 use crate::scene::SceneSource;
 use crate::shown::{shown_name, shown_s, shown_sentence};
 use crate::wire::{Status, Topic};
@@ -48,8 +48,10 @@ struct Info {
     begin: String,
     duration_s: f64,
     messages: u64,
-    /// Why the messages end before the end of the file.
+    /// What is damaged, and whether the file ends early.
     damage: Option<String>,
+    #[serde(skip)]
+    ends_early: bool,
     session: Option<Session>,
     topics: Vec<TopicInfo>,
 }
@@ -114,10 +116,8 @@ impl Info {
             begin: humantime::format_rfc3339_millis(begin).to_string(),
             duration_s: (end_ns - begin_ns) as f64 * 1e-9,
             messages: overview.topics.values().map(|topic| topic.messages).sum(),
-            damage: overview.damage.as_ref().map(|damage| match is_cut_off(damage) {
-                true => "the file was not closed, or was cut off; everything before is listed".to_owned(),
-                false => damage.to_string(),
-            }),
+            damage: damage(&overview),
+            ends_early: overview.cut_off.is_some(),
             // Files of other programs have no session.
             session: RecordingMetadata::read(file).ok().map(|metadata| Session::new(&metadata, &overview)),
             topics,
@@ -129,7 +129,7 @@ impl Info {
         if further {
             writeln!(out)?;
         }
-        let Info { file, size_bytes, begin, duration_s, messages, damage, session, topics } = self;
+        let Info { file, size_bytes, begin, duration_s, messages, damage, ends_early, session, topics } = self;
         writeln!(out, "{}: {}, {messages} messages", shown_sentence(file), ByteSize(*size_bytes).display().si())?;
         writeln!(out, "  recorded      {begin}, {} s", shown_s(*duration_s))?;
         if let Some(Session { name, command_line, version, commit, scene, commands, checkpoints, state, sim_time_s }) = session {
@@ -150,7 +150,8 @@ impl Info {
             }
         }
         if let Some(damage) = damage {
-            writeln!(out, "  ends early    {}", shown_sentence(damage))?;
+            let label = if *ends_early { "ends early" } else { "damaged" };
+            writeln!(out, "  {label:<12}  {}", shown_sentence(damage))?;
         }
         let heading = ["topic", "type", "messages", "Hz", "size"].map(str::to_owned).to_vec();
         let rows = topics.iter().map(|topic| {
@@ -163,6 +164,17 @@ impl Info {
         });
         aligned_table::print(&std::iter::once(heading).chain(rows).collect::<Vec<_>>(), 2)
     }
+}
+
+/// What is damaged, and whether the file ends early; everything else is listed.
+fn damage(overview: &Overview) -> Option<String> {
+    let broken = overview.damage.first().map(|first| {
+        let places = counted(overview.damage.len() as u64, "place");
+        format!("in {places}, first at byte {}: {}; `flexcrank recover` saves what is listed", first.offset, first.what)
+    });
+    let cut_off = overview.cut_off.map(|_| "the file was not closed, or was cut off; everything before is listed".to_owned());
+    let both: Vec<String> = cut_off.into_iter().chain(broken).collect();
+    (!both.is_empty()).then(|| both.join("; "))
 }
 
 impl TopicInfo {

@@ -1,6 +1,7 @@
 //! Shutdown signals.
 
 use std::future::poll_fn;
+use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Poll;
@@ -70,8 +71,11 @@ impl Interruption {
 
 /// Ends the process, and reports what was written.
 fn end() -> ! {
+    if io::stderr().is_terminal() {
+        // Over the progress that stands in the last line.
+        let _ = io::stderr().write_all(b"\r\x1b[K");
+    }
     match discard_unfinished() {
-        [0, 0] => say!("interrupted"),
         [0, _] => say!("interrupted: nothing was written"),
         [finished, _] => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
     }

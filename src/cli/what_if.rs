@@ -33,7 +33,7 @@ pub(super) struct Args {
     #[arg(add = ArgValueCompleter::new(completions::recordings))]
     pub file: PathBuf,
     /// Add a pulse; START in simulated time since the session began, TORQUE in N·m, DURATION: 3:5:100ms.
-    #[arg(long, value_name = "START:TORQUE:DURATION", value_parser = added_pulse)]
+    #[arg(long, value_name = "START:TORQUE:DURATION", allow_hyphen_values = true, value_parser = added_pulse)]
     pub add_pulse: Vec<AddedPulse>,
     /// Override a key of the scene.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -49,7 +49,7 @@ fn added_pulse(text: &str) -> Result<AddedPulse, String> {
         let start_s = time(start).ok()?;
         Some(AddedPulse { start_s, torque_nm: finite(torque)?, duration_s: positive_time(duration).ok()? })
     };
-    added().ok_or_else(|| "three numbers START:TORQUE:DURATION, such as 3.0:5:0.1; START from 0".to_owned())
+    added().ok_or_else(|| "three numbers START:TORQUE:DURATION, such as 3.0:5:0.1; START from 0, DURATION above 0".to_owned())
 }
 
 pub(super) fn what_if(args: Args) -> CommandResult {

@@ -13,7 +13,8 @@ pub struct NewtonSettings {
 }
 
 /// A residual that is not below this fraction of the one before calls for a new factorization, if that is as much work as a correction.
-/// A factorization that is more must save more corrections: the fraction grows with its work, up to [`SLOWEST`].
+/// A factorization that is more must save more corrections: the fraction grows with its work, up to [`SLOWEST`], unless the corrections
+/// that are allowed would not suffice.
 const SLOW: f64 = 0.05;
 const SLOWEST: f64 = 0.2;
 /// A residual expected to be below this fraction of the tolerance is not evaluated.
@@ -86,10 +87,13 @@ impl Newton {
             if trial.a.is_empty() || size <= self.settings.tolerance && corrected {
                 return Ok(effort);
             }
-            if effort.newton_iterations as usize >= self.settings.max_iterations {
+            let left = self.settings.max_iterations.saturating_sub(effort.newton_iterations as usize);
+            if left == 0 {
                 return Err(StepError::NotConverged { residual: size, iterations: effort.newton_iterations });
             }
-            if self.factored != Some(w) || size > slow * last_size {
+            let ratio = size / last_size;
+            let too_slow = ratio > slow || ratio > SLOW && size * ratio.powi(left as i32) > self.settings.tolerance;
+            if self.factored != Some(w) || too_slow {
                 self.factor(system, t_s, w, trial)?;
                 effort.factorizations += 1;
             }

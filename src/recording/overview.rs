@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::error::RecordingError;
 use super::format::RecordedMessage;
-use super::reader::Messages;
+use super::walk::{Damage, WalkFlow, WalkItem, walk};
 
 /// The messages of a topic.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -29,8 +29,10 @@ pub struct TopicOverview {
 pub struct Overview {
     /// Topics by name.
     pub topics: BTreeMap<String, TopicOverview>,
-    /// Why the messages end before the end of the file, if they do.
-    pub damage: Option<RecordingError>,
+    /// The damaged places.
+    pub damage: Vec<Damage>,
+    /// Position at which the file ends early; `None` if it was closed properly.
+    pub cut_off: Option<u64>,
 }
 
 impl Overview {
@@ -40,17 +42,16 @@ impl Overview {
     /// [`RecordingError`] if the file cannot be opened, or holds no message.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut overview = Overview::default();
-        for message in Messages::open(path)? {
-            match message {
-                Ok(message) => overview.add(&message),
-                Err(error) => overview.damage = Some(error),
+        let structure = walk(path, |item, _| {
+            if let WalkItem::Message(message) = item {
+                overview.add(message);
             }
+            WalkFlow::Continue(())
+        })?;
+        if overview.topics.is_empty() {
+            return Err(RecordingError::empty(path));
         }
-        match (overview.topics.is_empty(), overview.damage) {
-            (true, Some(damage)) => Err(damage),
-            (true, None) => Err(RecordingError::empty(path)),
-            (false, damage) => Ok(Overview { damage, ..overview }),
-        }
+        Ok(Overview { damage: structure.damage, cut_off: structure.cut_off, ..overview })
     }
 
     fn add(&mut self, RecordedMessage { channel, log_time, data, .. }: &RecordedMessage) {

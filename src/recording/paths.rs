@@ -1,15 +1,21 @@
 //! File names of recordings.
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
 use super::RecordingError;
+use crate::claim::Claim;
 use crate::wire;
 
 /// Default folder of recordings.
 pub const FOLDER: &str = "recordings";
 
-/// `FOLDER/<name>-<UTC time>.mcap`, numbered if that exists already.
+/// The files that this process has claimed, to its end: by then they are there.
+static CLAIMED: Mutex<Vec<Claim>> = Mutex::new(Vec::new());
+
+/// `FOLDER/<name>-<UTC time>.mcap`, numbered if that or its first part exists already, or another process of this machine has claimed it.
 pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
     let time = wire::timestamp(now).to_string();
     let time: String = time.split('.').next().unwrap_or(&time).chars().filter(char::is_ascii_alphanumeric).collect();
@@ -17,8 +23,18 @@ pub fn fresh(folder: &Path, name: &str, now: SystemTime) -> PathBuf {
     let path = |suffix: &str| folder.join(format!("{name}-{time}Z{suffix}.mcap"));
     (1_u32..)
         .map(|n| if n == 1 { path("") } else { path(&format!("-{n}")) })
-        .find(|path| !path.exists())
+        .find(|path| claim(path) && !path.exists() && !part(path, 1).exists())
         .unwrap_or_else(|| path(""))
+}
+
+/// Claims a file for this process; returns whether none has claimed it before.
+fn claim(path: &Path) -> bool {
+    let mut hasher = DefaultHasher::new();
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).hash(&mut hasher);
+    let claim = Claim::take(&format!("flexcrank/recording/{:016x}", hasher.finish()));
+    let is_ours = claim.is_some();
+    CLAIMED.lock().unwrap_or_else(PoisonError::into_inner).extend(claim);
+    is_ours
 }
 
 /// Part `n` of a recording: `take.mcap` becomes `take-001.mcap`.
@@ -51,6 +67,13 @@ mod tests {
     fn val_parts_are_numbered_before_the_extension() {
         assert_eq!(part(Path::new("r/take.mcap"), 2), PathBuf::from("r/take-002.mcap"));
         assert_eq!(part(Path::new("take"), 1234), PathBuf::from("take-1234"));
+    }
+
+    #[test]
+    fn prop_a_fresh_name_is_given_once() {
+        let now = SystemTime::now();
+        let names = [(); 3].map(|()| fresh(Path::new("nowhere"), "fresh", now).to_string_lossy().into_owned());
+        assert!(names[0].ends_with("Z.mcap") && names[1].ends_with("Z-2.mcap") && names[2].ends_with("Z-3.mcap"), "{names:?}");
     }
 
     #[test]

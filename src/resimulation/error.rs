@@ -42,12 +42,14 @@ pub enum ResimulationError {
     #[error("{}: the recording has no checkpoint to resume from", .0.display())]
     NothingToResume(PathBuf),
     /// The recording does not cover the instant.
-    #[error("{}: t = {at_s} s is not in the recording, or lost to damage", path.display())]
+    #[error("{}: t = {at_s} s is not in the recording{}, or lost to damage", path.display(), ending(*last_s))]
     Outside {
         /// The recording.
         path: PathBuf,
         /// The requested time, s.
         at_s: f64,
+        /// Time of the last message, s, if known.
+        last_s: Option<f64>,
     },
     /// The scene does not reproduce the recording.
     #[error("{}: the recording cannot be re-simulated: {}", path.display(), shown_sentence(what))]
@@ -67,4 +69,8 @@ impl ResimulationError {
     pub fn is_usage(&self) -> bool {
         matches!(self, ResimulationError::Change(_) | ResimulationError::Outside { .. } | ResimulationError::Pulse { .. })
     }
+}
+
+fn ending(last_s: Option<f64>) -> String {
+    last_s.map_or(String::new(), |last_s| format!(", which ends at {last_s:.3} s"))
 }

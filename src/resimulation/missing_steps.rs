@@ -31,6 +31,8 @@ struct TopicTrack {
     rate: Option<PublishRate>,
     /// Last recorded step.
     last: Option<EpochStep>,
+    /// Step of the last message.
+    seen: Option<EpochStep>,
     /// Expected sequence number of the next message: a jump means that messages were lost from the file.
     next: u32,
     /// Whether the first state of the epoch is due: it is published at any rate.
@@ -63,7 +65,16 @@ impl MissingSteps {
         let rates = source.publish.map_or(PerTelemetry::default(), |rates| rates.map(Some)).by_topic().into_iter();
         let tracks = rates.filter(|(topic, _)| is_published(*topic));
         let tracks = tracks
-            .map(|(topic, rate)| TopicTrack { topic, rate, last: None, next: 0, start_is_due: false, lost: false, open: None })
+            .map(|(topic, rate)| TopicTrack {
+                topic,
+                rate,
+                last: None,
+                seen: None,
+                next: 0,
+                start_is_due: false,
+                lost: false,
+                open: None,
+            })
             .collect();
         MissingSteps {
             begins_with_run: source.begins_with_run() && source.metadata.fact("resumes").is_empty(),
@@ -80,12 +91,20 @@ impl MissingSteps {
         self.tracks.iter_mut().for_each(|track| track.lost = true);
     }
 
-    /// Adds message number `number` of the file, with sequence number `sequence` on its channel.
-    pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64, timeline: &Timeline) {
-        let Some(stamp) = event.stamp() else { return };
+    /// Adds message number `number` of the file, with sequence number `sequence` on its channel. Returns whether its topic holds a message
+    /// of that step already: no step is sampled twice.
+    pub(super) fn take(&mut self, event: &Message, sequence: u32, number: u64, timeline: &Timeline) -> bool {
+        let Some(stamp) = event.stamp() else { return false };
         let at = (stamp.epoch, stamp.step);
+        let is_double = self.is_double(event.topic(), at);
         self.take_at(event, at, (sequence, number), timeline);
         self.begun = true;
+        is_double
+    }
+
+    fn is_double(&mut self, topic: Topic, at: EpochStep) -> bool {
+        let track = self.tracks.iter_mut().find(|track| track.topic == topic);
+        track.is_some_and(|track| track.seen.replace(at) == Some(at))
     }
 
     fn take_at(&mut self, event: &Message, at: EpochStep, (sequence, number): (u32, u64), timeline: &Timeline) {

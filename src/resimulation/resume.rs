@@ -75,9 +75,11 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         resimulator.command(command).map_err(|refused| unlike(refused.to_string()))?;
     }
     let end = match at_s {
-        Some(at_s) => {
-            trail.instant_at(at_s, &resimulator).ok_or_else(|| ResimulationError::Outside { path: source.path.clone(), at_s })?
-        }
+        Some(at_s) => trail.instant_at(at_s, &resimulator).ok_or_else(|| ResimulationError::Outside {
+            path: source.path.clone(),
+            at_s,
+            last_s: None,
+        })?,
         None => trail.last.max(resimulator.instant()),
     };
     check(end)?;

@@ -137,7 +137,9 @@ impl<'a> Reading<'a> {
             let found = contradiction(message, &event, &what);
             if self.has_room() { self.of_run.push(found) } else { self.survey.unlisted += 1 }
         }
-        self.holes.take(&event, message.sequence, number, &self.timeline);
+        if self.holes.take(&event, message.sequence, number, &self.timeline) {
+            self.found(contradiction(message, &event, "the step is there twice"));
+        }
         let unphysical = self.survey.physics.judge(&event);
         unphysical.into_iter().for_each(|finding| self.found(finding));
     }

@@ -78,27 +78,29 @@ pub fn what_if(
     if path.exists() {
         return Err(RecordingError::Exists(path.to_owned()).into());
     }
+    let mut pulses = change.pulses.clone();
+    pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    // Before any file or folder is made.
+    let first = beginning(source, change, pulses.first())?;
     let mut name = path.as_os_str().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = PathBuf::from(name);
     let unfinished = Unfinished::at(part.clone()).map_err(RecordingError::new_file(path))?;
-    let mut outcome = compute(source, change, &part, progress)?;
+    let mut outcome = compute(source, (change, pulses, first), &part, progress)?;
     unfinished.finish(path, true).map_err(RecordingError::new_file(path))?;
     outcome.written.iter_mut().for_each(|written| written.path = path.to_owned());
     Ok(outcome)
 }
 
+/// `pulses`: those added, in order; `first`: the number of messages before the checkpoint to start from.
 fn compute(
     source: &RecordedSession,
-    change: &Change,
+    (change, pulses, first): (&Change, Vec<AddedPulse>, u64),
     path: &Path,
     progress: &dyn Fn(u64),
 ) -> Result<WhatIfOutcome, ResimulationError> {
     let text = &source.scene.text;
     let scene = SceneSource::parse(&source.scene.origin, text, &change.overrides).map_err(ResimulationError::Change)?;
-    let mut pulses = change.pulses.clone();
-    pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    let first = beginning(source, change, pulses.first())?;
     let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
     let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.metadata.fact("publish_hz").to_owned()));
     let of = format!("{} {}", source.path.display(), change.command_line);
@@ -164,7 +166,7 @@ fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPuls
         if decided { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
     })?;
     begin.ok_or_else(|| match first {
-        Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s },
+        Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s, last_s: None },
         None => ResimulationError::NothingToResume(source.path.clone()),
     })
 }
@@ -279,7 +281,10 @@ impl Attempt<'_> {
     fn all_added(&self) -> Result<(), Stopped> {
         let path = self.source.path.clone();
         match self.pulses.get(self.added) {
-            Some(pulse) => Err(Stopped::Other(ResimulationError::Outside { path, at_s: pulse.start_s })),
+            Some(pulse) => {
+                let last_s = Some(self.resimulator.stamp().session_s());
+                Err(Stopped::Other(ResimulationError::Outside { path, at_s: pulse.start_s, last_s }))
+            }
             None => Ok(()),
         }
     }

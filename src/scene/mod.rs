@@ -72,7 +72,7 @@ impl SceneSource {
             _ => refused(name.to_owned(), format!("cannot be read: {error}")),
         })?;
         if bytes.starts_with(RECORDING) {
-            let problem = "is a recording, not a scene: play it with `flexcrank replay`, or go on with `flexcrank run --resume`";
+            let problem = "is a recording, not a scene: play it with `flexcrank replay`, go on with `flexcrank run --resume`, or look at an instant: `flexcrank modes FILE@3.2`";
             return Err(refused(name.to_owned(), problem.to_owned()));
         }
         if bytes.len() > SIZE_LIMIT {

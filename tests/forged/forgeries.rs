@@ -69,6 +69,13 @@ pub const FORGERIES: &[Forgery] = &[
     ("a sample removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "angles", n))),
     ("the first sample removed, numbers and counts right", |all, _| remove_and_renumber(all, nth(all, "angles", 0))),
     ("a command removed, numbers and counts right", |all, n| remove_and_renumber(all, nth(all, "commands", n))),
+    ("a sample doubled, numbers and counts right", |all, n| {
+        let at = nth(all, ["displacements", "angles", "loads", "energies"][n % 4], n);
+        let copy = all.messages[at].clone();
+        all.messages[at + 1..].iter_mut().filter(|entry| entry.topic == copy.topic).for_each(|entry| entry.sequence += 1);
+        all.messages.insert(at + 1, Entry { sequence: copy.sequence + 1, ..copy });
+        all.recount();
+    }),
     ("a message doubled", |all, n| {
         all.messages.insert(n, all.messages[n].clone());
         all.recount();

@@ -354,6 +354,8 @@ fn prop_the_last_checkpoint_of_a_cut_off_recording_is_compared() -> Outcome {
     let mut forged = Contents::read(&file, &as_is)?;
     let last = forged.messages.iter().rposition(|entry| entry.chunk() == "checkpoint").ok_or("no checkpoint")?;
     forged.messages.truncate(last + 1);
+    // Nothing says how it ended.
+    forged.end = None;
     for changed in [false, true] {
         if changed {
             let mut message = decoded(&forged.messages[last])?;

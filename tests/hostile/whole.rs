@@ -55,6 +55,10 @@ fn regress_a_what_if_of_a_broken_recording_says_so() -> Outcome {
         assert!(at.join(format!("other-{file}")).exists(), "{file}: what could be done is done");
     }
     assert_eq!(ended(at, &["verify", "other-cut.mcap"])?.0, Some(0));
+    let described = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["info", "damaged.mcap"]).current_dir(at).output()?;
+    let said = String::from_utf8(described.stdout)?;
+    assert!(described.status.code() == Some(3) && said.contains("in 1 place, first at byte"), "{said}");
+    assert!(said.contains(", 6 s"), "what comes after the damage is listed: {said}");
     let verified =
         Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["verify", "other-damaged.mcap"]).current_dir(at).output()?;
     let said = String::from_utf8(verified.stdout)?;
