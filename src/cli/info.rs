@@ -48,7 +48,7 @@ struct Info {
     begin: String,
     duration_s: f64,
     messages: u64,
-    /// What is damaged, and whether the file ends early.
+    /// The damaged places, and whether the file ends early.
     damage: Option<String>,
     #[serde(skip)]
     ends_early: bool,
@@ -166,7 +166,7 @@ impl Info {
     }
 }
 
-/// What is damaged, and whether the file ends early; everything else is listed.
+/// Describes the damaged places, and whether the file ends early. Everything else is listed.
 fn damage(overview: &Overview) -> Option<String> {
     let broken = overview.damage.first().map(|first| {
         let places = counted(overview.damage.len() as u64, "place");

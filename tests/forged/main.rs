@@ -346,7 +346,7 @@ fn prop_a_sample_removed_without_a_trace_is_missing_and_unexplained() -> Outcome
     Ok(())
 }
 
-/// What a crash cut off behind a checkpoint hides no change of it: the messages before lead to it.
+/// A recording that a crash cut off behind a checkpoint hides no change of it: `verify` computes it from the messages before.
 #[test]
 fn prop_the_last_checkpoint_of_a_cut_off_recording_is_compared() -> Outcome {
     let (folder, file) = eventful()?;

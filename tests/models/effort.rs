@@ -138,7 +138,7 @@ fn prop_looks_and_checkpoints_change_no_bit() {
 /// With stretch, links that nothing damps take the energy of the rotation for good, by axial vibration and the sooner the finer the
 /// step resolves it, by whatever scheme: within 300 revolutions the deflection is three times what it was (h = 0.2 ms).
 ///
-/// What a scheme loses grows with the turns: the second bound of each case is for 10,000 turns, or 10⁶ rigid ones, which
+/// The loss of a scheme grows with the turns: the second bound of each case is for 10,000 turns, or 10⁶ rigid ones, which
 /// `tests/heavy/turns` asks for.
 #[test]
 fn prop_hundreds_of_revolutions_leave_the_motion_as_it_was() {
