@@ -48,7 +48,8 @@ impl Unfinished {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let (prefix, permissions) = (format!("{name}."), Permissions::from_mode(0o666));
         let mut files = files();
-        let file = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder)?;
+        let created = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder);
+        let file = created.map_err(of_system)?;
         let (file, path) = file.into_parts();
         Ok((file, Self::among(&mut files, path)?))
     }
@@ -79,6 +80,13 @@ impl Drop for Unfinished {
         files.unfinished.remove::<Path>(&part);
         drop(part);
     }
+}
+
+/// The error of the system in one that also names the unfinished file, which nobody has heard of.
+fn of_system(error: io::Error) -> io::Error {
+    let text = error.to_string();
+    let (cause, _) = text.split_once(" at path ").unwrap_or((&text, ""));
+    io::Error::new(error.kind(), cause.to_owned())
 }
 
 /// A file in the making. Dropping it without [`finish`](WholeFile::finish) deletes it.
@@ -189,7 +197,8 @@ mod tests {
         assert!(link.is_symlink() && fs::read(&path)? == b"third");
         write_whole(Path::new("/dev/null"), b"nothing")?;
         assert!(!fs::metadata("/dev/null")?.is_file());
-        assert!(write_whole(&folder.path().join("none/table.csv"), b"").is_err());
+        let refused = write_whole(&folder.path().join("none/table.csv"), b"").map_err(|refused| refused.to_string());
+        assert_eq!(refused, Err("No such file or directory (os error 2)".to_owned()), "without the unfinished file's name");
         let taken = write_new(&path, b"fourth").map_err(|refused| refused.kind());
         assert!(taken == Err(io::ErrorKind::AlreadyExists) && fs::read(&path)? == b"third");
         write_new(&folder.path().join("new.csv"), b"fifth")?;

@@ -207,3 +207,21 @@ fn regress_a_watch_in_lines_is_ended_by_an_interruption() -> Tried {
     assert_eq!(watch.wait()?.code(), Some(0));
     Ok(())
 }
+
+#[test]
+fn regress_an_interrupted_replay_ends_with_130_unless_it_has_no_end() -> Tried {
+    for (looped, code) in [(None, 130), (Some("--loop"), 0)] {
+        let words = ["replay", "recordings/sample-three-pulses.mcap", "--rate", "0.1", "--listen", "tcp/127.0.0.1:0", "--name"];
+        let name = format!("ghost-{code}");
+        let arguments: Vec<&str> = words.into_iter().chain([name.as_str()]).chain(looped).collect();
+        let mut replay = flexcrank(&arguments).spawn()?;
+        let mut lines = BufReader::new(replay.stderr.take().ok_or("no standard error")?).lines();
+        let started = lines.by_ref().map_while(Result::ok).find(|line| line.starts_with("replaying "));
+        started.ok_or("the replay does not begin")?;
+        let process = rustix::process::Pid::from_raw(i32::try_from(replay.id())?).ok_or("no process id")?;
+        rustix::process::kill_process(process, rustix::process::Signal::INT)?;
+        let said: Vec<String> = lines.map_while(Result::ok).collect();
+        assert_eq!(replay.wait()?.code(), Some(code), "{said:?}");
+    }
+    Ok(())
+}

@@ -99,11 +99,62 @@ fn regress_incomplete_arguments() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--set", "pulse=[{"], 2, &["--set pulse=[{: not TOML: "])?;
     refused(&["run", "--set", "rod.length_m=1.2m"], 2, &["--set rod.length_m=1.2m: not TOML: "])?;
     refused(&["run", "--set", "solver.model=modla"], 2, &["did you mean \"modal\"?"])?;
-    refused(&["pulse", "crank"], 2, &["--torque <NM>|--from <FILE>"])?;
+    refused(&["pulse", "crank"], 2, &["--torque <NM>|--from <FILE>", "--torque <NM> --duration <TIME> [NAME]"])?;
     refused(&["pulse", "crank", "--torque", "1"], 2, &["--duration <TIME>"])?;
     refused(&["watch", "crank", "--plain", "--signals", "nosuch.field"], 2, &["cannot be used with", "--signals"])?;
     refused(&["what-if", SAMPLE], 2, &["--add-pulse <START:TORQUE:DURATION>|--set <KEY=VALUE>"])?;
     refused(&["what-if", SAMPLE, "--add-pulse", "1:1"], 2, &["three numbers START:TORQUE:DURATION"])
+}
+
+#[test]
+fn regress_a_word_in_the_wrong_place_is_told_from_a_right_one() -> Result<(), Box<dyn Error>> {
+    refused(&["control", "crank", "bogus"], 2, &["the commands are pause, resume, step, reset, stop, start-recording,"])?;
+    refused(&["bogus"], 2, &["the commands are run, replay, what-if,"])?;
+    refused(&["control", "crank", "paus"], 2, &["a similar subcommand exists: 'pause'"])?;
+    refused(&["watch", "crank", "--signals", "nosuch"], 2, &["--signals draws charts, which need a terminal"])?;
+    refused(&["modes", &format!("{SAMPLE}@abc")], 2, &["`abc` after the @ is not a time from 0", "200ms"])?;
+    let folder = tempfile::tempdir()?;
+    let scene = folder.path().join("mine.toml");
+    std::fs::write(&scene, flexcrank(&["scenes", "crank-slider"])?.1)?;
+    refused(&["sweep", scene.to_str().ok_or("a path that is no text")?], 2, &["mine.toml: is a scene, not a campaign"])
+}
+
+#[test]
+fn regress_help_that_cannot_be_printed_is_a_failure() -> Result<(), Box<dyn Error>> {
+    for words in [["trade", "--help"].as_slice(), &["--version"]] {
+        let full = std::fs::File::options().write(true).open("/dev/full")?;
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        let output = command.args(words).stdout(full).output()?;
+        let said = String::from_utf8(output.stderr)?;
+        assert!(output.status.code() == Some(1) && said.contains("No space left"), "{words:?}: {said}");
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_a_step_that_resolves_nothing_is_warned_of() -> Result<(), Box<dyn Error>> {
+    let check = |step: &str| flexcrank(&["check", "crank-slider", "--set", step]).map(|(code, _, said)| (code, said));
+    let (code, said) = check("solver.step_s=0.05")?;
+    assert!(code == Some(0) && said.contains("warning: a step of 0.05 s does not resolve the period"), "{code:?} {said}");
+    assert_eq!(check("solver.step_s=0.005")?, (Some(0), String::new()));
+    Ok(())
+}
+
+#[test]
+fn prop_responses_are_drawn_by_unit() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let plots = folder.path().join("plots");
+    let path = plots.to_str().ok_or("a path that is no text")?;
+    let (code, _, said) = flexcrank(&["response", "crank-slider", "--angle", "57", "--plot", path])?;
+    assert_eq!(code, Some(0), "{said}");
+    for (name, wanted) in [
+        ("frequency", ["magnitude (rad per N·m)", "magnitude (m per N·m)", "phase (°)", ">slider<"]),
+        ("step", ["(rad)", "(m)", "time (s)", "by 1 N·m"]),
+    ] {
+        let svg = std::fs::read_to_string(plots.join(format!("{name}-response.svg")))?;
+        wanted.iter().for_each(|wanted| assert!(svg.contains(wanted), "{name}: {wanted}"));
+    }
+    Ok(())
 }
 
 #[test]

@@ -76,7 +76,12 @@ fn regress_conflicting_keys_are_refused_never_ignored() {
         (with("[slider]", "[beam]\nlength_m = 1.0\n\n[slider]"), "a [beam] stands alone"),
         (with("[[pulse]]", "[drive]\nspeed_rad_per_s = 3.0\n\n[[pulse]]"), "prescribed motion leaves no room for torque"),
         (with("mass_kg = 0.2", "resistance_n = 1.0\nresistance_table = [[0.0, 1.0], [1.0, 2.0]]"), "not both"),
-        (with("mass_kg = 0.2", "resistance_table = [[1.0, 1.0], [0.0, 2.0]]"), "ascending"),
+        (
+            with("mass_kg = 0.2", "resistance_table = [[1.0, 1.0], [0.0, 2.0]]"),
+            "row 2 is [0.0, 2.0]: its first number must be greater",
+        ),
+        (with("mass_kg = 0.2", "resistance_table = [[0.0, 1.0], [7.0, 2.0]]"), "row 2 is [7.0, 2.0]: angles must be from 0"),
+        (with("mass_kg = 0.2", "resistance_table = [[0.0, 1.0], [1.0, nan]]"), "row 2 is [1.0, NaN]: must be finite"),
         (with(SOLVER, "model = \"incremental\""), "one element each"),
         (
             with("[slider]", "[start]\nstatic_equilibrium = true\n\n[slider]").replace(SOLVER, "model = \"incremental\""),

@@ -2,7 +2,14 @@
 
 use clap_complete::engine::ArgValueCompleter;
 
+use std::io::{ErrorKind, Write as _};
+use std::process::ExitCode;
+
+use clap::builder::StyledStr;
+use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+
+use super::failure::Failure;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,11 +43,46 @@ impl Cli {
         numbers_may_be_negative(Cli::command())
     }
 
-    /// Parses the arguments of the process; exits with an error if they are invalid.
-    pub(super) fn of_process() -> Cli {
-        let matches = Cli::complete_command().get_matches();
-        Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    /// Parses the arguments of the process. Help and errors are printed, and end in their exit code.
+    pub(super) fn of_process() -> Result<Cli, ExitCode> {
+        let mut command = Cli::complete_command();
+        let parsed = command.try_get_matches_from_mut(std::env::args_os());
+        parsed.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|error| print(with_commands(error, &command)))
     }
+}
+
+/// The command line of the process, for its recording.
+pub(super) fn command_line() -> String {
+    std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
+}
+
+/// Prints help or an error of the arguments.
+fn print(error: clap::Error) -> ExitCode {
+    let asked_for = !error.use_stderr();
+    match error.print().and_then(|()| std::io::stdout().flush()) {
+        Err(cause) if asked_for && cause.kind() != ErrorKind::BrokenPipe => Failure::from(cause).report(),
+        _ => ExitCode::from(if asked_for { 0 } else { 2 }),
+    }
+}
+
+/// Adds the commands that there are to the error of one that is not: `control crank bogus`.
+fn with_commands(mut error: clap::Error, root: &clap::Command) -> clap::Error {
+    let words = std::env::args_os().skip(1);
+    let innermost = words.fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
+    let is_word = |value: &ContextValue| !value.to_string().starts_with('-');
+    let is_wrong = match error.kind() {
+        Kind::InvalidSubcommand => true,
+        // After other arguments, a word that is no command counts as one argument too many.
+        Kind::UnknownArgument => innermost.has_subcommands() && error.get(ContextKind::InvalidArg).is_some_and(is_word),
+        _ => false,
+    };
+    let has_tip = [ContextKind::SuggestedSubcommand, ContextKind::Suggested].iter().any(|kind| error.get(*kind).is_some());
+    if is_wrong && !has_tip {
+        let names: Vec<&str> = innermost.get_subcommands().filter(|of| !of.is_hide_set()).map(clap::Command::get_name).collect();
+        let commands = StyledStr::from(format!("the commands are {}", names.join(", ")));
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![commands]));
+    }
+    error
 }
 
 /// Accepts negative numbers as values, so that each option can refuse them with its own message.
@@ -65,7 +107,7 @@ pub(super) enum Command {
     #[command(after_help = super::list::EXAMPLES)]
     List(super::list::Args),
     /// Send a torque pulse to a service and print its reply.
-    #[command(after_help = super::pulse::EXAMPLES)]
+    #[command(after_help = super::pulse::EXAMPLES, override_usage = super::pulse::USAGE)]
     Pulse(super::pulse::Args),
     /// Send a setpoint to a service: a torque that holds until the next one, at most for a given time.
     #[command(after_help = super::setpoint::EXAMPLES)]

@@ -40,6 +40,8 @@ Exit codes: 0 the scene is sound, 2 it is refused, 4 it diverged within the meas
 
 /// Longest measurement of the cost.
 const MEASURED: Duration = Duration::from_millis(300);
+/// Fewer steps in a period do not show it.
+const LEAST_STEPS: f64 = 2.0;
 /// Most steps of the measurement.
 const MOST_STEPS: u32 = 20_000;
 
@@ -92,7 +94,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let frequencies_hz = motion.and_then(|motion| motion.frequencies_hz);
     let measured = cost_s(&mut simulation);
     let step_cost_s = measured.as_ref().ok().copied();
-    let (suggested_step_s, reason) = suggestion(scene, frequencies_hz.map(|[lowest_hz, _]| lowest_hz));
+    let slowest = slowest_motion(scene, frequencies_hz.map(|[lowest_hz, _]| lowest_hz));
+    let (suggested_step_s, reason) = suggestion(scene, slowest);
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),
@@ -112,6 +115,10 @@ pub(super) fn check(args: &Args) -> CommandResult {
         print_json(&checked)?
     } else {
         checked.print()?
+    }
+    if let Some((period_s, what)) = slowest.filter(|(period_s, _)| scene.solver.step_s > period_s / LEAST_STEPS) {
+        let [step, period] = [scene.solver.step_s, period_s].map(figure);
+        say!("warning: a step of {step} s does not resolve the {what}, {period} s: expect wrong motion");
     }
     if let Err(diverged) = measured {
         say!("error: {diverged}");
@@ -148,20 +155,24 @@ fn cost_s(simulation: &mut Simulation) -> Result<f64, crate::simulation::Diverge
 ///
 /// A method of second order with a step h stretches the period of a vibration by about (ω h)²/12: 0.1 % at 2π/(ω h) = 57 steps. A
 /// method of fourth order errs by about (ω h)⁴/120 and less: 0.1 % at 11 steps. Both are rounded up, to 60 and 12.
-fn suggestion(scene: &Scene, lowest_hz: Option<f64>) -> (Option<f64>, String) {
+fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, String) {
     if scene.solver.model == ModelKind::Incremental {
         return (None, "the incremental model is of first order, so that its error only falls with the step itself".to_owned());
     }
     let steps = if scene.solver.integrator.order() >= 4 { 12.0 } else { 60.0 };
-    let vibration = lowest_hz.map(|hz| (1.0 / hz, "period of the lowest frequency"));
-    let turn = Some(speed_rad_per_s(scene)).filter(|speed| *speed > 0.0).map(|speed| (TAU / speed, "turn"));
-    let shortest = vibration.into_iter().chain(turn).min_by(|one, other| one.0.total_cmp(&other.0));
-    let Some((period_s, what)) = shortest else {
+    let Some((period_s, what)) = slowest else {
         return (None, "nothing vibrates or turns at the start".to_owned());
     };
     let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
     let limit = if explicit { "; runge-kutta also has a stability limit, which refuses longer steps" } else { "" };
-    (Some(one_digit(period_s / steps)), format!("{steps} steps per {what}, {} s{limit}", figure(period_s)))
+    (Some(one_digit(period_s / steps)), format!("at least {steps} steps per {what}, {} s{limit}", figure(period_s)))
+}
+
+/// Period of the lowest frequency, or of a turn if that is shorter, s, with its name.
+fn slowest_motion(scene: &Scene, lowest_hz: Option<f64>) -> Option<(f64, &'static str)> {
+    let vibration = lowest_hz.map(|hz| (1.0 / hz, "period of the lowest frequency"));
+    let turn = Some(speed_rad_per_s(scene)).filter(|speed| *speed > 0.0).map(|speed| (TAU / speed, "turn"));
+    vibration.into_iter().chain(turn).min_by(|one, other| one.0.total_cmp(&other.0))
 }
 
 /// The largest angular speed that the scene prescribes or starts with, rad/s.

@@ -9,6 +9,7 @@ use super::aligned_table::{figure, print};
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::folders::must_be_writable;
 use super::output::output;
 use super::values::number;
 use crate::scene::SceneSource;
@@ -87,6 +88,7 @@ struct Range {
 }
 
 pub(super) fn cycle(args: &Args) -> CommandResult {
+    args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let options = args.options();
     let (table, show): (Table, fn(&Table) -> std::io::Result<()>) = match (args.sweep_ratio, args.balance, args.r4, args.r5) {

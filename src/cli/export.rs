@@ -33,7 +33,7 @@ pub(super) struct Args {
     /// Folder for CSV tables, one per topic. Tables of the same names are replaced.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
-    /// Folder for Parquet tables, one per topic.
+    /// Folder for Parquet tables, one per topic. Tables of the same names are replaced.
     #[arg(long, value_name = "DIR")]
     pub parquet: Option<PathBuf>,
     /// MCAP file for ROS 2: the messages that `run --ros2` publishes, for `ros2 bag play`, RViz and PlotJuggler.
@@ -55,7 +55,7 @@ pub(super) struct Args {
 
 pub(super) fn export(args: Args) -> CommandResult {
     let Args { file, csv, parquet, ros2, from, to, every, columns } = args;
-    ros2.as_deref().map_or(Ok(()), must_have_folder)?;
+    [&csv, &parquet, &ros2].into_iter().flatten().try_for_each(|path| must_have_folder(path))?;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, ros2, from_s: from, to_s: to, every_s: every, columns };
     let (bar, progress) = over_parts();

@@ -14,6 +14,10 @@ pub(super) fn may_be_folder(path: &Path) -> CommandResult<()> {
 
 /// Refuses a file that could not be written at the end of the work, before it begins.
 pub(super) fn must_be_writable(path: &Path) -> CommandResult<()> {
+    // The reader of a pipe that is opened and closed would see its end.
+    if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        return Ok(());
+    }
     WholeFile::create(path).map(drop).map_err(Failure::file(path))
 }
 
@@ -34,8 +38,9 @@ pub(super) fn must_hold_recordings(folder: &Path) -> CommandResult<()> {
     probe().map_err(|cause| Failure::Failed(format!("{}: {cause}: {remedy}", folder.display())))
 }
 
-/// Creates an output folder, unless it exists.
+/// Creates an output folder, unless it exists; the folder around it must exist.
 pub(super) fn make_folder(path: &Path) -> CommandResult<()> {
     may_be_folder(path)?;
+    must_have_folder(path)?;
     std::fs::create_dir_all(path).map_err(Failure::file(path))
 }

@@ -5,6 +5,7 @@ use std::io::Write as _;
 use super::aligned_table::figure;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
+use super::folders::must_be_writable;
 use super::linear_args::{Linear, LinearArgs};
 use super::output::output;
 use super::progress::elapsed;
@@ -37,7 +38,7 @@ const EIGENVALUES: usize = 600;
 pub(super) struct Args {
     #[command(flatten)]
     pub linear: LinearArgs,
-    /// The file: .json, .m, .py or .npz.
+    /// The file: .json, .m, .py or .npz. One of the same name is replaced.
     #[arg(long, short, value_name = "FILE", value_parser = StateSpaceFile::parse)]
     pub output: StateSpaceFile,
     /// Sampling interval: discrete time, x[k+1] = A x[k] + B u[k], exact for inputs that are constant during each interval.
@@ -49,6 +50,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn linearise(args: &Args) -> CommandResult {
+    must_be_writable(args.output.path())?;
     let linear = args.linear.linearise()?;
     let (space, time) = args.in_time(&linear)?;
     args.output.write(&space, &linear.title)?;

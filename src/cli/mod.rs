@@ -80,7 +80,10 @@ use signals::Interruption;
 /// trusted (energy), 130 interrupted before the end.
 pub fn main() -> ExitCode {
     completions::answer_shell();
-    let cli = Cli::of_process();
+    let cli = match Cli::of_process() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
     log::begin(cli.log_format, cli.volume);
     match dispatch(cli) {
         Ok(status) => status.into(),

@@ -14,7 +14,7 @@ use super::client_args::ClientArgs;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::make_folder;
+use super::folders::{make_folder, must_be_writable};
 use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
 use super::progress::bar;
@@ -133,6 +133,7 @@ pub(super) fn modes(args: &Args) -> CommandResult {
     let chosen = args.subject.choose()?;
     chosen.check(args.angle.is_some(), args.speed.is_some())?;
     let (along, values) = args.sweep(&chosen)?;
+    args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let mut swept = args.find(&chosen, along, values, &interruption)?;
     let points = swept.follow(args.modes());

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::make_folder;
+use super::folders::{make_folder, must_be_writable};
 use super::modes::{Args, draw, percent};
 use super::output::{output, print_json};
 use super::progress::bar;
@@ -52,6 +52,7 @@ pub(super) fn periodic(args: &Args) -> CommandResult {
         Some([one]) => Some(*one),
         Some(_) => return Err(Failure::Usage("the angle at which a turn begins is one number".to_owned())),
     };
+    args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let rows = rows(args, &chosen)?;
     let found = find(args, &rows, &speeds, chosen.angle_rad(angle_deg), &interruption);

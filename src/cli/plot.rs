@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::make_folder;
+use super::folders::{make_folder, must_have_folder};
 use super::output::output;
 use super::plot_source::Source;
 use super::progress::{bar, over_parts};
@@ -91,9 +91,8 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let sources = args.files.iter().enumerate().map(open).collect::<CommandResult<Vec<_>>>();
     bar.finish_and_clear();
     let mut sources = sources?;
-    let names: BTreeSet<String> = sources.iter().map(|source| source.stem.clone()).collect();
-    if args.overlay && names.len() < sources.len() {
-        sources.iter_mut().zip(1..).for_each(|(source, number)| source.stem = format!("{}-{number}", source.stem));
+    if args.overlay {
+        tell_apart(&mut sources);
     }
     let into_file = args.output.extension().is_some() && !args.output.is_dir();
     // The default figures of recordings are shown on a page, with the mechanism.
@@ -141,6 +140,23 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     Ok(status(&sources))
 }
 
+/// Names of files in different folders begin with the folder, `before/take`, as far as that tells them apart; those of one file that is
+/// given twice end in a number.
+fn tell_apart(sources: &mut [Source]) {
+    let distinct =
+        |sources: &[Source]| sources.iter().map(|source| source.stem.as_str()).collect::<BTreeSet<_>>().len() == sources.len();
+    let depth = sources.iter().map(Source::depth).max().unwrap_or(0);
+    for folders in 1..=depth {
+        if distinct(sources) {
+            return;
+        }
+        sources.iter_mut().for_each(|source| source.stem = source.stem_in(folders));
+    }
+    if !distinct(sources) {
+        sources.iter_mut().zip(1..).for_each(|(source, number)| source.stem = format!("{}-{number}", source.stem));
+    }
+}
+
 fn status(sources: &[Source]) -> ExitStatus {
     if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy }
 }
@@ -163,7 +179,7 @@ fn write_file(args: &Args, entries: &[Entry]) -> CommandResult<()> {
     if entry.picture.formats(&[format]) != [format] {
         return Err(refused(format!("{name}: an animation ends in .svg")));
     }
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)?;
+    must_have_folder(path)?;
     entry.picture.write(path, format)?;
     print(args, path, entry)
 }
@@ -188,7 +204,8 @@ fn write_folder(args: &Args, entries: &[Entry]) -> CommandResult<()> {
 }
 
 fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {
-    let (section, file, sentence) = (source.stem.clone(), format!("{}-{part}", source.stem), picture.caption.clone());
+    let file = format!("{}-{part}", source.stem.replace('/', "-"));
+    let (section, sentence) = (source.stem.clone(), picture.caption.clone());
     Entry { section, number: "", file, sentence, picture: Box::new(picture) }
 }
 
@@ -207,11 +224,7 @@ fn figures(args: &Args, sources: &[Source]) -> CommandResult<Vec<Entry>> {
     let (all, overlay) = (stems(sources), sources.len() > 1);
     let mut parts: Vec<(String, Vec<(String, Figure)>)> = Vec::new();
     for source in sources {
-        for (part, mut figure) in source.figures(args.x.as_deref(), &args.y)? {
-            let words = figure.title.strip_suffix(&source.stem).filter(|words| words.is_empty() || words.ends_with(": "));
-            if let Some(words) = words {
-                figure.title = format!("{words}{all}");
-            }
+        for (part, figure) in source.figures(args.x.as_deref(), &args.y)? {
             let figure = (source.stem.clone(), figure);
             match parts.iter_mut().find(|(other, _)| *other == part) {
                 Some((_, figures)) => figures.push(figure),
@@ -222,9 +235,14 @@ fn figures(args: &Args, sources: &[Source]) -> CommandResult<Vec<Entry>> {
     let one = parts.len() == 1;
     let entry = |(part, mut figures): (String, Vec<(String, Figure)>)| {
         let mut figure = if overlay { plot::overlaid(&figures) } else { figures.remove(0).1 };
-        if let Some(title) = &args.title {
-            figure.title = if one || figure.title == all { title.clone() } else { format!("{title}: {}", figure.title) };
-        }
+        figure.title = match (&args.title, figure.title) {
+            (None, words) if words.is_empty() => all.clone(),
+            // The legend names files that lie over one another.
+            (None, words) if overlay => words,
+            (None, words) => format!("{words}: {all}"),
+            (Some(title), words) if one || words.is_empty() => title.clone(),
+            (Some(title), words) => format!("{title}: {words}"),
+        };
         let stem = if overlay { "overlay" } else { &all };
         // A figure of the whole file has the file's name.
         let file = if part.is_empty() { stem.to_owned() } else { format!("{stem}-{part}") };

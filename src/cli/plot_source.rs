@@ -7,6 +7,7 @@ use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, read_columns};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
+use crate::text_file;
 
 /// A file and its numbers.
 pub(super) struct Source {
@@ -26,7 +27,7 @@ impl Source {
     /// Reads a file, restricted to a range of simulated time. `progress` is called with the part that is read.
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let recorded = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+        let recorded = has_extension_of_recordings(path) || begins_as_recording(path);
         let (mut tables, whole) = if recorded {
             recording(path, progress)?
         } else {
@@ -38,25 +39,44 @@ impl Source {
         Ok(Source { path: path.to_owned(), stem, tables, recorded, whole, none: Table::default() })
     }
 
+    /// Number of folders in its path.
+    pub fn depth(&self) -> usize {
+        self.path.components().count().saturating_sub(1)
+    }
+
+    /// Its name with so many folders before it.
+    pub fn stem_in(&self, folders: usize) -> String {
+        let path = self.path.with_extension("");
+        let parts: Vec<_> = path.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+        parts[parts.len().saturating_sub(1 + folders)..].join("/")
+    }
+
     /// Its topic `displacements`; empty if there is none.
     pub fn displacements(&self) -> &Table {
         let topic = self.tables.iter().find(|topic| topic.name.rsplit('/').next() == Some("displacements"));
         topic.map_or(&self.none, |topic| &topic.table)
     }
 
-    /// Its figures, each with the name of its part of the file.
+    /// Its figures, each with the name of its part of the file. Their titles do not name the file.
     pub fn figures(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {
+        self.drawn(x, ys).map_err(|refused| match refused {
+            PlotError::Request(why) => PlotError::Request(format!("{}: {why}", self.path.display())),
+            refused => refused,
+        })
+    }
+
+    fn drawn(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {
         if !ys.is_empty() {
             let x = x.or(self.recorded.then_some(SIMULATED_TIME));
-            return Ok(vec![(String::new(), plot::figure(&self.stem, &self.tables, x, ys)?)]);
+            return Ok(vec![(String::new(), plot::figure(&self.tables, x, ys)?)]);
         }
         if self.recorded {
             return Ok(plot::recorded(&self.tables));
         }
         let table = self.tables.first().map_or(&self.none, |named| &named.table);
-        match plot::work_precision(&self.stem, table) {
+        match plot::work_precision(table) {
             Some(figure) => Ok(vec![("work-precision".to_owned(), figure)]),
-            None => plot::overview(&self.stem, table),
+            None => plot::overview(table),
         }
     }
 
@@ -72,6 +92,16 @@ impl Source {
         let scene = plot::escape(scene.unwrap_or_default());
         format!("<li><b>{name}</b>: {session}{time}. {scene} Recorded at {started} by <code>{command}</code></li>\n")
     }
+}
+
+fn has_extension_of_recordings(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+}
+
+/// Whether a file without that extension is a recording.
+fn begins_as_recording(path: &Path) -> bool {
+    // What was read of a pipe cannot be read again.
+    path.is_file() && text_file::beginning(path, mcap::MAGIC.len()).is_ok_and(|bytes| bytes.starts_with(mcap::MAGIC))
 }
 
 fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, bool)> {

@@ -19,6 +19,11 @@ use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 use crate::wire;
 
+/// Both forms: a pulse needs torque and duration.
+pub(super) const USAGE: &str = "\
+flexcrank pulse [OPTIONS] --torque <NM> --duration <TIME> [NAME]
+       flexcrank pulse [OPTIONS] --from <FILE> [NAME]";
+
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
 Examples:

@@ -1,5 +1,6 @@
 //! `replay`: publishes a recording on the bus, with control from the bus and the keyboard.
 
+use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -100,7 +101,8 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 
 pub(super) fn replay(args: ReplayArgs) -> CommandResult {
     Viewers::check(args.foxglove)?;
-    let domain = args.ros2.domain()?;
+    // Beside viewers, too, a replay goes on at its end.
+    let (domain, endless) = (args.ros2.domain()?, args.looped || args.foxglove.is_given());
     let bus = BusOptions { sees_subscriptions: args.wait_for > 1, gossip: domain.is_some(), ..args.bus.options() };
     let mut replay = service::ReplayOptions {
         file: args.file,
@@ -120,6 +122,7 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         endpoints: Vec::new(),
     };
     let (sender, commands) = channel();
+    let was_interrupted = Cell::new(false);
     let bar = bar(0, "{bar:30} {msg}");
     let shown = bar.clone();
     let report = runtime()?.block_on(async {
@@ -142,7 +145,7 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
                 let viewer;
                 (viewers, viewer) = runtime.block_on(started)?;
                 nodes = Nodes::start(&player, std::iter::once(start.name), domain, false)?;
-                let places = [Some(on_the_bus(start.name, &endpoints)), viewers.place()];
+                let places = [Some(on_the_bus(start.name, &endpoints)), viewers.place(), Nodes::place(start.name, domain)];
                 let places = places.into_iter().flatten().collect::<Vec<_>>().join("; ");
                 shown.suspend(|| say!("replaying {file} {places}"));
                 Ok(viewer)
@@ -155,14 +158,20 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
         tokio::select! {
             _ = ended => {}
             // The replay may have ended already: then it needs no command.
-            () = interrupted => drop(sender.send(ReplayCommand::quiet(ReplayAction::Stop))),
+            () = interrupted => {
+                was_interrupted.set(true);
+                drop(sender.send(ReplayCommand::quiet(ReplayAction::Stop)));
+            }
         }
         let report = playing.join().map_err(|_| ServiceError::Died("playing"))?;
         bus::close(&session)?;
         report
     });
     bar.finish_and_clear();
-    Ok(conclude(&report?))
+    let done = conclude(&report?);
+    // A replay without an end is over when it is interrupted.
+    let early = was_interrupted.get() && !endless;
+    Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
 
 /// Prints the result of a replay.

@@ -4,15 +4,17 @@ use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexSet;
+
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::make_folder;
+use super::folders::{make_folder, must_be_writable};
 use super::linear_args::{Linear, LinearArgs};
 use super::output::output;
 use super::progress::bar;
 use super::values::{positive, positive_time};
-use crate::plot::{Axis, Figure, Format, Picture};
+use crate::plot::{self, Axis, Figure, Format, Named, Picture};
 use crate::small_motion::modes;
 use crate::study::Table;
 
@@ -86,6 +88,7 @@ struct Responses {
 }
 
 pub(super) fn response(args: &Args) -> CommandResult {
+    [&args.csv, &args.step_csv].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
     let linear = args.linear.linearise()?;
     let natural = natural_hz(&linear)?;
     let responses = args.respond(&linear, &natural)?;
@@ -95,7 +98,7 @@ pub(super) fn response(args: &Args) -> CommandResult {
     args.step_csv.as_deref().map_or(Ok(()), |path| responses.over_time().write_csv(path))?;
     if let Some(folder) = &args.plot {
         draw(folder, "frequency-response", &responses.bode(&linear.title))?;
-        draw(folder, "step-response", &responses.after_step(&linear.title))?;
+        draw(folder, "step-response", &responses.after_step(&linear.title)?)?;
     }
     Ok(ExitStatus::Success)
 }
@@ -231,25 +234,32 @@ impl Responses {
     }
 
     fn bode(&self, title: &str) -> Figure {
-        let title = format!("{title}: response to {}", self.input);
-        let mut figure = Figure::new(title, Axis::log("frequency", "Hz"), Axis::log("magnitude", ""));
-        for (name, magnitudes) in self.outputs.iter().zip(&self.magnitudes) {
-            figure = figure.line(name, &self.frequencies_hz, magnitudes);
+        let input = plot::quantity(&self.input);
+        let title = format!("{title}: response to {}", input.label);
+        let x = Axis::log("frequency", "Hz");
+        let mut figure = Figure { title, x, ..Figure::default() };
+        let outputs: Vec<Axis> = self.outputs.iter().map(|name| plot::quantity(name)).collect();
+        let units: IndexSet<&str> = outputs.iter().map(|output| output.unit.as_str()).collect();
+        // Magnitudes of different units have no common axis.
+        for unit in units {
+            figure = figure.panel(Axis::log("magnitude", format!("{unit} per {}", input.unit)));
+            for (output, magnitudes) in outputs.iter().zip(&self.magnitudes).filter(|(output, _)| output.unit == unit) {
+                figure = figure.line(&output.label, &self.frequencies_hz, magnitudes);
+            }
         }
         figure = figure.panel(Axis::new("phase", "°"));
-        for (name, phases) in self.outputs.iter().zip(&self.phases_deg) {
-            figure = figure.line(name, &self.frequencies_hz, phases);
+        for (output, phases) in outputs.iter().zip(&self.phases_deg) {
+            figure = figure.line(&output.label, &self.frequencies_hz, phases);
         }
         figure
     }
 
-    fn after_step(&self, title: &str) -> Figure {
-        let title = format!("{title}: after a step of {}", self.input);
-        let mut figure = Figure::new(title, Axis::new("time", "s"), Axis::default());
-        for (name, step) in self.outputs.iter().zip(&self.steps) {
-            figure = figure.line(name, &self.times_s, step);
-        }
-        Figure { signals: true, ..figure }
+    /// A panel for each unit.
+    fn after_step(&self, title: &str) -> CommandResult<Figure> {
+        let input = plot::quantity(&self.input);
+        let title = format!("{title}: after a step of {} by 1 {}", input.label, input.unit);
+        let tables = [Named { table: self.over_time(), ..Named::default() }];
+        Ok(Figure { title, ..plot::figure(&tables, Some("time_s"), &self.outputs)? })
     }
 }
 

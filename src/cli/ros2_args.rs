@@ -55,6 +55,11 @@ impl Nodes {
         }
     }
 
+    /// The first service as ROS has it.
+    pub(super) fn place(name: &Name, domain: Option<u8>) -> Option<String> {
+        domain.map(|domain| format!("ROS 2 node {} in domain {domain}", node_name(name)))
+    }
+
     /// Starts a node for each service; none without a domain.
     pub(super) fn start<'a>(
         session: &Session,

@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 use clap::{Parser, ValueEnum};
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 
+use super::args::command_line;
 use super::async_runtime::runtime;
 use super::building::build;
 use super::bus_args::BusArgs;
@@ -249,12 +250,13 @@ async fn serve(
     (status_line, viewers): (&StatusLine, &Viewers),
     shutdown: impl Future<Output = ()>,
 ) -> CommandResult<Vec<LiveReport>> {
-    let count = starts.len();
+    let (count, domain) = (starts.len(), args.ros2.domain()?);
     let member = |(index, (name, start))| member(args, name, start, (index, count), (endpoints, status_line, viewers));
     let members = starts.enumerate().map(member).collect::<CommandResult<Vec<_>>>()?;
     if let Some(LiveSimulation { live, .. }) = members.first() {
         let bus = if args.no_bus { "not on the bus".to_owned() } else { on_the_bus(&live.name, endpoints) };
-        let bus = [Some(bus), viewers.place()].into_iter().flatten().collect::<Vec<_>>().join("; ");
+        let bus =
+            [Some(bus), viewers.place(), Nodes::place(&live.name, domain)].into_iter().flatten().collect::<Vec<_>>().join("; ");
         status_line.head(heading(live, count, &bus));
     }
     for member in &members {
@@ -262,7 +264,7 @@ async fn serve(
     }
     let spin = args.spin.unwrap_or(if count == 1 { Spin::Auto } else { Spin::NONE });
     let waking = ThreadOptions { spin, realtime: !args.no_realtime };
-    let (domain, names) = (args.ros2.domain()?, members.iter().map(|member| &member.live.name));
+    let names = members.iter().map(|member| &member.live.name);
     Nodes::check(names.clone(), domain)?;
     let nodes = Nodes::start(session, names, domain, true)?;
     let reports = service::run_all(session, members, waking, shutdown).await;
@@ -333,7 +335,7 @@ fn member(
         split: args.split,
         max_recording_bytes: args.max_recording_size.map(|size| size.as_u64()),
         scene_updates_hz: args.foxglove.scene_updates_hz(args.scene_updates),
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        command_line: command_line(),
         on_status,
         // The name is checked already.
         force: true,

@@ -1,12 +1,16 @@
 //! The lines that end a run, and its exit status.
 
 use super::exit_status::ExitStatus;
+use super::formatting::counted;
 use crate::recording::{RecordingError, Written};
 use crate::runtime::{Ending, unbalanced};
 use crate::service::LiveReport;
 use crate::shown::shown_s;
 use crate::simulation::EnergyVerdict;
 use crate::wire::Angles;
+
+/// The fate of samples that found a queue full.
+const LOST: &str = "dropped because bus or disk could not keep up";
 
 /// Prints how each service ended and what it recorded; for several, only what is out of the ordinary.
 pub(super) fn conclude(reports: &[LiveReport]) -> ExitStatus {
@@ -19,8 +23,18 @@ pub(super) fn conclude(reports: &[LiveReport]) -> ExitStatus {
         let recorded =
             if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
         say!("{} runs ended{recorded}", reports.len());
+        warn_of_losses(reports);
     }
     done
+}
+
+/// One warning for all services.
+fn warn_of_losses(reports: &[LiveReport]) {
+    let dropped: Vec<u64> = reports.iter().map(|report| report.dropped).filter(|dropped| *dropped > 0).collect();
+    if !dropped.is_empty() {
+        let (samples, services) = (dropped.iter().sum::<u64>(), dropped.len());
+        say!("warning: {} {LOST}, of {services} services", counted(samples, "sample"));
+    }
 }
 
 fn severity(done: ExitStatus) -> u8 {
@@ -39,24 +53,25 @@ fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
     }
+    let whose = if many { format!("{}: ", report.name) } else { String::new() };
     let mut done = match &report.ending {
         Ending::Finished | Ending::Stopped => ExitStatus::Success,
         Ending::Diverged(diverged) => {
-            say!("error: {diverged}");
+            say!("error: {whose}{diverged}");
             ExitStatus::Diverged
         }
         Ending::Late { step, late } => {
-            say!("error: step {step} missed its deadline by {late:.1?}, and --overrun is stop");
+            say!("error: {whose}step {step} missed its deadline by {late:.1?}, and --overrun is stop");
             ExitStatus::Late
         }
     };
     let mut lossy = report.dropped > 0;
-    if lossy {
-        say!("warning: {} samples were dropped because bus or disk could not keep up", report.dropped);
+    if lossy && !many {
+        say!("warning: {} {LOST}", counted(report.dropped, "sample"));
     }
     if report.unconverged > 0 {
         say!(
-            "warning: {} steps of fixed cost left more than solver.tolerance: they are less exact than rated",
+            "warning: {whose}{} steps of fixed cost left more than solver.tolerance: they are less exact than rated",
             report.unconverged
         );
     }
@@ -70,7 +85,7 @@ fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
         done = ExitStatus::Lossy;
     }
     if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
-        say!("warning: {}", unbalanced(worst_j, in_play_j));
+        say!("warning: {whose}{}", unbalanced(worst_j, in_play_j));
         done = ExitStatus::Untrusted;
     }
     done

@@ -39,7 +39,7 @@ pub(super) struct Chosen {
 impl SubjectArgs {
     /// Reads the scene, or re-simulates the recording up to the instant.
     pub(super) fn choose(&self) -> CommandResult<Chosen> {
-        let Some((file, time_s)) = self.instant() else {
+        let Some((file, time_s)) = self.instant()? else {
             let source = SceneSource::open(&self.target, &self.overrides)?;
             let subject = Subject::new(&source.scene, self.crank)?;
             return Ok(Chosen { source, subject, instant: None });
@@ -61,10 +61,15 @@ impl SubjectArgs {
     }
 
     /// File and time of `FILE@TIME`.
-    fn instant(&self) -> Option<(PathBuf, f64)> {
-        let (file, at) = self.target.rsplit_once('@')?;
-        let whole_is_file = Path::new(&self.target).exists();
-        (!whole_is_file).then(|| Some((PathBuf::from(file), time(at).ok()?))).flatten()
+    fn instant(&self) -> CommandResult<Option<(PathBuf, f64)>> {
+        let Some((file, at)) = self.target.rsplit_once('@') else { return Ok(None) };
+        let is_file = |name: &str| Path::new(name).is_file();
+        match time(at) {
+            _ if is_file(&self.target) => Ok(None),
+            Ok(time_s) => Ok(Some((PathBuf::from(file), time_s))),
+            Err(wanted) if is_file(file) => Err(Failure::Usage(format!("{}: `{at}` after the @ is not {wanted}", self.target))),
+            Err(_) => Ok(None),
+        }
     }
 }
 

@@ -19,7 +19,7 @@ use super::trade_levels::decide_levels;
 use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
-use crate::plot::{Format, Picture as _, work_precision};
+use crate::plot::{Figure, Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
     Choice, Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, choose_levels,
@@ -237,7 +237,8 @@ fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult
         say!("wrote {}", path.display());
     }
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
-    if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&title, &table)) {
+    if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
+        let figure = Figure { title, ..figure };
         figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
         say!("wrote {}", path.display());
     }

@@ -6,6 +6,7 @@ use std::time::SystemTime;
 
 use clap_complete::engine::ArgValueCompleter;
 
+use super::args::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
@@ -56,8 +57,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
     let Args { file, add_pulse, overrides, record } = args;
     record.as_deref().map_or(Ok(()), must_have_folder)?;
     let source = RecordedSession::open(&file)?;
-    let command_line = std::env::args().collect::<Vec<_>>().join(" ");
-    let change = Change { pulses: add_pulse, overrides, command_line };
+    let change = Change { pulses: add_pulse, overrides, command_line: command_line() };
     let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
     let bar = over_file(&file, 1);
     let outcome = compute(&source, &change, &record.unwrap_or_else(fresh), &|position| bar.set_position(position));

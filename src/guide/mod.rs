@@ -3,36 +3,36 @@
 use crate::nearest::did_you_mean;
 
 macro_rules! chapters {
-    ($($module:ident: $name:literal, $file:literal, $summary:literal;)*) => {
+    ($($module:ident: $name:literal, $summary:literal;)*) => {
         /// All chapters, in reading order.
-        pub const CHAPTERS: &[Chapter] = &[$(Chapter { name: $name, summary: $summary, text: include_str!($file) }),*];
+        pub const CHAPTERS: &[Chapter] = &[$(Chapter { name: $name, summary: $summary, text: include_str!(concat!($name, ".md")) }),*];
 
-        $(#[doc = include_str!($file)] pub mod $module {})*
+        $(#[doc = include_str!(concat!($name, ".md"))] pub mod $module {})*
     };
 }
 
 chapters! {
-    concepts: "concepts", "concepts.md", "Words; threads and queues; pulses; what is not in flexcrank";
-    scenes: "scenes", "scenes.md", "Describe a mechanism; every key of a scene";
-    models: "models", "models.md", "Choose model, integrator and step; know whether to trust a run";
-    bus: "bus", "bus.md", "Keys, messages, delivery, commands, watch; other machines";
-    recordings: "recordings", "recordings.md", "Record, verify, resume, repair, replay, export";
-    ros2: "ros2", "ros2.md", "A service as a node of ROS 2; bags";
-    foxglove: "foxglove", "foxglove.md", "See a run or a replay in Foxglove or Lichtblick, and act on it";
-    realtime: "real-time", "realtime.md", "Deadlines, waiting, overruns, many services, systemd";
-    security: "security", "security.md", "Encryption, passwords, roles";
-    analysis: "analysis", "analysis.md", "Figures, cycle, trade, stability";
-    campaigns: "campaigns", "campaigns.md", "Run a scene many times on one machine or many; sensitivity";
-    exit_codes: "exit-codes", "exit_codes.md", "The code that each command ends with";
-    library: "library", "library.md", "Three Rust programs; the modules";
-    evidence: "evidence", "evidence.md", "Measured: beside Exudyn and IDA, lateness, a flood of commands";
-    development: "development", "development.md", "Tests, trials and benchmarks";
+    concepts: "concepts", "Words; threads and queues; pulses; what is not in flexcrank";
+    scenes: "scenes", "Describe a mechanism; every key of a scene";
+    models: "models", "Choose model, integrator and step; know whether to trust a run";
+    bus: "bus", "Keys, messages, delivery, commands, watch; other machines";
+    recordings: "recordings", "Record, verify, resume, repair, replay, export";
+    ros2: "ros2", "A service as a node of ROS 2; bags";
+    foxglove: "foxglove", "See a run or a replay in Foxglove or Lichtblick, and act on it";
+    realtime: "real-time", "Deadlines, waiting, overruns, many services, systemd";
+    security: "security", "Encryption, passwords, roles";
+    analysis: "analysis", "Figures, cycle, trade, stability";
+    campaigns: "campaigns", "Run a scene many times on one machine or many; sensitivity";
+    exit_codes: "exit-codes", "The code that each command ends with";
+    library: "library", "Three Rust programs; the modules";
+    evidence: "evidence", "Measured: beside Exudyn and IDA, lateness, a flood of commands";
+    development: "development", "Tests, trials and benchmarks";
 }
 
 /// A chapter of the guide.
 #[derive(Debug, Clone, Copy)]
 pub struct Chapter {
-    /// Its name on the command line.
+    /// Its name on the command line, and without `.md` that of its file.
     pub name: &'static str,
     /// Its content in one line.
     pub summary: &'static str,

@@ -13,7 +13,7 @@ pub(super) struct LastState {
     known: Known,
 }
 
-/// How much of a state the model holds.
+/// The part of a state that the model holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Known {
     Nothing,

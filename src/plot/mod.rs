@@ -48,6 +48,7 @@ pub use mode_shape::mode_shape;
 pub use output::{Format, PNG_SCALE, Picture};
 pub use page::{Entry, page};
 pub use panels::overlaid;
+pub use quantity::axis as quantity;
 pub use recorded::recorded;
 pub use selection::{Named, SIMULATED_TIME, figure, overview};
 pub use time_range::{cut, recorded_time};

@@ -10,7 +10,7 @@ const DIVISORS: [(&str, &str); 6] =
     [("l2", "l₂"), ("l1", "l₁"), ("m3", "m₃"), ("omega", "ω"), ("omega2", "ω²"), ("squared", "²")];
 
 /// Label and unit that a column's name gives.
-pub(super) fn axis(column: &str) -> Axis {
+pub fn axis(column: &str) -> Axis {
     if let Some((stem, divisor)) = dimensionless(column) {
         return Axis::new(format!("{} / {divisor}", words(stem)), "");
     }

@@ -20,24 +20,24 @@ pub struct Named {
     pub levels: Vec<String>,
 }
 
-/// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit.
+/// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit. Its title names the
+/// columns.
 ///
 /// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
 /// curve for each ratio.
 ///
 /// # Errors
 /// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
-pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
-    let title = format!("{}: {place}", quantity::title(ys));
-    let mut figure = Figure { title, ..Figure::default() };
+pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
+    let mut figure = Figure { title: quantity::title(ys), ..Figure::default() };
     for y in ys {
-        let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(place, tables, y))?.table;
+        let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(tables, y))?.table;
         let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
         let x = x.unwrap_or_else(first);
         let Some(xs) = table.column(x) else {
             let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
-            let apart = format!("{place}: `{x}` and `{y}` are in different topics; choose an x column of the same topic");
-            return Err(if elsewhere { PlotError::Request(apart) } else { unknown(place, tables, x) });
+            let apart = format!("`{x}` and `{y}` are in different topics; choose an x column of the same topic");
+            return Err(if elsewhere { PlotError::Request(apart) } else { unknown(tables, x) });
         };
         figure.x = over(x);
         let axis = quantity::axis(y);
@@ -59,16 +59,16 @@ pub fn figure(place: &str, tables: &[Named], x: Option<&str>, ys: &[String]) -> 
     Ok(figure)
 }
 
-/// One figure for each unit among the columns beside the first, over the first; each with the name of its first column, or none
-/// where it shows everything.
+/// One figure for each unit among the columns beside the first, over the first, without a title; each with the name of its first
+/// column, or none where it shows everything.
 /// Where every column is a curve for each of several ratios, a figure for each column.
 ///
 /// # Errors
 /// [`PlotError::Request`] when there is no such column.
-pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
+pub fn overview(table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
     let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
-    let nothing = || PlotError::Request(format!("{place}: nothing to draw: no column of numbers beside the first"));
+    let nothing = || PlotError::Request("nothing to draw: no column of numbers beside the first".to_owned());
     let x = columns.next().ok_or_else(nothing)?;
     let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
@@ -87,13 +87,13 @@ pub fn overview(place: &str, table: &Table) -> Result<Vec<(String, Figure)>, Plo
     if groups.is_empty() {
         return Err(nothing());
     }
-    let tables = [Named { name: place.to_owned(), table: table.clone(), ..Named::default() }];
-    let titled = |names: &[String]| Ok(Figure { title: place.to_owned(), ..figure(place, &tables, Some(x), names)? });
+    let tables = [Named { table: table.clone(), ..Named::default() }];
+    let untitled = |names: &[String]| Ok(Figure { title: String::new(), ..figure(&tables, Some(x), names)? });
     if x == "ratio" {
         let names: Vec<String> = groups.into_iter().flat_map(|(_, names)| names).collect();
-        return Ok(vec![(String::new(), titled(&names)?)]);
+        return Ok(vec![(String::new(), untitled(&names)?)]);
     }
-    let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), titled(&names)?));
+    let drawn = |(_, names): (String, Vec<String>)| Ok((names[0].clone(), untitled(&names)?));
     groups.into_iter().map(drawn).collect()
 }
 
@@ -129,12 +129,12 @@ pub(super) fn runs(values: &[f64]) -> Vec<(f64, std::ops::Range<usize>)> {
     runs
 }
 
-fn unknown(place: &str, tables: &[Named], name: &str) -> PlotError {
+fn unknown(tables: &[Named], name: &str) -> PlotError {
     let columns: Vec<(&str, Vec<&str>)> =
         tables.iter().map(|named| (named.name.as_str(), named.table.columns().map(|(column, _)| column).collect())).collect();
     let hint = match nearest(name, columns.iter().flat_map(|(_, names)| names.iter().copied())) {
         Some(near) => format!("; did you mean `{near}`?"),
         None => format!("; there are{}", columns_by_topic(columns)),
     };
-    PlotError::Request(format!("{place}: no column `{name}`{hint}"))
+    PlotError::Request(format!("no column `{name}`{hint}"))
 }

@@ -17,9 +17,9 @@ struct Point {
 /// The diagram of a table as `trade` writes it; `None` of any other table.
 ///
 /// Every configuration is a point in the colour of its model. Those of the Pareto front are numbered, cheapest first.
-pub fn work_precision(title: &str, table: &Table) -> Option<Figure> {
+pub fn work_precision(table: &Table) -> Option<Figure> {
     let points = points(table)?;
-    let mut figure = Figure::new(title, Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
+    let mut figure = Figure::new("", Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
     let mut models: Vec<&str> = Vec::new();
     for point in &points {
         if !models.contains(&point.model.as_str()) {

@@ -2,7 +2,10 @@
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
+
+use rustix::fs::OFlags;
 
 use super::RecordingError;
 
@@ -15,5 +18,7 @@ pub(super) fn open(path: &Path) -> Result<File, RecordingError> {
     if !kind.is_file() {
         return Err(RecordingError::file(path)(Error::new(ErrorKind::InvalidInput, "is a pipe or a device, not a file")));
     }
-    File::open(path).map_err(RecordingError::file(path))
+    // A file that makes its reader wait, as some of the system's do, fails instead.
+    let nonblocking = i32::try_from(OFlags::NONBLOCK.bits()).unwrap_or_default();
+    File::options().read(true).custom_flags(nonblocking).open(path).map_err(RecordingError::file(path))
 }

@@ -18,13 +18,13 @@ const TOPIC_IN_CHUNK: u64 = HEAD + 6 + 10;
 const TOPIC_AT_END: u64 = 10 + 32;
 /// A schema and a channel record beside names and schema.
 const DEFINITION: u64 = 2 * HEAD + 64;
-/// What else closes a file: the recording's end, statistics, the index of the attachment and the metadata, offsets, footer.
+/// The rest of a file's end: the recording's end, statistics, the index of the attachment and the metadata, offsets, footer.
 const END: u64 = 2048;
 
 /// Sizes that make up the bound, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SizeBound {
-    /// What the file has.
+    /// Size of the file.
     there: u64,
     /// Content of the open chunk, with its index.
     open: u64,

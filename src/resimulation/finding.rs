@@ -25,7 +25,7 @@ pub enum Finding {
     #[error("scene.toml was changed after the recording was made")]
     SceneChanged,
     /// Steps that were due are missing.
-    #[error("{topic}: {count} steps that were due between steps {after} and {before} of epoch {epoch} are missing: {why}")]
+    #[error("{topic}: {} between steps {after} and {before} of epoch {epoch}: {why}", missing(*count))]
     Missing {
         /// Last chunk of the topic.
         topic: &'static str,
@@ -161,6 +161,11 @@ pub enum Finding {
         /// Why it is refused.
         cause: PulseRefused,
     },
+}
+
+/// Steps without a sample, in words.
+fn missing(count: u64) -> String {
+    if count == 1 { "1 step that was due is missing".to_owned() } else { format!("{count} steps that were due are missing") }
 }
 
 /// Why messages are missing.

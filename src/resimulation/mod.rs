@@ -1,6 +1,7 @@
 //! Re-simulation of recordings: verified to the bit, resumed, or changed to see what would have been.
 
 mod best_level;
+mod change;
 mod channels;
 mod deviation;
 mod difference;
@@ -22,6 +23,7 @@ mod verify;
 mod what_if;
 
 pub use best_level::{BestLevelRun, LostTrack};
+pub use change::{AddedPulse, Change};
 pub use deviation::{Deviation, LargestDifference};
 pub use difference::{Difference, Field};
 pub use error::ResimulationError;
@@ -31,4 +33,4 @@ pub use recheck::Recomputed;
 pub use recorded_session::RecordedSession;
 pub use resume::{Resumed, resume};
 pub use verify::{Verification, verify};
-pub use what_if::{AddedPulse, Change, WhatIfOutcome, what_if};
+pub use what_if::{WhatIfOutcome, what_if};

@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime};
 use prost::Message as _;
 
 use super::ResimulationError;
+use super::change::{AddedPulse, Change};
 use super::deviation::Deviation;
 use super::difference::{Difference, Field};
 use super::event::{decode, resets, schema, topic};
@@ -25,28 +26,6 @@ use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic
 /// Settings of the new recording.
 const SETTINGS: Settings =
     Settings { flush_period: Duration::from_secs(1), fsync: false, split: None, limit_bytes: None, when_full: WhenFull::Wait };
-
-/// A pulse added to a recorded session.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AddedPulse {
-    /// Start, simulated s since the session began.
-    pub start_s: f64,
-    /// Mean torque, N·m.
-    pub torque_nm: f64,
-    /// Duration, s.
-    pub duration_s: f64,
-}
-
-/// Changes to a recorded session.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Change {
-    /// Added pulses.
-    pub pulses: Vec<AddedPulse>,
-    /// `KEY=VALUE` overrides of the scene.
-    pub overrides: Vec<String>,
-    /// The command line, for the new recording.
-    pub command_line: String,
-}
 
 /// Result of a what-if.
 #[derive(Debug)]

@@ -71,19 +71,32 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     }
     ascending(check, key, table)?;
     let turn = std::f64::consts::TAU;
-    if table.iter().any(|[angle, force]| !(0.0..turn).contains(angle) || !keys::RESISTANCE.allows(*force)) {
-        return Err(check
-            .refuse(key, format!("angles must be from 0 to below 2π (6.2831…) and forces from {} N", keys::RESISTANCE.range())));
+    let is_refused = |[angle, force]: &[f64; 2]| !(0.0..turn).contains(angle) || !keys::RESISTANCE.allows(*force);
+    if let Some(row) = table.iter().position(is_refused) {
+        let range = keys::RESISTANCE.range();
+        let problem = format!("{}: angles must be from 0 to below 2π (6.2831…) and forces from {range} N", shown_row(table, row));
+        return Err(check.refuse(key, problem));
     }
     Ok(Resistance::Table(table.clone()))
 }
 
 fn ascending(check: &Checker, key: &str, table: &[[f64; 2]]) -> Result<(), SceneError> {
-    let finite = table.iter().flatten().all(|value| value.is_finite());
-    if table.len() < 2 || !finite || table.windows(2).any(|pair| pair[0][0] >= pair[1][0]) {
-        return Err(check.refuse(key, "must have at least two rows of finite numbers, the first of each row ascending"));
+    if table.len() < 2 {
+        return Err(check.refuse(key, "must have at least two rows"));
+    }
+    if let Some(row) = table.iter().position(|row| !row.iter().all(|value| value.is_finite())) {
+        return Err(check.refuse(key, format!("{}: must be finite numbers", shown_row(table, row))));
+    }
+    if let Some(row) = table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
+        let problem = format!("{}: its first number must be greater than that of the row before", shown_row(table, row + 1));
+        return Err(check.refuse(key, problem));
     }
     Ok(())
+}
+
+/// A row of a table, counted from 1.
+fn shown_row(table: &[[f64; 2]], row: usize) -> String {
+    format!("row {} is {:?}", row + 1, table[row])
 }
 
 fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {

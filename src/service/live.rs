@@ -89,6 +89,8 @@ pub struct Resumption {
 /// The result of a run.
 #[derive(Debug)]
 pub struct LiveReport {
+    /// The service.
+    pub name: Name,
     /// The end of the run.
     pub ending: Ending,
     /// The last published angles, if the scene has any.
@@ -181,6 +183,7 @@ pub async fn run_all(
 
 /// Handles to a running simulation.
 struct RunningSimulation {
+    name: Name,
     inbox: Inbox,
     ended: oneshot::Receiver<RunSummary>,
     closed: oneshot::Receiver<Closed>,
@@ -194,7 +197,7 @@ impl RunningSimulation {
         closed.left?;
         let dropped = lost + self.inbox.shared().dropped();
         let Closed { angles, recordings, encoded, .. } = closed;
-        Ok(LiveReport { ending, verdict, unconverged, angles, recordings, dropped, encoded })
+        Ok(LiveReport { name: self.name, ending, verdict, unconverged, angles, recordings, dropped, encoded })
     }
 }
 
@@ -256,7 +259,7 @@ impl Group {
             let PublishRates { displacements, energies, .. } = live.stepping.publish;
             live.stepping.publish = PublishRates { energies, ..displacements.into() };
         }
-        let (stepping, resumed) = (live.stepping, live.resumed.clone());
+        let (name, stepping, resumed) = (live.name.clone(), live.stepping, live.resumed.clone());
         let changer = SceneChanger::new(&inbox, live.scene.clone(), shadow.as_ref().map(ShadowSimulation::model));
         let level = live.resumed.as_ref().map_or(0, |resumed| resumed.level);
         let source = live.scene.at_level(level).map_err(|refused| ServiceError::Scene(refused.to_string()))?;
@@ -277,7 +280,7 @@ impl Group {
         // The receivers are gone only if the service is being torn down.
         self.steppers.push((stepper, Box::new(move |ended| drop(finish.send(ended)))));
         self.workers.push((output_worker, close));
-        Ok(RunningSimulation { inbox, ended, closed })
+        Ok(RunningSimulation { name, inbox, ended, closed })
     }
 }
 

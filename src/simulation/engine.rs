@@ -38,7 +38,7 @@ pub(super) trait Engine: Send {
     fn rotation(&self) -> Option<[f64; 2]> {
         None
     }
-    /// What becomes of a small error of that angle and its rate from `t_s` on.
+    /// The growth of a small error of that angle and its rate from `t_s` on.
     fn small_turn(&self, _law: &DriveLaw, _t_s: f64, _rotation: [f64; 2]) -> Option<SmallTurn> {
         None
     }

@@ -114,7 +114,7 @@ impl LinkShape {
     }
 }
 
-/// How far two modes have one shape, 0 to 1: `|Σ m u₁ᴴ u₂|² / (Σ m |u₁|² Σ m |u₂|²)` over the nodes, in the frames of their chords, so that the
+/// Likeness of two modes' shapes, from 0 to 1: `|Σ m u₁ᴴ u₂|² / (Σ m |u₁|² Σ m |u₂|²)` over the nodes, in the frames of their chords, so that the
 /// chain may have turned in between.
 pub fn likeness(one: &[LinkShape], other: &[LinkShape]) -> f64 {
     let product = |one: &[LinkShape], other: &[LinkShape]| -> Complex<f64> {

@@ -50,6 +50,16 @@ fn regress_endless_devices_pipes_and_folders_are_refused() -> Outcome {
 }
 
 #[test]
+fn regress_a_file_that_lets_its_reader_wait_is_refused() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for words in [["verify", "/proc/kmsg"].as_slice(), &["replay", "/proc/kmsg", "--listen", "tcp/127.0.0.1:0"]] {
+        let (code, said) = ended(folder.path(), words)?;
+        assert!(code == Some(1) && said.contains("/proc/kmsg"), "{words:?}: {code:?} {said}");
+    }
+    Ok(())
+}
+
+#[test]
 fn regress_a_large_scene_is_refused_in_a_file_and_in_a_recording() -> Outcome {
     let folder = tempfile::tempdir()?;
     let large = format!("crank = [{}]\n", "1,".repeat(1 << 20));

@@ -1,7 +1,9 @@
 //! Recordings of other programs with names that zenoh cannot carry.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt as _;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use flexcrank::wire;
@@ -66,6 +68,26 @@ fn regress_control_characters_of_names_are_escaped() -> Outcome {
     let output = flexcrank(&["info"]).arg(&file).output()?;
     let said = String::from_utf8(output.stdout)?;
     assert!(said.contains(r"t\u{1b}[31m") && !said.contains('\u{1b}'), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_names_of_files_need_not_be_text() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let named = |name: &[u8]| PathBuf::from(OsStr::from_bytes(name));
+    let (take, other) = (named(b"\xff.mcap"), named(b"\xfe.mcap"));
+    let commands: [(&[&str], Vec<&PathBuf>); 6] = [
+        (&["run", "--no-bus", "--pace", "max", "--until", "0.5", "--record"], vec![&take]),
+        (&["verify"], vec![&take]),
+        (&["info"], vec![&take]),
+        (&["plot", "-o", "plots", "--format", "svg"], vec![&take]),
+        (&["what-if", "--add-pulse", "0.1:5:0.1", "--record"], vec![&other, &take]),
+        (&["export", "--csv", "tables"], vec![&other]),
+    ];
+    for (words, files) in commands {
+        let output = flexcrank(words).args(files).current_dir(folder.path()).output()?;
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
     Ok(())
 }
 

@@ -44,9 +44,9 @@ fn prop_a_sweep_is_drawn_over_its_ratio() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("sweep.csv"), "ratio,stroke_m,peak_driving_torque_nm\n0.1,0.1,1\n0.2,0.2,3\n0.3,0.3,7\n")
         .unwrap();
-    let output = plot(folder.path(), &["sweep.csv", "-o", "new/sweep.svg"]);
+    let output = plot(folder.path(), &["sweep.csv", "-o", "sweep.svg"]);
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
-    let texts = texts(&std::fs::read_to_string(folder.path().join("new/sweep.svg")).unwrap());
+    let texts = texts(&std::fs::read_to_string(folder.path().join("sweep.svg")).unwrap());
     let wanted = ["crank-to-rod ratio λ", "peak driving torque (N·m)", "stroke (m)"];
     assert!(wanted.iter().all(|text| texts.iter().any(|other| other == text)), "one figure for all: {texts:?}");
 }
@@ -119,8 +119,10 @@ fn prop_undrawable_input_is_refused() {
         (vec!["turn.csv", "--y", "driving_torque_nm", "--x", "crank_angle"], 2, "did you mean `crank_angle_rad`?"),
         (vec!["turn.csv", "-o", "all.svg"], 2, "would hold 2 figures"),
         (vec!["turn.csv", "--y", "ratio", "-o", "x.pdf"], 2, ".svg or .png"),
+        (vec!["turn.csv", "--y", "ratio", "-o", "new/x.svg"], 1, "new/x.svg: the folder new does not exist"),
+        (vec!["turn.csv", "-o", "new/plots"], 1, "new/plots: the folder new does not exist"),
         (vec!["turn.csv", "turn.csv"], 2, "one by one"),
-        (vec!["words.csv"], 2, "nothing to draw"),
+        (vec!["words.csv"], 2, "words.csv: nothing to draw"),
         (vec!["one.csv"], 2, "nothing to draw"),
         (vec!["ragged.csv"], 1, "ragged.csv"),
         (vec!["none.csv"], 1, "none.csv"),
@@ -156,7 +158,7 @@ fn val_names_are_read_as_quantities() {
     ] {
         let mut table = Table::default();
         table.push(column, vec![0.0, 1.0]);
-        let drawn = figure("", &[Named { table, ..Named::default() }], None, &[column.to_owned()]).unwrap();
+        let drawn = figure(&[Named { table, ..Named::default() }], None, &[column.to_owned()]).unwrap();
         let panel = &drawn.panels[0];
         assert_eq!([&panel.series[0].label, &panel.y.unit], [label, unit], "{column}");
     }

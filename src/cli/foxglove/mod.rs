@@ -24,6 +24,11 @@ pub(super) struct FoxgloveArgs {
 }
 
 impl FoxgloveArgs {
+    /// Whether there is a server.
+    pub(super) fn is_given(self) -> bool {
+        self.foxglove.is_some()
+    }
+
     /// Rate of scene updates: the given one, or that of the server.
     pub(super) fn scene_updates_hz(self, given: Option<f64>) -> Option<f64> {
         given.or(self.foxglove.map(|_| SCENE_UPDATES_HZ))

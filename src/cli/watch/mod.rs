@@ -82,15 +82,21 @@ pub(super) struct Args {
 }
 
 pub(super) fn watch(args: &Args) -> CommandResult {
+    let plain = args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal();
+    if plain && !args.signals.is_empty() {
+        return Err(Failure::Usage(
+            "--signals draws charts, which need a terminal; --plain --json prints all signals".to_owned(),
+        ));
+    }
     let session = args.client.open(&args.name)?;
-    let watched = show(&session, args);
+    let watched = show(&session, args, plain);
     bus::close(&session)?;
     watched
 }
 
-fn show(session: &Session, args: &Args) -> CommandResult {
+fn show(session: &Session, args: &Args, plain: bool) -> CommandResult {
     let subscribers = Subscribers::subscribe(session, &args.name)?;
-    if args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
+    if plain {
         plain::print(&subscribers, args)?;
         return Ok(ExitStatus::Success);
     }

@@ -118,6 +118,9 @@ fn prop_any_size_can_be_drawn() -> Outcome {
 fn prop_an_empty_view_and_nan_are_drawn() -> Outcome {
     let mut empty = view(&["no.such_signal"])?;
     assert!(picture(&mut empty, 80, 24)?.join("\n").contains("not there"));
+    let mut mistyped = sampled(&["crank.rate_rad_per_z"], 500)?;
+    let all = picture(&mut mistyped, 200, 24)?.join("\n");
+    assert!(all.contains("crank.rate_rad_per_z: not there; did you mean `crank.rate_rad_per_s`?"), "{all}");
     let mut broken = sampled(&[], 50)?;
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308] {
         let node =

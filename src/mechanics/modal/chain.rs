@@ -90,7 +90,7 @@ impl<const W: usize> Chain<W> {
                 ChordAngle::Coordinate(k) => row[*k] = 1.0,
                 ChordAngle::Prescribed => {
                     for (i, slope) in link.shapes.root_slope.iter().enumerate() {
-                        row[link.at + i] = -slope / link.length_m;
+                        row[link.at + i] = -slope / link.shapes.length_m;
                     }
                 }
                 ChordAngle::Closed => {}
@@ -99,7 +99,7 @@ impl<const W: usize> Chain<W> {
         if !prescribed {
             tangent_row.copy_from_slice(&rows[0]);
             for (i, slope) in links[0].shapes.root_slope.iter().enumerate() {
-                tangent_row[links[0].at + i] = slope / links[0].length_m;
+                tangent_row[links[0].at + i] = slope / links[0].shapes.length_m;
             }
         }
         let zero = [[0.0; 2]; W];
@@ -187,7 +187,7 @@ impl<const W: usize> Chain<W> {
         for (r, row) in r.iter_mut().zip(&self.tangent_row) {
             *r += torque * row;
         }
-        let length: f64 = self.links.iter().map(|link| link.length_m).sum();
+        let length: f64 = self.links.iter().map(|link| link.shapes.length_m).sum();
         let (on_links_n, torque) = (self.at_work.on_links_n, torque.abs());
         self.at_work =
             ForcesAtWork { on_links_n, force_n: on_links_n + torque / length, moment_nm: on_links_n * length + torque };

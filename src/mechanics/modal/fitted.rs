@@ -68,7 +68,7 @@ impl<const W: usize> Mechanism for Fitted<W> {
             let root = (link.bending > link.shapes.modes).then(|| (format!("{name}_root_bending_m"), 1));
             let axial = (1..=link.axial).map(|i| (format!("{name}_stretching_{i}_m"), 1));
             // A sine of that height has slopes of 1.
-            let of = |(name, waves): (String, usize)| Coordinate::displacement(name, link.length_m / (PI * waves as f64));
+            let of = |(name, waves): (String, usize)| Coordinate::displacement(name, link.shapes.length_m / (PI * waves as f64));
             coordinates.extend(modes.chain(root).chain(axial).map(of));
         }
         coordinates

@@ -72,7 +72,7 @@ impl<const W: usize> Chain<W> {
         for f in 0..link.shapes.functions() {
             u = add_scaled(u, value[f], link.u[f]);
             du = add_scaled(du, value[f], link.du[f]);
-            along = add_scaled(along, slope[f] / link.length_m, link.u[f]);
+            along = add_scaled(along, slope[f] / link.shapes.length_m, link.u[f]);
         }
         let point = frame.point(u, du, [0.0; 2]);
         PlacePoint { position_m: point.position, slope: frame.direction.to_global(along), velocity_m_per_s: point.velocity }
@@ -157,7 +157,7 @@ impl<const W: usize> Link<W> {
     fn keep_chord(&self, shape: &LinkShape, input: &Input, own: &mut [f64]) {
         let tangent = input.motion.map_or(shape.chord_rad, |[angle, ..]| angle);
         let present: f64 = self.shapes.root_slope.iter().zip(own.iter()).map(|(slope, eta)| slope * eta).sum();
-        let missing = self.length_m * (tangent - shape.chord_rad) - present;
+        let missing = self.shapes.length_m * (tangent - shape.chord_rad) - present;
         for (i, eta) in own.iter_mut().take(self.bending).enumerate() {
             *eta += missing * self.shapes.root_part(i);
         }
@@ -167,12 +167,12 @@ impl<const W: usize> Link<W> {
     /// half-wave adds to the position that which bending does not, `2 ∫ (x − cξ) sin πξ dξ + L/π ∫ y'² cos πξ dξ`.
     fn stretch_as(&self, shape: &LinkShape, own: &mut [f64]) {
         let [mean, half_wave] = &mut own[self.bending..] else { return };
-        *mean = shape.stretch * self.length_m;
+        *mean = shape.stretch * self.shapes.length_m;
         *half_wave = 0.0;
         for sample in &shape.samples {
             let (sin, cos) = (PI * sample.xi).sin_cos();
             let along = sample.position_m[0] - shape.chord_m * sample.xi;
-            let shortened = self.length_m / PI * sample.slope[1].powi(2);
+            let shortened = self.shapes.length_m / PI * sample.slope[1].powi(2);
             *half_wave += sample.weight * (2.0 * along * sin + shortened * cos);
         }
     }

@@ -28,7 +28,6 @@ pub(super) struct Scratch {
 #[derive(Debug, Clone)]
 pub(super) struct Link<const W: usize> {
     pub(super) shapes: Shapes<W>,
-    pub(super) length_m: f64,
     /// The length's reciprocal, 1/m.
     pub(super) per_length: f64,
     pub(super) mass_kg: f64,
@@ -85,7 +84,6 @@ impl<const W: usize> Link<W> {
             scratch: Scratch { series: [shapes.room(), shapes.room()], pulls: shapes.room() },
             strong,
             shapes,
-            length_m: length,
             per_length: 1.0 / length,
             mass_kg: link.mass_kg,
             at,
@@ -135,7 +133,7 @@ impl<const W: usize> Link<W> {
             vectors.iter_mut().zip(along).for_each(|(vector, along)| vector[0] = along);
         }
         // Of c₄, of fourth degree in η, half the gradient along η is 2c₄.
-        self.u[0][0] += self.length_m - 0.25 * taken;
+        self.u[0][0] += self.shapes.length_m - 0.25 * taken;
         for i in 0..n {
             let f = self.shapes.function_of(i);
             self.u[f][1] = eta[i];

@@ -74,7 +74,7 @@ impl<const W: usize> Observer<W> {
             *node = NodeObservation {
                 position_m: point.position,
                 velocity_m_per_s: point.velocity,
-                rotation_rad: Some(frame.chord.angle + sum(&station.slope, &link.u)[1] / link.length_m),
+                rotation_rad: Some(frame.chord.angle + sum(&station.slope, &link.u)[1] / link.shapes.length_m),
                 deflection_m: (link.bending > 0).then(|| sum(&station.value, &link.u)[1]),
             };
         }
@@ -125,7 +125,7 @@ impl<const W: usize> Observer<W> {
         let mut largest = 0.0_f64;
         for (places, link) in self.links.iter().zip(&chain.links) {
             for station in &places.range {
-                largest = largest.max(sum(&station.value, &link.u)[1].abs() / link.length_m);
+                largest = largest.max(sum(&station.value, &link.u)[1].abs() / link.shapes.length_m);
             }
         }
         largest

@@ -50,7 +50,7 @@ pub(super) struct Shapes<const W: usize> {
     shortening: Vec<[f64; W]>,
     /// `d_m` of χ' for each cosine beyond the modes; empty without χ.
     root_cosines: Vec<f64>,
-    length_m: f64,
+    pub(super) length_m: f64,
     /// `∫ φ_i''² dξ` for each bending shape.
     pub(super) curvature: Vec<f64>,
     /// `φ_i'(0)` (d/dξ) for each bending shape.

@@ -29,7 +29,7 @@ impl<const W: usize> Fitted<W> {
         q[own..].copy_from_slice(&bent);
         if let [chord] = &mut q[..own] {
             let root = &self.chain.links[0];
-            let turns = root.shapes.root_slope.iter().zip(&bent).map(|(slope, eta)| slope / root.length_m * eta);
+            let turns = root.shapes.root_slope.iter().zip(&bent).map(|(slope, eta)| slope / root.shapes.length_m * eta);
             *chord = angle - turns.sum::<f64>();
         }
         Ok(())
@@ -40,7 +40,7 @@ impl<const W: usize> Fitted<W> {
         let chords = x.iter().zip(&self.chain.is_angle).filter(|(_, is_angle)| **is_angle).map(|(x, _)| x.abs());
         let tangents = self.chain.links.iter().flat_map(|link| {
             let slopes = link.shapes.root_slope.iter().zip(&x[link.at..]);
-            slopes.map(|(slope, x)| (slope / link.length_m * x).abs())
+            slopes.map(|(slope, x)| (slope / link.shapes.length_m * x).abs())
         });
         chords.chain(tangents).fold(0.0, most)
     }

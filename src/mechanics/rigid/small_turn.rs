@@ -1,4 +1,4 @@
-//! What becomes of a small error in the crank's angle and rate.
+//! The growth of a small error in the crank's angle and rate.
 
 use super::Rigid;
 

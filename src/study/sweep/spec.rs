@@ -119,6 +119,11 @@ impl Spec {
     /// # Errors
     /// [`SpecError`] if anything in it is refused.
     pub fn parse(origin: &str, text: &str) -> Result<Self, SpecError> {
+        let has = |key: &str| toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key(key));
+        if has("solver") && !has("vary") {
+            let problem = "is a scene, not a campaign; `flexcrank files sweep.toml` prints a campaign, whose `scene` names one";
+            return Err(SpecError { place: origin.to_owned(), problem: problem.to_owned() });
+        }
         let raw: RawSpec = toml::from_str(text).map_err(|error| {
             let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
             let place = line.map_or(origin.to_owned(), |line| format!("{origin}:{line}"));

@@ -49,7 +49,17 @@ impl Equations {
         let n = mechanism.degrees_of_freedom();
         let observation = Simulation::new(scene).ok()?.start().clone();
         let room = [(); 5].map(|()| vec![0.0; n]);
-        Some(Equations { pulses: pulses.clone(), mechanism, n, vector, matrix, observation, jacobians_s: 0.0, prepared: Input::default(), room })
+        Some(Equations {
+            pulses: pulses.clone(),
+            mechanism,
+            n,
+            vector,
+            matrix,
+            observation,
+            jacobians_s: 0.0,
+            prepared: Input::default(),
+            room,
+        })
     }
 
     fn input(&self, t_s: f64) -> Input {
