@@ -19,6 +19,9 @@ pub(crate) fn read(path: &Path, limit: usize) -> Result<String> {
 
 /// Reads a file, or the first `limit` bytes and one more of a larger one.
 pub(crate) fn beginning(path: &Path, limit: usize) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(Error::new(ErrorKind::IsADirectory, "is a folder, not a file"));
+    }
     let mut bytes = Vec::new();
     File::open(path)?.take(limit as u64 + 1).read_to_end(&mut bytes)?;
     Ok(bytes)

@@ -103,6 +103,9 @@ impl WholeFile {
     /// # Errors
     /// Fails if the folder does not exist or cannot be written.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
+        if path.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder, not a file"));
+        }
         if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
             return File::options().write(true).open(path).map(WholeFile::Direct);
         }

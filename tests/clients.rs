@@ -225,3 +225,37 @@ fn regress_an_interrupted_replay_ends_with_130_unless_it_has_no_end() -> Tried {
     }
     Ok(())
 }
+
+/// Paused, a service publishes its status alone; the values come from the snapshot.
+#[test]
+fn regress_a_paused_service_is_watched_with_its_values_and_a_reset_is_no_alarm() -> Tried {
+    let service = Service::start("paused", &["--no-record"])?;
+    let first = || -> Tried<Value> {
+        let watch = ["watch", "paused", "--plain", "--json", "--connect", &service.endpoint];
+        let mut watch = flexcrank(&watch).spawn()?;
+        let line = BufReader::new(watch.stdout.take().ok_or("no standard output")?).lines().next().ok_or("no line")??;
+        watch.kill()?;
+        watch.wait()?;
+        Ok(serde_json::from_str(&line)?)
+    };
+    service.ask(&["control", "paused", "reset"])?;
+    let snapshot = first()?;
+    assert_eq!(snapshot["message"], Value::Null, "{snapshot}");
+    service.ask(&["control", "paused", "pause"])?;
+    let paused = first()?;
+    assert!(paused["state"] == "paused" && paused["signals"]["crank.chord_rad"].is_f64(), "{paused}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_replay_that_is_paused_says_so() -> Tried {
+    let endpoint = free_endpoint()?;
+    let replay = ["replay", "recordings/sample-three-pulses.mcap", "--name", "still", "--start-paused", "--listen", &endpoint];
+    let mut replay = flexcrank(&replay).spawn()?;
+    let listed = flexcrank(&["list", "--connect", &endpoint, "--wait=20s", "--json"]).output()?;
+    let listed = json(&listed)?;
+    replay.kill()?;
+    replay.wait()?;
+    assert!(listed.len() == 1 && listed[0]["kind"] == "replay" && listed[0]["state"] == "paused", "{listed:?}");
+    Ok(())
+}

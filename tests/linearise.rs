@@ -52,13 +52,20 @@ fn prop_files_hold_matrices_that_fit_their_names() -> Outcome {
 #[test]
 fn prop_what_cannot_be_linearised_is_refused() -> Outcome {
     let folder = tempfile::tempdir()?;
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");
     let many = "--set solver.model=finite-element --set solver.integrator=generalized-alpha --set rod.elements=400";
     for (line, why) in [
         ("linearise -o crank.txt".to_owned(), ".json, .m (MATLAB, Octave), .py or .npz"),
         ("linearise nosuch -o crank.py".to_owned(), "nosuch"),
         ("linearise thesis-crank-slider --set solver.model=incremental -o crank.py".to_owned(), "no linearisation"),
         (format!("linearise {many} -o crank.py"), "more than 2000"),
-        ("linearise crank-slider --speed 3 -o crank.py".to_owned(), "only one link"),
+        (
+            "linearise crank-slider --speed 3 -o crank.py".to_owned(),
+            "only one link without weight turns steadily; others turn periodically: \
+             `flexcrank modes crank-slider --periodic --speed 3`",
+        ),
+        (format!("linearise {recording} -o crank.py"), "is a recording: name an instant of it"),
+        ("modes crank-slider --angle 10:0:1".to_owned(), "TO not below FROM and STEP above 0"),
         ("linearise thesis-two-masses --angle 3 -o crank.py".to_owned(), "no crank"),
         (
             "linearise --set solver.model=rigid --set solver.integrator=esdirk --crank held -o crank.py".to_owned(),
@@ -90,6 +97,36 @@ fn val_the_table_of_a_response_begins_at_its_static_value() -> Outcome {
     let first: Vec<f64> = lines.next().ok_or("no row")?.split(',').map(str::parse).collect::<Result<_, _>>()?;
     assert!((first[1] * 300.0 - 1.0).abs() < 1e-6 && first[2] == 0.0, "{first:?}");
     assert_eq!(std::fs::read_dir(folder.path().join("drawn"))?.count(), 4);
+    Ok(())
+}
+
+/// A beam that stands upright falls; one that hangs does not.
+#[test]
+fn prop_a_response_says_what_it_wrote_and_that_motion_grows() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let beam = "thesis-beam --set solver.model=modal --set solver.integrator=esdirk --set pulse=[]";
+    let heavy = "--set gravity.y_m_per_s2=-9.81 --set base.torsion_spring_nm_per_rad=0.0";
+    for (angle_deg, grows) in [(90, true), (270, false)] {
+        let line = format!("response {beam} {heavy} --angle {angle_deg} --csv all.csv --step-csv step.csv --plot drawn");
+        let (code, told, said) = flexcrank(folder.path(), &line)?;
+        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(said.contains("warning: the motion grows by itself as e^(5.42"), grows, "{said}");
+        for file in ["all.csv (", "step.csv (1001 rows)", "drawn/frequency-response.svg", "drawn/step-response.png"] {
+            assert!(told.lines().any(|line| line.starts_with(file)), "{file} in {told}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_mode_that_is_another_kind_only_between_is_told() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (code, told, said) = flexcrank(folder.path(), "modes crank-slider --angle 0:360:20 --csv all.csv")?;
+    assert_eq!((code, said.as_str()), (Some(0), ""));
+    let between = "crank bending 2 (99 %) from 20° to 160°, from 200° to 340°";
+    assert!(told.contains(&format!("  the branch that begins as rod stretching 1 is {between}\n")), "{told}");
+    let rows = std::fs::read_to_string(folder.path().join("all.csv"))?.lines().count() - 1;
+    assert!(told.ends_with(&format!("all.csv ({rows} rows)\n")), "{told}");
     Ok(())
 }
 

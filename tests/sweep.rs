@@ -7,6 +7,7 @@ use std::fs;
 use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
@@ -136,6 +137,10 @@ fn prop_every_end_is_a_row_with_its_cause() -> Outcome {
     let merged = merge(&campaign, folder.path(), &folder.path().join("table.parquet"))?;
     let count = |ending| merged.endings.get(&ending).copied();
     assert_eq!([Ending::Done, Ending::Diverged, Ending::Refused].map(count), [Some(1), Some(1), Some(2)]);
+    assert_eq!(
+        merged.causes.iter().map(|(ending, (run, _))| (*ending, *run)).collect::<Vec<_>>(),
+        [(Ending::Diverged, 0), (Ending::Refused, 1)]
+    );
     let rows = fs::read_to_string(folder.path().join("chunks-of-1/0000001.tsv"))?;
     assert!(rows.contains("refused") && rows.contains("rod.length_m = -1"), "{rows}");
     assert!(matches!(sensitivity(&campaign, folder.path(), &[]), Err(NoIndices::Method)));
@@ -163,16 +168,39 @@ fn prop_bad_specifications_are_refused_by_name() {
     for (text, reason) in [
         (format!("{SCENE}{random}"), "missing key `vary`"),
         (format!("{SCENE}methd = \"random\"\n{ROD}"), "did you mean `method`?"),
-        (format!("{SCENE}method = \"sobl\"\n{ROD}"), "did you mean `sobol`?"),
+        (
+            format!("{SCENE}method = \"sobl\"\n{ROD}"),
+            "test:4: method = \"sobl\": unknown value; did you mean `sobol`? (known here: grid, random,",
+        ),
+        (format!("{SCENE}{random}{}", ROD.replace("1.2", "\"a\"")), "test:8: min = \"a\": must be a number"),
+        (format!("{SCENE}{random}{}", ROD.replace("min", "mn")), "test:8: mn: unknown key"),
         (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: must be"),
         (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}count = 2\n"), "samples: a grid has as many"),
         (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
-        (format!("{SCENE}{random}{ROD}{ROD}"), "rod.length_m varies already"),
-        (format!("{SCENE}{random}{}", ROD.replace("1.2", "2")), "min must be a number below max"),
+        (format!("{SCENE}{random}{ROD}{ROD}"), "test:10: vary.1 (rod.length_m): varies already"),
+        (
+            format!("{SCENE}{random}{}", ROD.replace("1.2", "2")),
+            "test:6: vary.0 (rod.length_m): min = 2.0, max = 1.8: min must be a number below max",
+        ),
         (format!("{SCENE}{random}{}log = true\n", ROD.replace("1.2", "-1.2")), "log needs a min above 0"),
         (format!("{SCENE}{random}{ROD}values = [1]\n"), "give min and max"),
         (format!("{SCENE}{random}[[vary]]\nkey = \"rod.length_m\"\nvalues = []\n"), "values must not be empty"),
-        (format!("{SCENE}{random}{}", ROD.replace("length", "lenght")), "did you mean `length_m`?"),
+        (
+            format!("{SCENE}{random}{}", ROD.replace("length", "lenght")),
+            "test: vary.0.key = \"rod.lenght_m\": unknown key; did you mean `length_m`?",
+        ),
+        (
+            format!("{SCENE}{random}{}", ROD.replace("rod", "rodd")),
+            "test: vary.0.key = \"rodd.length_m\": unknown key; did you mean `rod`?",
+        ),
+        (
+            format!("{SCENE}{random}{ROD}{}", PULSE.replace("pulse.1", "pulse.4")),
+            "test: vary.1.key = \"pulse.4.torque_nm\": `pulse` has entries 0 to 1",
+        ),
+        (
+            format!("{SCENE}{random}{}", ROD.replace("1.2", "-2").replace("1.8", "-1")),
+            "test: vary.0.key = \"rod.length_m\": rod.length_m = -1.",
+        ),
         (format!("{SCENE}{random}[[vary]]\nkey = \"a=b\"\nvalues = [1]\n"), "key must be a key"),
         (format!("{SCENE}method = \"sobol\"\nsamples = 1000000000\n{ROD}"), "at most 1000000000 runs"),
         (format!("{SCENE}method = \"sobol\"\nsamples = 18446744073709551615\n{ROD}"), ""),
@@ -182,6 +210,18 @@ fn prop_bad_specifications_are_refused_by_name() {
             format!("{SCENE}{random}{ROD}").replace("thesis-crank-slider", "thesis-crank-slidr"),
             "did you mean `thesis-crank-slider`?",
         ),
+        (
+            format!("{SCENE}{random}{ROD}").replace("thesis-crank-slider", "nosuch.toml"),
+            "test: scene = \"nosuch.toml\": not a built-in scene",
+        ),
+        (
+            format!("{SCENE}{random}{ROD}").replace("model=rigid", "model=rigd"),
+            "test: set \"solver.model=rigd\": solver.model = \"rigd\": must be one of",
+        ),
+        (
+            format!("{SCENE}{random}{ROD}").replace("solver.model", "solvr.model"),
+            "test: set \"solvr.model=rigid\": unknown key; did you mean `solver`?",
+        ),
         ("\u{0}".to_owned(), "test"),
     ] {
         match campaign(&text) {
@@ -189,4 +229,47 @@ fn prop_bad_specifications_are_refused_by_name() {
             Err(error) => assert!(error.to_string().contains(reason), "{text}: {error}"),
         }
     }
+}
+
+/// Runs the program in `folder`; returns exit code, standard output and standard error.
+fn flexcrank(folder: &Path, words: &[&str]) -> Result<(Option<i32>, String, String), Box<dyn std::error::Error>> {
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).current_dir(folder).output()?;
+    Ok((output.status.code(), String::from_utf8(output.stdout)?, String::from_utf8(output.stderr)?))
+}
+
+#[test]
+fn regress_a_folder_without_rows_is_refused_and_not_made() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    fs::write(folder.path().join("s.toml"), format!("{SCENE}method = \"sobol\"\nsamples = 2\n{ROD}"))?;
+    let refused = |rest: &[&str]| -> Outcome {
+        let (code, _, said) = flexcrank(folder.path(), &[&["sweep", "s.toml", "-o", "none"][..], rest].concat())?;
+        assert!(code == Some(1) && said.contains("no rows of this campaign in none: run the sweep first"), "{rest:?}: {said}");
+        Ok(())
+    };
+    let plot: &[&str] = &["--plot", "plots", "--scalars", "peak_kinetic_j"];
+    for rest in [&["--merge"][..], &["--indices"], plot] {
+        refused(rest)?;
+    }
+    assert_eq!(fs::read_dir(folder.path())?.count(), 1);
+    fs::create_dir(folder.path().join("none"))?;
+    for rest in [&["--merge"][..], &["--indices"], plot] {
+        refused(rest)?;
+    }
+    assert_eq!(fs::read_dir(folder.path().join("none"))?.count(), 0);
+    Ok(())
+}
+
+#[test]
+fn regress_runs_that_do_not_end_well_are_warned_of() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let text = "scene = \"thesis-crank-slider\"\nset = [\"solver.model=rigid\"]\nuntil_s = 2\nmethod = \"grid\"\n\
+        [[vary]]\nkey = \"rod.length_m\"\nvalues = [1.5, -1, -2]\n";
+    fs::write(folder.path().join("s.toml"), text)?;
+    let (code, printed, said) = flexcrank(folder.path(), &["sweep", "s.toml"])?;
+    let warning = "warning: 2 runs ended as refused, such as run 1: vary: rod.length_m = -1: must be a number";
+    assert!(code == Some(0) && said.contains(warning), "{said}");
+    let seconds = printed.split("computed in ").nth(1).and_then(|rest| rest.split(" s,").next()).unwrap_or_default();
+    let digits: String = seconds.split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).collect();
+    assert!(!digits.is_empty() && digits.trim_matches('0').len() <= 3, "{printed}");
+    Ok(())
 }

@@ -70,7 +70,7 @@ pub enum BusError {
         why: String,
     },
     /// A torque pulse was sent to a replay.
-    #[error("`{0}` is a replay, and replays accept no torque: send the pulse to a running service")]
+    #[error("`{0}` is a replay, and replays accept no torque: send it to a running service")]
     Replay(Name),
     /// A reply could not be decoded.
     #[error("`{key}` answered something that is not a {expected}: {cause}")]

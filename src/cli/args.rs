@@ -21,8 +21,8 @@ Examples:
   flexcrank scenes crank-slider > mine.toml && flexcrank run mine.toml
   flexcrank guide                              list the chapters of the guide
 
-Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late (with --overrun stop),
-6 finished, not to be trusted (the energy balance left solver.balance_tolerance), 130 interrupted before --until.";
+Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late, 6 finished, \
+    not to be trusted, 130 interrupted. More: flexcrank guide exit-codes.";
 
 /// Simulates planar mechanisms with flexible links in real time, on a zenoh bus, recorded to MCAP.
 #[derive(Debug, Parser)]
@@ -47,7 +47,7 @@ impl Cli {
     pub(super) fn of_process() -> Result<Cli, ExitCode> {
         let mut command = Cli::complete_command();
         let parsed = command.try_get_matches_from_mut(std::env::args_os());
-        parsed.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|error| print(with_commands(error, &command)))
+        parsed.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|error| print(with_tips(error, &command)))
     }
 }
 
@@ -65,24 +65,40 @@ fn print(error: clap::Error) -> ExitCode {
     }
 }
 
-/// Adds the commands that there are to the error of one that is not: `control crank bogus`.
-fn with_commands(mut error: clap::Error, root: &clap::Command) -> clap::Error {
+/// Adds a way on to an error of the arguments: the commands there are, or the place of a scene and of options.
+fn with_tips(mut error: clap::Error, root: &clap::Command) -> clap::Error {
     let words = std::env::args_os().skip(1);
     let innermost = words.fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
-    let is_word = |value: &ContextValue| !value.to_string().starts_with('-');
-    let is_wrong = match error.kind() {
-        Kind::InvalidSubcommand => true,
+    let command = if innermost.has_subcommands() { innermost } else { root };
+    let given = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].iter().find_map(|kind| error.get(*kind));
+    let given = given.map(ToString::to_string).unwrap_or_default();
+    let (is_option, is_root) = (given.starts_with('-'), innermost.get_name() == root.get_name());
+    let tip = match error.kind() {
+        Kind::InvalidSubcommand | Kind::UnknownArgument if is_root && (is_option || given.contains(['.', '/'])) => {
+            Some(format!("scenes and options of a run stand after `run`: flexcrank run {given}"))
+        }
         // After other arguments, a word that is no command counts as one argument too many.
-        Kind::UnknownArgument => innermost.has_subcommands() && error.get(ContextKind::InvalidArg).is_some_and(is_word),
-        _ => false,
+        Kind::InvalidSubcommand => Some(names(command)),
+        Kind::UnknownArgument if !is_option && innermost.has_subcommands() => Some(names(command)),
+        // clap's tip, to pass an option as a value, seldom helps.
+        Kind::UnknownArgument if is_option && error.get(ContextKind::SuggestedArg).is_none() => Some(String::new()),
+        _ => None,
     };
-    let has_tip = [ContextKind::SuggestedSubcommand, ContextKind::Suggested].iter().any(|kind| error.get(*kind).is_some());
-    if is_wrong && !has_tip {
-        let names: Vec<&str> = innermost.get_subcommands().filter(|of| !of.is_hide_set()).map(clap::Command::get_name).collect();
-        let commands = StyledStr::from(format!("the commands are {}", names.join(", ")));
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![commands]));
+    match tip {
+        Some(_) if error.get(ContextKind::SuggestedSubcommand).is_some() => {}
+        Some(tip) if tip.is_empty() => drop(error.remove(ContextKind::Suggested)),
+        Some(tip) => {
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
+        }
+        None => {}
     }
     error
+}
+
+/// The commands of a command.
+fn names(command: &clap::Command) -> String {
+    let names: Vec<&str> = command.get_subcommands().filter(|of| !of.is_hide_set()).map(clap::Command::get_name).collect();
+    format!("the commands are {}", names.join(", "))
 }
 
 /// Accepts negative numbers as values, so that each option can refuse them with its own message.

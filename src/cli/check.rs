@@ -137,7 +137,7 @@ fn shortening(scene: &Scene) -> Vec<ShorteningLine> {
         deflection_m: left_out.deflection_m,
         recommends_axial: left_out.matters(),
     };
-    left_out.into_iter().map(line).collect()
+    left_out.into_iter().filter(|left_out| left_out.force_n > 0.0).map(line).collect()
 }
 
 /// Mean wall time of a step, s.
@@ -225,7 +225,7 @@ impl fmt::Display for ShorteningLine {
         let ShorteningLine { link, force_n, shortening_m, deflection_m, recommends_axial } = *self;
         write!(
             f,
-            "{link}: {} m by {} N is left out; it bends by {} m",
+            "{link}: shortens by {} m under {} N, which is left out; bends by {} m",
             figure(shortening_m),
             figure(force_n),
             figure(deflection_m)

@@ -14,6 +14,7 @@ pub(super) fn may_be_folder(path: &Path) -> CommandResult<()> {
 
 /// Refuses a file that could not be written at the end of the work, before it begins.
 pub(super) fn must_be_writable(path: &Path) -> CommandResult<()> {
+    must_have_folder(path)?;
     // The reader of a pipe that is opened and closed would see its end.
     if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return Ok(());
@@ -24,6 +25,9 @@ pub(super) fn must_be_writable(path: &Path) -> CommandResult<()> {
 /// Refuses a file in a folder that does not exist: only a default folder is created unasked.
 pub(super) fn must_have_folder(path: &Path) -> CommandResult<()> {
     match path.parent() {
+        Some(folder) if folder.is_file() => {
+            Err(Failure::Failed(format!("{}: {} is a file, not a folder", path.display(), folder.display())))
+        }
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() && folder != Path::new(paths::FOLDER) => {
             Err(Failure::Failed(format!("{}: the folder {} does not exist", path.display(), folder.display())))
         }

@@ -5,7 +5,7 @@ use super::failure::{CommandResult, Failure};
 use super::progress::elapsed;
 use super::small_motion_args::{Chosen, SubjectArgs};
 use super::values::finite;
-use crate::small_motion::{Point, StateSpace};
+use crate::small_motion::{NoModes, Point, StateSpace};
 
 /// Most states: matrices of this size have 32 MB each.
 const MOST_STATES: usize = 2000;
@@ -36,7 +36,7 @@ impl LinearArgs {
     pub(super) fn linearise(&self) -> CommandResult<Linear> {
         let chosen = self.subject.choose()?;
         chosen.check(self.angle.is_some(), self.speed.is_some())?;
-        let point = chosen.point(self.angle, self.speed.unwrap_or(0.0))?;
+        let point = chosen.point(self.angle, self.speed.unwrap_or(0.0)).map_err(|refusal| self.refused(refusal))?;
         let states = 2 * point.q.len();
         if states > MOST_STATES {
             return Err(Failure::Usage(format!("{states} states are more than {MOST_STATES}: fewer elements have fewer")));
@@ -46,6 +46,16 @@ impl LinearArgs {
         bar.finish_and_clear();
         let title = self.title(&chosen);
         Ok(Linear { space: space?, chosen, point, title })
+    }
+
+    /// The refusal of a state. Periodic motion is another command's.
+    fn refused(&self, refusal: NoModes) -> Failure {
+        let (NoModes::NotSteady, Some(speed)) = (&refusal, self.speed) else { return refusal.into() };
+        let scene = &self.subject.target;
+        Failure::Usage(format!(
+            "only one link without weight turns steadily; others turn periodically: \
+             `flexcrank modes {scene} --periodic --speed {speed}`"
+        ))
     }
 
     fn title(&self, chosen: &Chosen) -> String {

@@ -7,6 +7,7 @@ use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::print_json;
+use super::status_line::state_word;
 use crate::bus::client::{self, Described};
 use crate::bus::{self, BusError, BusOptions};
 use crate::wire::status::State;
@@ -81,7 +82,7 @@ impl From<Described> for Listed {
         Listed {
             name: name.to_string(),
             kind,
-            state: status.map(|status| status.state().as_str_name().to_lowercase()),
+            state: status.map(|status| state_word(status).to_lowercase()),
             scene,
             sim_time_s: status.and_then(|status| Some(status.stamp.as_ref()?.sim_time_s)),
             endpoints,

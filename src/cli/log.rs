@@ -70,7 +70,8 @@ pub(super) fn say(line: &str) {
         return;
     }
     let line = if JSON.load(Ordering::Relaxed) { as_json(line) } else { line.to_owned() };
-    writeln!(messages(), "{line}").unwrap_or(());
+    // In one piece, so that the lines of programs beside each other do not mix.
+    messages().write_all(format!("{line}\n").as_bytes()).unwrap_or(());
 }
 
 /// A line in the form of the JSON log.

@@ -9,7 +9,7 @@ use super::modes::{damping, hertz};
 use super::output::output;
 use super::signals::Interruption;
 use crate::plot;
-use crate::small_motion::{Branch, Mode, NoModes, crossings, follow};
+use crate::small_motion::{Branch, Mode, NoModes, OtherKind, crossings, follow, other_kinds};
 use crate::study::Table;
 
 /// Lowest orders of the crank's speed in a Campbell diagram.
@@ -101,7 +101,7 @@ impl Swept {
         table
     }
 
-    /// Prints lowest and highest frequency of every branch, and the crossings.
+    /// Prints lowest and highest frequency of every branch, and what happens to them on the way.
     pub(super) fn show(&self, target: &str, branches: &[Branch]) -> CommandResult<()> {
         let (_, unit) = self.unit();
         let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
@@ -120,6 +120,12 @@ impl Swept {
             rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), vec![damped]].concat());
         }
         print(&rows, 1)?;
+        self.show_events(branches)
+    }
+
+    /// Prints where branches cross, are lost, or are modes of another kind than at their beginning.
+    fn show_events(&self, branches: &[Branch]) -> CommandResult<()> {
+        let (_, unit) = self.unit();
         for crossing in crossings(&self.modes, branches) {
             let [one, other] = crossing.branches.map(|branch| branches[branch].name.as_str());
             let [from, to] = [0, 1].map(|ahead| figure(self.values[crossing.after + ahead]));
@@ -135,12 +141,19 @@ impl Swept {
                     writeln!(output(), "  {name} cannot be followed between {from}{unit} and {to}{unit}: take smaller steps")?;
                 }
             }
-            let last = self.along(branch).last().filter(|(_, mode)| !branch.name.starts_with(&kind(mode)));
-            if let Some((value, mode)) = last {
-                writeln!(output(), "  {} is {} at {}{unit}", branch.name, mode.title(), figure(value))?;
-            }
+        }
+        for OtherKind { branch, title, runs } in other_kinds(&self.modes, branches) {
+            let runs: Vec<String> = runs.iter().map(|run| self.stretch(*run)).collect();
+            writeln!(output(), "  the branch that begins as {} is {title} {}", branches[branch].name, runs.join(", "))?;
         }
         Ok(())
+    }
+
+    /// The points of a row in words.
+    fn stretch(&self, [first, last]: [usize; 2]) -> String {
+        let (_, unit) = self.unit();
+        let [from, to] = [first, last].map(|point| figure(self.values[point]));
+        if first == last { format!("at {from}{unit}") } else { format!("from {from}{unit} to {to}{unit}") }
     }
 
     /// The frequencies along the sweep; over speed, with the orders of the crank.
@@ -184,9 +197,4 @@ impl Swept {
             Err(Failure::Failed(format!("{} of {} points have no modes", self.refusals.len(), self.values.len())))
         }
     }
-}
-
-/// The name without its number.
-fn kind(mode: &Mode) -> String {
-    mode.name().trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ').to_owned()
 }

@@ -25,6 +25,7 @@ use crate::bus::{self, Name, client};
 use crate::plot::{self, Format, Picture};
 use crate::shown::shown_s;
 use crate::small_motion::{LiveModes, Mode, ModeReport, NoModes, is_uncertain, modes as find};
+use crate::study::Table;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -148,10 +149,10 @@ pub(super) fn modes(args: &Args) -> CommandResult {
         (false, true) => swept.show(&args.subject.target, &points)?,
         (false, false) => show(args, &chosen, &swept)?,
     }
-    args.csv.as_deref().map_or(Ok(()), |path| table.write_csv(path))?;
+    args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json))?;
     if let Some(folder) = &args.plot {
         for (name, picture) in if sweeps { swept.pictures(&points) } else { shapes(&swept) } {
-            draw(folder, &name, &picture)?;
+            draw(folder, &name, &picture, !args.json)?;
         }
     }
     swept.conclude(&interruption)
@@ -248,6 +249,8 @@ impl Args {
 
 /// Asks a service for its modes.
 fn live(args: &Args, name: &Name) -> CommandResult {
+    // While it waits for the service, a signal ends it.
+    let _waiting = Interruption::watch()?;
     let session = args.client.open(name)?;
     let answer = client::modes(&session, name, args.count, PATIENCE);
     bus::close(&session)?;
@@ -322,9 +325,23 @@ fn shapes(swept: &Swept) -> Vec<(String, plot::Figure)> {
     modes.iter().enumerate().filter(|(_, mode)| !mode.links.is_empty()).map(shape).collect()
 }
 
-pub(super) fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {
+/// Draws a picture into a folder; its files are told on standard output, unless that is JSON.
+pub(super) fn draw(folder: &Path, name: &str, picture: &dyn Picture, told: bool) -> CommandResult<()> {
     for format in [Format::Svg, Format::Png] {
-        picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
+        let path = folder.join(format!("{name}.{}", format.extension()));
+        picture.write(&path, format)?;
+        if told {
+            writeln!(output(), "{}", path.display())?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a table as CSV; the file is told on standard output, unless that is JSON.
+pub(super) fn write_table(path: &Path, table: &Table, told: bool) -> CommandResult<()> {
+    table.write_csv(path)?;
+    if told {
+        writeln!(output(), "{} ({} rows)", path.display(), table.rows())?;
     }
     Ok(())
 }

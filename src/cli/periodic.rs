@@ -7,7 +7,7 @@ use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_writable};
-use super::modes::{Args, draw, percent};
+use super::modes::{Args, draw, percent, write_table};
 use super::output::{output, print_json};
 use super::progress::bar;
 use super::signals::Interruption;
@@ -63,7 +63,7 @@ pub(super) fn periodic(args: &Args) -> CommandResult {
         (false, 1) => chart.show_one()?,
         (false, _) => chart.show()?,
     }
-    args.csv.as_deref().map_or(Ok(()), |path| table.write_csv(path))?;
+    args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json))?;
     if let Some(folder) = &args.plot {
         chart.draw(folder)?;
     }
@@ -264,7 +264,7 @@ impl Chart<'_> {
                 values: self.found.iter().map(|row| row.iter().map(largest).collect()).collect(),
                 key: plot::Key::Quantity(plot::Axis::log("largest |ρ|", "")),
             };
-            return draw(folder, "stability-chart", &map);
+            return draw(folder, "stability-chart", &map, !self.args.json);
         }
         let Some(found) = self.found.first() else { return Ok(()) };
         let physics: Vec<f64> = found.iter().map(largest).collect();
@@ -276,7 +276,7 @@ impl Chart<'_> {
         let drawn = plot::Figure::new("Largest multiplier of a turn", speed(), plot::Axis::new("|ρ|", ""))
             .line("the mechanism", &self.speeds, &physics)
             .series(format!("{} at its step", self.integrator), &self.speeds, &own, plot::Mark::Dashes);
-        draw(folder, "multipliers", &drawn)
+        draw(folder, "multipliers", &drawn, !self.args.json)
     }
 
     fn conclude(&self, interruption: &Interruption) -> CommandResult {

@@ -13,7 +13,7 @@ use super::failure::CommandResult;
 use super::output::{output, print_json};
 use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
-use super::values::{positive_time, time, torque};
+use super::values::{pulse_delay, pulse_duration, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
@@ -46,13 +46,13 @@ pub(super) struct Args {
     #[arg(long, value_name = "NM", requires = "duration", value_parser = torque)]
     pub torque: Option<f64>,
     /// Duration.
-    #[arg(long, value_name = "TIME", requires = "torque", value_parser = positive_time)]
+    #[arg(long, value_name = "TIME", requires = "torque", value_parser = pulse_duration)]
     pub duration: Option<f64>,
     /// Send the pulses of a CSV file one after another; columns torque_nm, duration_s, and optionally delay_s, shape, id.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "delay", "shape", "id"])]
     pub from: Option<PathBuf>,
     /// Simulated time until the pulse begins.
-    #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
+    #[arg(long, value_name = "TIME", default_value = "0", value_parser = pulse_delay)]
     pub delay: f64,
     /// Shape of the pulse; both shapes have the impulse torque × duration.
     #[arg(long, default_value = "rectangular")]

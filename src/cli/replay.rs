@@ -171,6 +171,9 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
     let done = conclude(&report?);
     // A replay without an end is over when it is interrupted.
     let early = was_interrupted.get() && !endless;
+    if early {
+        say!("interrupted before the end of the recording");
+    }
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use indexmap::IndexSet;
 
@@ -11,11 +11,12 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_writable};
 use super::linear_args::{Linear, LinearArgs};
+use super::modes::{draw, write_table};
 use super::output::output;
 use super::progress::bar;
 use super::values::{positive, positive_time};
-use crate::plot::{self, Axis, Figure, Format, Named, Picture};
-use crate::small_motion::modes;
+use crate::plot::{self, Axis, Figure, Named};
+use crate::small_motion::{Mode, modes};
 use crate::study::Table;
 
 pub(super) const EXAMPLES: &str = "\
@@ -38,6 +39,8 @@ const ABOUT_PEAK: i32 = 20;
 const WIDTHS: f64 = 4.0;
 /// Vibrations that are less damped have a peak that no frequency meets.
 const UNDAMPED: f64 = 1e-8;
+/// Motion grows by itself where an eigenvalue has more than this part of itself in its positive real part; less is rounding.
+const GROWS: f64 = 1e-6;
 /// Samples of the step response.
 const SAMPLES: usize = 1000;
 /// Modes that decide which frequencies are of interest.
@@ -90,24 +93,36 @@ struct Responses {
 pub(super) fn response(args: &Args) -> CommandResult {
     [&args.csv, &args.step_csv].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
     let linear = args.linear.linearise()?;
-    let natural = natural_hz(&linear)?;
-    let responses = args.respond(&linear, &natural)?;
+    let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
+    let responses = args.respond(&linear, &natural_hz(&found))?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     responses.show(&linear.title)?;
-    args.csv.as_deref().map_or(Ok(()), |path| responses.over_frequency().write_csv(path))?;
-    args.step_csv.as_deref().map_or(Ok(()), |path| responses.over_time().write_csv(path))?;
+    args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_frequency(), true))?;
+    args.step_csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_time(), true))?;
     if let Some(folder) = &args.plot {
-        draw(folder, "frequency-response", &responses.bode(&linear.title))?;
-        draw(folder, "step-response", &responses.after_step(&linear.title)?)?;
+        draw(folder, "frequency-response", &responses.bode(&linear.title), true)?;
+        draw(folder, "step-response", &responses.after_step(&linear.title)?, true)?;
+    }
+    if let Some(rate) = growth_per_s(&found) {
+        say!(
+            "warning: the motion grows by itself as e^({} t), so the step response grows, too, and the frequency response is not \
+             what a test would measure",
+            figure(rate)
+        );
     }
     Ok(ExitStatus::Success)
 }
 
 /// Natural frequencies, Hz, and damping ratios.
-fn natural_hz(linear: &Linear) -> CommandResult<Vec<[f64; 2]>> {
-    let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
+fn natural_hz(found: &[Mode]) -> Vec<[f64; 2]> {
     let vibrations = found.iter().filter(|mode| mode.eigenvalue.im > 0.0);
-    Ok(vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect())
+    vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect()
+}
+
+/// The largest rate at which motion grows by itself, 1/s.
+fn growth_per_s(found: &[Mode]) -> Option<f64> {
+    let growing = found.iter().filter(|mode| mode.eigenvalue.re > GROWS * mode.eigenvalue.norm());
+    growing.map(|mode| mode.eigenvalue.re).max_by(f64::total_cmp)
 }
 
 impl Args {
@@ -242,12 +257,15 @@ impl Responses {
         let units: IndexSet<&str> = outputs.iter().map(|output| output.unit.as_str()).collect();
         // Magnitudes of different units have no common axis.
         for unit in units {
-            figure = figure.panel(Axis::log("magnitude", format!("{unit} per {}", input.unit)));
-            for (output, magnitudes) in outputs.iter().zip(&self.magnitudes).filter(|(output, _)| output.unit == unit) {
+            let own: Vec<(&Axis, &Vec<f64>)> =
+                outputs.iter().zip(&self.magnitudes).filter(|(output, _)| output.unit == unit).collect();
+            let label = of_one("magnitude", own.iter().map(|(output, _)| *output));
+            figure = figure.panel(Axis::log(label, format!("{unit} per {}", input.unit)));
+            for (output, magnitudes) in own {
                 figure = figure.line(&output.label, &self.frequencies_hz, magnitudes);
             }
         }
-        figure = figure.panel(Axis::new("phase", "°"));
+        figure = figure.panel(Axis::new(of_one("phase", outputs.iter()), "°"));
         for (output, phases) in outputs.iter().zip(&self.phases_deg) {
             figure = figure.line(&output.label, &self.frequencies_hz, phases);
         }
@@ -263,15 +281,16 @@ impl Responses {
     }
 }
 
+/// A quantity of several outputs, or of the only one by its name: a curve alone has no legend.
+fn of_one<'a>(quantity: &str, mut outputs: impl Iterator<Item = &'a Axis>) -> String {
+    match (outputs.next(), outputs.next()) {
+        (Some(only), None) => format!("{quantity} of {}", only.label),
+        _ => quantity.to_owned(),
+    }
+}
+
 /// First place and value of the finite number largest in magnitude.
 fn largest(values: &[f64]) -> (usize, f64) {
     let finite = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
     finite.reduce(|most, next| if next.1.abs() > most.1.abs() { next } else { most }).unwrap_or((0, f64::NAN))
-}
-
-fn draw(folder: &Path, name: &str, picture: &dyn Picture) -> CommandResult<()> {
-    for format in [Format::Svg, Format::Png] {
-        picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
-    }
-    Ok(())
 }

@@ -80,6 +80,7 @@ fn pulse(header: &csv::StringRecord, row: &csv::StringRecord, line: u64) -> Resu
         delay_s: number("delay_s")?.unwrap_or(0.0),
         shape,
     };
+    request.check().map_err(|refused| refused.to_string())?;
     Ok(ListedPulse { line, id: field("id").map(str::to_owned), request })
 }
 
@@ -110,6 +111,8 @@ mod tests {
             ("torque_nm,duration_s\n1,1\n,1\n", 3, "torque_nm is empty"),
             ("torque_nm,duration_s\n1,1\nnan,1\n", 3, "torque_nm = `nan`"),
             ("torque_nm,duration_s,shape\n1,1,square\n", 2, "shape = `square`"),
+            ("torque_nm,duration_s\n1,1\n1,-0.1\n", 3, "duration_s = -0.1"),
+            ("torque_nm,duration_s,delay_s\n1,1,1e9\n", 2, "delay_s = 1000000000"),
             ("torque_nm,duration_s\n1,1\n1\n", 3, "fields"),
             ("torque_nm,duration_s\n", 1, "no pulse"),
             ("", 1, "missing"),

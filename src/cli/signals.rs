@@ -2,8 +2,8 @@
 
 use std::future::poll_fn;
 use std::io::{self, IsTerminal as _, Write as _};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 
 use super::async_runtime::runtime;
@@ -32,6 +32,7 @@ pub(super) fn interrupted() -> impl Future<Output = ()> {
 pub(super) struct Interruption {
     asked: Arc<AtomicBool>,
     keeps: Arc<AtomicBool>,
+    loses: Arc<Mutex<Option<String>>>,
     /// Signals are handled as long as the runtime lives.
     _runtime: Runtime,
 }
@@ -40,7 +41,8 @@ impl Interruption {
     /// Handles signals from now on.
     pub(super) fn watch() -> CommandResult<Self> {
         let (asked, keeps, runtime) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default(), runtime()?);
-        let (told, keeping) = (Arc::clone(&asked), Arc::clone(&keeps));
+        let loses = Arc::<Mutex<Option<String>>>::default();
+        let (told, keeping, losing) = (Arc::clone(&asked), Arc::clone(&keeps), Arc::clone(&loses));
         // Before this returns, not when the task first runs: by then the work may have begun a file.
         let mut signal = {
             let _context = runtime.enter();
@@ -50,17 +52,22 @@ impl Interruption {
             loop {
                 signal.as_mut().await;
                 if told.swap(true, Ordering::Relaxed) || !keeping.load(Ordering::Relaxed) {
-                    end();
+                    end(losing.lock().unwrap_or_else(PoisonError::into_inner).as_deref());
                 }
                 say!("interrupted: ends after what runs now; once more ends at once");
             }
         });
-        Ok(Interruption { asked, keeps, _runtime: runtime })
+        Ok(Interruption { asked, keeps, loses, _runtime: runtime })
     }
 
     /// Sets whether there is something to keep; if not, a signal ends the process at once.
     pub(super) fn keeps(&self, keeps: bool) {
         self.keeps.store(keeps, Ordering::Relaxed);
+    }
+
+    /// Sets what an interruption from now on leaves, in words.
+    pub(super) fn loses(&self, what: String) {
+        *self.loses.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
     }
 
     /// Whether the work is to end.
@@ -69,15 +76,16 @@ impl Interruption {
     }
 }
 
-/// Ends the process, and reports what was written.
-fn end() -> ! {
+/// Ends the process, and reports what was written, or what it leaves.
+fn end(what: Option<&str>) -> ! {
     if io::stderr().is_terminal() {
         // Over the progress that stands in the last line.
         let _ = io::stderr().write_all(b"\r\x1b[K");
     }
-    match discard_unfinished() {
-        [0, _] => say!("interrupted: nothing was written"),
-        [finished, _] => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
+    match (discard_unfinished(), what) {
+        (_, Some(what)) => say!("interrupted: {what}"),
+        ([0, _], None) => say!("interrupted: nothing was written"),
+        ([finished, _], None) => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
     }
     std::process::exit(130)
 }

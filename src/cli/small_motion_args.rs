@@ -1,5 +1,7 @@
 //! The mechanism and the state whose small motion is asked for: a scene, or an instant of a recording.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap_complete::engine::ArgValueCompleter;
@@ -9,7 +11,7 @@ use super::failure::{CommandResult, Failure};
 use super::progress::over_file;
 use super::values::{finite, time};
 use crate::resimulation::{RecordedSession, Resumed, resume};
-use crate::scene::{SceneSource, builtin};
+use crate::scene::{SceneError, SceneSource, builtin};
 use crate::small_motion::{Crank, NoModes, Point, Subject};
 
 /// Most points of a sweep.
@@ -40,7 +42,7 @@ impl SubjectArgs {
     /// Reads the scene, or re-simulates the recording up to the instant.
     pub(super) fn choose(&self) -> CommandResult<Chosen> {
         let Some((file, time_s)) = self.instant()? else {
-            let source = SceneSource::open(&self.target, &self.overrides)?;
+            let source = SceneSource::open(&self.target, &self.overrides).map_err(|refusal| self.refused(refusal))?;
             let subject = Subject::new(&source.scene, self.crank)?;
             return Ok(Chosen { source, subject, instant: None });
         };
@@ -58,6 +60,16 @@ impl SubjectArgs {
         let subject = Subject::new(&source.scene, None)?;
         let point = simulation.motion().ok_or(NoModes::Singular)?;
         Ok(Chosen { source, subject, instant: Some((point.into(), simulation.time_s())) })
+    }
+
+    /// The refusal of a scene. Of a recording, an instant is wanted.
+    fn refused(&self, refusal: SceneError) -> Failure {
+        let target = &self.target;
+        if is_recording(Path::new(target)) {
+            Failure::Usage(format!("{target}: is a recording: name an instant of it, {target}@TIME, such as {target}@1.5"))
+        } else {
+            refusal.into()
+        }
     }
 
     /// File and time of `FILE@TIME`.
@@ -101,6 +113,12 @@ impl Chosen {
     }
 }
 
+/// Whether a file begins as recordings do.
+fn is_recording(path: &Path) -> bool {
+    let mut beginning = [0; mcap::MAGIC.len()];
+    path.is_file() && File::open(path).is_ok_and(|mut file| file.read_exact(&mut beginning).is_ok()) && beginning == mcap::MAGIC
+}
+
 fn crank(text: &str) -> Result<Crank, String> {
     match text {
         "free" => Ok(Crank::Free),
@@ -112,7 +130,7 @@ fn crank(text: &str) -> Result<Crank, String> {
 /// One value, or FROM:TO:STEP with both ends.
 pub(super) fn range(text: &str) -> Result<Vec<f64>, String> {
     let numbers: Option<Vec<f64>> = text.split(':').map(finite).collect();
-    let wrong = || "a number, or FROM:TO:STEP, such as 0:360:10".to_owned();
+    let wrong = || "a number, or FROM:TO:STEP, such as 0:360:10, with TO not below FROM and STEP above 0".to_owned();
     match numbers.as_deref() {
         Some([one]) => Ok(vec![*one]),
         Some(&[from, to, step]) if step > 0.0 && to >= from => {
@@ -139,5 +157,6 @@ mod tests {
         for bad in ["", "1:2", "0:1:0", "1:0:1", "0:1:-1", "0:1:1e-9", "0:nan:1", "a"] {
             assert!(range(bad).is_err(), "{bad}");
         }
+        assert!(range("10:0:1").is_err_and(|said| said.contains("TO not below FROM and STEP above 0")));
     }
 }

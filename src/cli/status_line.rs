@@ -83,9 +83,14 @@ impl StatusLine {
     }
 }
 
+/// The state in a status, in a word; a replay that is paused says so.
+pub(super) fn state_word(status: &Status) -> &'static str {
+    let paused = status.replay.as_ref().is_some_and(|replay| replay.paused) && status.state() == State::Replaying;
+    if paused { State::Paused.as_str_name() } else { status.state().as_str_name() }
+}
+
 /// Formats a status as one line of at most 80 characters; of a run with an end, with the part that is done.
 pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
-    let state = State::try_from(status.state).unwrap_or_default();
     let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
     let energy_j = status.kinetic_j.map(|kinetic_j| kinetic_j + status.strain_j.unwrap_or(0.0));
     let parts = [
@@ -96,7 +101,7 @@ pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
         status.sample_age_p99_s.map(|age_s| format!("age p99 {}", milliseconds(age_s))),
         energy_j.map(|energy_j| format!("energy {} J", significant(energy_j))),
     ];
-    let mut line = format!("{:<8} t {time:.3} s", state.as_str_name());
+    let mut line = format!("{:<8} t {time:.3} s", state_word(status));
     for part in parts.into_iter().flatten() {
         if line.chars().count() + 2 + part.chars().count() <= WIDTH {
             line = format!("{line}  {part}");

@@ -8,13 +8,17 @@ use std::path::{Path, PathBuf};
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::{make_folder, must_be_writable};
+use super::folders::{make_folder, may_be_folder, must_be_writable};
+use super::formatting::counted;
 use super::output::output;
 use super::progress::bar;
 use super::signals::Interruption;
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
-use crate::study::sweep::{Campaign, Merged, Shard, Spec, Worked, merge, points, sensitivity, sensitivity_table, work};
+use crate::shown::shown_sentence;
+use crate::study::sweep::{
+    Campaign, Ending, Merged, Shard, Spec, Worked, has_rows, merge, points, sensitivity, sensitivity_table, work,
+};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -75,11 +79,13 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
         return if args.indices { indices(&campaign, &folder, &args.scalars) } else { Ok(ExitStatus::Success) };
     }
     let table = args.table.clone().unwrap_or_else(|| folder.join("table.parquet"));
-    make_folder(&folder)?;
-    must_be_writable(&table)?;
     if args.merge {
+        must_have_rows(&campaign, &folder)?;
+        must_be_writable(&table)?;
         return merged(&merge(&campaign, &folder, &table)?, &campaign);
     }
+    make_folder(&folder)?;
+    must_be_writable(&table)?;
     let shard = match args.shard {
         Some(shard) => Some(shard),
         None => Shard::of_environment(|name| std::env::var(name).ok())?,
@@ -126,6 +132,15 @@ fn tell(worked: &Worked, campaign: &Campaign) -> CommandResult<()> {
     Ok(())
 }
 
+/// Refuses a folder in which there is nothing to read.
+fn must_have_rows(campaign: &Campaign, folder: &Path) -> CommandResult<()> {
+    may_be_folder(folder)?;
+    match has_rows(campaign, folder)? {
+        true => Ok(()),
+        false => Err(Failure::Failed(format!("no rows of this campaign in {}: run the sweep first", folder.display()))),
+    }
+}
+
 /// Prints what a table holds, and what it lacks.
 fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     let mut out = output();
@@ -134,12 +149,13 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
         "{}: {} rows, computed in {} s, SHA-256 {}",
         merged.path.display(),
         merged.rows,
-        figure(merged.seconds),
+        three_digits(merged.seconds),
         merged.sha256
     )?;
     for (ending, count) in &merged.endings {
         writeln!(out, "{count:>10}  {}", ending.as_str())?;
     }
+    warn_of_failures(merged);
     if merged.missing.is_empty() {
         return Ok(ExitStatus::Success);
     }
@@ -153,10 +169,27 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     Err(Failure::Failed(format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))))
 }
 
+/// Warns of runs that did not run to their end, with an example of each ending.
+fn warn_of_failures(merged: &Merged) {
+    for (ending, count) in merged.endings.iter().filter(|(ending, _)| **ending != Ending::Done) {
+        let ended = format!("{} ended as {}", counted(*count, "run"), ending.as_str());
+        match merged.causes.get(ending) {
+            Some((index, cause)) => say!("warning: {ended}, such as run {index}: {}", shown_sentence(cause)),
+            None => say!("warning: {ended}: see the column `cause` of {}", merged.path.display()),
+        }
+    }
+}
+
+/// Formats with three significant digits.
+fn three_digits(value: f64) -> String {
+    figure(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
 /// Draws each scalar over each key, and its parallel coordinates.
 fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) -> CommandResult<()> {
     let points = points(campaign, folder, scalars)?;
     if points.scalars.iter().all(|scalar| scalar.values.is_empty()) {
+        must_have_rows(campaign, folder)?;
         return Err(Failure::Failed("no run that ended well knows these scalars".to_owned()));
     }
     make_folder(plots)?;
@@ -176,6 +209,9 @@ fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) ->
 
 fn indices(campaign: &Campaign, folder: &Path, scalars: &[String]) -> CommandResult {
     let indices = sensitivity(campaign, folder, scalars)?;
+    if indices.is_empty() {
+        must_have_rows(campaign, folder)?;
+    }
     let path = folder.join("indices.csv");
     sensitivity_table(campaign, &indices).write_csv(&path)?;
     let mut rows = vec![["scalar", "key", "first", "±", "total", "±"].map(str::to_owned).to_vec()];

@@ -185,19 +185,24 @@ pub(super) fn trade(args: &Args) -> CommandResult {
             if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
     }
-    interruption.keeps(false);
     families.finish_and_clear();
     // After all timings, which they would disturb.
     let modes = lost_modes(args, &source.scene, &study);
     show_study(args, &study, modes.as_ref())?;
     write(args, &study, modes.as_ref())?;
+    interruption.keeps(false);
     if study.interrupted {
-        say!("warning: interrupted: the table is a part, {} configurations", study.rows.len());
+        say!("warning: interrupted: the table is a part, {} configurations{}", study.rows.len(), args.not_chosen());
         return Ok(ExitStatus::Interrupted);
     }
     if args.tolerance.is_none() && args.levels.is_none() {
         return Ok(ExitStatus::Success);
     }
+    if interruption.is_asked() {
+        say!("warning: interrupted: the table is whole{}", args.not_chosen());
+        return Ok(ExitStatus::Interrupted);
+    }
+    interruption.loses(format!("the table is whole{}", args.not_chosen()));
     let demands = Demands { tolerance: args.tolerance.unwrap_or(f64::INFINITY), real_time_factor: args.real_time_factor };
     let verifying = bar(0, "verifying, {elapsed}  {wide_msg}");
     let mut show = |running: &Configuration| verifying.set_message(running.to_string());
@@ -210,6 +215,17 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     verifying.finish_and_clear();
     let lost = |chosen: &Chosen| modes.as_ref().map(|modes| lost(&study, modes, &chosen.row).join("; "));
     decide(args, &source, &choice, lost)
+}
+
+impl Args {
+    /// The rest of a message about an interruption, after which there is no choice.
+    fn not_chosen(&self) -> String {
+        let unwritten = self.write.as_ref().map(|path| format!(", and {} is not written", path.display()));
+        match self.tolerance.is_some() || self.levels.is_some() {
+            true => format!("; nothing is chosen{}", unwritten.unwrap_or_default()),
+            false => String::new(),
+        }
+    }
 }
 
 /// The vibrations that each configuration loses; none of a study that was interrupted.

@@ -57,6 +57,17 @@ pub(super) fn hold(text: &str) -> Result<f64, String> {
     time_within(text, SHORTEST_HOLD_S, LONGEST_HOLD_S, "1us to 60s")
 }
 
+/// The duration of a pulse, s. Its limits are those of [`PulseRequest::check`](crate::simulation::PulseRequest::check), as those of its
+/// delay.
+pub(super) fn pulse_duration(text: &str) -> Result<f64, String> {
+    time_within(text, 1e-9, 3600.0, "1ns to 1h")
+}
+
+/// The delay of a pulse, s.
+pub(super) fn pulse_delay(text: &str) -> Result<f64, String> {
+    time_within(text, 0.0, 3600.0, "0 to 1h")
+}
+
 /// A time from zero, s.
 pub(super) fn time(text: &str) -> Result<f64, String> {
     time_within(text, 0.0, 1e9, "0 to 1e9 s")

@@ -3,17 +3,20 @@
 use super::canvas::Canvas;
 use super::figure::{Mark, Series};
 use super::frame::Frame;
-use super::style::{CURVE_WIDTH, Colour, POINT_RADIUS};
+use super::style::{CURVE_WIDTH, Colour, POINT_RADIUS, WHITE};
 
 /// Points nearer than this to the last one drawn are left out, px: thinner than any line.
 const RESOLUTION: f64 = 0.4;
-/// Strokes and gaps of [`Mark::Dashes`], px.
-const DASHES: &str = "6 4";
+/// Strokes and gaps of [`Mark::Line`] and of [`Mark::Dashes`], px: of the first curve of a colour, and of later ones.
+const LINES: [&str; 4] = ["", "16 3 3 3", "3 3", "16 3 3 3 3 3"];
+const DASHES: [&str; 4] = ["6 4", "6 3 1.5 3", "1.5 3", "6 3 1.5 3 1.5 3"];
+/// Width of the ring that stands for every other point of one colour, px.
+const RING: f64 = 1.2;
 
 /// Draws a curve into a frame.
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, series: &Series, colour: Colour) {
     if series.mark == Mark::Points {
-        series.points().filter_map(|point| frame.at(point)).for_each(|at| canvas.circle(at, POINT_RADIUS, colour));
+        series.points().filter_map(|point| frame.at(point)).for_each(|at| mark_point(canvas, at, POINT_RADIUS, colour));
         return;
     }
     for run in runs(series, frame) {
@@ -24,16 +27,29 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, series: &Series, colour: 
 /// Draws the sample of a curve in a legend, from `[x, y]` rightwards.
 pub(super) fn draw_sample(canvas: &mut Canvas, [x, y]: [f64; 2], length_px: f64, mark: Mark, colour: Colour) {
     match mark {
-        Mark::Points => canvas.circle([x + length_px - POINT_RADIUS, y], 1.2 * POINT_RADIUS, colour),
+        Mark::Points => mark_point(canvas, [x + length_px - POINT_RADIUS, y], 1.2 * POINT_RADIUS, colour),
         _ => stroke(canvas, &[[x, y], [x + length_px, y]], mark, colour),
     }
+}
+
+/// A point, or a ring where another curve's points have the colour.
+fn mark_point(canvas: &mut Canvas, at: [f64; 2], radius_px: f64, colour: Colour) {
+    canvas.circle(at, radius_px, colour);
+    if colour.alike() % 2 == 1 {
+        canvas.circle(at, radius_px - RING, WHITE);
+    }
+}
+
+fn strokes(mark: Mark, colour: Colour) -> &'static str {
+    let strokes = if mark == Mark::Dashes { DASHES } else { LINES };
+    strokes[colour.alike() % strokes.len()]
 }
 
 fn stroke(canvas: &mut Canvas, run: &[[f64; 2]], mark: Mark, colour: Colour) {
     match run {
         // A value between two gaps has no length, and is there.
         [alone] => canvas.circle(*alone, POINT_RADIUS / 2.0, colour),
-        run => canvas.line(run, colour, CURVE_WIDTH, if mark == Mark::Dashes { DASHES } else { "" }),
+        run => canvas.line(run, colour, CURVE_WIDTH, strokes(mark, colour)),
     }
 }
 
@@ -57,4 +73,21 @@ fn runs(series: &Series, frame: &Frame) -> Vec<Vec<[f64; 2]>> {
         }
     }
     runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_curves_of_one_colour_have_different_strokes() {
+        let mut seen: Vec<(String, &str)> = Vec::new();
+        for place in 0..28 {
+            for mark in [Mark::Line, Mark::Dashes] {
+                let look = (Colour::curve(place).to_string(), strokes(mark, Colour::curve(place)));
+                assert!(!seen.contains(&look), "{place}: {look:?}");
+                seen.push(look);
+            }
+        }
+    }
 }

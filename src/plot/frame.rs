@@ -59,6 +59,10 @@ impl Span {
             Scale::Log => ticks::log(self.low, self.high, most),
         }
     }
+
+    fn ticks_in_degrees(&self, most: usize) -> Ticks {
+        if self.scale == Scale::Linear { ticks::degrees(self.low, self.high, most) } else { self.ticks(most) }
+    }
 }
 
 /// Largest size, and smallest on a logarithmic axis, of what is shown; beyond, lengths of intervals overflow.
@@ -144,7 +148,8 @@ impl Axis {
     /// Ticks on `length` px: of a list, its names, as many as there is room for.
     fn ticks(&self, span: &Span, length: f64, along: usize) -> Ticks {
         if self.names.is_empty() {
-            return span.ticks(((length / TICK_ROOM[along]) as usize).max(4));
+            let most = ((length / TICK_ROOM[along]) as usize).max(4);
+            return if self.unit == "°" { span.ticks_in_degrees(most) } else { span.ticks(most) };
         }
         let widest = self.names.iter().map(|name| text_width(name, text::TICK)).fold(0.0, f64::max);
         let room = if along == X { widest + GAP } else { NAME_ROOM };

@@ -10,13 +10,15 @@ const LARGEST: f64 = 0.12;
 /// Parts in which the curve between two nodes is drawn.
 const BETWEEN: usize = 8;
 
-/// The links at rest, dashed, and displaced as a mode displaces them, to both sides; the largest displacement is drawn as an eighth of the
-/// mechanism's size. Between nodes runs the cubic that has their displacements and turns.
+/// The links at rest, dashed, and displaced as a mode displaces them, to both sides. The largest displacement is drawn as an eighth
+/// of the mechanism's size, and the title says that it was chosen: a mode has no amplitude of its own. Between nodes runs the cubic
+/// that has their displacements and turns.
 pub fn mode_shape(title: &str, links: &[LinkShape]) -> Figure {
     let places = || links.iter().flat_map(|link| &link.at_m);
     let size = places().fold(0.0, |most: f64, at| most.max(at[0].hypot(at[1])));
     let largest = links.iter().flat_map(|link| &link.displacement).map(|[u, w]| u.re.hypot(w.re)).fold(0.0, f64::max);
     let scale = if largest > 0.0 { LARGEST * size / largest } else { 0.0 };
+    let title = format!("{title}; amplitude chosen for the picture");
     let mut figure = Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m"));
     figure.equal_aspect = true;
     let [still, ahead, behind] = [0.0, scale, -scale].map(|scale| curve(links, scale));

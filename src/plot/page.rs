@@ -49,15 +49,22 @@ impl Entry {
         self.picture.formats(formats).into_iter().map(write).collect()
     }
 
+    /// Number and title.
+    fn caption(&self) -> String {
+        format!("{} {}", self.number, self.picture.title()).trim_start().to_owned()
+    }
+
     fn figure(&self, formats: &[Format]) -> String {
-        let [number, file, title, sentence] = [self.number, &self.file, self.picture.title(), &self.sentence].map(escape);
+        let [file, caption, sentence] = [&self.file, &self.caption(), &self.sentence].map(|text| escape(text));
+        let bold = if self.number.is_empty() { String::new() } else { format!("<b>{}</b> ", escape(self.number)) };
+        let title = escape(self.picture.title());
         // As addresses have them.
         let address = file.replace('%', "%25").replace('#', "%23").replace('?', "%3F");
         let endings: Vec<&str> = self.picture.formats(formats).into_iter().map(Format::extension).collect();
         let links: Vec<String> = endings.iter().map(|ending| format!("<a href=\"{address}.{ending}\">{ending}</a>")).collect();
         format!(
-            "<figure id=\"{file}\">\n<img src=\"{address}.{}\" width=\"{}\" alt=\"{number} {title}\">\n\
-             <figcaption><b>{number}</b> {title}. {sentence} ({})</figcaption>\n</figure>\n",
+            "<figure id=\"{file}\">\n<img src=\"{address}.{}\" width=\"{}\" alt=\"{caption}\">\n\
+             <figcaption>{bold}{title}. {sentence} ({})</figcaption>\n</figure>\n",
             endings.first().unwrap_or(&"svg"),
             sheet::WIDTH,
             links.join(", ")
@@ -69,8 +76,8 @@ impl Entry {
 pub fn page(title: &str, introduction: &str, entries: &[Entry], formats: &[Format]) -> String {
     let title = escape(title);
     let mut page = format!("{HEAD}<title>{title}</title>\n</head>\n<body>\n<h1>{title}</h1>\n{introduction}\n<nav>\n");
-    for Entry { number, file, picture, .. } in entries {
-        page.push_str(&format!("<a href=\"#{}\">{number} {}</a>\n", escape(file), escape(picture.title())));
+    for entry in entries {
+        page.push_str(&format!("<a href=\"#{}\">{}</a>\n", escape(&entry.file), escape(&entry.caption())));
     }
     page.push_str("</nav>\n");
     let mut section = "";

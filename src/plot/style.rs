@@ -2,13 +2,16 @@
 
 use std::fmt;
 
-/// A colour, as red, green and blue: 0xrrggbb.
+/// A colour, as red, green and blue: 0xrrggbb; of a curve, also the number of curves before it that have the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Colour(u32);
+pub(super) struct Colour {
+    rgb: u32,
+    alike: usize,
+}
 
 impl fmt::Display for Colour {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "#{:06x}", self.0)
+        write!(f, "#{:06x}", self.rgb)
     }
 }
 
@@ -21,12 +24,12 @@ const CATEGORIES: [u32; 7] = [0x0072b2, 0xf0a830, 0xc01820, 0xbebebe, 0xcc79a7, 
 const VIRIDIS: [u32; 9] = [0x440154, 0x472c7a, 0x3b518b, 0x2c718e, 0x21908d, 0x27ad81, 0x5cc863, 0xaadc32, 0xfde725];
 
 /// Ink of frame, ticks and text.
-pub(super) const INK: Colour = Colour(0x1e1e1e);
+pub(super) const INK: Colour = Colour::new(0x1e1e1e);
 /// Ink of text and lines that matter less.
-pub(super) const GREY: Colour = Colour(0x6e6e6e);
+pub(super) const GREY: Colour = Colour::new(0x6e6e6e);
 /// Grid lines.
-pub(super) const GRID: Colour = Colour(0xdedede);
-pub(super) const WHITE: Colour = Colour(0xffffff);
+pub(super) const GRID: Colour = Colour::new(0xdedede);
+pub(super) const WHITE: Colour = Colour::new(0xffffff);
 /// Colours of bands behind curves: paper that darkens, so that curves and grid stay visible.
 const BANDS: [u32; 4] = [0xfdf3dc, 0xf8e3bd, 0xefcfa0, 0xe3bb88];
 /// Width of curves, px.
@@ -56,19 +59,28 @@ pub(super) mod text {
 }
 
 impl Colour {
+    const fn new(rgb: u32) -> Self {
+        Colour { rgb, alike: 0 }
+    }
+
     /// The colour of the curve at `place` in the legend.
     pub fn curve(place: usize) -> Self {
-        Colour(CURVES[place % CURVES.len()])
+        Colour { rgb: CURVES[place % CURVES.len()], alike: place / CURVES.len() }
+    }
+
+    /// The number of curves before this one in the legend that have its colour.
+    pub fn alike(self) -> usize {
+        self.alike
     }
 
     /// The colour of the bands at `place` in the legend.
     pub fn band(place: usize) -> Self {
-        Colour(BANDS[place.min(BANDS.len() - 1)])
+        Colour::new(BANDS[place.min(BANDS.len() - 1)])
     }
 
     /// The colour of category `place` of a map.
     pub fn category(place: usize) -> Self {
-        Colour(CATEGORIES[place % CATEGORIES.len()])
+        Colour::new(CATEGORIES[place % CATEGORIES.len()])
     }
 
     /// The colour of a value on a map, from 0 at the low end of the scale to 1 at the high end.
@@ -77,6 +89,6 @@ impl Colour {
         let low = VIRIDIS[place as usize].to_be_bytes();
         let high = VIRIDIS[(place as usize + 1).min(VIRIDIS.len() - 1)].to_be_bytes();
         let mixed = |byte: usize| f64::from(low[byte]) + place.fract() * (f64::from(high[byte]) - f64::from(low[byte]));
-        Colour(u32::from_be_bytes([0, 1, 2, 3].map(|byte| mixed(byte).round() as u8)))
+        Colour::new(u32::from_be_bytes([0, 1, 2, 3].map(|byte| mixed(byte).round() as u8)))
     }
 }

@@ -57,6 +57,23 @@ fn number(value: f64, decimals: usize) -> String {
     text.replace('-', "−")
 }
 
+/// Steps of angles, °.
+const ANGLES: [f64; 7] = [45.0, 90.0, 180.0, 360.0, 720.0, 1800.0, 3600.0];
+/// Where more ticks than one in so many degrees have room, ticks at 1, 2 or 5 times a power of ten are finer, °.
+const FINE: f64 = 15.0;
+
+/// Multiples of 45°, 90°, 180° or whole turns, where they are neither too close nor too far apart.
+pub(super) fn degrees(low: f64, high: f64, most: usize) -> Ticks {
+    let least = (high - low) / most.max(1) as f64;
+    let step = ANGLES.into_iter().find(|step| *step >= least * (1.0 - 1e-9));
+    let Some(step) = step.filter(|step| least > FINE && high - low >= 2.0 * step && low.abs() < 1e6) else {
+        return linear(low, high, most);
+    };
+    let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
+    let major = (first..=last).map(|k| k as f64 * step).map(|value| (value, number(value, 0))).collect();
+    Ticks { major, ..Ticks::default() }
+}
+
 /// Multiples of π, or of a simple part of it, where they are neither too close nor too far apart.
 pub(super) fn pi(low: f64, high: f64, most: usize) -> Ticks {
     let least = (high - low) / most.max(1) as f64 / PI;
@@ -108,4 +125,19 @@ pub(super) fn superscript(number: i32) -> String {
         digit => digit.to_digit(10).and_then(|digit| char::from_u32(0x2070 + digit)).unwrap_or(digit),
     };
     number.to_string().chars().map(high).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees;
+
+    #[test]
+    fn val_angles_have_ticks_at_simple_parts_of_a_turn() {
+        let texts = |low, high, most| degrees(low, high, most).major.into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert_eq!(texts(-810.0, 10.0, 4), ["−720", "−360", "0"]);
+        assert_eq!(texts(-187.0, 7.0, 4), ["−180", "−90", "0"]);
+        assert_eq!(texts(0.0, 360.0, 10), ["0", "45", "90", "135", "180", "225", "270", "315", "360"]);
+        assert_eq!(texts(0.0, 5.0, 5), ["0", "1", "2", "3", "4", "5"]);
+        assert_eq!(texts(100.0, 160.0, 4), ["100", "120", "140", "160"]);
+    }
 }

@@ -42,7 +42,7 @@ pub enum ResimulationError {
     #[error("{}: the recording has no checkpoint to resume from", .0.display())]
     NothingToResume(PathBuf),
     /// The recording does not cover the instant.
-    #[error("{}: t = {at_s} s is not in the recording{}, or lost to damage", path.display(), ending(*last_s))]
+    #[error("{}: t = {at_s} s is not in the recording{}", path.display(), outside(*at_s, *last_s))]
     Outside {
         /// The recording.
         path: PathBuf,
@@ -71,6 +71,9 @@ impl ResimulationError {
     }
 }
 
-fn ending(last_s: Option<f64>) -> String {
-    last_s.map_or(String::new(), |last_s| format!(", which ends at {last_s:.3} s"))
+fn outside(at_s: f64, last_s: Option<f64>) -> String {
+    match last_s {
+        Some(last_s) if at_s >= last_s => format!(", which ends at {last_s:.3} s: choose an earlier instant"),
+        _ => ", or is lost to damage".to_owned(),
+    }
 }

@@ -78,7 +78,7 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         Some(at_s) => trail.instant_at(at_s, &resimulator).ok_or_else(|| ResimulationError::Outside {
             path: source.path.clone(),
             at_s,
-            last_s: None,
+            last_s: trail.ends_at_s(&resimulator),
         })?,
         None => trail.last.max(resimulator.instant()),
     };
@@ -154,6 +154,13 @@ impl Trail {
     }
 
     /// Returns the instant nearest to session time `at_s`; `None` if it is not in the recording.
+    /// The end of the recording, session s, unless it goes on or the end is in another epoch.
+    fn ends_at_s(&self, resimulator: &Resimulator) -> Option<f64> {
+        let (stamp, (epoch, step)) = (resimulator.stamp(), self.last);
+        let is_end = !self.goes_on && epoch == stamp.epoch;
+        is_end.then(|| stamp.epoch_start_s + resimulator.simulation().grid().time_s(step))
+    }
+
     fn instant_at(&self, at_s: f64, resimulator: &Resimulator) -> Option<EpochStep> {
         let (stamp, grid) = (resimulator.stamp(), resimulator.simulation().grid());
         let steps = (at_s - stamp.epoch_start_s - grid.origin_s) / grid.step_s;

@@ -77,9 +77,12 @@ impl SceneText {
 /// A value as TOML. Text that begins like no other value is a bare word: a string.
 fn read(text: &str) -> Result<Value, String> {
     let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
-    text.parse().or_else(|error: toml_edit::TomlError| match is_word {
-        true => Ok(Value::from(text)),
-        false => Err(format!("not TOML: {}", error.message().trim().replace('\n', " "))),
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._".contains(c)).trim();
+    let has_unit = unit.len() < text.len() && unit.starts_with(char::is_alphabetic);
+    text.parse().or_else(|error: toml_edit::TomlError| match (is_word, has_unit) {
+        (true, _) => Ok(Value::from(text)),
+        (false, true) => Err("not TOML: a number stands without its unit, which the key names".to_owned()),
+        (false, false) => Err(format!("not TOML: {}", error.message().trim().replace('\n', " "))),
     })
 }
 
@@ -115,7 +118,7 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
         let next = match indexed {
             Ok(index) => {
                 let entries = entries(item);
-                if parts.peek().is_none() && item.is_array_of_tables() {
+                if parts.peek().is_none() && item.is_array_of_tables() && index < entries {
                     return Err(format!("{path} is a table: set one of its keys, such as {path}.KEY={value}"));
                 }
                 let missing = || match entries {

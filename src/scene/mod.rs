@@ -23,6 +23,7 @@ mod link;
 mod oscillator;
 mod parse;
 mod raw;
+mod table;
 mod types;
 mod validate;
 

@@ -14,24 +14,23 @@ pub(super) fn oscillator(check: &Checker, scene: &raw::Scene, raw: &raw::Oscilla
     }
     Ok(Oscillator {
         masses_kg: raw.masses_kg.clone(),
-        springs: raw.springs.iter().map(|spring| self::spring(check, *spring, count)).collect::<Result<_, _>>()?,
+        springs: raw.springs.iter().map(|spring| self::spring(check, spring, count)).collect::<Result<_, _>>()?,
         forces_n: for_each_mass(check, &keys::OSCILLATOR_FORCES, raw.forces_n.as_ref(), count)?,
         start_m: for_each_mass(check, &keys::OSCILLATOR_START, raw.start_m.as_ref(), count)?,
     })
 }
 
-fn spring(check: &Checker, (i, j, stiffness_n_per_m): (i64, i64, f64), count: usize) -> Result<Spring, SceneError> {
-    let end = |end: i64| usize::try_from(end).ok().filter(|end| *end <= count);
-    match (end(i), end(j)) {
-        (Some(i), Some(j)) if i != j && keys::SPRING.allows(stiffness_n_per_m) => Ok(Spring { ends: [i, j], stiffness_n_per_m }),
-        _ => {
-            let problem = format!(
-                "each must be [i, j, n_per_m]: two different masses from 1 to {count}, or 0 for ground, and {} N/m",
-                keys::SPRING.range()
-            );
-            Err(check.refuse("oscillator.springs", problem))
-        }
-    }
+fn spring(check: &Checker, given: &[f64], count: usize) -> Result<Spring, SceneError> {
+    let end = |end: f64| (0..=count).find(|mass| *mass as f64 == end);
+    let spring = |[i, j, stiffness_n_per_m]: [f64; 3]| Some(Spring { ends: [end(i)?, end(j)?], stiffness_n_per_m });
+    let allowed = |spring: &Spring| spring.ends[0] != spring.ends[1] && keys::SPRING.allows(spring.stiffness_n_per_m);
+    given.try_into().ok().and_then(spring).filter(allowed).ok_or_else(|| {
+        let range = keys::SPRING.range();
+        let problem = format!(
+            "{given:?}: each must be [i, j, n_per_m]: two different masses from 1 to {count}, or 0 for ground, and {range} N/m"
+        );
+        check.refuse("oscillator.springs", problem)
+    })
 }
 
 fn for_each_mass(check: &Checker, key: &Number, values: Option<&Vec<f64>>, count: usize) -> Result<Vec<f64>, SceneError> {

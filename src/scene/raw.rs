@@ -70,7 +70,7 @@ pub(super) enum Section {
 pub(super) struct Oscillator {
     pub masses_kg: Vec<f64>,
     #[serde(default)]
-    pub springs: Vec<(i64, i64, f64)>,
+    pub springs: Vec<Vec<f64>>,
     pub forces_n: Option<Vec<f64>>,
     pub start_m: Option<Vec<f64>>,
 }
@@ -81,7 +81,7 @@ pub(super) struct Slider {
     pub mass_kg: Option<f64>,
     pub resistance_n: Option<f64>,
     pub friction_n_s_per_m: Option<f64>,
-    pub resistance_table: Option<Vec<[f64; 2]>>,
+    pub resistance_table: Option<Vec<Vec<f64>>>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -117,7 +117,7 @@ pub(super) struct Start {
 pub(super) struct Drive {
     pub speed_rad_per_s: Option<f64>,
     pub ramp: Option<Ramp>,
-    pub table: Option<Vec<[f64; 2]>>,
+    pub table: Option<Vec<Vec<f64>>>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,5 +1,6 @@
 //! Validation: raw structs become the typed scene. Every range and every rule between keys is checked here.
 
+use super::table::{ascending, shown_row};
 use super::{SceneError, check::Checker, document::SceneText, keys, level, link, oscillator, raw, types::*};
 use keys::{INTEGRATORS, MODELS, SHAPES};
 
@@ -69,34 +70,16 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     if slider.resistance_n.is_some() {
         return Err(check.refuse(key, "give resistance_n or resistance_table, not both"));
     }
-    ascending(check, key, table)?;
+    let table = ascending(check, key, table)?;
     let turn = std::f64::consts::TAU;
     let is_refused = |[angle, force]: &[f64; 2]| !(0.0..turn).contains(angle) || !keys::RESISTANCE.allows(*force);
     if let Some(row) = table.iter().position(is_refused) {
         let range = keys::RESISTANCE.range();
-        let problem = format!("{}: angles must be from 0 to below 2π (6.2831…) and forces from {range} N", shown_row(table, row));
+        let problem =
+            format!("{}: angles must be from 0 to below 2π (6.2831…) and forces from {range} N", shown_row(&table[row], row));
         return Err(check.refuse(key, problem));
     }
-    Ok(Resistance::Table(table.clone()))
-}
-
-fn ascending(check: &Checker, key: &str, table: &[[f64; 2]]) -> Result<(), SceneError> {
-    if table.len() < 2 {
-        return Err(check.refuse(key, "must have at least two rows"));
-    }
-    if let Some(row) = table.iter().position(|row| !row.iter().all(|value| value.is_finite())) {
-        return Err(check.refuse(key, format!("{}: must be finite numbers", shown_row(table, row))));
-    }
-    if let Some(row) = table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
-        let problem = format!("{}: its first number must be greater than that of the row before", shown_row(table, row + 1));
-        return Err(check.refuse(key, problem));
-    }
-    Ok(())
-}
-
-/// A row of a table, counted from 1.
-fn shown_row(table: &[[f64; 2]], row: usize) -> String {
-    format!("row {} is {:?}", row + 1, table[row])
+    Ok(Resistance::Table(table))
 }
 
 fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
@@ -117,12 +100,12 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
             over_s: check.number(&keys::RAMP_OVER, "drive.ramp", ramp.over_s)?,
         },
         (None, None, Some(table)) => {
-            ascending(check, "drive.table", table)?;
+            let table = ascending(check, "drive.table", table)?;
             let given = [("start.angle_rad", raw.start.angle_rad), ("start.rate_rad_per_s", raw.start.rate_rad_per_s)];
             if let Some((key, _)) = given.iter().find(|(_, value)| value.is_some()) {
                 return Err(check.refuse(key, "drive.table prescribes angle and rate from the start on: leave it out"));
             }
-            Motion::Table(table.clone())
+            Motion::Table(table)
         }
         _ => return Err(check.refuse("drive", "give exactly one of speed_rad_per_s, ramp, table")),
     };

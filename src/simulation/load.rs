@@ -25,6 +25,23 @@ pub struct PulseRequest {
     pub shape: PulseShape,
 }
 
+impl PulseRequest {
+    /// Refuses numbers that no scene accepts.
+    ///
+    /// # Errors
+    /// [`PulseRefused`] with the number.
+    pub fn check(&self) -> Result<(), PulseRefused> {
+        let PulseRequest { torque_nm, duration_s, delay_s, .. } = *self;
+        if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
+            return Err(PulseRefused::NotFinite);
+        }
+        if !(duration_s > 0.0 && duration_s <= HOUR_S) {
+            return Err(PulseRefused::Duration(duration_s));
+        }
+        if !(0.0..=HOUR_S).contains(&delay_s) { Err(PulseRefused::Delay(delay_s)) } else { Ok(()) }
+    }
+}
+
 /// Angular impulse delivered since the mean torque was last taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DeliveredImpulse {
@@ -96,16 +113,8 @@ impl Load {
     /// Adds a commanded pulse at `now_s` and returns its start, s.
     pub(super) fn add(&mut self, request: &PulseRequest, now_s: f64) -> Result<f64, PulseRefused> {
         let PulseRequest { torque_nm, duration_s, delay_s, shape } = *request;
-        if ![torque_nm, duration_s, delay_s].iter().all(|number| number.is_finite()) {
-            return Err(PulseRefused::NotFinite);
-        }
+        request.check()?;
         self.check_acts()?;
-        if !(duration_s > 0.0 && duration_s <= HOUR_S) {
-            return Err(PulseRefused::Duration(duration_s));
-        }
-        if !(0.0..=HOUR_S).contains(&delay_s) {
-            return Err(PulseRefused::Delay(delay_s));
-        }
         self.check_limit(torque_nm)?;
         if self.pulses.len() >= self.limits.pending_limit {
             return Err(PulseRefused::Pending(self.pulses.len()));

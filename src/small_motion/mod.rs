@@ -40,6 +40,7 @@ mod state_space_tests;
 mod step_map;
 mod subject;
 mod sweep;
+mod tension;
 #[cfg(test)]
 mod tests;
 pub mod variation;
@@ -57,7 +58,7 @@ pub use shape::{LinkShape, likeness};
 pub use spectrum::{Eigenpair, lowest};
 pub use state_space::StateSpace;
 pub use subject::{Crank, Subject};
-pub use sweep::{Branch, Crossing, crossings, follow, is_uncertain};
+pub use sweep::{Branch, Crossing, OtherKind, crossings, follow, is_uncertain, other_kinds};
 
 /// No modes can be told.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

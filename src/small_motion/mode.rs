@@ -12,6 +12,7 @@ use super::point::Point;
 use super::shape::{Figure, LinkShape};
 use super::spectrum::lowest;
 use super::subject::Subject;
+use super::tension::count_as_bending;
 use crate::mechanics::Mechanism;
 
 /// Strain energy below this part of the kinetic energy does not name a mode.
@@ -131,6 +132,8 @@ pub(super) struct Identifier {
     parts: Vec<(Part, Band)>,
     rigid: RigidPart,
     figure: Figure,
+    /// Axial forces of the links' elements, N, where the energy of stretching has their work among it.
+    axial_n: Vec<Vec<f64>>,
     oscillates: bool,
 }
 
@@ -141,10 +144,16 @@ impl Identifier {
         if !system.is_finite() {
             return Err(NoModes::Singular);
         }
+        let mut figure = Figure::new(subject);
+        let axial_n = match subject.stretching_has_tension() {
+            true => figure.axial_n(mechanism.as_mut(), point),
+            false => Vec::new(),
+        };
         Ok(Identifier {
             rigid: RigidPart::new(subject, mechanism.as_mut(), point, &system),
             parts: Parts::new(subject).stiffness(point),
-            figure: Figure::new(subject),
+            figure,
+            axial_n,
             oscillates: subject.is_oscillator(),
             point: point.clone(),
             mechanism,
@@ -167,8 +176,7 @@ impl Identifier {
         mode.kind = match (mode.shares.first(), vibrates) {
             // A free crank runs ahead, or faster; the links follow bent.
             _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
-            (Some(Share { part: Part::Base, .. }), true) => Kind::Vibration(Part::Base),
-            (Some(share), true) => Kind::Vibration(as_it_moves(share.part, &mode.links)),
+            (Some(share), true) => Kind::Vibration(share.part),
             _ => Kind::Swing,
         };
         mode
@@ -176,16 +184,17 @@ impl Identifier {
 
     /// The mode of an eigenvalue and a shape with `φᴴ M φ = 1`, the first of its kind.
     pub(super) fn identify(&mut self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>) -> Mode {
-        let energies = energies(&self.parts, &shape);
+        let mut energies = energies(&self.parts, &shape);
         let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
         let strained = strain >= STRAINED * eigenvalue.norm_sqr() && strain > 0.0;
         let rigid_part = self.rigid.of(&shape);
         let links = self.figure.shape(self.mechanism.as_mut(), &self.point, &shape);
+        links.iter().zip(&self.axial_n).for_each(|(link, axial_n)| count_as_bending(&mut energies, link, axial_n));
+        energies.sort_by(|one, other| other.1.total_cmp(&one.1));
         let kind = match energies.first() {
             _ if self.oscillates => Kind::Masses,
             _ if eigenvalue.norm() == 0.0 => Kind::Rotation,
-            Some((Part::Base, _)) if strained => Kind::Vibration(Part::Base),
-            Some((part, _)) if strained && rigid_part < RIGID => Kind::Vibration(as_it_moves(*part, &links)),
+            Some((part, _)) if strained && (*part == Part::Base || rigid_part < RIGID) => Kind::Vibration(*part),
             _ if eigenvalue.im == 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };
@@ -193,15 +202,6 @@ impl Identifier {
         let shares = shares.map(|(part, energy)| Share { part, share: energy / strain }).collect();
         Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links }
     }
-}
-
-/// A strained link stretches if its nodes move along it rather than across it. Energy alone does not tell: the tension of a steady rotation
-/// also resists bending.
-fn as_it_moves(part: Part, links: &[LinkShape]) -> Part {
-    let (Part::Bending(name) | Part::Stretching(name)) = part else { return part };
-    let Some(shape) = links.iter().find(|shape| shape.link == name) else { return part };
-    let [along, across] = shape.off_chord();
-    if along > across { Part::Stretching(name) } else { Part::Bending(name) }
 }
 
 /// Turning of the chain with its links as they are.
@@ -228,7 +228,7 @@ impl RigidPart {
     }
 }
 
-/// Twice the strain energy of each part, `φᴴ K φ`, the largest first.
+/// Twice the strain energy of each part, `φᴴ K φ`.
 fn energies(parts: &[(Part, Band)], shape: &DVector<Complex<f64>>) -> Vec<(Part, f64)> {
     let energy = |stiffness: &Band| -> f64 {
         let half = |part: fn(&Complex<f64>) -> f64| -> f64 {
@@ -237,7 +237,5 @@ fn energies(parts: &[(Part, Band)], shape: &DVector<Complex<f64>>) -> Vec<(Part,
         };
         (half(|x| x.re) + half(|x| x.im)).max(0.0)
     };
-    let mut energies: Vec<(Part, f64)> = parts.iter().map(|(part, stiffness)| (*part, energy(stiffness))).collect();
-    energies.sort_by(|one, other| other.1.total_cmp(&one.1));
-    energies
+    parts.iter().map(|(part, stiffness)| (*part, energy(stiffness))).collect()
 }

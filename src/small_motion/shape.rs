@@ -88,29 +88,18 @@ impl Figure {
         (0..self.names.len()).map(link).collect()
     }
 
+    /// Axial force of every link's elements, N; empty where the model does not know them.
+    pub(super) fn axial_n(&mut self, mechanism: &mut dyn Mechanism, point: &Point) -> Vec<Vec<f64>> {
+        let links = self.links(mechanism, point, None);
+        links.iter().map(|link| link.elements.iter().map(|element| element.axial_n).collect()).collect()
+    }
+
     /// The links with the coordinates changed.
     fn links(&mut self, mechanism: &mut dyn Mechanism, point: &Point, change: Option<&[f64]>) -> Vec<LinkObservation> {
         let mut q = point.q.clone();
         q.iter_mut().zip(change.unwrap_or_default()).for_each(|(q, change)| *q += change);
         mechanism.observe(&point.input, &q, &point.v, &point.a, &mut self.observation);
         self.observation.links.clone()
-    }
-}
-
-impl LinkShape {
-    /// Sums of squares of the nodes' displacements from the chord between the pins, along it and across.
-    pub(super) fn off_chord(&self) -> [f64; 2] {
-        let last = self.displacement.len().saturating_sub(1).max(1) as f64;
-        let Some((first, end)) = self.displacement.first().zip(self.displacement.last()) else { return [0.0; 2] };
-        let mut sums = [0.0; 2];
-        for (i, node) in self.displacement.iter().enumerate() {
-            let part = i as f64 / last;
-            for (c, sum) in sums.iter_mut().enumerate() {
-                let from_pin = if c == 0 { first[c] } else { first[c] * (1.0 - part) + end[c] * part };
-                *sum += (node[c] - from_pin).norm_sqr();
-            }
-        }
-        sums
     }
 }
 

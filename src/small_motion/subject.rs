@@ -75,6 +75,11 @@ impl Subject {
         })
     }
 
+    /// Whether the model's stiffness against stretching has that of tension against bending among it.
+    pub(super) fn stretching_has_tension(&self) -> bool {
+        self.model == ModelKind::FiniteElement
+    }
+
     /// The model.
     pub fn mechanism(&self) -> Box<dyn Mechanism> {
         match &self.system {

@@ -13,6 +13,8 @@ const SURELY_ALIKE: f64 = 0.8;
 pub struct Branch {
     /// Its name where it is first seen.
     pub name: String,
+    /// Its kind there.
+    pub kind: Kind,
     /// Its place among the modes of each point; `None` where it was not found.
     pub places: Vec<Option<usize>>,
 }
@@ -24,6 +26,17 @@ pub struct Crossing {
     pub branches: [usize; 2],
     /// The number of the point after which they cross.
     pub after: usize,
+}
+
+/// A branch that is a mode of another kind at some points than at its first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OtherKind {
+    /// The number of the branch.
+    pub branch: usize,
+    /// The mode's name and share where that share is largest.
+    pub title: String,
+    /// The first and the last of every row of such points.
+    pub runs: Vec<[usize; 2]>,
 }
 
 /// Follows every mode along the points of a sweep, by the likeness of shapes; at most `count` branches, lowest first. A point without
@@ -42,7 +55,7 @@ pub fn follow(points: &[Vec<Mode>], count: usize) -> Vec<Branch> {
             places.push(Some(place));
             let taken = branches.iter().any(|branch| branch.name == mode.name());
             let name = if taken { format!("{} (again)", mode.name()) } else { mode.name() };
-            branches.push(Branch { name, places });
+            branches.push(Branch { name, kind: mode.kind, places });
         }
     }
     // Those that are seen at most points, and of these the lowest.
@@ -107,4 +120,64 @@ pub fn crossings(points: &[Vec<Mode>], branches: &[Branch]) -> Vec<Crossing> {
     }
     found.sort_by_key(|crossing| crossing.after);
     found
+}
+
+/// Where branches are modes of other kinds than at their first points: one entry for each branch and kind.
+pub fn other_kinds(points: &[Vec<Mode>], branches: &[Branch]) -> Vec<OtherKind> {
+    let share = |mode: &Mode| mode.shares.first().map_or(0.0, |share| share.share);
+    let mut found = Vec::new();
+    for (number, branch) in branches.iter().enumerate() {
+        // Of each kind the mode with the largest share, and the points.
+        let mut kinds: Vec<(&Mode, Vec<[usize; 2]>)> = Vec::new();
+        for (point, (place, modes)) in branch.places.iter().zip(points).enumerate() {
+            let mode = place.and_then(|place| modes.get(place));
+            let Some(mode) = mode.filter(|mode| mode.kind != branch.kind) else { continue };
+            let Some((clearest, runs)) = kinds.iter_mut().find(|(other, _)| other.kind == mode.kind) else {
+                kinds.push((mode, vec![[point; 2]]));
+                continue;
+            };
+            if share(mode) > share(clearest) {
+                *clearest = mode;
+            }
+            match runs.last_mut() {
+                Some(run) if run[1] + 1 == point => run[1] = point,
+                _ => runs.push([point; 2]),
+            }
+        }
+        let other = |(mode, runs): (&Mode, Vec<[usize; 2]>)| OtherKind { branch: number, title: mode.title(), runs };
+        found.extend(kinds.into_iter().map(other));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Complex, DVector};
+
+    use super::super::{Part, Share};
+    use super::*;
+    use crate::scene::LinkName;
+
+    fn mode(part: Part, share: f64) -> Mode {
+        Mode {
+            kind: Kind::Vibration(part),
+            number: 1,
+            eigenvalue: Complex::new(0.0, 1.0),
+            shape: DVector::zeros(0),
+            shares: vec![Share { part, share }],
+            rigid_part: 0.0,
+            links: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn prop_a_branch_that_is_another_kind_only_between_is_told() {
+        let [bends, stretches] = [Part::Bending(LinkName::Crank), Part::Stretching(LinkName::Rod)];
+        let along = [(stretches, 0.6), (bends, 0.7), (bends, 0.99), (stretches, 0.6), (bends, 0.8), (stretches, 0.6)];
+        let points: Vec<Vec<Mode>> = along.iter().map(|(part, share)| vec![mode(*part, *share)]).collect();
+        let branch = Branch { name: "rod stretching 1".to_owned(), kind: Kind::Vibration(stretches), places: vec![Some(0); 6] };
+        let told = OtherKind { branch: 0, title: "crank bending 1 (99 %)".to_owned(), runs: vec![[1, 2], [4, 4]] };
+        assert_eq!(other_kinds(&points, std::slice::from_ref(&branch)), [told]);
+        assert!(other_kinds(&points[..1], &[branch]).is_empty());
+    }
 }

@@ -22,6 +22,12 @@ pub struct TableError {
     cause: csv::Error,
 }
 
+/// A number as text that reads back to the same bits, with an exponent where zeros would fill the cell.
+fn shortest(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-5..1e16).contains(&size) && size.is_finite() { format!("{value:e}") } else { value.to_string() }
+}
+
 impl Table {
     /// Adds a column.
     pub fn push(&mut self, name: impl Into<String>, values: Vec<f64>) {
@@ -67,7 +73,7 @@ impl Table {
         writer.write_record(names).map_err(error)?;
         for row in 0..self.rows() {
             let number = |(_, values): &(String, Vec<f64>)| {
-                values.get(row).filter(|value| !value.is_nan()).map(f64::to_string).unwrap_or_default()
+                values.get(row).filter(|value| !value.is_nan()).map(|value| shortest(*value)).unwrap_or_default()
             };
             let word = |(_, words): &(String, Vec<String>)| words.get(row).cloned().unwrap_or_default();
             writer.write_record(self.words.iter().map(word).chain(self.columns.iter().map(number))).map_err(error)?;

@@ -101,6 +101,23 @@ fn prop_pause_steps_and_reset_count_exactly() -> Outcome {
     Ok(())
 }
 
+/// Little energy is in play in the first steps, so that their balance says little: a reset is followed by a status before them.
+#[test]
+fn regress_a_reset_raises_no_alarm() -> Outcome {
+    let service = Service::start(SceneSource::open("crank-slider", &[])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    for _ in 0..5 {
+        client::control(&service.client, &service.name, &control(Action::Reset(wire::Reset {})))?;
+    }
+    let (_, folder) = service.stop()?;
+    let statuses = common::decoded::<wire::Status>(&folder.path().join("run.mcap"), "status")?;
+    let first = |epoch| statuses.iter().find(|status| status.stamp.as_ref().is_some_and(|stamp| stamp.epoch == epoch));
+    for epoch in 0..=5 {
+        let first = first(epoch).ok_or("an epoch without a status")?;
+        assert_eq!((first.stamp.as_ref().map(|stamp| stamp.step), first.message.as_str()), (Some(0), ""), "epoch {epoch}");
+    }
+    Ok(())
+}
+
 #[test]
 fn prop_a_paused_run_takes_exactly_the_requested_steps() -> Outcome {
     let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::All)?;

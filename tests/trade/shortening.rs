@@ -73,7 +73,8 @@ fn val_check_recommends_axial_where_it_matters() {
     };
     let said = check(&[]);
     assert!(
-        said.lines().any(|line| line.starts_with("  shortening   rod: 7.57") && line.ends_with("set rod.axial = true")),
+        said.lines()
+            .any(|line| line.starts_with("  shortening   rod: shortens by 7.57") && line.ends_with("set rod.axial = true")),
         "{said}"
     );
     let said = check(&["--set", "rod.axial=true", "--set", "crank.axial=true"]);

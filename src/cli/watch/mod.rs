@@ -30,7 +30,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::replies::{format_reply, fresh_id};
-use super::signals::interrupted;
+use super::signals::{Interruption, interrupted};
 use super::values::{positive_time, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
@@ -88,7 +88,10 @@ pub(super) fn watch(args: &Args) -> CommandResult {
             "--signals draws charts, which need a terminal; --plain --json prints all signals".to_owned(),
         ));
     }
+    // While it waits for the service, it ends as other commands.
+    let waiting = Interruption::watch()?;
     let session = args.client.open(&args.name)?;
+    drop(waiting);
     let watched = show(&session, args, plain);
     bus::close(&session)?;
     watched
@@ -97,7 +100,7 @@ pub(super) fn watch(args: &Args) -> CommandResult {
 fn show(session: &Session, args: &Args, plain: bool) -> CommandResult {
     let subscribers = Subscribers::subscribe(session, &args.name)?;
     if plain {
-        plain::print(&subscribers, args)?;
+        plain::print(&subscribers, client::snapshot(session, &args.name).unwrap_or_default(), args)?;
         return Ok(ExitStatus::Success);
     }
     let mut view = View::new(args.name.clone(), args.signals.clone());

@@ -14,8 +14,8 @@ use super::super::signals::interrupted;
 use super::Args;
 use super::signals::Signals;
 use super::subscribers::Subscribers;
-use crate::cli::status_line::describe;
-use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Status, status::State};
+use crate::cli::status_line::{describe, state_word};
+use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Snapshot, Status, status::State};
 
 /// Time between two looks at new messages.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -37,7 +37,7 @@ struct Seen {
 }
 
 /// Prints until the service has ended or a signal arrives.
-pub(super) fn print(subscribers: &Subscribers, args: &Args) -> CommandResult<()> {
+pub(super) fn print(subscribers: &Subscribers, snapshot: Snapshot, args: &Args) -> CommandResult<()> {
     let over = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&over);
     // Signals are handled as long as the runtime lives.
@@ -46,7 +46,8 @@ pub(super) fn print(subscribers: &Subscribers, args: &Args) -> CommandResult<()>
         interrupted().await;
         told.store(true, Ordering::Relaxed);
     });
-    let mut seen = Seen::default();
+    // A service that is paused publishes its status alone.
+    let mut seen = Seen::from(snapshot);
     let (mut heard, mut printed) = (Instant::now(), None::<Instant>);
     while heard.elapsed() < GONE {
         if over.load(Ordering::Relaxed) {
@@ -83,6 +84,19 @@ struct Line<'a> {
     signals: BTreeMap<&'a str, f64>,
 }
 
+impl From<Snapshot> for Seen {
+    fn from(snapshot: Snapshot) -> Self {
+        let Snapshot { displacements, angles, loads, energies, .. } = snapshot;
+        let mut signals = Signals::default();
+        // Loads first, because they show whether there is a slider.
+        loads.iter().for_each(|loads| signals.loads(loads));
+        energies.iter().for_each(|energies| signals.energies(energies));
+        angles.iter().for_each(|angles| signals.angles(angles));
+        displacements.iter().for_each(|displacements| signals.displacements(displacements));
+        Seen { displacements, angles, loads, energies, signals, ..Seen::default() }
+    }
+}
+
 impl Seen {
     /// Takes all new messages; returns the state in the newest status, if one came.
     fn take(&mut self, subscribers: &Subscribers) -> Option<State> {
@@ -108,7 +122,7 @@ impl Seen {
         let status = self.status.as_ref();
         let now = |name| Some((name, self.signals.find(name)?.now));
         Line {
-            state: status.map(|status| status.state().as_str_name().to_lowercase()),
+            state: status.map(|status| state_word(status).to_lowercase()),
             sim_time_s: status.and_then(|status| Some(status.stamp.as_ref()?.sim_time_s)),
             real_time_factor: status.and_then(|status| status.real_time_factor),
             message: status.map(|status| status.message.as_str()).filter(|message| !message.is_empty()),

@@ -54,7 +54,8 @@ pub(super) fn learn<'a>(columns: &mut Columns, cells: impl Iterator<Item = (&'a 
     }
 }
 
-/// Keeps the requested columns of a recording with the times, and drops topics that have none of them.
+/// Keeps the requested columns of a recording with the times, and drops topics that have none of them. A stamp counts only if no
+/// topic has another requested column.
 ///
 /// # Errors
 /// [`RecordingError::Column`] if no topic has a requested column.
@@ -74,15 +75,25 @@ pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String], 
     for columns in topics.values_mut() {
         columns.retain(|name, _| is_time(name) || wanted.iter().any(|wanted| is_part(name, wanted)));
     }
-    // Times alone are asked for of every topic.
-    if wanted.iter().any(|wanted| !is_time(wanted)) {
-        topics.retain(|_, columns| columns.keys().any(|name| !is_time(name)));
+    // Beside data, stamps and times make no table; nor do times beside stamps. Times alone are asked for of every topic.
+    let kinds: [fn(&str) -> bool; 2] = [is_stamp_or_time, is_time];
+    if let Some(kind) = kinds.into_iter().find(|kind| topics.values().any(|columns| has_other(columns, *kind))) {
+        topics.retain(|_, columns| has_other(columns, kind));
     }
     Ok(())
 }
 
+/// Whether a column is of another kind.
+fn has_other(columns: &Columns, kind: fn(&str) -> bool) -> bool {
+    columns.keys().any(|name| !kind(name))
+}
+
 fn is_time(name: &str) -> bool {
     TIMES.contains(&name)
+}
+
+fn is_stamp_or_time(name: &str) -> bool {
+    is_time(name) || name.starts_with("stamp.")
 }
 
 /// Whether a column is the wanted one or nested below it.
@@ -115,6 +126,31 @@ mod tests {
         let Err(RecordingError::Column { nearest, .. }) = select("links.rod.chord_rd") else { panic!("a misspelt column") };
         assert_eq!(nearest.as_deref(), Some("links.rod.chord_rad"));
         assert!(select("link").is_err(), "half a word is no name");
+    }
+
+    #[test]
+    fn prop_stamps_make_no_table_beside_data() {
+        let select = |wanted: &[&str]| {
+            let mut topics = BTreeMap::from([
+                ("angles".to_owned(), topic(&["stamp.step", "links.crank.chord_rad"])),
+                ("foreign".to_owned(), topic(&["height_m"])),
+                ("loads".to_owned(), topic(&["stamp.step", "torque_nm"])),
+            ]);
+            let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
+            select(&mut topics, &wanted, Path::new("r"))?;
+            let kept = topics.into_iter().map(|(topic, columns)| (topic, columns.len() - TIMES.len()));
+            Ok::<_, RecordingError>(kept.collect::<Vec<(String, usize)>>())
+        };
+        for (wanted, kept) in [
+            (&["stamp.step", "links.crank"][..], &[("angles", 2)][..]),
+            (&["log_time", "torque_nm"], &[("loads", 1)]),
+            (&["stamp.step"], &[("angles", 1), ("loads", 1)]),
+            (&["log_time", "stamp"], &[("angles", 1), ("loads", 1)]),
+            (&["log_time"], &[("angles", 0), ("foreign", 0), ("loads", 0)]),
+        ] {
+            let kept: Vec<(String, usize)> = kept.iter().map(|(topic, columns)| ((*topic).to_owned(), *columns)).collect();
+            assert_eq!(select(wanted).ok(), Some(kept), "{wanted:?}");
+        }
     }
 
     #[test]

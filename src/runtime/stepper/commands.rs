@@ -70,6 +70,8 @@ impl Stepper {
         if resets {
             // The start was observed when the simulation was built, so it can be observed again.
             let _ = self.publish(true.into());
+            // As at the start of the run: the balance of the first steps says little, with so little energy in play.
+            self.status(self.state(), None);
         }
     }
 

@@ -295,7 +295,7 @@ impl<'a> Player<'a> {
             }
             ReplayAction::Next(count) => {
                 self.cursor.pending_single_messages = self.cursor.pending_single_messages.saturating_add(count);
-                format!("playing {count} messages")
+                format!("playing {count} message{}", if count == 1 { "" } else { "s" })
             }
             ReplayAction::Stop => {
                 self.cursor.stopping = true;

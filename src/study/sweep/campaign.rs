@@ -8,7 +8,7 @@ use super::SweepError;
 use super::axis::Value;
 use super::run::{Column, Limits, Outcome, columns, run};
 use super::sampling;
-use super::spec::Spec;
+use super::spec::{Spec, SpecError};
 use crate::scene::{SceneError, SceneSource};
 
 /// Samples that are tried before a campaign begins.
@@ -45,7 +45,8 @@ impl Campaign {
     /// # Errors
     /// [`SweepError`] if the scene is refused, or if it refuses every sample of a few.
     pub fn new(origin: &str, spec: Spec) -> Result<Self, SweepError> {
-        let mut base = SceneSource::open(&spec.scene, &spec.set)?;
+        let mut base = SceneSource::open(&spec.scene, &spec.set)
+            .map_err(|refused| SpecError::new(origin, refusal_of_all(&spec, &refused)))?;
         if !spec.pulses.is_empty() {
             let origin = format!("{} with the pulses of {origin}", spec.scene);
             base = SceneSource::parse(&origin, &format!("{}\n{}", base.text, spec.pulses), &[])?;
@@ -55,22 +56,31 @@ impl Campaign {
             .chain_update(format!("until_s={:?}\nmax_steps={}\n", spec.until_s, spec.max_steps))
             .chain_update(&base.text);
         let campaign = Campaign { columns: columns(&base.scene), spec, base, shared };
-        campaign.try_samples()?;
+        campaign.try_samples().map_err(|problem| SpecError::new(origin, problem))?;
         Ok(campaign)
     }
 
     /// A misspelt key is refused in every run: better now than in a table of refusals.
-    fn try_samples(&self) -> Result<(), SceneError> {
+    fn try_samples(&self) -> Result<(), String> {
         let tried = TRIED.min(self.runs());
         let mut first = None;
         for place in 0..tried {
             let index = (u128::from(place) * u128::from(self.runs()) / u128::from(tried)) as u64;
-            match self.scene(&sampling::values(&self.spec, index)) {
+            let values = sampling::values(&self.spec, index);
+            match self.scene(&values) {
                 Ok(_) => return Ok(()),
-                Err(refused) => first = first.or(Some(refused)),
+                Err(refused) => first = first.or(Some((values, refused))),
             }
         }
-        first.map_or(Ok(()), Err)
+        first.map_or(Ok(()), |(values, refused)| Err(self.refusal(&values, &refused)))
+    }
+
+    /// The refusal of a sample in the words of the specification.
+    fn refusal(&self, values: &[Value], refused: &SceneError) -> String {
+        match culprit(&self.base, &self.overrides(values), refused) {
+            Some(place) => format!("vary.{place}.key = {:?}: {}", self.spec.axes[place].key, reason(refused)),
+            None => format!("the scene refuses every sample that was tried: {refused}"),
+        }
     }
 
     /// The specification.
@@ -118,6 +128,40 @@ impl Campaign {
     /// Runs a sample; `None` if `stop` asked for an end before.
     pub(super) fn run(&self, sample: &Sample, stop: &dyn Fn() -> bool) -> Option<Outcome> {
         let limits = Limits { until_s: self.spec.until_s, max_steps: self.spec.max_steps };
-        run(|| self.scene(&sample.values), limits, self.columns.len(), stop)
+        // The values of a sample stand in the specification, not on the command line.
+        let in_spec = |refused: SceneError| match refused.place.starts_with("--set ") {
+            true => SceneError { place: "vary".to_owned(), ..refused },
+            false => refused,
+        };
+        run(|| self.scene(&sample.values).map_err(in_spec), limits, self.columns.len(), stop)
+    }
+}
+
+/// The refusal of the scene, or of a change of every run, in the words of the specification.
+fn refusal_of_all(spec: &Spec, refused: &SceneError) -> String {
+    let changed = SceneSource::open(&spec.scene, &[]).ok().and_then(|base| culprit(&base, &spec.set, refused));
+    let is_whole = refused.place == spec.scene && refused.key.is_empty();
+    match changed {
+        Some(place) => format!("set {:?}: {}", spec.set[place], reason(refused)),
+        None if is_whole => format!("scene = {:?}: {}", spec.scene, refused.problem),
+        None => format!("scene: {refused}"),
+    }
+}
+
+/// The place of the change that the scene refuses by itself for the same reason as all together.
+fn culprit(base: &SceneSource, changes: &[String], refused: &SceneError) -> Option<usize> {
+    changes.iter().position(|change| {
+        let alone = SceneSource::parse(&base.origin, &base.text, std::slice::from_ref(change));
+        alone.is_err_and(|alone| alone.problem == refused.problem)
+    })
+}
+
+/// The reason of a refusal; an unknown key stands before it already.
+fn reason(refused: &SceneError) -> String {
+    let SceneError { key, value, problem, .. } = refused;
+    match value {
+        _ if key.is_empty() || problem.starts_with("unknown key") => problem.clone(),
+        Some(value) => format!("{key} = {value}: {problem}"),
+        None => format!("{key}: {problem}"),
     }
 }

@@ -34,6 +34,8 @@ pub struct Merged {
     pub missing: Vec<Range<u64>>,
     /// Number of rows by their end.
     pub endings: BTreeMap<Ending, u64>,
+    /// For each end that has a cause, the first run that ended so, and the cause.
+    pub causes: BTreeMap<Ending, (u64, String)>,
     /// Computing time of all rows, s.
     pub seconds: f64,
 }
@@ -51,6 +53,7 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
         rows: 0,
         missing: Vec::new(),
         endings: BTreeMap::new(),
+        causes: BTreeMap::new(),
         seconds: 0.0,
     };
     each_row(campaign, folder, |sample, row| {
@@ -58,9 +61,7 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
             merged.miss(sample.index);
             return Ok(());
         };
-        merged.rows += 1;
-        merged.seconds += row.seconds;
-        *merged.endings.entry(row.outcome.ending).or_default() += 1;
+        merged.add(row);
         let cells = cells(campaign, sample, row);
         Ok(sheet.write(&cells.iter().map(Option::as_ref).collect::<Vec<_>>())?)
     })?;
@@ -69,7 +70,33 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
     Ok(merged)
 }
 
+/// Whether `folder` has a row of this campaign.
+///
+/// # Errors
+/// [`SweepError`] if a file cannot be read.
+pub fn has_rows(campaign: &Campaign, folder: &Path) -> Result<bool, SweepError> {
+    for number in 0..campaign.chunks() {
+        let path = chunk::path(folder, campaign, number);
+        // The samples of a chunk without a file need not be known.
+        let is_there = path.try_exists().map_err(SweepError::file(&path))?;
+        if is_there && read(campaign, folder, number)?.1.iter().any(Option::is_some) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 impl Merged {
+    fn add(&mut self, row: &Row) {
+        let outcome = &row.outcome;
+        self.rows += 1;
+        self.seconds += row.seconds;
+        *self.endings.entry(outcome.ending).or_default() += 1;
+        if !outcome.cause.is_empty() {
+            self.causes.entry(outcome.ending).or_insert_with(|| (row.index, outcome.cause.clone()));
+        }
+    }
+
     fn miss(&mut self, index: u64) {
         match self.missing.last_mut() {
             Some(last) if last.end == index => last.end += 1,

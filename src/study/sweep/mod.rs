@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 pub use axis::{Axis, Levels, Value};
 pub use campaign::Campaign;
-pub use merge::{Merged, merge};
+pub use merge::{Merged, has_rows, merge};
 pub use points::{Coordinate, Points, points};
 pub use row::Row;
 pub use run::{Column, Ending, Outcome};

@@ -1,12 +1,15 @@
 //! The specification of a campaign: a TOML file, validated once.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use toml_edit::Document;
 
 use super::axis::{Axis, Levels};
 use super::sobol;
 use crate::scene::toml_problem;
+use crate::shown::Shown;
 use crate::text_file;
 
 /// Size limit of a specification, bytes.
@@ -22,10 +25,17 @@ const MOST_STEPS: u64 = 10_000_000;
 
 /// A specification was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {problem}")]
+#[error("{}: {}", Shown(place, 300), Shown(problem, 2000))]
 pub struct SpecError {
     place: String,
     problem: String,
+}
+
+impl SpecError {
+    /// A refusal of the specification at `place`.
+    pub(super) fn new(place: &str, problem: String) -> Self {
+        SpecError { place: place.to_owned(), problem }
+    }
 }
 
 /// The choice of samples.
@@ -124,12 +134,11 @@ impl Spec {
             let problem = "is a scene, not a campaign; `flexcrank files sweep.toml` prints a campaign, whose `scene` names one";
             return Err(SpecError { place: origin.to_owned(), problem: problem.to_owned() });
         }
-        let raw: RawSpec = toml::from_str(text).map_err(|error| {
-            let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-            let place = line.map_or(origin.to_owned(), |line| format!("{origin}:{line}"));
-            SpecError { place, problem: toml_problem(error.message()) }
+        let raw: RawSpec = toml::from_str(text).map_err(|error| SpecError {
+            place: error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start)),
+            problem: error.span().map(|span| named(text, span)).unwrap_or_default() + &toml_problem(error.message()),
         })?;
-        raw.validate().map_err(|problem| SpecError { place: origin.to_owned(), problem })
+        raw.validate().map_err(|refused| SpecError { place: refused.place(origin, text), problem: refused.problem })
     }
 
     /// Number of runs.
@@ -146,20 +155,68 @@ impl Spec {
     }
 }
 
+/// The origin with the line of a byte of its text.
+fn at_line(origin: &str, text: &str, byte: usize) -> String {
+    format!("{origin}:{}", 1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count())
+}
+
+/// The key that a fault at `span` is of, with its value if the fault is the value's; empty if the fault is not within a line.
+fn named(text: &str, span: Range<usize>) -> String {
+    let (Some(before), Some(part)) = (text.get(..span.start), text.get(span)) else { return String::new() };
+    let before = before.rsplit('\n').next().unwrap_or_default().trim();
+    match before.strip_suffix('=') {
+        _ if part.is_empty() || part.contains('\n') => String::new(),
+        Some(keys) => {
+            let key = keys.rsplit([',', '{']).next().unwrap_or_default().trim();
+            format!("{} = {}: ", Shown(key, 100), Shown(part, 100))
+        }
+        None if before.is_empty() && !part.contains('=') => format!("{}: ", Shown(part, 100)),
+        None => String::new(),
+    }
+}
+
+/// A refusal of the whole specification, or of a key that varies.
+struct Refused {
+    /// Place of the key among those that vary.
+    axis: Option<usize>,
+    problem: String,
+}
+
+impl From<String> for Refused {
+    fn from(problem: String) -> Self {
+        Refused { axis: None, problem }
+    }
+}
+
+impl Refused {
+    fn of_axis(place: usize, key: &str, problem: &str) -> Self {
+        Refused { axis: Some(place), problem: format!("vary.{place} ({}): {problem}", Shown(key, 100)) }
+    }
+
+    /// The origin, with the line of the key's table.
+    fn place(&self, origin: &str, text: &str) -> String {
+        let begin = |axis: usize| Some(Document::parse(text).ok()?.as_item().get("vary")?.get(axis)?.span()?.start);
+        self.axis.and_then(begin).map_or(origin.to_owned(), |byte| at_line(origin, text, byte))
+    }
+}
+
 impl RawSpec {
-    fn validate(self) -> Result<Spec, String> {
+    fn validate(self) -> Result<Spec, Refused> {
         if !(self.until_s > 0.0 && self.until_s <= 1e9) {
-            return Err(format!("until_s = {:?}: must be a time above 0, at most 1e9 s", self.until_s));
+            return Err(format!("until_s = {:?}: must be a time above 0, at most 1e9 s", self.until_s).into());
         }
         if self.vary.is_empty() || self.vary.len() > MOST_KEYS {
-            return Err(format!("vary: 1 to {MOST_KEYS} keys vary, each in a table [[vary]]"));
+            return Err(format!("vary: 1 to {MOST_KEYS} keys vary, each in a table [[vary]]").into());
         }
         let is_grid = self.method == Method::Grid;
-        let axes = self.vary.iter().map(|axis| axis.validate(is_grid)).collect::<Result<Vec<_>, _>>()?;
+        let axis = |(place, axis): (usize, &RawAxis)| {
+            axis.validate(is_grid).map_err(|problem| Refused::of_axis(place, &axis.key, &problem))
+        };
+        let axes = self.vary.iter().enumerate().map(axis).collect::<Result<Vec<_>, _>>()?;
         if let Some((place, axis)) =
             axes.iter().enumerate().find(|(place, axis)| axes[..*place].iter().any(|other| other.key == axis.key))
         {
-            return Err(format!("vary.{place}: {} varies already", axis.key));
+            return Err(Refused::of_axis(place, &axis.key, "varies already"));
         }
         let samples = samples(self.samples, is_grid, &axes)?;
         let mut spec = Spec {
@@ -176,7 +233,7 @@ impl RawSpec {
         };
         let runs = samples.checked_mul(spec.axes.len() as u64 + 2).map_or(u64::MAX, |_| spec.runs());
         if runs > MOST_RUNS {
-            return Err(format!("a campaign has at most {MOST_RUNS} runs"));
+            return Err(format!("a campaign has at most {MOST_RUNS} runs").into());
         }
         // Some two thousand files at most: enough to share, few enough for any file system.
         let usual = runs.div_ceil(2048).next_power_of_two();
@@ -203,7 +260,7 @@ fn pulses(pulses: &[toml::Table]) -> Result<String, String> {
 
 impl RawAxis {
     fn validate(&self, is_grid: bool) -> Result<Axis, String> {
-        let refuse = |problem: &str| Err(format!("vary {}: {problem}", self.key));
+        let refuse = |problem: &str| Err(problem.to_owned());
         if self.key.is_empty() || self.key.contains(|c: char| c == '=' || c.is_whitespace() || c.is_control()) {
             return refuse("key must be a key of the scene, such as rod.length_m or pulse.0.torque_nm");
         }
@@ -216,10 +273,10 @@ impl RawAxis {
             }
             (Some(min), Some(max), None) => {
                 if !(min.is_finite() && max.is_finite() && min < max) {
-                    return refuse("min must be a number below max");
+                    return refuse(&format!("min = {min:?}, max = {max:?}: min must be a number below max"));
                 }
                 if self.log && min <= 0.0 {
-                    return refuse("log needs a min above 0");
+                    return refuse(&format!("min = {min:?}: log needs a min above 0"));
                 }
                 let count = match (self.count, is_grid) {
                     (Some(count), true) if count >= 2 => count,
