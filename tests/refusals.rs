@@ -114,15 +114,17 @@ fn regress_a_word_in_the_wrong_place_is_told_from_a_right_one() -> Result<(), Bo
     refused(&["mine.toml"], 2, &["flexcrank run mine.toml"])?;
     refused(&["--until", "1"], 2, &["flexcrank run --until"])?;
     refused(&["run", "--set", "solver.step_s=1ms"], 2, &["a number stands without its unit, which the key names"])?;
+    refused(&["run", "--set", "rod.length_m="], 2, &["--set rod.length_m=: expected KEY=VALUE: the value is missing"])?;
     refused(&["run", "--set", "pulse.1={start_s=1}"], 2, &["`pulse` has entries 0 to 0, and none numbered 1"])?;
     refused(&["cycle", "--csv", "none/cycle.csv"], 1, &["none/cycle.csv: the folder none does not exist"])?;
     refused(&["cycle", "--csv", "src"], 1, &["src: is a folder, not a file"])?;
     refused(&["cycle", "--csv", "README.md/cycle.csv"], 1, &["README.md is a file, not a folder"])?;
     refused(&["check", "src"], 2, &["src: cannot be read: is a folder, not a file"])?;
     refused(&["what-if", SAMPLE, "--add-pulse", "99:5:0.1"], 2, &["which ends at", "choose an earlier instant"])?;
+    refused(&["what-if", SAMPLE, "--set", "solver.integrator=runge-kutta"], 2, &["beyond the stability limit"])?;
     refused(&["modes", &format!("{SAMPLE}@99")], 2, &["which ends at", "choose an earlier instant"])?;
     refused(&["control", "crank", "paus"], 2, &["a similar subcommand exists: 'pause'"])?;
-    refused(&["watch", "crank", "--signals", "nosuch"], 2, &["--signals draws charts, which need a terminal"])?;
+    refused(&["watch", "crank", "--signals", "x", "--connect", "tcp/127.0.0.1:9"], 1, &["warning: --signals draws charts"])?;
     refused(&["modes", &format!("{SAMPLE}@abc")], 2, &["`abc` after the @ is not a time from 0", "200ms"])?;
     let folder = tempfile::tempdir()?;
     let scene = folder.path().join("mine.toml");
@@ -148,6 +150,18 @@ fn prop_a_step_that_resolves_nothing_is_warned_of() -> Result<(), Box<dyn Error>
     let (code, said) = check("solver.step_s=0.05")?;
     assert!(code == Some(0) && said.contains("warning: a step of 0.05 s does not resolve the period"), "{code:?} {said}");
     assert_eq!(check("solver.step_s=0.005")?, (Some(0), String::new()));
+    Ok(())
+}
+
+#[test]
+fn regress_a_what_if_with_a_step_that_is_too_long_is_not_trusted() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("coarse.mcap");
+    let path = file.to_str().ok_or("a path that is no text")?;
+    let (code, out, said) = flexcrank(&["what-if", SAMPLE, "--set", "solver.step_s=0.1", "--record", path])?;
+    assert!(code == Some(6) && said.contains("warning: not to be trusted: the energy balance"), "{code:?} {out} {said}");
+    let (code, out, _) = flexcrank(&["check", "crank-slider", "--set", "solver.step_s=0.5"])?;
+    assert_eq!(code == Some(4), out.starts_with("crank-slider: valid, but it diverges"), "{code:?} {out}");
     Ok(())
 }
 
@@ -274,7 +288,7 @@ fn regress_a_spare_needs_levels_deadlines_and_one_service() -> Result<(), Box<dy
 #[test]
 fn regress_a_session_that_is_past_its_end_is_not_resumed() -> Result<(), Box<dyn Error>> {
     let words = ["run", "--no-bus", "--no-record", "--resume", SAMPLE, "--until", "5"];
-    refused(&words, 2, &["goes on from t = 6 s, which is not before --until 5"])
+    refused(&words, 2, &["--until 5 is over already: the session goes on from t = 6 s"])
 }
 
 #[test]

@@ -45,7 +45,9 @@ pub enum BusError {
     #[error("no free port from 7447 to 7462 on 127.0.0.1: end a service, or give --listen tcp/127.0.0.1:PORT")]
     NoPort,
     /// No local port answers.
-    #[error("no service is running on this machine: start one with `flexcrank run`, or give --connect tcp/HOST:PORT")]
+    #[error(
+        "no service found at the usual ports of this machine: start one with `flexcrank run`, or give --connect tcp/HOST:PORT"
+    )]
     NoLocalService,
     /// No service has this name.
     #[error("no service named `{name}` answers{}: start it with `flexcrank run --name {name}`", others(.found))]

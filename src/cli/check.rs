@@ -114,7 +114,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     if args.json {
         print_json(&checked)?
     } else {
-        checked.print()?
+        checked.print(measured.is_err())?
     }
     if let Some((period_s, what)) = slowest.filter(|(period_s, _)| scene.solver.step_s > period_s / LEAST_STEPS) {
         let [step, period] = [scene.solver.step_s, period_s].map(figure);
@@ -165,7 +165,7 @@ fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, Stri
     };
     let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
     let limit = if explicit { "; runge-kutta also has a stability limit, which refuses longer steps" } else { "" };
-    (Some(one_digit(period_s / steps)), format!("at least {steps} steps per {what}, {} s{limit}", figure(period_s)))
+    (Some(one_digit(period_s / steps)), format!("at least {steps} steps per {what} ({} s){limit}", figure(period_s)))
 }
 
 /// Period of the lowest frequency, or of a turn if that is shorter, s, with its name.
@@ -196,10 +196,10 @@ fn one_digit(value: f64) -> f64 {
 }
 
 impl Checked {
-    fn print(&self) -> std::io::Result<()> {
+    fn print(&self, diverges: bool) -> std::io::Result<()> {
         let mut out = output();
         let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
-        writeln!(out, "{scene}: sound")?;
+        writeln!(out, "{scene}: {}", if diverges { "valid, but it diverges" } else { "sound" })?;
         writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
         let unknowns = unknowns.map_or("not counted for this model".to_owned(), |count| format!("{count} (degrees of freedom)"));
         writeln!(out, "  unknowns     {unknowns}")?;

@@ -61,7 +61,7 @@ pub(super) fn start_from(
     let time_s = simulation.time_s();
     if let Some(until_s) = until_s.filter(|until_s| *until_s <= time_s) {
         let time_s = shown_s(time_s);
-        return Err(Failure::Usage(format!("the session goes on from t = {time_s} s, which is not before --until {until_s}")));
+        return Err(Failure::Usage(format!("--until {until_s} is over already: the session goes on from t = {time_s} s")));
     }
     let of = format!(
         "{} at step {} of epoch {}, t = {} s",

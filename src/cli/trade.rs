@@ -7,7 +7,9 @@ use std::path::PathBuf;
 use clap::{ArgGroup, ValueEnum};
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use indicatif::ProgressBar;
+use toml_edit::{DocumentMut, Item};
 
+use super::args::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
@@ -66,7 +68,8 @@ const MISSED: f64 = 1e-3;
 /// Where the results go, and in which form.
 #[derive(Debug, clap::Args)]
 struct OutputArgs {
-    /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts.
+    /// Write the complete table to this file, with root-mean-square errors, timing spreads and counts. One of the same
+    /// name is replaced.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Print all columns: 170 characters a line.
@@ -249,8 +252,9 @@ fn show_study(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandR
 fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult<()> {
     let table = table(study, modes);
     if let Some(path) = &args.output.csv {
+        let verb = if path.exists() { "replaced" } else { "wrote" };
         table.write_csv(path)?;
-        say!("wrote {}", path.display());
+        say!("{verb} {}", path.display());
     }
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
     if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
@@ -301,10 +305,19 @@ fn decide(args: &Args, source: &SceneSource, choice: &Choice, lost: impl FnOnce(
 /// Writes the scene to `--write`.
 pub(super) fn write_scene(args: &Args, scene: &SceneSource) -> CommandResult<()> {
     if let Some(path) = &args.write {
-        write_new(path, scene.text.as_bytes()).map_err(Failure::file(path))?;
+        write_new(path, commented(scene).as_bytes()).map_err(Failure::file(path))?;
         say!("wrote {}", path.display());
     }
     Ok(())
+}
+
+/// The scene with a comment on its solver that names this choice, in place of what was said of an earlier one.
+fn commented(scene: &SceneSource) -> String {
+    let Ok(mut document) = scene.text.parse::<DocumentMut>() else { return scene.text.clone() };
+    if let Some(solver) = document.get_mut("solver").and_then(Item::as_table_mut) {
+        solver.decor_mut().set_prefix(format!("\n# Chosen by `{}`.\n", command_line()));
+    }
+    document.to_string()
 }
 
 /// The settings as TOML, with their measured errors and speed.

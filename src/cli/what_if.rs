@@ -17,7 +17,9 @@ use super::progress::over_file;
 use super::values::{finite, positive_time, time};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
+use crate::runtime::unbalanced;
 use crate::shown::shown_sentence;
+use crate::simulation::EnergyVerdict;
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -25,7 +27,7 @@ Examples:
   flexcrank what-if recordings/crank.mcap --add-pulse 3.0:5:0.1
   flexcrank what-if recordings/crank.mcap --set rod.density_kg_per_m3=2700 --record aluminium.mcap
 
-Exit codes: 0 done, 3 done, but the recording is damaged or ends early, 4 the changed session diverged.";
+Exit codes: 0 done, 3 done, but the recording is damaged or ends early, 4 the changed session diverged, 6 its energy balance was off.";
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("change").args(["add_pulse", "overrides"]).required(true).multiple(true))]
@@ -66,7 +68,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
 }
 
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
-    let WhatIfOutcome { from_s, deviation, diverged, written, source } = outcome;
+    let WhatIfOutcome { from_s, deviation, diverged, verdict, written, source } = outcome;
     let mut out = output();
     writeln!(out, "re-simulated from t = {from_s} s")?;
     for Written { path, messages, .. } in written {
@@ -93,6 +95,10 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     if let Some(diverged) = diverged {
         say!("error: {diverged}");
         return Ok(ExitStatus::Diverged);
+    }
+    if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = *verdict {
+        say!("warning: {}", unbalanced(worst_j, in_play_j));
+        return Ok(ExitStatus::Untrusted);
     }
     let lossy = source.cut_off.is_some() || !source.damage.is_empty();
     Ok(if lossy { ExitStatus::Lossy } else { ExitStatus::Success })

@@ -17,7 +17,7 @@ pub enum RecordingError {
         cause: std::io::Error,
     },
     /// A file of this name exists.
-    #[error("{}: {}", .0.display(), if .0.is_dir() { "is a folder, not a file" } else { "exists already, and recordings are never overwritten" })]
+    #[error("{}: {}", .0.display(), if .0.is_dir() { "is a folder, not a file" } else { "exists already, and recordings are never overwritten: choose another name" })]
     Exists(PathBuf),
     /// The file is not MCAP.
     #[error("{}: not an MCAP file", .0.display())]

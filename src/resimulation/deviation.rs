@@ -47,7 +47,9 @@ impl Deviation {
     fn displacements(&mut self, was: &Displacements, is: &Displacements, session_s: f64) {
         for (was, is) in was.nodes.iter().zip(&is.nodes) {
             self.put("node position, m", (was.x_m - is.x_m).hypot(was.y_m - is.y_m), session_s);
-            if let (Some(was_m), Some(is_m)) = (was.deflection_m, is.deflection_m) {
+            let deflections = was.deflection_m.zip(is.deflection_m);
+            // A node at the end of a link never leaves its chord, and says nothing of the link.
+            if let Some((was_m, is_m)) = deflections.filter(|(was_m, is_m)| *was_m != 0.0 || *is_m != 0.0) {
                 self.put(&format!("{} deflection, m", was.link), was_m - is_m, session_s);
             }
         }

@@ -19,7 +19,7 @@ use crate::recording::{
     Written, walk,
 };
 use crate::scene::{PulseShape, SceneSource};
-use crate::simulation::{Diverged, Effective, PulseRefused, PulseRequest, Stamp};
+use crate::simulation::{Diverged, Effective, EnergyVerdict, PulseRefused, PulseRequest, Stamp};
 use crate::whole_file::Unfinished;
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
 
@@ -36,6 +36,8 @@ pub struct WhatIfOutcome {
     pub deviation: Deviation,
     /// Why the re-simulation ended early, if it diverged.
     pub diverged: Option<Diverged>,
+    /// Verdict on the energy balance of the last epoch.
+    pub verdict: EnergyVerdict,
     /// The new recording.
     pub written: Vec<Written>,
     /// Structure of the old recording, as far as it was read: whether it is damaged, or ends early.
@@ -90,7 +92,10 @@ fn compute(
         command_line: change.command_line.clone(),
         facts: publish.into_iter().chain([("what_if", of)]).collect(),
     };
-    let resimulator = Resimulator::new(&scene)?;
+    let resimulator = Resimulator::new(&scene).map_err(|refused| match change.overrides.is_empty() {
+        true => ResimulationError::Build(refused),
+        false => ResimulationError::Change(scene.refusal(refused.key, refused.to_string())),
+    })?;
     let recorder = Recorder::start(path, &session, SETTINGS)?;
     let mut attempt = Attempt {
         source,
@@ -117,6 +122,7 @@ fn compute(
         if end.is_ok() { WalkFlow::Continue(()) } else { WalkFlow::Break(()) }
     })?;
     let end = end.and_then(|()| attempt.all_added());
+    let verdict = attempt.resimulator.simulation().energy_verdict();
     let Attempt { recorder, deviation, from_s, .. } = attempt;
     let written = recorder.finish(EndReason::Resimulated).into_iter().collect::<Result<_, _>>()?;
     let diverged = match end {
@@ -127,7 +133,7 @@ fn compute(
         }
         Err(Stopped::Other(error)) => return Err(error),
     };
-    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, written, source: structure })
+    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, verdict, written, source: structure })
 }
 
 /// Number of messages before the checkpoint to start from: the first at its instant, before resets and changes there.

@@ -76,6 +76,9 @@ impl SceneText {
 
 /// A value as TOML. Text that begins like no other value is a bare word: a string.
 fn read(text: &str) -> Result<Value, String> {
+    if text.is_empty() {
+        return Err("expected KEY=VALUE: the value is missing".to_owned());
+    }
     let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
     let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._".contains(c)).trim();
     let has_unit = unit.len() < text.len() && unit.starts_with(char::is_alphabetic);

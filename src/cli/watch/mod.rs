@@ -84,9 +84,7 @@ pub(super) struct Args {
 pub(super) fn watch(args: &Args) -> CommandResult {
     let plain = args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal();
     if plain && !args.signals.is_empty() {
-        return Err(Failure::Usage(
-            "--signals draws charts, which need a terminal; --plain --json prints all signals".to_owned(),
-        ));
+        say!("warning: --signals draws charts, which need a terminal; --plain --json prints all signals");
     }
     // While it waits for the service, it ends as other commands.
     let waiting = Interruption::watch()?;
