@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::failure::CommandResult;
 use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
-use crate::recording::{RecordingMetadata, TopicColumns, read_columns};
+use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
-use crate::text_file;
 
 /// A file and its numbers.
 pub(super) struct Source {
@@ -27,7 +26,7 @@ impl Source {
     /// Reads a file, restricted to a range of simulated time. `progress` is called with the part that is read.
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let recorded = has_extension_of_recordings(path) || begins_as_recording(path);
+        let recorded = has_extension_of_recordings(path) || begins_as_mcap(path);
         let (mut tables, whole) = if recorded {
             recording(path, progress)?
         } else {
@@ -96,12 +95,6 @@ impl Source {
 
 fn has_extension_of_recordings(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
-}
-
-/// Whether a file without that extension is a recording.
-fn begins_as_recording(path: &Path) -> bool {
-    // What was read of a pipe cannot be read again.
-    path.is_file() && text_file::beginning(path, mcap::MAGIC.len()).is_ok_and(|bytes| bytes.starts_with(mcap::MAGIC))
 }
 
 fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, bool)> {

@@ -1,7 +1,5 @@
 //! The mechanism and the state whose small motion is asked for: a scene, or an instant of a recording.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap_complete::engine::ArgValueCompleter;
@@ -10,6 +8,7 @@ use super::completions;
 use super::failure::{CommandResult, Failure};
 use super::progress::over_file;
 use super::values::{finite, time};
+use crate::recording::begins_as_mcap;
 use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::scene::{SceneError, SceneSource, builtin};
 use crate::small_motion::{Crank, NoModes, Point, Subject};
@@ -65,7 +64,7 @@ impl SubjectArgs {
     /// The refusal of a scene. Of a recording, an instant is wanted.
     fn refused(&self, refusal: SceneError) -> Failure {
         let target = &self.target;
-        if is_recording(Path::new(target)) {
+        if begins_as_mcap(Path::new(target)) {
             Failure::Usage(format!("{target}: is a recording: name an instant of it, {target}@TIME, such as {target}@1.5"))
         } else {
             refusal.into()
@@ -111,12 +110,6 @@ impl Chosen {
         }
         Ok(())
     }
-}
-
-/// Whether a file begins as recordings do.
-fn is_recording(path: &Path) -> bool {
-    let mut beginning = [0; mcap::MAGIC.len()];
-    path.is_file() && File::open(path).is_ok_and(|mut file| file.read_exact(&mut beginning).is_ok()) && beginning == mcap::MAGIC
 }
 
 fn crank(text: &str) -> Result<Crank, String> {

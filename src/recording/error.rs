@@ -156,8 +156,11 @@ impl RecordingError {
     }
 }
 
-/// Whether a file begins as MCAP files do.
-fn begins_as_mcap(path: &Path) -> bool {
+/// Whether a file begins as MCAP files do. Pipes are not read: what was read of one cannot be read again.
+pub(crate) fn begins_as_mcap(path: &Path) -> bool {
+    if !path.is_file() {
+        return false;
+    }
     let mut beginning = [0; mcap::MAGIC.len()];
     std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut beginning)).is_ok() && beginning == mcap::MAGIC
 }
