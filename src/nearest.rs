@@ -6,14 +6,30 @@ use crate::shown::{shown_name, shown_names};
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;
 
-/// The one of `names` that is most like `given`, if any is like it.
+/// The one of `names` that is most like `given`, if any is like it; else the only one that has all its words: `y_m_per_s2` for `y`.
 pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    names
-        .into_iter()
-        .map(|name| (strsim::jaro_winkler(given, name), name))
-        .filter(|(likeness, _)| *likeness > LIKE)
-        .max_by(|one, other| one.0.total_cmp(&other.0))
-        .map(|(_, name)| name)
+    let names: Vec<&str> = names.into_iter().collect();
+    let like = names.iter().map(|name| (likeness(given, name), *name)).filter(|(likeness, _)| *likeness > LIKE);
+    like.max_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, name)| name).or_else(|| {
+        let mut wordier = names.iter().copied().filter(|name| has_words_of(given, name));
+        let first = wordier.next()?;
+        wordier.all(|other| other == first).then_some(first)
+    })
+}
+
+/// Similarity of two names. Names in one table share all but their last part, so that one has to be alike by itself, or to have its
+/// words: `links.crank.angle` is not `links.crank.revolutions`.
+fn likeness(given: &str, name: &str) -> f64 {
+    let whole = strsim::jaro_winkler(given, name);
+    match (given.rsplit_once('.'), name.rsplit_once('.')) {
+        (Some((_, given)), Some((_, name))) if !has_words_of(given, name) => whole.min(strsim::jaro_winkler(given, name)),
+        _ => whole,
+    }
+}
+
+/// Whether `name` has every word of `given`.
+fn has_words_of(given: &str, name: &str) -> bool {
+    given.split('_').all(|word| name.split('_').any(|other| other == word))
 }
 
 /// A question to end a refusal with, if one of `names` is like the one given; else nothing.
@@ -63,5 +79,22 @@ mod tests {
         {
             assert_eq!(nearest(given, names), near, "{given}");
         }
+    }
+
+    #[test]
+    fn regress_columns_of_one_table_are_told_apart_by_their_last_part() {
+        let names = ["links.crank.chord_rad", "links.crank.revolutions", "stamp.wall_time", "state"];
+        for (given, near) in [
+            ("links.crank.angle", None),
+            ("links.crank.position", None),
+            ("links.crank.chord", Some("links.crank.chord_rad")),
+            ("links.crnk.chord_rad", Some("links.crank.chord_rad")),
+            ("links.crank.revolution", Some("links.crank.revolutions")),
+            ("stamp.time", Some("stamp.wall_time")),
+        ] {
+            assert_eq!(nearest(given, names), near, "{given}");
+        }
+        assert_eq!(nearest("y", ["x_m_per_s2", "y_m_per_s2"]), Some("y_m_per_s2"));
+        assert_eq!(nearest("torque", ["driving_peak_torque_nm", "driving_mean_torque_nm"]), None, "either may be meant");
     }
 }

@@ -147,6 +147,55 @@ fn prop_quiet_leaves_results_and_errors() -> Tried {
 }
 
 #[test]
+fn regress_a_run_that_ends_badly_names_a_remedy_and_says_nothing_twice() -> Tried {
+    let run = ["run", "--no-bus", "--no-record", "--no-realtime", "--pace", "max"];
+    let [untrusted, both, of_first_order] = [
+        "\nnot to be trusted: `flexcrank check SCENE` suggests a step; `flexcrank trade SCENE` chooses one\n",
+        "\n`flexcrank check SCENE` suggests a step; `flexcrank trade SCENE` chooses one\n",
+        "\n`flexcrank trade SCENE` chooses model and step\n",
+    ];
+    for (more, code, what, remedy) in [
+        (["crank-slider", "--until", "1", "--set", "solver.step_s=0.1"], 6, "the energy balance was off", untrusted),
+        (["crank-slider", "--until", "1", "--set", "pulse.0.torque_nm=1e9"], 4, "diverged in step", both),
+        (["thesis-crank-slider", "--until", "22", "--set", "solver.weight=0.48"], 4, "diverged in step", of_first_order),
+    ] {
+        let ended = flexcrank(&[&run[..], &more].concat()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert_eq!((ended.status.code(), said.matches(what).count()), (Some(code), 1), "{said}");
+        assert!(said.ends_with(remedy), "{said}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_refusals_of_one_of_several_runs_name_its_scene() -> Tried {
+    for (more, why) in [
+        (&["thesis-crank-slider", "--until", "0.05"][..], "error: thesis-crank-slider: --until 0.05: the run would last"),
+        (&["ref-r2s", "--overrun", "degrade"], "error: crank-slider: --overrun degrade needs a scene with [[level]] tables"),
+        (&["thesis-two-masses", "--shadow", "rigid"], "error: --shadow rigid: thesis-two-masses: solver.model"),
+    ] {
+        let ended = flexcrank(&[&["run", "crank-slider"][..], more, &["--no-bus", "--no-record"]].concat()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert!(ended.status.code() == Some(2) && said.contains(why), "{said}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_table_that_replaces_another_says_so() -> Tried {
+    let folder = tempfile::tempdir()?;
+    for words in [&["cycle"][..], &["modes", "--count", "1"], &["response"]] {
+        for beginning in ["t.csv (", "replaced t.csv ("] {
+            let ended = flexcrank(&[words, &["--csv", "t.csv"]].concat()).current_dir(folder.path()).output()?;
+            let out = String::from_utf8(ended.stdout)?;
+            assert!(ended.status.success() && out.lines().any(|line| line.starts_with(beginning)), "{words:?}: {out}");
+        }
+        std::fs::remove_file(folder.path().join("t.csv"))?;
+    }
+    Ok(())
+}
+
+#[test]
 fn prop_a_service_open_to_the_network_without_passwords_warns() -> Tried {
     let warned = |listen: &str, name: &str| -> Result<bool, Box<dyn Error>> {
         let ended = flexcrank(&[&SHORT, &["--name", name, "--listen", listen][..]].concat()).output()?;

@@ -196,6 +196,25 @@ fn regress_clients_wait_for_a_service() -> Tried {
 }
 
 #[test]
+fn regress_an_interrupted_client_says_that_nothing_was_sent() -> Tried {
+    let pulse = ["pulse", "nobody", "--torque", "1", "--duration", "1"];
+    let setpoint = ["setpoint", "nobody", "--torque", "1", "--hold", "1"];
+    for words in [&pulse[..], &setpoint, &["control", "nobody", "pause"], &["list"]] {
+        // It accepts a connection, and never answers.
+        let silent = TcpListener::bind("127.0.0.1:0")?;
+        let endpoint = format!("tcp/{}", silent.local_addr()?);
+        let client = flexcrank(&[words, &["--wait=60", "--connect", &endpoint]].concat()).spawn()?;
+        let _connection = silent.accept()?;
+        let process = rustix::process::Pid::from_raw(i32::try_from(client.id())?).ok_or("no process id")?;
+        rustix::process::kill_process(process, rustix::process::Signal::INT)?;
+        let ended = client.wait_with_output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert_eq!((ended.status.code(), said.as_str()), (Some(130), "interrupted: nothing was sent\n"), "{words:?}");
+    }
+    Ok(())
+}
+
+#[test]
 fn regress_a_watch_in_lines_is_ended_by_an_interruption() -> Tried {
     let service = Service::start("interrupted", &["--no-record"])?;
     let mut watch = flexcrank(&["watch", "interrupted", "--plain", "--connect", &service.endpoint]).spawn()?;

@@ -111,8 +111,12 @@ fn prop_a_response_says_what_it_wrote_and_that_motion_grows() -> Outcome {
         let (code, told, said) = flexcrank(folder.path(), &line)?;
         assert_eq!(code, Some(0), "{said}");
         assert_eq!(said.contains("warning: the motion grows by itself as e^(5.42"), grows, "{said}");
-        for file in ["all.csv (", "step.csv (1001 rows)", "drawn/frequency-response.svg", "drawn/step-response.png"] {
-            assert!(told.lines().any(|line| line.starts_with(file)), "{file} in {told}");
+        let replaced = if grows { "" } else { "replaced " };
+        for file in ["all.csv (", "step.csv (1001 rows)"].map(|file| format!("{replaced}{file}")) {
+            assert!(told.lines().any(|line| line.starts_with(&file)), "{file} in {told}");
+        }
+        for file in ["drawn/frequency-response.svg", "drawn/step-response.png"] {
+            assert!(told.lines().any(|line| line == file), "{file} in {told}");
         }
     }
     Ok(())
@@ -127,6 +131,54 @@ fn regress_a_mode_that_is_another_kind_only_between_is_told() -> Outcome {
     assert!(told.contains(&format!("  the branch that begins as rod stretching 1 is {between}\n")), "{told}");
     let rows = std::fs::read_to_string(folder.path().join("all.csv"))?.lines().count() - 1;
     assert!(told.ends_with(&format!("all.csv ({rows} rows)\n")), "{told}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_picture_of_a_sweep_names_the_other_kinds_of_a_branch() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (code, told, said) = flexcrank(folder.path(), "modes crank-slider --angle 0:360:20 --plot drawn")?;
+    assert_eq!(code, Some(0), "{said}");
+    let svg = std::fs::read_to_string(folder.path().join("drawn/frequencies.svg"))?;
+    for label in [">rod bending 1<", ">rod stretching 1, in places crank bending 2 (99 %)<"] {
+        assert!(svg.contains(label), "{label} in {svg}");
+    }
+    assert!(told.contains("most damping"), "{told}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_largest_response_that_is_no_resonance_or_no_small_motion_is_named() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let springs = "--set oscillator.masses_kg=[1.0,2.0] --set oscillator.springs=[[0,1,300.0],[1,2,200.0]]";
+    let end = |end: &str| format!("largest at the {end} end of the range, which is no resonance");
+    let free = "no stiffness holds the mechanism".to_owned();
+    for (line, says, not) in [
+        (
+            "crank-slider --angle 57".to_owned(),
+            vec![
+                format!("  crank_angle_rad, slider_m: {}\n", end("lower")),
+                format!("  {free}"),
+                "small motion (1 rad)".to_owned(),
+            ],
+            vec![end("upper")],
+        ),
+        (
+            "crank-slider --angle 57 --output rod_deflection_m".to_owned(),
+            vec![],
+            vec![end("lower"), end("upper"), free.clone(), "1 rad".to_owned()],
+        ),
+        (
+            format!("thesis-two-masses {springs} --output mass_1_m --from 1e-4 --to 1e-3"),
+            vec![format!("  mass_1_m: {}\n", end("upper"))],
+            vec![end("lower"), free.clone()],
+        ),
+    ] {
+        let (code, told, said) = flexcrank(folder.path(), &format!("response {line}"))?;
+        assert_eq!(code, Some(0), "{said}");
+        assert!(says.iter().all(|text| told.contains(text)), "{says:?} in {told}");
+        assert!(!not.iter().any(|text| told.contains(text)), "{not:?} not in {told}");
+    }
     Ok(())
 }
 

@@ -95,6 +95,30 @@ fn regress_a_file_that_is_no_recording_is_said_to_be_none() -> Result<(), Box<dy
 }
 
 #[test]
+fn regress_a_scene_in_place_of_a_recording_is_told_its_commands() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let [scene, out] = ["mine.toml", "out"].map(|name| folder.path().join(name).display().to_string());
+    std::fs::write(&scene, flexcrank(&["scenes", "crank-slider"])?.1)?;
+    let hint = format!(", but a scene: `flexcrank check {scene}` checks it, `flexcrank run {scene}` runs it");
+    for command in ["info", "verify", "replay", "plot"] {
+        refused(&[command, &scene], 1, &[&hint])?;
+    }
+    refused(&["recover", &scene, "-o", &out], 1, &[&hint])?;
+    refused(&["run", "--no-record", "--resume", &scene], 1, &[&hint])?;
+    refused(&["export", &scene, "--csv", &out], 1, &["mine.toml: not an MCAP file", &hint])
+}
+
+#[test]
+fn regress_decimal_commas_and_units_of_angles_are_refused_with_a_remedy() -> Result<(), Box<dyn Error>> {
+    let point = "a number has a decimal point, not a comma: ";
+    refused(&["run", "--until", "1,5"], 2, &[&format!("tip: {point}1.5")])?;
+    refused(&["run", "--set", "crank.length_m=0,15"], 2, &[&format!("{point}0.15")])?;
+    refused(&["modes", &format!("{SAMPLE}@0,5")], 2, &[&format!("{point}0.5")])?;
+    refused(&["linearise", "--angle", "57deg"], 2, &["a number of degrees without its unit, such as 57"])?;
+    refused(&["modes", "--angle", "57deg"], 2, &["degrees without their unit: a number, or FROM:TO:STEP"])
+}
+
+#[test]
 fn regress_incomplete_arguments() -> Result<(), Box<dyn Error>> {
     refused(&["run", "--set", "pulse=[{"], 2, &["--set pulse=[{: not TOML: "])?;
     refused(&["run", "--set", "rod.length_m=1.2m"], 2, &["--set rod.length_m=1.2m: not TOML: "])?;
@@ -123,6 +147,8 @@ fn regress_a_word_in_the_wrong_place_is_told_from_a_right_one() -> Result<(), Bo
     refused(&["what-if", SAMPLE, "--add-pulse", "99:5:0.1"], 2, &["which ends at", "choose an earlier instant"])?;
     refused(&["what-if", SAMPLE, "--set", "solver.integrator=runge-kutta"], 2, &["beyond the stability limit"])?;
     refused(&["modes", &format!("{SAMPLE}@99")], 2, &["which ends at", "choose an earlier instant"])?;
+    refused(&["control", "crank", "set", "slider.mass_kg"], 2, &["KEY=VALUE, such as slider.mass_kg=0.3"])?;
+    refused(&["control", "crank", "set", "slider.mass_kg="], 2, &["KEY=VALUE, such as slider.mass_kg=0.3"])?;
     refused(&["control", "crank", "paus"], 2, &["a similar subcommand exists: 'pause'"])?;
     refused(&["watch", "crank", "--signals", "x", "--connect", "tcp/127.0.0.1:9"], 1, &["warning: --signals draws charts"])?;
     refused(&["modes", &format!("{SAMPLE}@abc")], 2, &["`abc` after the @ is not a time from 0", "200ms"])?;
@@ -133,13 +159,14 @@ fn regress_a_word_in_the_wrong_place_is_told_from_a_right_one() -> Result<(), Bo
 }
 
 #[test]
-fn regress_help_that_cannot_be_printed_is_a_failure() -> Result<(), Box<dyn Error>> {
-    for words in [["trade", "--help"].as_slice(), &["--version"]] {
+fn regress_output_that_cannot_be_printed_is_a_failure_of_standard_output() -> Result<(), Box<dyn Error>> {
+    for words in [["trade", "--help"].as_slice(), &["--version"], &["scenes"], &["info", SAMPLE], &["verify", SAMPLE]] {
         let full = std::fs::File::options().write(true).open("/dev/full")?;
         let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
         let output = command.args(words).stdout(full).output()?;
         let said = String::from_utf8(output.stderr)?;
-        assert!(output.status.code() == Some(1) && said.contains("No space left"), "{words:?}: {said}");
+        let named = said.starts_with("error: standard output: No space left");
+        assert!(output.status.code() == Some(1) && named, "{words:?}: {said}");
     }
     Ok(())
 }
@@ -173,7 +200,7 @@ fn prop_responses_are_drawn_by_unit() -> Result<(), Box<dyn Error>> {
     let (code, _, said) = flexcrank(&["response", "crank-slider", "--angle", "57", "--plot", path])?;
     assert_eq!(code, Some(0), "{said}");
     for (name, wanted) in [
-        ("frequency", ["magnitude of crank angle (rad per N·m)", "magnitude (m per N·m)", "phase (°)", ">slider<"]),
+        ("frequency", ["angle (rad per N·m)", "magnitude (m per N·m)", "phase (°)", ">slider<"]),
         ("step", ["(rad)", "(m)", "time (s)", "by 1 N·m"]),
     ] {
         let svg = std::fs::read_to_string(plots.join(format!("{name}-response.svg")))?;
@@ -222,6 +249,7 @@ fn regress_a_wrong_column_lists_the_columns_of_each_topic() -> Result<(), Box<dy
         let (_, _, said) = flexcrank(words)?;
         assert!(said.len() < 4000 && !said.contains("log_time"), "{} characters: {said}", said.len());
     }
+    refused(&["plot", SAMPLE, "--y", "links.crank.angle", "-o", into], 2, &["no column `links.crank.angle`; there are\n"])?;
     refused(&["plot", SAMPLE, "--y", "driving_torque", "-o", into], 2, &["did you mean `driving_torque_nm`?"])
 }
 
@@ -359,8 +387,8 @@ fn regress_steps_of_fixed_cost() -> Result<(), Box<dyn Error>> {
     fn run<'a>(words: &[&'a str]) -> Vec<&'a str> {
         [&["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.1", "--fixed-cost"], words].concat()
     }
-    refused(&run(&["--set", "solver.corrections=2"]), 2, &["--fixed-cost: the scene names solver.corrections"])?;
-    refused(&run(&["--set", "level=[{ name = \"one\" }]"]), 2, &["--fixed-cost: the scene has [[level]] tables"])?;
+    refused(&run(&["--set", "solver.corrections=2"]), 2, &["--fixed-cost: crank-slider: the scene names solver.corrections"])?;
+    refused(&run(&["--set", "level=[{ name = \"one\" }]"]), 2, &["--fixed-cost: crank-slider: the scene has [[level]] tables"])?;
     refused(&run(&["--set", "solver.integrator=runge-kutta"]), 2, &["solver.step_s", "beyond the stability limit"])?;
     refused(&["run", "--resume", SAMPLE, "--fixed-cost"], 2, &["--fixed-cost", "--resume"])?;
     let (ended, _, said) = flexcrank(&run(&[]))?;

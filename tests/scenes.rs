@@ -283,3 +283,88 @@ fn regress_files_that_are_no_scenes_are_refused_with_a_remedy() {
     let said = open(file.to_str().unwrap());
     assert!(said.contains("scene.toml:2: not text in UTF-8; a scene is a TOML file"), "{said}");
 }
+
+/// All refusals of the default scene with some lines replaced, a line each.
+fn all_refused(lines: &[(&str, &str)]) -> Vec<String> {
+    let text = builtin::find("crank-slider").unwrap().text.to_owned();
+    let text = lines.iter().fold(text, |text, &(line, instead)| text.replacen(line, instead, 1));
+    let refused = SceneSource::parse("scene.toml", &text, &[]).unwrap_err();
+    refused.in_full().lines().map(str::to_owned).collect()
+}
+
+fn assert_lines(said: &[String], expected: &[&str]) {
+    assert_eq!(said.len(), expected.len(), "{said:?}");
+    said.iter().zip(expected).for_each(|(said, expected)| assert!(said.contains(expected), "{expected} in {said}"));
+}
+
+#[test]
+fn regress_every_independent_mistake_is_refused_in_one_call() {
+    let names = all_refused(&[
+        ("length_m = 0.5", "lenght_m = 0.5"),
+        ("length_m = 1.5", "lenght_m = 1.5"),
+        ("mass_kg = 0.2", "mass_kg = \"heavy\""),
+        ("[solver]", "[silder]\nmas_kg = 1.0\n[solver]"),
+    ]);
+    let expected = [
+        "scene.toml:5: crank.lenght_m = 0.5: unknown key; did you mean `length_m`?",
+        "scene.toml:15: rod.lenght_m = 1.5: unknown key; did you mean `length_m`?",
+        "scene.toml:25: slider.mass_kg = \"heavy\": must be a number",
+        "scene.toml:34: silder: unknown key; did you mean `slider`?",
+    ];
+    assert_lines(&names, &expected);
+    let values = all_refused(&[
+        (
+            "length_m = 0.5\nsection = { shape = \"rectangle\", width_m = 0.01",
+            "section = { shape = \"rectangle\", width_m = -1.0",
+        ),
+        ("length_m = 1.5", "length_m = 1e7"),
+        ("mass_kg = 0.2", "mass_kg = -1"),
+        ("torque_nm = 20.0\n", ""),
+        ("\"raised-cosine\"", "\"cosine\""),
+        ("\"esdirk\"", "\"euler\""),
+    ]);
+    let expected = [
+        "scene.toml:4: crank: missing key `length_m`",
+        "scene.toml:5: crank.section.width_m = -1.0: must be a number from 1e-9 to 1000",
+        "scene.toml:14: rod.length_m = 1e7: must be a number from 1e-9 to 1e6",
+        "scene.toml:24: slider.mass_kg = -1: must be a number from 0 to 1e9",
+        "scene.toml:26: pulse.0: missing key `torque_nm`",
+        "scene.toml:29: pulse.0.shape = \"cosine\": must be one of rectangular, raised-cosine",
+        "scene.toml:34: solver.integrator = \"euler\": must be one of",
+    ];
+    assert_lines(&values, &expected);
+    let many: String = (0..100).map(|key| format!("key{key} = 1\n")).collect();
+    assert_eq!(all_refused(&[("[slider]\n", format!("[slider]\n{many}").as_str())]).len(), 10, "the longest list");
+}
+
+/// A refused mass is not refused again as the moment of inertia that would follow from it.
+#[test]
+fn regress_what_follows_from_a_refused_value_is_not_refused_too() {
+    let link = "[crank]\nlength_m = 1.0\nmass_kg = -2.0\n[rod]\nlength_m = 0.5\nmass_kg = 1.0\n";
+    let text = format!("{link}[slider]\n[solver]\nmodel = \"rigid\"\n");
+    let refused = SceneSource::parse("scene.toml", &text, &[]).unwrap_err();
+    assert_eq!(refused.in_full(), "scene.toml:3: crank.mass_kg = -2.0: must be a number from 0 to 1e9");
+}
+
+#[test]
+fn regress_a_refused_override_names_the_option_and_a_remedy() {
+    for (given, expected) in [
+        ("foo.bar=1", "--set foo.bar=1: foo: unknown key"),
+        ("drive.ramp.over_s=1", "--set drive.ramp.over_s=1: "),
+        ("pulse=[{start_s=0.0, torque_nm=inf, duration_s=1.0}]", "duration_s=1.0}]: pulse.0.torque_nm = inf: must be a number"),
+        ("gravity.y=-9.81", "gravity.y = -9.81: unknown key; did you mean `y_m_per_s2`?"),
+        ("gravity=-9.81", "gravity = -9.81: must be a table (known here: x_m_per_s2, y_m_per_s2)"),
+        ("pulse.torque_nm=1", "`pulse` is a list: number the entry, as in pulse.0.torque_nm"),
+        ("crank.length_m=0,15", "not TOML: a number has a decimal point, not a comma: 0.15"),
+    ] {
+        let said = changed(&[given]);
+        assert!(said.contains(expected), "{given}: {said}");
+    }
+    for (line, instead, expected) in [
+        ("mass_kg = 0.2", "mass_kg = 0,2", "scene.toml:25: not TOML: a number has a decimal point, not a comma: 0.2"),
+        ("width_m = 0.01", "width_m = 0,01", "scene.toml:6: not TOML: a number has a decimal point, not a comma: 0.01"),
+        ("[[pulse]]", "[pulse]", "scene.toml:27: pulse: must be a list, each entry in a table [[pulse]]"),
+    ] {
+        assert!(refused(&with(line, instead)).starts_with(expected), "{}", refused(&with(line, instead)));
+    }
+}

@@ -12,7 +12,7 @@ use super::BusError;
 use super::encoding::{answer, protobuf_of};
 use super::keys::Name;
 use super::refusal_log::RefusalLog;
-use crate::runtime::{Command, Inbox, ReplyTo, Request};
+use crate::runtime::{Command, Inbox, Reply, ReplyTo, Request, Response};
 use crate::wire::{
     self, Advance, AdvanceReply, BadCommand, CommandReply, Control, ReplayControl, Setpoint, TorquePulse, replay_control,
 };
@@ -32,13 +32,14 @@ type Decoded<T> = Result<(String, T), (String, BadCommand)>;
 struct KeyOptions {
     /// Whether it accepts puts beside queries.
     puts: bool,
-    encode: fn(AdvanceReply) -> (Vec<u8>, Encoding),
+    encode: fn(Response) -> (Vec<u8>, Encoding),
 }
 
 const COMMANDS: KeyOptions =
-    KeyOptions { puts: true, encode: |reply| (reply.reply.unwrap_or_default().encode_to_vec(), protobuf_of::<CommandReply>()) };
+    KeyOptions { puts: true, encode: |to| (CommandReply::from(to.reply).encode_to_vec(), protobuf_of::<CommandReply>()) };
 const QUERIES: KeyOptions = KeyOptions { puts: false, ..COMMANDS };
-const ADVANCES: KeyOptions = KeyOptions { puts: false, encode: |reply| (reply.encode_to_vec(), protobuf_of::<AdvanceReply>()) };
+const ADVANCES: KeyOptions =
+    KeyOptions { puts: false, encode: |to| (AdvanceReply::from(to).encode_to_vec(), protobuf_of::<AdvanceReply>()) };
 
 /// A key that accepts commands.
 pub struct CommandKey {
@@ -86,7 +87,7 @@ pub fn replay_commands(
         let handle = handle.clone();
         CommandKey::declare(session, key, options, move |payload, reply| match decode(payload) {
             Ok((id, action)) => handle(id, action, reply),
-            Err((id, bad)) => reply(CommandReply { id, reason: bad.to_string(), ..CommandReply::default() }.into()),
+            Err((id, bad)) => reply(Reply::refused(id, bad.to_string()).into()),
         })
     };
     Ok(vec![declare(name.replay(), COMMANDS, replay)?, declare(name.control(), QUERIES, control_of_replay)?])
@@ -105,17 +106,17 @@ impl CommandKey {
         let put = move |sample: Sample| {
             let refusal_log = put_log.clone();
             let payload = admitted(&put_key, sample.key_expr(), Some(sample.payload()));
-            receive_put(payload, Box::new(move |reply| refusal_log.record(&reply.reply.unwrap_or_default())));
+            receive_put(payload, Box::new(move |response| refusal_log.record(&response.reply)));
         };
         let own_key = key.clone();
         let query = move |query: Query| {
             let payload = admitted(&own_key, query.key_expr(), query.payload());
             if let Err(bad) = &payload {
-                refusal_log.record(&CommandReply { reason: bad.to_string(), ..CommandReply::default() });
+                refusal_log.record(&Reply::refused(String::new(), bad.to_string()));
             }
             let key = own_key.clone();
-            let reply = move |reply: AdvanceReply| {
-                let (payload, encoding) = (options.encode)(reply);
+            let reply = move |response: Response| {
+                let (payload, encoding) = (options.encode)(response);
                 answer(&query, &key, payload, encoding);
             };
             receive(payload, Box::new(reply));
@@ -188,7 +189,9 @@ fn advance(payload: Payload) -> Decoded<Request> {
 }
 
 fn control(payload: Payload) -> Decoded<Request> {
-    decode(payload, |Control { id, action }| (id, action.ok_or(BadCommand::NoAction).map(Request::Control)))
+    decode(payload, |Control { id, action }| {
+        (id, action.ok_or(BadCommand::NoAction).map(|action| Request::Control(action.into())))
+    })
 }
 
 fn replay(payload: Payload) -> Decoded<replay_control::Action> {

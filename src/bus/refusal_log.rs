@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::wire::CommandReply;
+use crate::runtime::Reply;
 
 /// Rate limit: time between two lines of the log.
 const LOG_PERIOD: Duration = Duration::from_secs(1);
@@ -16,7 +16,7 @@ pub(crate) struct RefusalLog {
 
 impl RefusalLog {
     /// Logs a refusal, or counts it if the last line is less than a second old.
-    pub(crate) fn record(&self, reply: &CommandReply) {
+    pub(crate) fn record(&self, reply: &Reply) {
         if reply.accepted {
             return;
         }

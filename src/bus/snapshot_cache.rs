@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use zenoh::bytes::ZBytes;
 
-use crate::simulation::Sample;
-use crate::wire::{Snapshot, TelemetryEncoder, Topic};
+use crate::simulation::{Sample, SampleContext};
+use crate::wire::{Snapshot, Topic};
 
 /// The snapshot's entry for one topic.
 #[derive(Debug, Default)]
@@ -17,7 +17,7 @@ pub enum SnapshotEntry {
     /// An encoded message.
     Bytes(ZBytes),
     /// The sample to encode when the snapshot is queried.
-    Sample(Arc<TelemetryEncoder>, Arc<Sample>),
+    Sample(Arc<SampleContext>, Arc<Sample>),
 }
 
 impl<B: Into<ZBytes>> From<B> for SnapshotEntry {
@@ -42,20 +42,20 @@ impl SnapshotCache {
 
     pub(super) fn snapshot(&self) -> Snapshot {
         Snapshot {
-            displacements: self.newest(Topic::Displacements, TelemetryEncoder::displacements),
-            angles: self.newest(Topic::Angles, TelemetryEncoder::angles),
-            loads: self.newest(Topic::Loads, TelemetryEncoder::loads),
-            energies: self.newest(Topic::Energies, TelemetryEncoder::energies),
+            displacements: self.newest(Topic::Displacements, SampleContext::displacements),
+            angles: self.newest(Topic::Angles, SampleContext::angles),
+            loads: self.newest(Topic::Loads, SampleContext::loads),
+            energies: self.newest(Topic::Energies, SampleContext::energies),
             status: self.newest(Topic::Status, |_, _| Default::default()),
             sequences: self.messages.iter().map(|(topic, (number, _))| (topic.chunk().to_owned(), *number)).collect(),
         }
     }
 
-    fn newest<M: prost::Message + Default>(&self, topic: Topic, make: impl Fn(&TelemetryEncoder, &Sample) -> M) -> Option<M> {
+    fn newest<M: prost::Message + Default>(&self, topic: Topic, make: impl Fn(&SampleContext, &Sample) -> M) -> Option<M> {
         match self.messages.get(&topic).map(|(_, kept)| kept)? {
             SnapshotEntry::Number => None,
             SnapshotEntry::Bytes(bytes) => M::decode(&*bytes.to_bytes()).ok(),
-            SnapshotEntry::Sample(telemetry, sample) => Some(make(telemetry, sample)),
+            SnapshotEntry::Sample(context, sample) => Some(make(context, sample)),
         }
     }
 }

@@ -10,6 +10,8 @@ use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use super::failure::Failure;
+use super::output::of_standard_output;
+use crate::decimal_comma::decimal_comma_hint;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -60,12 +62,12 @@ pub(super) fn command_line() -> String {
 fn print(error: clap::Error) -> ExitCode {
     let asked_for = !error.use_stderr();
     match error.print().and_then(|()| std::io::stdout().flush()) {
-        Err(cause) if asked_for && cause.kind() != ErrorKind::BrokenPipe => Failure::from(cause).report(),
+        Err(cause) if asked_for && cause.kind() != ErrorKind::BrokenPipe => Failure::from(of_standard_output(cause)).report(),
         _ => ExitCode::from(if asked_for { 0 } else { 2 }),
     }
 }
 
-/// Adds a way on to an error of the arguments: the commands there are, or the place of a scene and of options.
+/// Adds a way on to an error of the arguments: the commands there are, the place of a scene and of options, or a decimal point.
 fn with_tips(mut error: clap::Error, root: &clap::Command) -> clap::Error {
     let words = std::env::args_os().skip(1);
     let innermost = words.fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
@@ -82,6 +84,7 @@ fn with_tips(mut error: clap::Error, root: &clap::Command) -> clap::Error {
         Kind::UnknownArgument if !is_option && innermost.has_subcommands() => Some(names(command)),
         // clap's tip, to pass an option as a value, seldom helps.
         Kind::UnknownArgument if is_option && error.get(ContextKind::SuggestedArg).is_none() => Some(String::new()),
+        Kind::ValueValidation => error.get(ContextKind::InvalidValue).and_then(|value| decimal_comma_hint(&value.to_string())),
         _ => None,
     };
     match tip {

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::bus_args::BusArgs;
 use super::failure::{CommandResult, Failure};
+use super::signals::interruption_leaves;
 use super::values::positive_time;
 use crate::bus::{self, BusError, Name, Session, client};
 
@@ -29,6 +30,7 @@ impl ClientArgs {
     /// Tries until it succeeds, or fails for a reason that waiting does not mend, or the time to wait is over.
     pub(super) fn waiting_for<T>(&self, awaited: &str, attempt: impl Fn() -> Result<T, BusError>) -> CommandResult<T> {
         let begun = Instant::now();
+        interruption_leaves("nothing was sent".to_owned());
         loop {
             match (attempt(), self.wait) {
                 (Err(error), Some(wait_s)) if may_appear(&error) => {

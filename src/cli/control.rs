@@ -8,7 +8,7 @@ use super::completions;
 use super::failure::{CommandResult, Failure};
 use super::replay::rate;
 use super::replies::{fresh_id, send_and_print};
-use super::values::{count, time};
+use super::values::{change, count, time};
 use crate::bus::{BusError, Name, client};
 use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
@@ -66,7 +66,7 @@ pub(super) enum Action {
     /// Change the running scene, all keys or none: masses, stiffness, damping, loads, model, modes, mesh, integrator, step.
     Set {
         /// KEY=VALUE, as in `run --set`.
-        #[arg(required = true, value_name = "KEY=VALUE")]
+        #[arg(required = true, value_name = "KEY=VALUE", value_parser = change)]
         changes: Vec<String>,
     },
     /// Go on at a level of detail that the scene names.

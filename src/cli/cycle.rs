@@ -12,6 +12,7 @@ use super::failure::CommandResult;
 use super::folders::must_be_writable;
 use super::output::output;
 use super::values::number;
+use super::written::write_table;
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::cycle::{self, Arms, Extreme, Options, balance, extremes, ratios_between, speed_rad_per_s, sweep, words};
@@ -59,7 +60,7 @@ pub(super) struct Args {
     /// the rod's length, ω the crank's rate, m3 the slider's mass.
     #[arg(long)]
     dimensionless: bool,
-    /// Write the complete table to this file.
+    /// Write the complete table to this file. One of the same name is replaced.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
@@ -101,8 +102,8 @@ pub(super) fn cycle(args: &Args) -> CommandResult {
     writeln!(out, "{}, one turn at {speed} rad/s{}", args.scene, args.changing())?;
     show(&table)?;
     if let Some(path) = &args.csv {
-        table.write_csv(path)?;
-        writeln!(out, "\n{} ({} rows)", path.display(), table.rows())?;
+        writeln!(out)?;
+        write_table(path, &table, true)?;
     }
     Ok(ExitStatus::Success)
 }

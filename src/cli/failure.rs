@@ -69,6 +69,12 @@ impl From<io::Error> for Failure {
     }
 }
 
+impl From<SceneError> for Failure {
+    fn from(refused: SceneError) -> Self {
+        Failure::Usage(refused.in_full())
+    }
+}
+
 /// Declares for each error type which of its errors mean that the request is wrong.
 macro_rules! usage {
     ($($error:ty: $is_usage:expr),* $(,)?) => {$(
@@ -95,7 +101,6 @@ usage! {
     PlotError: |error| matches!(error, PlotError::Request(_)),
     RecordingError: |error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }),
     ResimulationError: ResimulationError::is_usage,
-    SceneError: |_| true,
     ServiceError: |error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }),
     StepError: |_| false,
     SweepError: |error| matches!(error, SweepError::Spec(_) | SweepError::Scene(_)),

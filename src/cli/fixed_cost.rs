@@ -7,7 +7,7 @@ use crate::study::fixed_cost::{NotRated, rate};
 
 /// The scene with steps of fixed cost; prints how many corrections suffice, and what they add to the error.
 pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource> {
-    let refused = |problem: &str| Err(Failure::Usage(format!("--fixed-cost: {problem}")));
+    let refused = |problem: &str| Err(Failure::Usage(format!("--fixed-cost: {}: {problem}", source.origin)));
     if source.scene.solver.corrections.is_some() {
         return refused("the scene names solver.corrections: leave one of them out");
     }

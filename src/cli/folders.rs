@@ -35,11 +35,13 @@ pub(super) fn must_have_folder(path: &Path) -> CommandResult<()> {
     }
 }
 
-/// Refuses to begin a run whose default folder of recordings cannot be written, and names the options that help.
-pub(super) fn must_hold_recordings(folder: &Path) -> CommandResult<()> {
-    let probe = || std::fs::create_dir_all(folder).and_then(|()| WholeFile::create(&folder.join("probe")).map(drop));
-    let remedy = "record elsewhere with --record, or not at all with --no-record";
-    probe().map_err(|cause| Failure::Failed(format!("{}: {cause}: {remedy}", folder.display())))
+/// Refuses to begin work whose default folder of recordings cannot be written, or created, and names the options that help. The folder
+/// is not created.
+pub(super) fn must_hold_recordings(folder: &Path, remedy: &str) -> CommandResult<()> {
+    let name = ".flexcrank-probe";
+    let probe = if folder.exists() { folder.join(name) } else { folder.with_file_name(name) };
+    let probed = WholeFile::create(&probe).map(drop);
+    probed.map_err(|cause| Failure::Failed(format!("{}: {cause}: {remedy}", folder.display())))
 }
 
 /// Creates an output folder, unless it exists; the folder around it must exist.

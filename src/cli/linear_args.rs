@@ -15,10 +15,10 @@ pub(super) struct LinearArgs {
     #[command(flatten)]
     pub subject: SubjectArgs,
     /// Crank angle, degrees. Default: that of the scene's start.
-    #[arg(long, value_name = "DEG", value_parser = any)]
+    #[arg(long, value_name = "DEG", value_parser = degrees)]
     pub angle: Option<f64>,
     /// Crank speed of a steady rotation, rad/s: of one link without weight.
-    #[arg(long, value_name = "RAD/S", value_parser = any)]
+    #[arg(long, value_name = "RAD/S", value_parser = rate)]
     pub speed: Option<f64>,
 }
 
@@ -77,6 +77,10 @@ impl LinearArgs {
     }
 }
 
-fn any(text: &str) -> Result<f64, String> {
-    finite(text).ok_or_else(|| "a number".to_owned())
+fn degrees(text: &str) -> Result<f64, String> {
+    finite(text).ok_or_else(|| "a number of degrees without its unit, such as 57".to_owned())
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    finite(text).ok_or_else(|| "a number in rad/s without its unit, such as 30".to_owned())
 }

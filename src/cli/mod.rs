@@ -67,6 +67,7 @@ mod values;
 mod verify;
 mod watch;
 mod what_if;
+mod written;
 
 use std::process::ExitCode;
 

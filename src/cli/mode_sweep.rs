@@ -106,7 +106,8 @@ impl Swept {
         let (_, unit) = self.unit();
         let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
         writeln!(output(), "{}: {} points from {}{unit} to {}{unit}", target, self.values.len(), ends[0], ends[1])?;
-        let mut rows = vec![["mode", "lowest Hz", "at", "highest Hz", "at", "damping"].map(str::to_owned).to_vec()];
+        let columns = ["mode", "lowest Hz", "at", "highest Hz", "at", "most damping", "at"];
+        let mut rows = vec![columns.map(str::to_owned).to_vec()];
         for branch in branches {
             let by_frequency = |one: &(f64, &Mode), other: &(f64, &Mode)| one.1.frequency_hz().total_cmp(&other.1.frequency_hz());
             let (Some(low), Some(high)) = (self.along(branch).min_by(by_frequency), self.along(branch).max_by(by_frequency))
@@ -115,9 +116,9 @@ impl Swept {
             };
             let at = |value: f64| format!("{}{unit}", figure(value));
             let most = self.along(branch).max_by(|one, other| one.1.damping_ratio().total_cmp(&other.1.damping_ratio()));
-            let damped = most.map(|(_, mode)| damping(&mode.into())).unwrap_or_default();
+            let damped = most.map(|(value, mode)| [damping(&mode.into()), at(value)]).unwrap_or_default();
             let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
-            rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), vec![damped]].concat());
+            rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), damped.to_vec()].concat());
         }
         print(&rows, 1)?;
         self.show_events(branches)
@@ -164,11 +165,15 @@ impl Swept {
         };
         let mut drawn = plot::Figure::new(title, x, plot::Axis::new("frequency", "Hz"));
         let mut highest = 0.0_f64;
-        for branch in branches {
+        let others = other_kinds(&self.modes, branches);
+        for (number, branch) in branches.iter().enumerate() {
+            // The whole branch has the name of its beginning.
+            let elsewhere = others.iter().filter(|other| other.branch == number);
+            let elsewhere: String = elsewhere.map(|other| format!(", in places {}", other.title)).collect();
             let (values, hertz): (Vec<f64>, Vec<f64>) =
                 self.along(branch).map(|(value, mode)| (value, mode.frequency_hz())).unzip();
             highest = hertz.iter().fold(highest, |most, hz| most.max(*hz));
-            drawn = drawn.line(&branch.name, &values, &hertz);
+            drawn = drawn.line(format!("{}{elsewhere}", branch.name), &values, &hertz);
         }
         if self.along == Along::Speed {
             for order in 1..=ORDERS {

@@ -1,7 +1,7 @@
 //! `modes`: natural frequencies, damping and shapes.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -21,11 +21,11 @@ use super::progress::bar;
 use super::signals::Interruption;
 use super::small_motion_args::{Chosen, SubjectArgs, range};
 use super::values::count;
+use super::written::{draw, write_table};
 use crate::bus::{self, Name, client};
-use crate::plot::{self, Format, Picture};
+use crate::plot;
 use crate::shown::shown_s;
 use crate::small_motion::{LiveModes, Mode, ModeReport, NoModes, is_uncertain, modes as find};
-use crate::study::Table;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -65,7 +65,7 @@ pub(super) struct Args {
     #[command(flatten)]
     pub subject: SubjectArgs,
     /// Crank angles, degrees. Default: that of the scene's start.
-    #[arg(long, value_name = "DEG|FROM:TO:STEP", value_parser = Values::parse)]
+    #[arg(long, value_name = "DEG|FROM:TO:STEP", value_parser = Values::degrees)]
     pub angle: Option<Values>,
     /// Crank speeds, rad/s.
     #[arg(long, value_name = "RAD/S|FROM:TO:STEP", value_parser = Values::parse)]
@@ -80,7 +80,7 @@ pub(super) struct Args {
     /// Number of modes.
     #[arg(long, value_name = "N", default_value = "8", value_parser = count)]
     pub count: u64,
-    /// Write every mode at every point to this file.
+    /// Write every mode at every point to this file. One of the same name is replaced.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     /// Draw into this folder, as SVG and PNG: the shapes of the modes, or their frequencies along a sweep.
@@ -106,6 +106,10 @@ pub(super) struct Values(pub Vec<f64>);
 impl Values {
     fn parse(text: &str) -> Result<Self, String> {
         range(text).map(Values)
+    }
+
+    fn degrees(text: &str) -> Result<Self, String> {
+        Self::parse(text).map_err(|problem| format!("degrees without their unit: {problem}"))
     }
 }
 
@@ -323,25 +327,4 @@ fn shapes(swept: &Swept) -> Vec<(String, plot::Figure)> {
         (format!("mode-{}-{}", number + 1, mode.name().replace(' ', "-")), plot::mode_shape(&title, &mode.links))
     };
     modes.iter().enumerate().filter(|(_, mode)| !mode.links.is_empty()).map(shape).collect()
-}
-
-/// Draws a picture into a folder; its files are told on standard output, unless that is JSON.
-pub(super) fn draw(folder: &Path, name: &str, picture: &dyn Picture, told: bool) -> CommandResult<()> {
-    for format in [Format::Svg, Format::Png] {
-        let path = folder.join(format!("{name}.{}", format.extension()));
-        picture.write(&path, format)?;
-        if told {
-            writeln!(output(), "{}", path.display())?;
-        }
-    }
-    Ok(())
-}
-
-/// Writes a table as CSV; the file is told on standard output, unless that is JSON.
-pub(super) fn write_table(path: &Path, table: &Table, told: bool) -> CommandResult<()> {
-    table.write_csv(path)?;
-    if told {
-        writeln!(output(), "{} ({} rows)", path.display(), table.rows())?;
-    }
-    Ok(())
 }

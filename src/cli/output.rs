@@ -7,33 +7,42 @@ use std::io::{self, ErrorKind, Stderr, Stdout, Write};
 /// `head` does, output is dropped: the work goes on, and its exit code counts. Names that may hold a line break are printed by
 /// [`shown_name`](crate::shown::shown_name).
 pub(super) fn output() -> Output<Stdout> {
-    Output(io::stdout())
+    Output { to: io::stdout(), named: of_standard_output }
 }
 
 /// Standard error, like [`output`].
 pub(super) fn messages() -> Output<Stderr> {
-    Output(io::stderr())
+    Output { to: io::stderr(), named: |error| error }
+}
+
+/// An error of standard output that says so.
+pub(super) fn of_standard_output(error: io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("standard output: {error}"))
 }
 
 /// See [`output`].
-pub(super) struct Output<W>(W);
+pub(super) struct Output<W> {
+    to: W,
+    /// Adds its name to an error.
+    named: fn(io::Error) -> io::Error,
+}
 
 impl<W: Write> Write for Output<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let is_plain = |byte: &u8| !byte.is_ascii_control() || matches!(byte, b'\n' | b'\t');
         if bytes.iter().all(is_plain) {
-            return unless_closed(self.0.write(bytes), bytes.len());
+            return unless_closed(self.to.write(bytes), bytes.len()).map_err(self.named);
         }
         for part in bytes.chunk_by(|a, b| is_plain(a) == is_plain(b)) {
             let plain = part.iter().all(is_plain);
             let escaped = if plain { part.to_vec() } else { part.escape_ascii().to_string().into_bytes() };
-            unless_closed(self.0.write_all(&escaped), ())?;
+            unless_closed(self.to.write_all(&escaped), ()).map_err(self.named)?;
         }
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        unless_closed(self.0.flush(), ())
+        unless_closed(self.to.flush(), ()).map_err(self.named)
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::failure::CommandResult;
+use super::failure::{CommandResult, Failure};
 use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
+use crate::scene::scene_hint;
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
 
@@ -27,6 +28,9 @@ impl Source {
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = has_extension_of_recordings(path) || begins_as_mcap(path);
+        if let Some(hint) = scene_hint(path) {
+            return Err(Failure::Failed(format!("{}: neither a recording nor a table, but {hint}", path.display())));
+        }
         let (mut tables, whole) = if recorded {
             recording(path, progress)?
         } else {

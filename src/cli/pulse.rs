@@ -13,6 +13,7 @@ use super::failure::CommandResult;
 use super::output::{output, print_json};
 use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
+use super::signals::interruption_leaves;
 use super::values::{pulse_delay, pulse_duration, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
@@ -107,7 +108,8 @@ fn sequence(args: &Args, file: &Path) -> CommandResult {
 
 fn send_all(session: &Session, args: &Args, pulses: &[ListedPulse]) -> CommandResult {
     let own = fresh_id();
-    for ListedPulse { line, id, request } in pulses {
+    for (before, ListedPulse { line, id, request }) in pulses.iter().enumerate() {
+        interruption_leaves(format!("{} of {} pulses were sent, the last without a reply", before + 1, pulses.len()));
         let id = id.clone().unwrap_or_else(|| format!("{own}-{line}"));
         let message = wire::pulse_message(&id, request);
         // A retry under the same id is not applied again if only the reply was lost.

@@ -9,6 +9,7 @@ use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
+use super::signals::interruption_leaves;
 use crate::bus::{self, Name, Session};
 use crate::shown::{shown_name, shown_s, shown_sentence};
 use crate::wire::CommandReply;
@@ -21,6 +22,7 @@ pub(super) fn send_and_print(
     send: impl FnOnce(&Session) -> CommandResult<CommandReply>,
 ) -> CommandResult {
     let session = client.open(name)?;
+    interruption_leaves("the command was sent, and its reply not awaited".to_owned());
     let reply = send(&session);
     bus::close(&session)?;
     let reply = reply?;

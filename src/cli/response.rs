@@ -11,10 +11,10 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_writable};
 use super::linear_args::{Linear, LinearArgs};
-use super::modes::{draw, write_table};
 use super::output::output;
 use super::progress::bar;
 use super::values::{positive, positive_time};
+use super::written::{draw, write_table};
 use crate::plot::{self, Axis, Figure, Named};
 use crate::small_motion::{Mode, modes};
 use crate::study::Table;
@@ -39,6 +39,8 @@ const ABOUT_PEAK: i32 = 20;
 const WIDTHS: f64 = 4.0;
 /// Vibrations that are less damped have a peak that no frequency meets.
 const UNDAMPED: f64 = 1e-8;
+/// Angles beyond this are no small motion, rad.
+const SMALL_RAD: f64 = 1.0;
 /// Motion grows by itself where an eigenvalue has more than this part of itself in its positive real part; less is rounding.
 const GROWS: f64 = 1e-6;
 /// Samples of the step response.
@@ -70,10 +72,10 @@ pub(super) struct Args {
     /// Draw both responses into this folder, as SVG and PNG.
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,
-    /// Write the frequency response to this file.
+    /// Write the frequency response to this file. One of the same name is replaced.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Write the step response to this file.
+    /// Write the step response to this file. One of the same name is replaced.
     #[arg(long, value_name = "FILE")]
     pub step_csv: Option<PathBuf>,
 }
@@ -97,6 +99,7 @@ pub(super) fn response(args: &Args) -> CommandResult {
     let responses = args.respond(&linear, &natural_hz(&found))?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     responses.show(&linear.title)?;
+    responses.show_caveats(is_free(&found))?;
     args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_frequency(), true))?;
     args.step_csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_time(), true))?;
     if let Some(folder) = &args.plot {
@@ -117,6 +120,11 @@ pub(super) fn response(args: &Args) -> CommandResult {
 fn natural_hz(found: &[Mode]) -> Vec<[f64; 2]> {
     let vibrations = found.iter().filter(|mode| mode.eigenvalue.im > 0.0);
     vibrations.map(|mode| [mode.eigenvalue.norm() / TAU, mode.damping_ratio()]).collect()
+}
+
+/// Whether the mechanism moves without a force that brings it back.
+fn is_free(found: &[Mode]) -> bool {
+    found.iter().any(|mode| mode.eigenvalue.norm() == 0.0)
 }
 
 /// The largest rate at which motion grows by itself, 1/s.
@@ -229,6 +237,47 @@ impl Responses {
             rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
         }
         Ok(print(&rows, 1)?)
+    }
+
+    /// Prints which of the largest values are no resonance, and whether they are beyond small motion.
+    fn show_caveats(&self, is_free: bool) -> CommandResult<()> {
+        let mut out = output();
+        for (end, place) in [("lower", 0), ("upper", self.frequencies_hz.len().saturating_sub(1))] {
+            let names = self.largest_at(place).join(", ");
+            if !names.is_empty() {
+                writeln!(out, "  {names}: largest at the {end} end of the range, which is no resonance")?;
+            }
+        }
+        let sentence = match (is_free && self.ends_largest(), self.is_beyond_small()) {
+            (true, true) => "no stiffness holds the mechanism: its response grows without bound, beyond small motion (1 rad)",
+            (true, false) => "no stiffness holds the mechanism: its response grows without bound towards 0 Hz and after a step",
+            (false, true) => "angles over 1 rad are beyond small motion: the response holds for smaller inputs",
+            (false, false) => return Ok(()),
+        };
+        Ok(writeln!(out, "  {sentence}")?)
+    }
+
+    /// The outputs that are largest at this frequency; none that is 0 everywhere.
+    fn largest_at(&self, place: usize) -> Vec<&str> {
+        let is_there = |values: &[f64]| {
+            let (at, peak) = largest(values);
+            at == place && peak > 0.0
+        };
+        let outputs = self.outputs.iter().zip(&self.magnitudes);
+        outputs.filter(|(_, magnitudes)| is_there(magnitudes)).map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// Whether an output is largest at the end of the step response.
+    fn ends_largest(&self) -> bool {
+        self.steps.iter().any(|step| largest(step).0 + 1 == step.len())
+    }
+
+    /// Whether an angle is larger than small motion is, under an input of 1.
+    fn is_beyond_small(&self) -> bool {
+        let is_large = |values: &[f64]| largest(values).1.abs() > SMALL_RAD;
+        let responses = self.outputs.iter().zip(self.magnitudes.iter().zip(&self.steps));
+        let mut angles = responses.filter(|(name, _)| name.ends_with("_rad"));
+        angles.any(|(_, (magnitudes, step))| is_large(magnitudes) || is_large(step))
     }
 
     fn over_frequency(&self) -> Table {

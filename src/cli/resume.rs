@@ -37,9 +37,9 @@ impl RunStart {
         let (time_s, step_s) = (self.simulation.time_s(), self.simulation.step_s());
         match until_s.map(|until_s| (until_s, until_s - time_s)) {
             Some((until_s, lasts_s)) if lasts_s < step_s * (1.0 - 1e-6) => {
-                let lasts_s = shown_s(lasts_s);
+                let (scene, lasts_s) = (&self.scene.origin, shown_s(lasts_s));
                 let why = format!("--until {until_s}: the run would last {lasts_s} s, less than one step of {step_s} s");
-                Err(Failure::Usage(why))
+                Err(Failure::Usage(format!("{scene}: {why}")))
             }
             _ => Ok(self),
         }

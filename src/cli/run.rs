@@ -19,7 +19,7 @@ use super::folders::{must_have_folder, must_hold_recordings};
 use super::foxglove::{FoxgloveArgs, Viewers};
 use super::resume::{self, ResumeArgs, RunStart};
 use super::ros2_args::{Nodes, Ros2Args};
-use super::run_conclusion::conclude;
+use super::run_conclusion::{conclude, step_remedy};
 use super::run_levels::{check_levels, check_spare};
 use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
@@ -30,7 +30,7 @@ use crate::bus::{self, BusOptions, Name, Session};
 use crate::recording::{RecordingError, Split, paths};
 use crate::resimulation::BestLevelRun;
 use crate::runtime::{Ending, Overrun, Pace, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
-use crate::scene::{IntegratorKind, MODELS, SceneSource, builtin};
+use crate::scene::{IntegratorKind, MODELS, SceneError, SceneSource, builtin};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation, SecondRun};
 use crate::simulation::{PublishRate, PublishRates};
 
@@ -190,6 +190,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     }
     args.record.as_deref().map_or(Ok(()), must_have_folder)?;
     let (fixed, starts) = starts(&args)?;
+    let remedy = step_remedy(starts.iter().map(|start| &start.scene.scene));
     let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };
     let status_line = StatusLine::new(starts.len(), args.until);
     let was_interrupted = Cell::new(false);
@@ -211,7 +212,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         served
     })?;
     status_line.clear();
-    let done = conclude(&reports);
+    let done = conclude(&reports, &status_line.warnings(), remedy);
     let unfinished = reports.iter().any(|report| report.ending == Ending::Stopped);
     let early = args.until.is_some() && was_interrupted.get() && unfinished;
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
@@ -309,7 +310,7 @@ fn member(
         (Some(path), _) if count > 1 => Some(paths::part(path, u32::try_from(index + 1).unwrap_or(u32::MAX))),
         (Some(path), _) => Some(path.clone()),
         (None, _) => {
-            must_hold_recordings(folder)?;
+            must_hold_recordings(folder, "record elsewhere with --record, or not at all with --no-record")?;
             Some(paths::fresh(folder, &name.to_string(), SystemTime::now()))
         }
     };
@@ -356,8 +357,11 @@ fn second_run(scene: &SceneSource, model: &str) -> CommandResult<SecondRun> {
         let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
         return Err(Failure::Usage(format!("--shadow {model}: must be one of {}, or {BEST}", words.join(", "))));
     };
-    let origin = format!("--shadow {model}");
-    let scene = SceneSource { origin, ..scene.clone() }.by_model(kind)?;
+    let origin = format!("--shadow {model}: {}", scene.origin);
+    let scene = SceneSource { origin: origin.clone(), ..scene.clone() }.by_model(kind).map_err(|refused| {
+        let by_model = refused.place.starts_with("--set ");
+        if by_model { SceneError { place: origin, ..refused } } else { refused }
+    })?;
     Ok(SecondRun::OtherModel(Box::new(ShadowSimulation::new(kind, build(&scene)?))))
 }
 

@@ -4,6 +4,7 @@ use super::exit_status::ExitStatus;
 use super::formatting::counted;
 use crate::recording::{RecordingError, Written};
 use crate::runtime::{Ending, unbalanced};
+use crate::scene::{ModelKind, Scene};
 use crate::service::LiveReport;
 use crate::shown::shown_s;
 use crate::simulation::EnergyVerdict;
@@ -12,11 +13,24 @@ use crate::wire::Angles;
 /// The fate of samples that found a queue full.
 const LOST: &str = "dropped because bus or disk could not keep up";
 
-/// Prints how each service ended and what it recorded; for several, only what is out of the ordinary.
-pub(super) fn conclude(reports: &[LiveReport]) -> ExitStatus {
+/// The way to a better step, as far as it suits all scenes: no step is suggested for the incremental model, and `trade` takes no
+/// oscillator.
+pub(super) fn step_remedy<'a>(mut scenes: impl Iterator<Item = &'a Scene> + Clone) -> Option<&'static str> {
+    let has_suggestion = scenes.clone().all(|scene| scene.solver.model != ModelKind::Incremental);
+    match (has_suggestion, scenes.all(|scene| scene.chain().is_some())) {
+        (true, true) => Some("`flexcrank check SCENE` suggests a step; `flexcrank trade SCENE` chooses one"),
+        (true, false) => Some("`flexcrank check SCENE` suggests a step"),
+        (false, true) => Some("`flexcrank trade SCENE` chooses model and step"),
+        (false, false) => None,
+    }
+}
+
+/// Prints how each service ended and what it recorded; for several, only what is out of the ordinary. `warned` is the warning of each
+/// that was printed before. `remedy` is printed after a run that diverged or is not to be trusted.
+pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option<&str>) -> ExitStatus {
     let many = reports.len() > 1;
-    let done =
-        reports.iter().map(|report| conclude_one(report, many)).max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
+    let done = reports.iter().zip(warned).map(|(report, warned)| conclude_one(report, many, warned));
+    let done = done.max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
     if many {
         let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
         let messages: u64 = written.iter().map(|written| written.messages).sum();
@@ -24,6 +38,11 @@ pub(super) fn conclude(reports: &[LiveReport]) -> ExitStatus {
             if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
         say!("{} runs ended{recorded}", reports.len());
         warn_of_losses(reports);
+    }
+    match (done, remedy) {
+        (ExitStatus::Diverged, Some(remedy)) => say!("{remedy}"),
+        (ExitStatus::Untrusted, Some(remedy)) => say!("not to be trusted: {remedy}"),
+        _ => {}
     }
     done
 }
@@ -48,7 +67,7 @@ fn severity(done: ExitStatus) -> u8 {
     }
 }
 
-fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
+fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
     if let (Some(Angles { stamp: Some(stamp), links, .. }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
@@ -78,25 +97,29 @@ fn conclude_one(report: &LiveReport, many: bool) -> ExitStatus {
     for recording in &report.recordings {
         lossy |= recording.as_ref().map_or(true, |written| written.limited);
         if !many || recording.is_err() {
-            report_recording(recording);
+            report_recording(recording, &whose);
         }
     }
     if lossy && done == ExitStatus::Success {
         done = ExitStatus::Lossy;
     }
     if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
-        say!("warning: {whose}{}", unbalanced(worst_j, in_play_j));
+        let warning = unbalanced(worst_j, in_play_j);
+        // The same words may stand there since they were first true.
+        if warning != warned {
+            say!("warning: {whose}{warning}");
+        }
         done = ExitStatus::Untrusted;
     }
     done
 }
 
-fn report_recording(recording: &Result<Written, RecordingError>) {
+fn report_recording(recording: &Result<Written, RecordingError>, whose: &str) {
     match recording {
         Ok(Written { path, messages, limited }) => {
             let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };
             say!("recorded {messages} messages to {}{early}", path.display());
         }
-        Err(error) => say!("error: recording: {error}"),
+        Err(error) => say!("error: {whose}recording: {error}"),
     }
 }

@@ -22,11 +22,11 @@ pub(super) fn check_levels(args: &Args, scene: &SceneSource) -> CommandResult<()
     } else if matches!(args.overrun, Overruns::Degrade) && levels < 2 {
         "--overrun degrade needs a scene with [[level]] tables: `flexcrank trade SCENE --levels 4 --write FILE` writes them"
     } else if matches!(args.overrun, Overruns::Degrade) && args.pace == Pace::Max {
-        "--overrun degrade keeps deadlines, and --pace max has none"
+        return Err(Failure::Usage("--overrun degrade keeps deadlines, and --pace max has none".to_owned()));
     } else {
         return Ok(());
     };
-    Err(Failure::Usage(problem.to_owned()))
+    Err(Failure::Usage(format!("{}: {problem}", scene.origin)))
 }
 
 /// Checks that the options suit a spare.

@@ -28,11 +28,18 @@ pub(super) fn interrupted() -> impl Future<Output = ()> {
     })
 }
 
+/// The words for what an interruption leaves, if that is not files.
+static LEFT: Mutex<Option<String>> = Mutex::new(None);
+
+/// Sets what an interruption from now on leaves, in words.
+pub(super) fn interruption_leaves(what: String) {
+    *LEFT.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
+}
+
 /// An interruption of long work that keeps what is done: the first signal asks the work to end, the second ends the process.
 pub(super) struct Interruption {
     asked: Arc<AtomicBool>,
     keeps: Arc<AtomicBool>,
-    loses: Arc<Mutex<Option<String>>>,
     /// Signals are handled as long as the runtime lives.
     _runtime: Runtime,
 }
@@ -41,8 +48,7 @@ impl Interruption {
     /// Handles signals from now on.
     pub(super) fn watch() -> CommandResult<Self> {
         let (asked, keeps, runtime) = (Arc::<AtomicBool>::default(), Arc::<AtomicBool>::default(), runtime()?);
-        let loses = Arc::<Mutex<Option<String>>>::default();
-        let (told, keeping, losing) = (Arc::clone(&asked), Arc::clone(&keeps), Arc::clone(&loses));
+        let (told, keeping) = (Arc::clone(&asked), Arc::clone(&keeps));
         // Before this returns, not when the task first runs: by then the work may have begun a file.
         let mut signal = {
             let _context = runtime.enter();
@@ -52,22 +58,17 @@ impl Interruption {
             loop {
                 signal.as_mut().await;
                 if told.swap(true, Ordering::Relaxed) || !keeping.load(Ordering::Relaxed) {
-                    end(losing.lock().unwrap_or_else(PoisonError::into_inner).as_deref());
+                    end();
                 }
-                say!("interrupted: ends after what runs now; once more ends at once");
+                say!("interrupted: waiting for what is being computed; press Ctrl-C again to stop at once");
             }
         });
-        Ok(Interruption { asked, keeps, loses, _runtime: runtime })
+        Ok(Interruption { asked, keeps, _runtime: runtime })
     }
 
     /// Sets whether there is something to keep; if not, a signal ends the process at once.
     pub(super) fn keeps(&self, keeps: bool) {
         self.keeps.store(keeps, Ordering::Relaxed);
-    }
-
-    /// Sets what an interruption from now on leaves, in words.
-    pub(super) fn loses(&self, what: String) {
-        *self.loses.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
     }
 
     /// Whether the work is to end.
@@ -77,12 +78,12 @@ impl Interruption {
 }
 
 /// Ends the process, and reports what was written, or what it leaves.
-fn end(what: Option<&str>) -> ! {
+fn end() -> ! {
     if io::stderr().is_terminal() {
         // Over the progress that stands in the last line.
         let _ = io::stderr().write_all(b"\r\x1b[K");
     }
-    match (discard_unfinished(), what) {
+    match (discard_unfinished(), LEFT.lock().unwrap_or_else(PoisonError::into_inner).as_deref()) {
         (_, Some(what)) => say!("interrupted: {what}"),
         ([0, _], None) => say!("interrupted: nothing was written"),
         ([finished, _], None) => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),

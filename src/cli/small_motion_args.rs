@@ -8,6 +8,7 @@ use super::completions;
 use super::failure::{CommandResult, Failure};
 use super::progress::over_file;
 use super::values::{finite, time};
+use crate::decimal_comma::decimal_comma_hint;
 use crate::recording::begins_as_mcap;
 use crate::resimulation::{RecordedSession, Resumed, resume};
 use crate::scene::{SceneError, SceneSource, builtin};
@@ -78,7 +79,10 @@ impl SubjectArgs {
         match time(at) {
             _ if is_file(&self.target) => Ok(None),
             Ok(time_s) => Ok(Some((PathBuf::from(file), time_s))),
-            Err(wanted) if is_file(file) => Err(Failure::Usage(format!("{}: `{at}` after the @ is not {wanted}", self.target))),
+            Err(wanted) if is_file(file) => {
+                let hint = decimal_comma_hint(at).map(|hint| format!("; {hint}")).unwrap_or_default();
+                Err(Failure::Usage(format!("{}: `{at}` after the @ is not {wanted}{hint}", self.target)))
+            }
             Err(_) => Ok(None),
         }
     }

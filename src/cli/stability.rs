@@ -17,7 +17,8 @@ use super::output::output;
 use super::progress::bar;
 use super::signals::Interruption;
 use super::values::count;
-use crate::plot::{self, Format, Picture};
+use super::written::draw;
+use crate::plot;
 use crate::scene::SceneSource;
 use crate::study::Table;
 use crate::study::stability::{
@@ -65,7 +66,7 @@ pub(super) struct Args {
     /// Only maps whose names contain this.
     #[arg(long, value_name = "PART", requires = "scene")]
     pub only: Option<String>,
-    /// Write every table to this folder.
+    /// Write every table to this folder. Tables of the same names are replaced.
     #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
     /// Draw every map into this folder, as SVG and PNG.
@@ -103,14 +104,6 @@ fn write(folder: Option<&Path>, name: &str, table: &Table) -> CommandResult<()> 
     Ok(folder.map_or(Ok(()), |folder| table.write_csv(&folder.join(format!("{name}.csv"))))?)
 }
 
-fn draw(folder: Option<&Path>, name: &str, picture: &dyn Picture) -> CommandResult<()> {
-    let Some(folder) = folder else { return Ok(()) };
-    for format in [Format::Svg, Format::Png] {
-        picture.write(&folder.join(format!("{name}.{}", format.extension())), format)?;
-    }
-    Ok(())
-}
-
 fn schemes(args: &Args) -> CommandResult<()> {
     let folder = args.csv.as_deref();
     let tenths = || (0..=10).map(|n| f64::from(n) / 10.0);
@@ -132,7 +125,7 @@ fn schemes(args: &Args) -> CommandResult<()> {
         write(folder, &format!("order-{name}"), &orders)?;
         let plane = plot::stability::left_half_plane(name, &plane);
         for (file, picture) in plot::stability::scheme(name, &radii, &orders).into_iter().chain([plane]) {
-            draw(args.plot.as_deref(), &file, &*picture)?;
+            args.plot.as_deref().map_or(Ok(()), |folder| draw(folder, &file, &*picture, false))?;
         }
     }
     Ok(())
@@ -221,7 +214,8 @@ fn extremes(base: &BaseScene, plan: MapPlan, args: &Args, interruption: &Interru
     for map in &swept {
         show_map(map)?;
         write(args.csv.as_deref(), &map.map.name, &table(map))?;
-        draw(args.plot.as_deref(), &map.map.name, &plot::stability::swept(map))?;
+        let picture = plot::stability::swept(map);
+        args.plot.as_deref().map_or(Ok(()), |folder| draw(folder, &map.map.name, &picture, false))?;
     }
     if let Some(folder) = &args.csv {
         write_ends(&folder.join("cells.csv"), &swept)?;

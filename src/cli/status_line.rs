@@ -22,13 +22,13 @@ pub(super) struct StatusLine {
 struct StatusLineState {
     /// Printed when the first status arrives.
     heading: Option<String>,
-    /// The newest status of each service, and whether its warning was printed.
+    /// The newest status of each service, and the warning of it that was printed; empty for none.
     newest: Newest,
     /// Simulated time at which the run finishes, s.
     until_s: Option<f64>,
 }
 
-type Newest = Vec<(Option<Status>, bool)>;
+type Newest = Vec<(Option<Status>, String)>;
 
 impl StatusLine {
     /// Creates a status line for `count` services.
@@ -39,7 +39,7 @@ impl StatusLine {
         }
         StatusLine {
             line,
-            told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, false); count], until_s })),
+            told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, String::new()); count], until_s })),
         }
     }
 
@@ -63,8 +63,8 @@ impl StatusLine {
         let many = newest.len() > 1;
         let Some((kept, warned)) = newest.get_mut(index) else { return };
         // Only the first warning is printed.
-        if status.state() == State::Running && !status.message.is_empty() && !*warned {
-            *warned = true;
+        if status.state() == State::Running && !status.message.is_empty() && warned.is_empty() {
+            warned.clone_from(&status.message);
             let whose = if many { format!("{name}: ") } else { String::new() };
             self.line.suspend(|| say!("warning: {whose}{}", status.message));
         }
@@ -75,6 +75,12 @@ impl StatusLine {
             true if index == 0 => self.line.set_message(summary(newest)),
             true => {}
         }
+    }
+
+    /// The warning of each service that was printed; empty for none.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.newest.iter().map(|(_, warned)| warned.clone()).collect()
     }
 
     /// Removes the line.
@@ -111,7 +117,7 @@ pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
 }
 
 /// Summarizes many services by the slowest and the latest.
-fn summary(newest: &[(Option<Status>, bool)]) -> String {
+fn summary(newest: &[(Option<Status>, String)]) -> String {
     let all = || newest.iter().filter_map(|(status, _)| status.as_ref());
     let running = all().filter(|status| status.state() == State::Running).count();
     let slowest = all().filter_map(|status| status.real_time_factor).reduce(f64::min);

@@ -16,11 +16,12 @@ use super::failure::{CommandResult, Failure};
 use super::folders::must_be_writable;
 use super::output::{output, print_json};
 use super::progress::bar;
-use super::signals::Interruption;
+use super::signals::{Interruption, interruption_leaves};
 use super::trade_levels::decide_levels;
 use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
+use super::written::write_table;
 use crate::plot::{Figure, Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
@@ -205,7 +206,7 @@ pub(super) fn trade(args: &Args) -> CommandResult {
         say!("warning: interrupted: the table is whole{}", args.not_chosen());
         return Ok(ExitStatus::Interrupted);
     }
-    interruption.loses(format!("the table is whole{}", args.not_chosen()));
+    interruption_leaves(format!("the table is whole{}", args.not_chosen()));
     let demands = Demands { tolerance: args.tolerance.unwrap_or(f64::INFINITY), real_time_factor: args.real_time_factor };
     let verifying = bar(0, "verifying, {elapsed}  {wide_msg}");
     let mut show = |running: &Configuration| verifying.set_message(running.to_string());
@@ -251,11 +252,7 @@ fn show_study(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandR
 
 fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult<()> {
     let table = table(study, modes);
-    if let Some(path) = &args.output.csv {
-        let verb = if path.exists() { "replaced" } else { "wrote" };
-        table.write_csv(path)?;
-        say!("{verb} {}", path.display());
-    }
+    args.output.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.output.json))?;
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
     if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
         let figure = Figure { title, ..figure };

@@ -102,6 +102,12 @@ pub(super) fn finite(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
+/// A change of a scene, `KEY=VALUE`. The scene checks the key and the value.
+pub(super) fn change(text: &str) -> Result<String, String> {
+    let given = text.split_once('=').filter(|(key, value)| !key.trim().is_empty() && !value.trim().is_empty());
+    given.map(|_| text.to_owned()).ok_or_else(|| "KEY=VALUE, such as slider.mass_kg=0.3".to_owned())
+}
+
 /// A number of steps, messages or threads.
 pub(super) fn count(text: &str) -> Result<u64, String> {
     text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "a whole number from 1".to_owned())

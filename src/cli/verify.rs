@@ -151,10 +151,11 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     writeln!(out, "  structure: {} in {}", counted(structure.messages, "message"), counted(structure.chunks, "chunk"))?;
     writeln!(out, "  physics: joints closed to {:.0e} m, {}", physics.joint_gap_m, balance(recomputed))?;
     let further = |count: u64, noun: &str| if count == 0 { String::new() } else { format!(", {}", counted(count, noun)) };
-    let (setpoints, changes) = (further(recomputed.setpoints, "setpoint"), further(recomputed.changes, "change"));
+    let (setpoints, advances) = (further(recomputed.setpoints, "setpoint"), further(recomputed.advances, "advance"));
+    let changes = further(recomputed.changes, "change");
     writeln!(
         out,
-        "  re-simulated: {} from {} with {}{setpoints}{changes}, {} compared, in {:.2} s ({:.0} times real time)",
+        "  re-simulated: {} from {} with {}{setpoints}{advances}{changes}, {} compared, in {:.2} s ({:.0} times real time)",
         counted(recomputed.steps, "step"),
         counted(recomputed.checkpoints, "checkpoint"),
         counted(recomputed.pulses, "pulse"),

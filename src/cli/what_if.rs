@@ -10,7 +10,7 @@ use super::args::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::must_have_folder;
+use super::folders::{must_have_folder, must_hold_recordings};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
@@ -57,7 +57,10 @@ fn added_pulse(text: &str) -> Result<AddedPulse, String> {
 
 pub(super) fn what_if(args: Args) -> CommandResult {
     let Args { file, add_pulse, overrides, record } = args;
-    record.as_deref().map_or(Ok(()), must_have_folder)?;
+    match &record {
+        Some(path) => must_have_folder(path)?,
+        None => must_hold_recordings(Path::new(paths::FOLDER), "record elsewhere with --record FILE")?,
+    }
     let source = RecordedSession::open(&file)?;
     let change = Change { pulses: add_pulse, overrides, command_line: command_line() };
     let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());

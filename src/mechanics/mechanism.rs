@@ -122,8 +122,8 @@ pub trait Mechanism: Send {
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
     /// Change of the angle and the deflection that users look at first, by a small change `dq` of the coordinates at `q`.
     fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
-    /// Angle of the first link's chord, rad, where motion is free; whole turns may be missing. Of an oscillator, 0.
-    fn chord_rad(&self, q: &[f64]) -> f64;
+    /// Angle of the first link's chord, rad, where motion is free, and its rate, rad/s; whole turns may be missing. Of an oscillator, 0.
+    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2];
     /// Fills `part` with `M c/(c·M c)`, where c are the velocities as the chain turns about its pivot by 1 rad/s, as if its links kept
     /// their shape. Its product with a small change of the coordinates is the part of it in which the chain turns so: vibration, which
     /// has no part in the momentum of c, drops out. `false` if the chain has no such turn.

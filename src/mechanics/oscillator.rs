@@ -128,8 +128,8 @@ impl Mechanism for Oscillator {
         Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
     }
 
-    fn chord_rad(&self, _q: &[f64]) -> f64 {
-        0.0
+    fn chord(&self, _q: &[f64], _v: &[f64]) -> [f64; 2] {
+        [0.0; 2]
     }
 
     fn power(&mut self, _input: &Input, _q: &[f64], v: &[f64], _a: &[f64]) -> [f64; 2] {

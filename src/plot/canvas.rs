@@ -69,11 +69,21 @@ impl Canvas {
 
     /// A line through points; `dashes` are lengths of strokes and gaps, none for an unbroken line.
     pub fn line(&mut self, points: &[[f64; 2]], colour: Colour, width_px: f64, dashes: &str) {
+        let dashes = if dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dashes}\"") };
+        self.polyline(points, colour, width_px, &dashes);
+    }
+
+    /// A line through points under which the grid stays visible.
+    pub fn pale_line(&mut self, points: &[[f64; 2]], colour: Colour, width_px: f64, opacity: f64) {
+        self.polyline(points, colour, width_px, &format!(" stroke-opacity=\"{opacity}\""));
+    }
+
+    /// A line through points, with more attributes of its stroke.
+    fn polyline(&mut self, points: &[[f64; 2]], colour: Colour, width_px: f64, attributes: &str) {
         let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", px(*x), px(*y))).collect();
         let points = points.join(" ");
-        let dashes = if dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dashes}\"") };
         self.element(format_args!(
-            "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\"{dashes}/>",
+            "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\"{attributes}/>",
             px(width_px)
         ));
     }

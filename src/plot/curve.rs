@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::figure::{Mark, Series};
 use super::frame::Frame;
-use super::style::{CURVE_WIDTH, Colour, POINT_RADIUS, WHITE};
+use super::style::{CURVE_WIDTH, Colour, POINT_RADIUS, WHITE, WIDE_OPACITY, WIDE_WIDTH};
 
 /// Points nearer than this to the last one drawn are left out, px: thinner than any line.
 const RESOLUTION: f64 = 0.4;
@@ -46,9 +46,11 @@ fn strokes(mark: Mark, colour: Colour) -> &'static str {
 }
 
 fn stroke(canvas: &mut Canvas, run: &[[f64; 2]], mark: Mark, colour: Colour) {
+    let is_wide = mark == Mark::Wide;
     match run {
         // A value between two gaps has no length, and is there.
-        [alone] => canvas.circle(*alone, POINT_RADIUS / 2.0, colour),
+        [alone] => canvas.circle(*alone, if is_wide { POINT_RADIUS } else { POINT_RADIUS / 2.0 }, colour),
+        run if is_wide => canvas.pale_line(run, colour, WIDE_WIDTH, WIDE_OPACITY),
         run => canvas.line(run, colour, CURVE_WIDTH, strokes(mark, colour)),
     }
 }

@@ -92,6 +92,8 @@ pub enum Mark {
     /// A line.
     #[default]
     Line,
+    /// A wide, pale line, for a curve on which others may lie.
+    Wide,
     /// A dashed line, for a curve that may lie on another.
     Dashes,
     /// A marker at every point.

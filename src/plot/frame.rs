@@ -3,7 +3,7 @@
 
 use super::canvas::{Align, Canvas};
 use super::figure::{Axis, Scale};
-use super::lettering::text_width;
+use super::lettering::{fitted_em, text_width};
 use super::style::{GRID, INK, text};
 use super::ticks::{self, Ticks, superscript};
 
@@ -15,6 +15,8 @@ const X: usize = 0;
 const Y: usize = 1;
 /// Room a name takes along y, px; along x it takes its width.
 const NAME_ROOM: f64 = 17.0;
+/// Distance between the two lines of a vertical axis's label, px.
+const LABEL_LINE: f64 = 16.0;
 
 /// The interval of an axis, and its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,8 +134,29 @@ impl Frame {
             let room = 2.0 * under[0].min(right + 20.0 - under[0]);
             canvas.fitted(&x.labelled(&x_ticks), under, Align::Centre, text::LABEL, room);
         }
-        let beside = [self.left - self.room + 18.0, self.top + self.height / 2.0];
-        canvas.fitted(&y.labelled(&y_ticks), beside, Align::Up, text::LABEL, self.height + 4.0);
+        let label = y.labelled(&y_ticks);
+        let mut beside = [self.left - self.room + 18.0, self.top + self.height / 2.0];
+        for line in label_lines(&label, self.height) {
+            canvas.fitted(line, beside, Align::Up, text::LABEL, label_room(self.height));
+            beside[0] += LABEL_LINE;
+        }
+    }
+}
+
+/// Room for the label of a vertical axis of this height, px.
+fn label_room(height: f64) -> f64 {
+    height + 4.0
+}
+
+/// The lines of a vertical axis's label: two, if the letters of one would be smaller than those of notes.
+fn label_lines(label: &str, height: f64) -> Vec<&str> {
+    let middle = label.len() / 2;
+    let space = label.match_indices(' ').map(|(place, _)| place).min_by_key(|place| place.abs_diff(middle));
+    match space.map(|place| label.split_at(place)) {
+        Some((first, second)) if fitted_em(label, text::LABEL, label_room(height)) < text::NOTE => {
+            vec![first, second.trim_start()]
+        }
+        _ => vec![label],
     }
 }
 
@@ -141,7 +164,8 @@ impl Frame {
 pub(super) fn left_room(axis: &Axis, span: &Span, height: f64) -> f64 {
     let ticks = axis.ticks(span, height, Y);
     let widest = ticks.major.iter().map(|(_, label)| text_width(label, text::TICK)).fold(0.0, f64::max);
-    GAP + widest + 34.0
+    let more_lines = label_lines(&axis.labelled(&ticks), height).len() - 1;
+    GAP + widest + 34.0 + LABEL_LINE * more_lines as f64
 }
 
 impl Axis {

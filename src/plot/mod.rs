@@ -29,6 +29,7 @@ mod page;
 mod panels;
 mod quantity;
 mod recorded;
+mod rows;
 mod selection;
 mod sheet;
 pub mod stability;

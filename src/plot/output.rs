@@ -1,6 +1,6 @@
 //! Pictures as files: SVG as drawn, PNG rasterised from it with the embedded font.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use resvg::{tiny_skia, usvg};
 
@@ -69,6 +69,18 @@ pub trait Picture {
     /// [`PlotError`] when it cannot be drawn or written.
     fn write(&self, path: &Path, format: Format) -> Result<(), PlotError> {
         write_whole(path, &self.render(format)?).map_err(|cause| PlotError::File(path.to_owned(), cause))
+    }
+
+    /// Writes the picture into a folder, in the formats that it can have of these; returns the paths.
+    ///
+    /// # Errors
+    /// [`PlotError`] when it cannot be drawn or written.
+    fn write_into(&self, folder: &Path, name: &str, formats: &[Format]) -> Result<Vec<PathBuf>, PlotError> {
+        let write = |format: Format| {
+            let path = folder.join(format!("{name}.{}", format.extension()));
+            self.write(&path, format).map(|()| path)
+        };
+        self.formats(formats).into_iter().map(write).collect()
     }
 }
 

@@ -42,11 +42,7 @@ impl Entry {
     /// # Errors
     /// [`PlotError`] when it cannot be drawn or written.
     pub fn write(&self, folder: &Path, formats: &[Format]) -> Result<Vec<PathBuf>, PlotError> {
-        let write = |format: Format| {
-            let path = folder.join(format!("{}.{}", self.file, format.extension()));
-            self.picture.write(&path, format).map(|()| path)
-        };
-        self.picture.formats(formats).into_iter().map(write).collect()
+        self.picture.write_into(folder, &self.file, formats)
     }
 
     /// Number and title.

@@ -37,8 +37,9 @@ impl Figure {
     }
 }
 
-/// Lays figures of several recordings over one another: a panel for each signal, a curve for each recording, under its name.
-/// Title and horizontal axis are those of the first. Bands are left out: each recording has its own.
+/// Lays figures of several recordings over one another: a panel for each signal, a curve for each recording, under its name. The
+/// curve of the first is wide and pale. Title and horizontal axis are those of the first. Bands are left out: each recording has
+/// its own.
 pub fn overlaid(figures: &[(String, Figure)]) -> Figure {
     let mut overlaid = Figure {
         panels: Vec::new(),
@@ -55,8 +56,13 @@ pub fn overlaid(figures: &[(String, Figure)]) -> Figure {
                 overlaid.panels.push(Panel { y: panel.y.of(&series.label), series: Vec::new() });
                 signals.len() - 1
             });
-            // Recordings that agree lie on one another: the gaps of the later show the earlier.
-            let mark = if place > 0 && series.mark == Mark::Line { Mark::Dashes } else { series.mark };
+            let mark = match (place, series.mark) {
+                // Where recordings agree, the wide line is seen on either side of the thin one.
+                (0, Mark::Line) => Mark::Wide,
+                // The gaps show the second.
+                (2.., Mark::Line) => Mark::Dashes,
+                (_, mark) => mark,
+            };
             overlaid.panels[at].series.push(Series { label: name.clone(), mark, ..series.clone() });
         }
     }

@@ -3,8 +3,8 @@
 use super::figure::Axis;
 
 /// Units as they end names, and as they are written.
-const UNITS: [&str; 14] = ["m", "m2", "s", "s2", "kg", "n", "nm", "j", "rad", "pa", "hz", "ns", "us", "w"];
-const SIGNS: [&str; 14] = ["m", "m²", "s", "s²", "kg", "N", "N·m", "J", "rad", "Pa", "Hz", "ns", "µs", "W"];
+const UNITS: [&str; 15] = ["m", "m2", "s", "s2", "kg", "n", "nm", "j", "rad", "deg", "pa", "hz", "ns", "us", "w"];
+const SIGNS: [&str; 15] = ["m", "m²", "s", "s²", "kg", "N", "N·m", "J", "rad", "°", "Pa", "Hz", "ns", "µs", "W"];
 /// Divisors of dimensionless values.
 const DIVISORS: [(&str, &str); 6] =
     [("l2", "l₂"), ("l1", "l₁"), ("m3", "m₃"), ("omega", "ω"), ("omega2", "ω²"), ("squared", "²")];

@@ -3,6 +3,7 @@
 use super::error::PlotError;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
 use super::quantity;
+use super::rows::{Rows, numbers};
 use crate::nearest::{columns_by_topic, nearest};
 use crate::study::Table;
 
@@ -24,7 +25,8 @@ pub struct Named {
 /// columns.
 ///
 /// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
-/// curve for each ratio.
+/// curve for each ratio. Other tables with several rows at one x give a curve for each word of a column that tells the rows apart,
+/// or else points.
 ///
 /// # Errors
 /// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
@@ -32,8 +34,7 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
     let mut figure = Figure { title: quantity::title(ys), ..Figure::default() };
     for y in ys {
         let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(tables, y))?.table;
-        let first = || table.columns().map(|(name, _)| name).find(|name| is_data(table, name)).unwrap_or_default();
-        let x = x.unwrap_or_else(first);
+        let x = x.or_else(|| numbers(table).next()).unwrap_or_default();
         let Some(xs) = table.column(x) else {
             let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
             let apart = format!("`{x}` and `{y}` are in different topics; choose an x column of the same topic");
@@ -42,15 +43,19 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
         figure.x = over(x);
         let axis = quantity::axis(y);
         let values = table.column(y).unwrap_or_default();
-        let several = |ratios: &&[f64]| runs(ratios).len() > 1 && x != "ratio" && y != "ratio";
-        if let Some(ratios) = families(table).filter(several) {
-            figure = runs(ratios).into_iter().fold(figure.panel(axis), |figure, (ratio, rows)| {
-                figure.line(format!("λ = {ratio}"), &xs[rows.clone()], &values[rows])
-            });
-            continue;
-        }
+        let mark = match Rows::of(table, x, y) {
+            Rows::Line => Mark::Line,
+            Rows::Points => Mark::Points,
+            Rows::Curves(curves) => {
+                figure = curves.iter().fold(figure.panel(axis), |figure, (name, rows)| {
+                    let [xs, ys] = [xs, values].map(|column| at_rows(column, rows));
+                    figure.line(name, &xs, &ys)
+                });
+                continue;
+            }
+        };
         figure.signals = true;
-        let series = Series { label: axis.label, xs: xs.to_vec(), ys: values.to_vec(), mark: Mark::Line };
+        let series = Series { label: axis.label, xs: xs.to_vec(), ys: values.to_vec(), mark };
         match figure.panels.iter_mut().find(|panel| panel.y.unit == axis.unit) {
             Some(panel) => panel.series.push(series),
             None => figure.panels.push(Panel { y: Axis::new("", axis.unit), series: vec![series] }),
@@ -61,16 +66,15 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
 
 /// One figure for each unit among the columns beside the first, over the first, without a title; each with the name of its first
 /// column, or none where it shows everything.
-/// Where every column is a curve for each of several ratios, a figure for each column.
+/// Where every column is several curves, a figure for each column.
 ///
 /// # Errors
 /// [`PlotError::Request`] when there is no such column.
 pub fn overview(table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
-    let numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut columns = table.columns().filter(|(name, values)| is_data(table, name) && numbers(values)).map(|(name, _)| name);
+    let mut columns = numbers(table);
     let nothing = || PlotError::Request("nothing to draw: no column of numbers beside the first".to_owned());
     let x = columns.next().ok_or_else(nothing)?;
-    let several = families(table).is_some_and(|ratios| runs(ratios).len() > 1);
+    let several = matches!(Rows::of(table, x, ""), Rows::Curves(_));
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in columns {
         // A dimensionless value has no unit to share: columns are grouped by divisor.
@@ -108,25 +112,9 @@ fn over(column: &str) -> Axis {
     }
 }
 
-/// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.
-fn families(table: &Table) -> Option<&[f64]> {
-    table.column("ratio").filter(|ratios| runs(ratios).iter().any(|(_, rows)| rows.len() > 1))
-}
-
-fn is_data(table: &Table, column: &str) -> bool {
-    column != "ratio" || families(table).is_none()
-}
-
-/// Rows with the same value, in succession.
-pub(super) fn runs(values: &[f64]) -> Vec<(f64, std::ops::Range<usize>)> {
-    let mut runs: Vec<(f64, std::ops::Range<usize>)> = Vec::new();
-    for (row, value) in values.iter().enumerate() {
-        match runs.last_mut() {
-            Some((of, rows)) if of.to_bits() == value.to_bits() => rows.end = row + 1,
-            _ => runs.push((*value, row..row + 1)),
-        }
-    }
-    runs
+/// The values of a column at rows; NaN beyond its end.
+fn at_rows(column: &[f64], rows: &[usize]) -> Vec<f64> {
+    rows.iter().map(|row| column.get(*row).copied().unwrap_or(f64::NAN)).collect()
 }
 
 fn unknown(tables: &[Named], name: &str) -> PlotError {

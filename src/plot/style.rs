@@ -34,6 +34,9 @@ pub(super) const WHITE: Colour = Colour::new(0xffffff);
 const BANDS: [u32; 4] = [0xfdf3dc, 0xf8e3bd, 0xefcfa0, 0xe3bb88];
 /// Width of curves, px.
 pub(super) const CURVE_WIDTH: f64 = 1.9;
+/// Width of a curve that others may lie on, px, and its opacity.
+pub(super) const WIDE_WIDTH: f64 = 5.0;
+pub(super) const WIDE_OPACITY: f64 = 0.4;
 /// Radius of a point, px.
 pub(super) const POINT_RADIUS: f64 = 2.7;
 

@@ -3,6 +3,7 @@
 use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
+use crate::scene::scene_hint;
 use crate::shown::{shown_name, shown_names, shown_sentence};
 
 /// A recording could not be written or read.
@@ -20,7 +21,7 @@ pub enum RecordingError {
     #[error("{}: {}", .0.display(), if .0.is_dir() { "is a folder, not a file" } else { "exists already, and recordings are never overwritten: choose another name" })]
     Exists(PathBuf),
     /// The file is not MCAP.
-    #[error("{}: not an MCAP file", .0.display())]
+    #[error("{}: not an MCAP file{}", .0.display(), scene_hint(.0).map_or(String::new(), |hint| format!(", but {hint}")))]
     NotMcap(PathBuf),
     /// The file is damaged.
     #[error("{}: {cause}", path.display())]

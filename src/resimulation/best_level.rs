@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::event::new_level;
 use super::resimulator::{ResimulationFault, Resimulator};
 use crate::mechanics::Observation;
-use crate::runtime::difference;
+use crate::runtime::{ModelDifference, difference};
 use crate::scene::SceneSource;
 use crate::simulation::{BuildError, PulseRequest, Stamp};
 use crate::wire::{self, AppliedCommand, applied_command};
@@ -72,7 +72,7 @@ impl BestLevelRun {
     ///
     /// # Errors
     /// [`LostTrack`] if the run diverges.
-    pub fn difference(&mut self, seen: &Observation, stamp: &Stamp) -> Result<Option<wire::Shadow>, LostTrack> {
+    pub fn difference(&mut self, seen: &Observation, stamp: &Stamp) -> Result<Option<ModelDifference>, LostTrack> {
         let steps = self.resimulator.steps_at(stamp.epoch, stamp.sim_time_s);
         self.go_to(stamp.epoch, (steps + ROUNDING).floor())?;
         let present = self.resimulator.instant().1 as f64;
@@ -82,7 +82,7 @@ impl BestLevelRun {
         let model = self.resimulator.model();
         let shadow_step_s = self.cost.as_secs_f64() / f64::from(self.steps.max(1));
         let own = &self.resimulator.observe().map_err(ResimulationFault::from)?.observation;
-        Ok(difference(own, seen, stamp).map(|found| wire::Shadow { model: model.as_str().to_owned(), shadow_step_s, ..found }))
+        Ok(difference(own, seen).map(|state| ModelDifference { model, state, main_step_s: 0.0, shadow_step_s }))
     }
 
     /// Goes to a step, or stays where it is: a command that came within a step here has taken it to that step's end.

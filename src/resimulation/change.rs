@@ -1,5 +1,11 @@
 //! The change of a recorded session that a what-if asks about.
 
+use super::ResimulationError;
+use super::event::schema;
+use super::recorded_session::RecordedSession;
+use crate::recording::{WalkFlow, WalkItem, walk};
+use crate::wire::Topic;
+
 /// A pulse added to a recorded session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AddedPulse {
@@ -20,4 +26,27 @@ pub struct Change {
     pub overrides: Vec<String>,
     /// The command line, for the new recording.
     pub command_line: String,
+}
+
+impl Change {
+    /// Number of messages before the checkpoint to start from: the first at its instant, before resets and changes there. `first` is
+    /// the first added pulse.
+    pub(super) fn beginning(&self, source: &RecordedSession, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
+        let (mut number, mut begin, mut at_ns) = (0, None, None);
+        let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
+        walk(&source.path, |found, _| {
+            let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
+            let later = message.log_time <= until_ns && at_ns != Some(message.log_time);
+            if schema(message) == Topic::Checkpoint.schema() && later {
+                (begin, at_ns) = (Some(number), Some(message.log_time));
+            }
+            number += 1;
+            let decided = begin.is_some() && (!self.overrides.is_empty() || message.log_time > until_ns);
+            if decided { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
+        })?;
+        begin.ok_or_else(|| match first {
+            Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s, last_s: None },
+            None => ResimulationError::NothingToResume(source.path.clone()),
+        })
+    }
 }

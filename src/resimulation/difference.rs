@@ -11,7 +11,7 @@ use crate::shown::shown_s;
 pub struct Difference {
     /// Last chunk of its topic.
     pub topic: String,
-    /// Epoch and step.
+    /// Epoch and step of the recorded message.
     pub instant: EpochStep,
     /// Simulated time, s.
     pub sim_time_s: f64,

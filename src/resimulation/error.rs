@@ -1,6 +1,6 @@
 //! Errors of re-simulation.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::recording::RecordingError;
 use crate::scene::SceneError;
@@ -20,12 +20,12 @@ pub enum ResimulationError {
     #[error("{refused} (recorded by another build: {})", shown_sentence(build))]
     OtherBuild {
         /// Why the scene is refused.
-        refused: SceneError,
+        refused: Box<SceneError>,
         /// Differences between that build and this one.
         build: String,
     },
     /// The changed scene is refused.
-    #[error("{0}")]
+    #[error("{}", .0.in_full())]
     Change(SceneError),
     /// An added pulse is refused.
     #[error("the pulse added at t = {at_s} s is refused: {why}")]
@@ -65,6 +65,16 @@ pub enum ResimulationError {
 }
 
 impl ResimulationError {
+    /// Names a file by its final name, which it has not yet.
+    pub(super) fn of_file(self, unfinished: &Path, name: &Path) -> Self {
+        match self {
+            ResimulationError::Recording(RecordingError::File { path, cause }) if path == unfinished => {
+                ResimulationError::Recording(RecordingError::File { path: name.to_owned(), cause })
+            }
+            other => other,
+        }
+    }
+
     /// Whether the request is at fault, not the recording.
     pub fn is_usage(&self) -> bool {
         matches!(self, ResimulationError::Change(_) | ResimulationError::Outside { .. } | ResimulationError::Pulse { .. })

@@ -84,13 +84,15 @@ pub enum Finding {
         /// The contradiction, in words.
         what: String,
     },
-    /// A full queue dropped messages, where no step is missing.
-    #[error("{topic}: a full queue dropped {count} messages")]
+    /// Messages were dropped, where no step is known to be missing.
+    #[error("{topic}: {count} {} missing: {why}", if *count == 1 { "message is" } else { "messages are" })]
     Dropped {
         /// Last chunk of the topic.
         topic: String,
         /// Number of messages.
         count: u64,
+        /// Why they are missing.
+        why: LossReason,
     },
     /// Messages could not be re-simulated.
     #[error("{messages} messages could not be re-simulated, because data before them is lost")]

@@ -26,6 +26,8 @@ pub struct Recomputed {
     pub pulses: u64,
     /// Setpoints applied.
     pub setpoints: u64,
+    /// Advances in lock-step applied.
+    pub advances: u64,
     /// Changes of the scene applied.
     pub changes: u64,
     /// Messages that could not be re-simulated because data before them is lost.
@@ -312,8 +314,12 @@ impl<B: Iterator<Item = u64>> Recheck<'_, B> {
         }
         match self.resimulator.torque(command) {
             Ok(Some(effective)) => {
-                self.done.pulses += u64::from(matches!(command.command, Some(applied_command::Command::Torque(_))));
-                self.done.setpoints += u64::from(matches!(command.command, Some(applied_command::Command::Setpoint(_))));
+                match command.command {
+                    Some(applied_command::Command::Torque(_)) => self.done.pulses += 1,
+                    Some(applied_command::Command::Setpoint(_)) => self.done.setpoints += 1,
+                    Some(applied_command::Command::Advance(_)) => self.done.advances += 1,
+                    Some(applied_command::Command::Control(_)) | None => {}
+                }
                 self.same_effect(&reply, effective.step, effective.sim_time_s, at);
             }
             Ok(None) => {}

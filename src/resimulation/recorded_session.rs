@@ -8,6 +8,9 @@ use crate::recording::{self, RecordingMetadata};
 use crate::scene::SceneSource;
 use crate::simulation::PublishRates;
 
+/// The publishing rate that a what-if with other steps states: its samples are at times of the original's, which no number describes.
+pub(super) const ORIGINAL_TIMES: &str = "original";
+
 /// The facts of a recorded session.
 #[derive(Debug, Clone)]
 pub struct RecordedSession {
@@ -38,7 +41,7 @@ impl RecordedSession {
         let text = metadata.scene.as_deref().unwrap_or_default();
         let scene = SceneSource::parse(&format!("{}: scene.toml", path.display()), text, &[]).map_err(|refused| {
             let build = metadata.other_build().join("; ");
-            if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused, build } }
+            if build.is_empty() { refused.into() } else { ResimulationError::OtherBuild { refused: Box::new(refused), build } }
         })?;
         let started = metadata.started().ok_or_else(|| ResimulationError::NoStart(path.to_owned()))?;
         Ok(RecordedSession {
@@ -60,6 +63,11 @@ impl RecordedSession {
     /// Whether it is a what-if, which leaves out commands that pause.
     pub(super) fn is_what_if(&self) -> bool {
         !self.metadata.fact("what_if").is_empty()
+    }
+
+    /// Whether it is a what-if that has its samples at times of the original's. A what-if drops no sample.
+    pub(super) fn is_sampled_as_original(&self) -> bool {
+        self.is_what_if() && self.metadata.fact("publish_hz") == ORIGINAL_TIMES
     }
 
     /// Whether the run began paused.

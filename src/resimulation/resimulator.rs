@@ -9,9 +9,9 @@ use super::event::{changes, new_level, resets};
 use crate::runtime::{CHECKPOINT_PERIOD_S, SceneInForce, Successor};
 use crate::scene::{ModelKind, SceneAtLevel, SceneError, SceneSource};
 use crate::simulation::{
-    BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, Simulation, Stamp, StepGrid,
+    BuildError, Diverged, Effective, NotChanged, PulseRefused, PulseRequest, Sample, SampleContext, Simulation, Stamp, StepGrid,
 };
-use crate::wire::{self, AppliedCommand, BadCommand, Message, TelemetryEncoder, Topic, applied_command};
+use crate::wire::{self, AppliedCommand, BadCommand, Message, Topic, applied_command};
 
 /// Longest simulated time without a message, s: one checkpoint may be lost to a full queue.
 pub(super) const PROVED_S: f64 = 2.0 * CHECKPOINT_PERIOD_S;
@@ -22,7 +22,7 @@ pub(super) struct Resimulator {
     first: SceneSource,
     scene: SceneAtLevel,
     simulation: Simulation,
-    telemetry: Arc<TelemetryEncoder>,
+    context: Arc<SampleContext>,
     epoch_start_s: f64,
     sample: Sample,
     /// The instant of the sample's observation.
@@ -74,8 +74,8 @@ impl Resimulator {
     fn at(first: SceneSource, scene: SceneAtLevel) -> Result<Self, BuildError> {
         let simulation = Simulation::new(&scene.source.scene)?;
         let sample = simulation.blank_sample();
-        let telemetry = SceneInForce::new(scene.clone(), &simulation).telemetry;
-        Ok(Resimulator { first, scene, simulation, telemetry, epoch_start_s: 0.0, sample, observed: None })
+        let context = SceneInForce::new(scene.clone(), &simulation).context;
+        Ok(Resimulator { first, scene, simulation, context, epoch_start_s: 0.0, sample, observed: None })
     }
 
     /// The text of the scene, without the changes of its level.
@@ -103,7 +103,7 @@ impl Resimulator {
         let mut successor = Successor::new(&self.scene.source, &after.source).map_err(ResimulationFault::Unchanged)?;
         let refused = |refused: NotChanged| ResimulationFault::Unchanged(refused.to_string());
         let changed_j = successor.replace(&mut self.simulation).map_err(refused)?;
-        self.telemetry = SceneInForce::new(after.clone(), &self.simulation).telemetry;
+        self.context = SceneInForce::new(after.clone(), &self.simulation).context;
         self.scene = after;
         Ok(changed_j)
     }
@@ -207,7 +207,7 @@ impl Resimulator {
     pub(super) fn draw(&mut self, time_ns: u64) -> Result<Vec<u8>, Diverged> {
         self.observe()?;
         let has_slider = self.sample.observation.resistance_n.is_some();
-        Ok(wire::scene_update(&self.telemetry.displacements(&self.sample), has_slider, time_ns).encode_to_vec())
+        Ok(wire::scene_update(&self.context.displacements(&self.sample), has_slider, time_ns).encode_to_vec())
     }
 
     /// Gives access to the simulation at the present instant.
@@ -266,7 +266,7 @@ impl Resimulator {
         match recorded {
             Message::Loads(_) => self.sample.driving_torque_nm = self.simulation.take_driving_torque_nm(),
             // Without loads, the mean torque follows the displacements.
-            Message::Displacements(_) if !self.telemetry.has(Topic::Loads) => _ = self.simulation.take_driving_torque_nm(),
+            Message::Displacements(_) if !self.context.has(Topic::Loads) => _ = self.simulation.take_driving_torque_nm(),
             _ => {}
         }
         let computed = match recorded {
@@ -278,9 +278,9 @@ impl Resimulator {
                 Some(Message::Checkpoint(Box::new(wire::Checkpoint { scene, level, ..state })))
             }
             Message::Status(status) => Some(Message::Status(Box::new(
-                (**status).clone().with_account(self.simulation.account()).at_level(self.telemetry.level()),
+                (**status).clone().with_account(self.simulation.account()).at_level(self.context.level.as_ref()),
             ))),
-            _ => self.telemetry.message(recorded.topic(), &self.sample),
+            _ => self.context.message(recorded.topic(), &self.sample),
         };
         let wall_time = recorded.stamp().and_then(|stamp| stamp.wall_time);
         let stamp = wire::Stamp { wall_time, ..wire::stamp(&self.stamp()) };

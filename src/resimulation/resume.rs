@@ -6,10 +6,10 @@ use super::recorded_session::RecordedSession;
 use super::resimulator::{EpochStep, PROVED_S, Resimulator};
 use super::timeline::Timeline;
 use crate::recording::{RecordedMessage, WalkFlow, WalkItem, walk};
-use crate::runtime::CHECKPOINT_PERIOD_S;
+use crate::runtime::{CHECKPOINT_PERIOD_S, Reply};
 use crate::scene::SceneAtLevel;
 use crate::simulation::Simulation;
-use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic};
+use crate::wire::{self, AppliedCommand, Checkpoint, Message, Topic};
 
 /// A session at an instant of its recording.
 pub struct Resumed {
@@ -20,7 +20,7 @@ pub struct Resumed {
     /// The scene in force there.
     pub scene: SceneAtLevel,
     /// Replies to the commands accepted until then, in order.
-    pub answers: Vec<CommandReply>,
+    pub answers: Vec<Reply>,
 }
 
 /// Re-simulates from the last checkpoint, with the recorded commands, to the end of a recording or to `at_s`, in simulated s
@@ -104,7 +104,7 @@ struct Trail {
     commands: Vec<AppliedCommand>,
     /// Last recorded instant.
     last: EpochStep,
-    answers: Vec<CommandReply>,
+    answers: Vec<Reply>,
     /// Whether messages are missing since the checkpoint.
     broken: bool,
     /// Whether the recording continues after the instant.
@@ -141,7 +141,7 @@ impl Trail {
                 self.checkpoint = Some(*checkpoint);
             }
             Message::Commands(command) => {
-                self.answers.extend(command.reply.clone());
+                self.answers.extend(command.reply.clone().map(Reply::from));
                 if !self.broken {
                     self.commands.push(*command);
                 }
@@ -153,7 +153,6 @@ impl Trail {
         }
     }
 
-    /// Returns the instant nearest to session time `at_s`; `None` if it is not in the recording.
     /// The end of the recording, session s, unless it goes on or the end is in another epoch.
     fn ends_at_s(&self, resimulator: &Resimulator) -> Option<f64> {
         let (stamp, (epoch, step)) = (resimulator.stamp(), self.last);
@@ -161,6 +160,7 @@ impl Trail {
         is_end.then(|| stamp.epoch_start_s + resimulator.simulation().grid().time_s(step))
     }
 
+    /// Returns the instant nearest to session time `at_s`; `None` if it is not in the recording.
     fn instant_at(&self, at_s: f64, resimulator: &Resimulator) -> Option<EpochStep> {
         let (stamp, grid) = (resimulator.stamp(), resimulator.simulation().grid());
         let steps = (at_s - stamp.epoch_start_s - grid.origin_s) / grid.step_s;

@@ -183,11 +183,11 @@ impl<'a> Reading<'a> {
         let end = self.end(&structure);
         let Reading { source, mut survey, holes, channels, of_run, recovered, .. } = self;
         let Survey { findings, breaks, gaps, .. } = &mut survey;
-        let (missing, lost) = holes.into_findings(gaps, recovered, !source.metadata.fact("what_if").is_empty());
+        let (missing, lost) = holes.into_findings(gaps, recovered, source.is_what_if());
         breaks.extend(lost);
         breaks.sort_unstable();
         findings.extend(of_run.into_iter().filter(|finding| !may_follow_from(gaps, finding)));
-        findings.extend(dropped(gaps, &missing));
+        findings.extend(dropped(gaps, &missing, source.is_what_if()));
         findings.extend(missing);
         findings.extend(channels.into_findings(recovered));
         findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
@@ -195,7 +195,8 @@ impl<'a> Reading<'a> {
         findings.extend(end);
         findings.extend(recovered.then_some(Finding::Recovered));
         findings.extend((structure.messages == 0).then_some(Finding::Empty));
-        findings.extend(source.publish.is_none().then_some(Finding::NoFact("publish_hz", "missing steps cannot be found")));
+        let has_no_rate = source.publish.is_none() && !source.is_sampled_as_original();
+        findings.extend(has_no_rate.then_some(Finding::NoFact("publish_hz", "missing steps cannot be found")));
         match source.metadata.scene_is_original() {
             Some(true) => {}
             Some(false) => findings.push(Finding::SceneChanged),
@@ -254,8 +255,9 @@ fn may_follow_from(gaps: &[Gap], finding: &Finding) -> bool {
     first.is_some_and(|first| first <= (*epoch, *step))
 }
 
-/// Messages that full queues dropped, of topics in which no step is missing for that reason.
-fn dropped(gaps: &[Gap], missing: &[Finding]) -> Vec<Finding> {
+/// Messages that full queues dropped, or that the original of a what-if lacks, of topics in which no step is missing for that reason.
+fn dropped(gaps: &[Gap], missing: &[Finding], computed: bool) -> Vec<Finding> {
+    let why = if computed { LossReason::Source } else { LossReason::Queue };
     let is_missing = |gap: &Gap| {
         let is_told = |finding: &Finding| matches!(finding, Finding::Missing { topic, why: LossReason::Queue | LossReason::Source, .. } if *topic == gap.topic);
         missing.iter().any(is_told)
@@ -264,7 +266,7 @@ fn dropped(gaps: &[Gap], missing: &[Finding]) -> Vec<Finding> {
     for gap in gaps.iter().filter(|gap| !is_missing(gap)) {
         *counts.entry(&gap.topic).or_default() += gap.count;
     }
-    counts.into_iter().map(|(topic, count)| Finding::Dropped { topic: topic.to_owned(), count }).collect()
+    counts.into_iter().map(|(topic, count)| Finding::Dropped { topic: topic.to_owned(), count, why }).collect()
 }
 
 /// A wall time in nanoseconds since 1970.

@@ -7,6 +7,12 @@ use crate::scene::{SceneAtLevel, SceneSource};
 use crate::simulation::{EpochChanges, PublishRate, StepGrid};
 use crate::wire::{self, Checkpoint, Message, Stamp};
 
+/// Sizes of the steps at each level of a scene, s.
+pub(super) fn steps_s(scene: &SceneSource) -> Vec<f64> {
+    let at = |level: usize| scene.at_level(level).map_or(scene.scene.solver.step_s, |scene| scene.scene.solver.step_s);
+    (0..scene.scene.levels.len().max(1)).map(at).collect()
+}
+
 /// The grids of steps that hold, each from an instant on.
 pub(super) struct Timeline {
     /// The recording's own scene.

@@ -10,10 +10,10 @@ use super::change::{AddedPulse, Change};
 use super::deviation::Deviation;
 use super::difference::{Difference, Field};
 use super::event::{decode, resets, schema, topic};
-use super::recorded_session::RecordedSession;
+use super::recorded_session::{ORIGINAL_TIMES, RecordedSession};
 use super::resimulator::{ResimulationFault, Resimulator};
 use super::source_losses::SourceLosses;
-use super::timeline::Timeline;
+use super::timeline::{Timeline, steps_s};
 use crate::recording::{
     self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, Structure, WalkFlow, WalkItem, WhenFull,
     Written, walk,
@@ -21,7 +21,7 @@ use crate::recording::{
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, Effective, EnergyVerdict, PulseRefused, PulseRequest, Stamp};
 use crate::whole_file::Unfinished;
-use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Message, Topic, applied_command};
+use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, Message, Topic, applied_command};
 
 /// Settings of the new recording.
 const SETTINGS: Settings =
@@ -62,12 +62,13 @@ pub fn what_if(
     let mut pulses = change.pulses.clone();
     pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     // Before any file or folder is made.
-    let first = beginning(source, change, pulses.first())?;
+    let first = change.beginning(source, pulses.first())?;
     let mut name = path.as_os_str().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = PathBuf::from(name);
     let unfinished = Unfinished::at(part.clone()).map_err(RecordingError::new_file(path))?;
-    let mut outcome = compute(source, (change, pulses, first), &part, progress)?;
+    let computed = compute(source, (change, pulses, first), &part, progress);
+    let mut outcome = computed.map_err(|failed| failed.of_file(&part, path))?;
     unfinished.finish(path, true).map_err(RecordingError::new_file(path))?;
     outcome.written.iter_mut().for_each(|written| written.path = path.to_owned());
     Ok(outcome)
@@ -82,15 +83,15 @@ fn compute(
 ) -> Result<WhatIfOutcome, ResimulationError> {
     let text = &source.scene.text;
     let scene = SceneSource::parse(&source.scene.origin, text, &change.overrides).map_err(ResimulationError::Change)?;
-    let same_steps = scene.scene.solver.step_s == source.scene.scene.solver.step_s;
-    let publish = source.publish.filter(|_| same_steps).map(|_| ("publish_hz", source.metadata.fact("publish_hz").to_owned()));
+    let same_steps = steps_s(&scene) == steps_s(&source.scene);
+    let publish_hz = if same_steps { source.metadata.fact("publish_hz") } else { ORIGINAL_TIMES };
     let of = format!("{} {}", source.path.display(), change.command_line);
     let session = SessionInfo {
         name: source.name.clone(),
         scene: scene.text.clone(),
         started: source.started,
         command_line: change.command_line.clone(),
-        facts: publish.into_iter().chain([("what_if", of)]).collect(),
+        facts: vec![("publish_hz", publish_hz.to_owned()), ("what_if", of)],
     };
     let resimulator = Resimulator::new(&scene).map_err(|refused| match change.overrides.is_empty() {
         true => ResimulationError::Build(refused),
@@ -136,26 +137,6 @@ fn compute(
     Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, verdict, written, source: structure })
 }
 
-/// Number of messages before the checkpoint to start from: the first at its instant, before resets and changes there.
-fn beginning(source: &RecordedSession, change: &Change, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
-    let (mut number, mut begin, mut at_ns) = (0, None, None);
-    let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
-    walk(&source.path, |found, _| {
-        let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
-        let later = message.log_time <= until_ns && at_ns != Some(message.log_time);
-        if schema(message) == Topic::Checkpoint.schema() && later {
-            (begin, at_ns) = (Some(number), Some(message.log_time));
-        }
-        number += 1;
-        let decided = begin.is_some() && (!change.overrides.is_empty() || message.log_time > until_ns);
-        if decided { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
-    })?;
-    begin.ok_or_else(|| match first {
-        Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s, last_s: None },
-        None => ResimulationError::NothingToResume(source.path.clone()),
-    })
-}
-
 /// Why a re-simulation stopped.
 enum Stopped {
     ResimulationFault(ResimulationFault),
@@ -172,7 +153,7 @@ struct Attempt<'a> {
     source: &'a RecordedSession,
     other_scene: bool,
     losses: SourceLosses,
-    /// Whether steps are as long as in the old recording, so that samples of the same steps are due.
+    /// Whether steps are as long as in the old recording, at each level: then the same steps have samples.
     same_steps: bool,
     timeline: Timeline,
     resimulator: Resimulator,
@@ -195,7 +176,13 @@ impl Attempt<'_> {
             let Message::Checkpoint(checkpoint) = &event else { return Ok(()) };
             return self.begin(checkpoint, &event, message);
         }
-        let gap = self.losses.take(message, &event).filter(|_| self.same_steps);
+        let mut gap = self.losses.take(message, &event);
+        // Steps of another size may not reach the samples beside the gap: it is reported at the present step.
+        if let Some(gap) = gap.take_if(|_| !self.same_steps) {
+            let stamp = self.stamp(message);
+            let gap = Gap { first_step: stamp.step, stamp: Some(stamp), ..gap };
+            self.record(Topic::Gaps, gap.encode_to_vec(), message);
+        }
         if matches!(event, Message::Gaps(_)) {
             gap.iter().for_each(|gap| self.record(Topic::Gaps, gap.encode_to_vec(), message));
             return Ok(());
@@ -309,10 +296,9 @@ impl Attempt<'_> {
             changed_j: Some(changed_j),
             ..command.reply.clone().unwrap_or_default()
         };
-        let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
-        let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
+        let stamp = Some(self.stamp(message));
         let scene = if command.scene.is_empty() { String::new() } else { self.resimulator.scene_text().to_owned() };
-        let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), scene, command: command.command.clone() };
+        let applied = AppliedCommand { stamp, reply: Some(reply), scene, command: command.command.clone() };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
         Ok(())
     }
@@ -324,6 +310,12 @@ impl Attempt<'_> {
         let end_s = grid.time_s(now) + steps as f64 * self.timeline.step_s();
         let step = grid.origin_step as f64 + ((end_s - grid.origin_s) / grid.step_s - 1e-6).ceil();
         (step.max(0.0) as u64).saturating_sub(now)
+    }
+
+    /// The stamp of the present step in what is recorded at a message.
+    fn stamp(&self, message: &RecordedMessage) -> wire::Stamp {
+        let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
+        wire::stamp(&Stamp { wall, ..self.resimulator.stamp() })
     }
 
     /// Records a command whose torque was applied.
@@ -341,14 +333,15 @@ impl Attempt<'_> {
             effective_sim_time_s: effective.sim_time_s,
             ..CommandReply::default()
         };
-        let wall = SystemTime::UNIX_EPOCH + Duration::from_nanos(message.publish_time);
-        let stamp = wire::stamp(&Stamp { wall, ..self.resimulator.stamp() });
-        let applied = AppliedCommand { stamp: Some(stamp), reply: Some(reply), command, scene: String::new() };
+        let stamp = Some(self.stamp(message));
+        let applied = AppliedCommand { stamp, reply: Some(reply), command, scene: String::new() };
         self.record(Topic::Commands, applied.encode_to_vec(), message);
     }
 
     fn compare(&mut self, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
-        let Some(computed) = self.write_in_place_of(event, message)? else { return Ok(()) };
+        let (Some(computed), Some(stamp)) = (self.write_in_place_of(event, message)?, event.stamp()) else { return Ok(()) };
+        // Steps of another size have other numbers at the same time.
+        let computed = computed.with_stamp(stamp);
         let payload = computed.encode_to_vec();
         if matches!(event, Message::Checkpoint(_)) || payload == message.data.as_ref() {
             return Ok(());
@@ -357,8 +350,8 @@ impl Attempt<'_> {
         if self.deviation.first.is_none() {
             self.deviation.first = Some(Difference {
                 topic: topic(message).to_owned(),
-                instant: self.resimulator.instant(),
-                sim_time_s: self.resimulator.simulation().time_s(),
+                instant: (stamp.epoch, stamp.step),
+                sim_time_s: stamp.sim_time_s,
                 field: Field::first(schema(message), &message.data, &payload),
                 after: None,
             });

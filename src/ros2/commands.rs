@@ -16,7 +16,8 @@ use super::keys::{Attachment, Endpoint, NodeKeys, topic_key};
 use super::publishers::now_ns;
 use super::types::RosType;
 use crate::bus::{BusError, Name, RefusalLog, admitted, client};
-use crate::wire::{BadCommand, CommandReply, Control, Pause, Reset, Resume, Setpoint, Steps, control::Action};
+use crate::runtime::Reply;
+use crate::wire::{BadCommand, Control, Pause, Reset, Resume, Setpoint, Steps, control::Action};
 
 /// Simulated time that a torque from ROS holds, unless another comes, s.
 pub const TORQUE_HOLD_S: f64 = 1.0;
@@ -141,7 +142,7 @@ fn torque_topic(session: &Session, name: &Name, key: String, refusal_log: Refusa
                 tracing::warn!(%error, "could not pass on a torque from ROS");
             }
         }
-        Err(reason) => refusal_log.record(&refusal(reason)),
+        Err(reason) => refusal_log.record(&Reply::refused(String::new(), reason)),
     };
     session.declare_subscriber(key).callback(take).wait().map_err(BusError::failed)
 }
@@ -164,10 +165,6 @@ fn id_of(kind: &str, Attachment { sequence, gid, .. }: &Attachment) -> String {
 
 fn undecodable(of: RosType, error: &CdrError) -> String {
     format!("not a {}: {error}", of.name())
-}
-
-fn refusal(reason: String) -> CommandReply {
-    CommandReply { reason, ..CommandReply::default() }
 }
 
 /// Declares a service. Its calls are answered by another thread, since an answer may take a while.
@@ -195,7 +192,7 @@ fn answer_calls(session: &Session, name: &Name, calls: &Receiver<Option<Call>>, 
             payload.map_err(|bad| bad.to_string()).and_then(|payload| answer(session, name, (service, &payload), &query));
         if let Err(reason) = answered {
             refuse(&query, &reason);
-            refusal_log.record(&refusal(reason));
+            refusal_log.record(&Reply::refused(String::new(), reason));
         }
     }
 }

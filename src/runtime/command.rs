@@ -5,13 +5,65 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Thread;
 
+use super::reply::{Reply, ReplyTo};
 use super::reply_cache::ReplyCache;
 use super::scene_change::PreparedChange;
 use crate::simulation::{AdvanceRequest, PulseRequest, SetpointRequest};
-use crate::wire::{AdvanceReply, CommandReply, control};
 
 /// Capacity of the command queue; a command that finds it full is refused.
 pub(super) const QUEUE: usize = 1024;
+
+/// Controls a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Action {
+    /// Pause.
+    Pause,
+    /// Go on after a pause.
+    Resume,
+    /// While paused, take steps and stay paused.
+    Step {
+        /// Number of steps.
+        count: u64,
+    },
+    /// Return to the start of the scene.
+    Reset,
+    /// End the run.
+    Stop,
+    /// Start a recording.
+    StartRecording {
+        /// Name of its file; empty for one made of the service and the time.
+        name: String,
+    },
+    /// End the recording.
+    StopRecording,
+    /// Change the scene.
+    Set {
+        /// The changes, each `KEY=VALUE`.
+        changes: Vec<String>,
+    },
+    /// Change the level of detail.
+    Level {
+        /// Name of the level.
+        name: String,
+    },
+}
+
+impl Action {
+    /// Its kind, in a word.
+    fn kind(&self) -> &'static str {
+        match self {
+            Action::Pause => "pause",
+            Action::Resume => "resume",
+            Action::Step { .. } => "step",
+            Action::Reset => "reset",
+            Action::Stop => "stop",
+            Action::StartRecording { .. } => "start-recording",
+            Action::StopRecording => "stop-recording",
+            Action::Set { .. } => "set",
+            Action::Level { .. } => "level",
+        }
+    }
+}
 
 /// The request of a command.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,8 +74,8 @@ pub enum Request {
     Setpoint(SetpointRequest),
     /// While paused, apply a torque and take steps.
     Advance(AdvanceRequest),
-    /// Control the run: pause, resume, step, reset, stop, start or stop a recording, change the scene.
-    Control(control::Action),
+    /// Control the run.
+    Control(Action),
 }
 
 impl Request {
@@ -33,31 +85,20 @@ impl Request {
             Request::Torque(_) => "torque",
             Request::Setpoint(_) => "setpoint",
             Request::Advance(_) => "advance",
-            Request::Control(control::Action::Pause(_)) => "pause",
-            Request::Control(control::Action::Resume(_)) => "resume",
-            Request::Control(control::Action::Step(_)) => "step",
-            Request::Control(control::Action::Reset(_)) => "reset",
-            Request::Control(control::Action::Stop(_)) => "stop",
-            Request::Control(control::Action::StartRecording(_)) => "start-recording",
-            Request::Control(control::Action::StopRecording(_)) => "stop-recording",
-            Request::Control(control::Action::Set(_)) => "set",
-            Request::Control(control::Action::Level(_)) => "level",
+            Request::Control(action) => action.kind(),
         }
     }
 
     /// Whether it changes the scene.
     pub fn changes_scene(&self) -> bool {
-        matches!(self, Request::Control(control::Action::Set(_) | control::Action::Level(_)))
+        matches!(self, Request::Control(Action::Set { .. } | Action::Level { .. }))
     }
 
     /// Whether it starts or stops a recording.
     pub fn is_of_recording(&self) -> bool {
-        matches!(self, Request::Control(control::Action::StartRecording(_) | control::Action::StopRecording(_)))
+        matches!(self, Request::Control(Action::StartRecording { .. } | Action::StopRecording))
     }
 }
-
-/// Sends the reply of a command, which has a state only after an advance. Called off the stepping thread.
-pub type ReplyTo = Box<dyn FnOnce(AdvanceReply) + Send>;
 
 /// A decoded command with its reply callback.
 pub struct Command {
@@ -109,7 +150,7 @@ impl SharedState {
 
     /// The reply to a retry: to a command under the id of one that was accepted before. It must not be applied again. A command
     /// of another kind under that id is refused, and counted so.
-    pub fn reply_to_retry(&self, id: &str, request: &Request) -> Option<CommandReply> {
+    pub fn reply_to_retry(&self, id: &str, request: &Request) -> Option<Reply> {
         let reply = self.replies().get(id, request.kind())?;
         if !reply.accepted {
             self.count_rejected();
@@ -119,7 +160,7 @@ impl SharedState {
 
     /// Remembers the reply to an accepted command, so that a retry is not applied again. The request is unknown if it was accepted
     /// before this run.
-    pub fn remember(&self, reply: &CommandReply, request: Option<&Request>) {
+    pub fn remember(&self, reply: &Reply, request: Option<&Request>) {
         self.replies().insert(reply, request.map(Request::kind));
     }
 
@@ -185,6 +226,6 @@ impl Inbox {
     /// Refuses a command that is not queued, and counts the refusal.
     pub fn refuse(&self, id: String, reason: String, reply: ReplyTo) {
         self.shared.count_rejected();
-        reply(CommandReply { id, accepted: false, reason, ..CommandReply::default() }.into());
+        reply(Reply::refused(id, reason).into());
     }
 }

@@ -4,11 +4,9 @@ use std::time::Duration;
 
 use hdrhistogram::Histogram;
 
-use crate::wire;
-
 /// Longer durations are counted as this one, ns.
 const LONGEST_NS: u64 = 100_000_000_000;
-/// Bins of a message's histogram in which durations double: the difference of two histograms shows a shift by a fifth.
+/// Bins in which durations double: the difference of two histograms shows a shift by a fifth.
 const BINS_PER_DOUBLING: u32 = 4;
 
 /// Quantiles of a [`DurationHistogram`].
@@ -22,6 +20,16 @@ pub struct DurationQuantiles {
     pub p999_s: f64,
     /// Longest duration, s.
     pub max_s: f64,
+}
+
+/// Counts of durations in bins whose limits double every few bins. The first is the number below 1 ns; with n bins per doubling, the
+/// k-th after it is the number from 2^((k-1)/n) ns to below 2^(k/n) ns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DurationBins {
+    /// Number of durations in each bin.
+    pub counts: Vec<u64>,
+    /// Number of bins in which the limits double.
+    pub bins_per_doubling: u32,
 }
 
 /// A histogram of durations with a resolution of two digits, from 1 ns to 100 s.
@@ -51,14 +59,14 @@ impl DurationHistogram {
     }
 
     /// Returns the counts in four bins for each doubling from 1 ns on; `None` if the histogram is empty.
-    pub fn histogram(&self) -> Option<wire::Histogram> {
+    pub fn bins(&self) -> Option<DurationBins> {
         let mut counts = Vec::new();
         for recorded in self.nanoseconds.iter_recorded() {
             let bin = bin(recorded.value_iterated_to());
             counts.resize(counts.len().max(bin + 1), 0);
             counts[bin] += recorded.count_at_value();
         }
-        (!counts.is_empty()).then_some(wire::Histogram { counts, bins_per_doubling: BINS_PER_DOUBLING })
+        (!counts.is_empty()).then_some(DurationBins { counts, bins_per_doubling: BINS_PER_DOUBLING })
     }
 }
 
@@ -75,11 +83,11 @@ mod tests {
     #[test]
     fn val_four_bins_of_a_histogram_double() {
         let mut histogram = DurationHistogram::new().unwrap();
-        assert_eq!((histogram.histogram(), histogram.quantiles()), (None, None));
+        assert_eq!((histogram.bins(), histogram.quantiles()), (None, None));
         for nanoseconds in [0, 1, 2, 3, 4, 7, 8, 1000] {
             histogram.record(Duration::from_nanos(nanoseconds));
         }
-        let wire::Histogram { counts, bins_per_doubling } = histogram.histogram().unwrap();
+        let DurationBins { counts, bins_per_doubling } = histogram.bins().unwrap();
         let by_doubling: Vec<u64> = counts[1..].chunks(bins_per_doubling as usize).map(|bins| bins.iter().sum()).collect();
         assert_eq!((counts[0], &by_doubling[..5]), (1, &[1, 2, 2, 1, 0][..]), "{counts:?}");
         assert_eq!((counts.iter().sum::<u64>(), by_doubling.len()), (8, 10), "the last from 512 to 1023");

@@ -8,22 +8,21 @@ use std::time::{Duration, Instant};
 use super::governor::LevelCost;
 
 use crate::scene::{SceneAtLevel, SceneSource};
-use crate::simulation::{BuildError, NoRoute, NotChanged, Route, Simulation};
-use crate::wire::TelemetryEncoder;
+use crate::simulation::{BuildError, NoRoute, NotChanged, Route, SampleContext, Simulation};
 
-/// A scene in force, and the encoder of its samples.
+/// A scene in force.
 pub struct SceneInForce {
     /// The scene, at its level.
     pub scene: SceneAtLevel,
-    /// Encodes its samples.
-    pub telemetry: Arc<TelemetryEncoder>,
+    /// Names, start and level for its samples.
+    pub context: Arc<SampleContext>,
 }
 
 impl SceneInForce {
     /// The scene that `simulation` computes.
     pub fn new(scene: SceneAtLevel, simulation: &Simulation) -> Self {
-        let telemetry = TelemetryEncoder::new(&scene.source.scene.system, simulation.start()).at_level(scene.in_force());
-        SceneInForce { scene, telemetry: Arc::new(telemetry) }
+        let context = SampleContext::new(&scene.source.scene.system, simulation.start(), scene.in_force());
+        SceneInForce { scene, context: Arc::new(context) }
     }
 }
 

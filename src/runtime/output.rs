@@ -4,12 +4,14 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Instant;
 
-use super::command::{ReplyTo, Request};
+use super::command::Request;
 use super::ladder::SceneInForce;
+use super::missed_deadlines::MissReport;
+use super::reply::{Reply, ReplyTo};
 use super::scene_change::PreparedChange;
+use super::shadow::ModelDifference;
 use super::status::RunStatus;
 use crate::simulation::{Checkpoint, PerTelemetry, Sample, Stamp};
-use crate::wire::{CommandReply, Overruns, Shadow};
 
 /// One message for the bus, the recording, or both.
 pub enum Output {
@@ -23,7 +25,7 @@ pub enum Output {
         deadline: Option<Instant>,
     },
     /// The difference between the shadow model and the main model.
-    Shadow(Box<Shadow>, Stamp),
+    Shadow(Box<ModelDifference>, Stamp),
     /// The state of the run.
     Status(Box<RunStatus>),
     /// The reply to a command.
@@ -39,7 +41,7 @@ pub enum Output {
     /// Samples dropped because the pool was empty.
     MissedSamples(Box<PerTelemetry<Option<MissedSamples>>>, Stamp),
     /// Missed deadlines.
-    Overruns(Box<Overruns>, Stamp),
+    Overruns(Box<MissReport>, Stamp),
     /// The simulator has ended: nothing follows.
     Over,
 }
@@ -47,7 +49,7 @@ pub enum Output {
 /// The reply to a command.
 pub struct Answer {
     /// The reply. If the request starts or stops a recording, it is the reply if that succeeds: the output thread decides.
-    pub reply: CommandReply,
+    pub reply: Reply,
     /// Sends the reply; `None` if nobody asked.
     pub reply_to: Option<ReplyTo>,
     /// The request, to be recorded if the reply accepts it; `None` for a retry.
@@ -61,7 +63,7 @@ pub struct Advanced {
     /// The state after its last step; `None` if that cannot be observed.
     pub sample: Option<Arc<Sample>>,
     /// The reply.
-    pub reply: CommandReply,
+    pub reply: Reply,
     /// Sends the reply.
     pub reply_to: ReplyTo,
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use crate::wire::CommandReply;
+use super::reply::Reply;
 
 /// Replies kept; the oldest is dropped first.
 const CAPACITY: usize = 65_536;
@@ -19,24 +19,24 @@ pub(crate) struct ReplyCache {
 struct Accepted {
     /// Its kind, such as `pause`; `None` if it is from a resumed recording.
     kind: Option<&'static str>,
-    reply: CommandReply,
+    reply: Reply,
 }
 
 impl ReplyCache {
     /// The reply to a retry: to a command under the id of one that was accepted before. Refuses a command of another kind.
-    pub(crate) fn get(&self, id: &str, kind: &str) -> Option<CommandReply> {
+    pub(crate) fn get(&self, id: &str, kind: &str) -> Option<Reply> {
         let Accepted { kind: before, reply } = self.answers.get(id)?;
         match before {
             Some(other) if *other != kind => {
                 let reason = format!("this id belongs to an earlier command, {other}: give each command its own");
-                Some(CommandReply { id: id.to_owned(), reason, ..CommandReply::default() })
+                Some(Reply::refused(id.to_owned(), reason))
             }
-            _ => Some(CommandReply { reason: "a repetition: applied once".to_owned(), ..reply.clone() }),
+            _ => Some(Reply { reason: "a repetition: applied once".to_owned(), ..reply.clone() }),
         }
     }
 
     /// Stores a reply to a command of a kind, unless its id is empty.
-    pub(crate) fn insert(&mut self, reply: &CommandReply, kind: Option<&'static str>) {
+    pub(crate) fn insert(&mut self, reply: &Reply, kind: Option<&'static str>) {
         if reply.id.is_empty() {
             return;
         }
@@ -58,7 +58,7 @@ mod tests {
     fn prop_reply_cache_is_bounded_and_drops_the_oldest() {
         let mut cache = ReplyCache::default();
         for n in 0..CAPACITY + 10 {
-            cache.insert(&CommandReply { id: n.to_string(), accepted: true, ..CommandReply::default() }, Some("pause"));
+            cache.insert(&Reply { id: n.to_string(), accepted: true, ..Reply::default() }, Some("pause"));
         }
         assert_eq!(cache.answers.len(), CAPACITY);
         assert!(cache.get("9", "pause").is_none() && cache.get("10", "pause").is_some_and(|reply| reply.accepted));
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn regress_an_id_of_another_kind_of_command_is_refused() {
         let mut cache = ReplyCache::default();
-        let accepted = |id: &str| CommandReply { id: id.to_owned(), accepted: true, ..CommandReply::default() };
+        let accepted = |id: &str| Reply { id: id.to_owned(), accepted: true, ..Reply::default() };
         cache.insert(&accepted("a"), Some("torque"));
         cache.insert(&accepted("resumed"), None);
         assert!(cache.get("a", "pause").is_some_and(|reply| !reply.accepted && reply.reason.contains("torque")));

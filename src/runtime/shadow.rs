@@ -8,7 +8,32 @@ use crate::integrate::StepError;
 use crate::mechanics::Observation;
 use crate::scene::ModelKind;
 use crate::simulation::{AdvanceRequest, Diverged, Simulation};
-use crate::wire;
+
+/// The state of one model minus that of another at the same instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StateDifference {
+    /// Chord angle of the first link, rad.
+    pub angle_rad: f64,
+    /// Position of the chain's end along x, m.
+    pub end_x_m: f64,
+    /// Largest difference of the joint forces that both models compute, in x or y, N.
+    pub joint_force_n: Option<f64>,
+    /// Torque that a prescribed motion needs, N·m.
+    pub driving_torque_nm: Option<f64>,
+}
+
+/// The difference of a second model to the main one, and the cost of both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelDifference {
+    /// The second model.
+    pub model: ModelKind,
+    /// Second minus main.
+    pub state: StateDifference,
+    /// Mean computing time of a step of the main model, s.
+    pub main_step_s: f64,
+    /// Mean computing time of a step of the second model, s.
+    pub shadow_step_s: f64,
+}
 
 /// The second simulation, and the computing time of both.
 pub struct ShadowSimulation {
@@ -76,7 +101,7 @@ impl ShadowSimulation {
     }
 
     /// Returns shadow minus `main`; `None` after the shadow has diverged.
-    pub(super) fn difference(&mut self, main: &Observation, stamp: &crate::simulation::Stamp) -> Option<wire::Shadow> {
+    pub(super) fn difference(&mut self, main: &Observation) -> Option<ModelDifference> {
         if self.lost.is_some() {
             return None;
         }
@@ -86,20 +111,18 @@ impl ShadowSimulation {
         }
         let mean = |cost: Duration| cost.as_secs_f64() / f64::from(self.steps.max(1));
         let (main_step_s, shadow_step_s) = (mean(self.main_cost), mean(self.own_cost));
-        let found = difference(self.simulation.observation(), main, stamp)?;
-        Some(wire::Shadow { model: self.model.as_str().to_owned(), main_step_s, shadow_step_s, ..found })
+        let state = difference(self.simulation.observation(), main)?;
+        Some(ModelDifference { model: self.model, state, main_step_s, shadow_step_s })
     }
 }
 
-/// Returns `own` minus `main` at the instant of `stamp`; `None` without links.
-pub fn difference(own: &Observation, main: &Observation, stamp: &crate::simulation::Stamp) -> Option<wire::Shadow> {
-    Some(wire::Shadow {
-        stamp: Some(wire::stamp(stamp)),
+/// Returns `own` minus `main`; `None` without links.
+pub fn difference(own: &Observation, main: &Observation) -> Option<StateDifference> {
+    Some(StateDifference {
         angle_rad: own.links.first()?.chord_rad - main.links.first()?.chord_rad,
         end_x_m: end_x_m(own)? - end_x_m(main)?,
         joint_force_n: joint_force_n(own, main),
         driving_torque_nm: own.motion_torque_nm.zip(main.motion_torque_nm).map(|(own, main)| own - main),
-        ..wire::Shadow::default()
     })
 }
 

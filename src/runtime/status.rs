@@ -2,10 +2,22 @@
 
 use std::time::Duration;
 
-use super::duration_histogram::DurationQuantiles;
+use super::duration_histogram::{DurationBins, DurationQuantiles};
 use super::step_error_histogram::StepErrorQuantiles;
 use crate::simulation::{Account, SetpointState, Stamp};
-use crate::wire::{Histogram, status::State};
+
+/// Whether a run goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RunPhase {
+    /// It takes steps.
+    Running,
+    /// It waits for commands.
+    Paused,
+    /// It has ended in good order.
+    Finished,
+    /// It has diverged.
+    Diverged,
+}
 
 /// The state of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,15 +25,15 @@ pub struct RunStatus {
     /// When this was the state.
     pub stamp: Stamp,
     /// Whether it is running.
-    pub state: State,
+    pub phase: RunPhase,
     /// Why the run stopped, or a warning of the model.
     pub message: Option<String>,
     /// Simulated over wall time since the last start, resume or reset; `None` while paused.
     pub real_time_factor: Option<f64>,
     /// Lateness of steps; `None` if there are no deadlines.
-    pub lateness: Option<(DurationQuantiles, Histogram)>,
+    pub lateness: Option<(DurationQuantiles, DurationBins)>,
     /// Cost of steps.
-    pub step_cost: Option<(DurationQuantiles, Histogram)>,
+    pub step_cost: Option<(DurationQuantiles, DurationBins)>,
     /// Estimated errors of single steps.
     pub step_errors: Option<StepErrorQuantiles>,
     /// Missed deadlines.

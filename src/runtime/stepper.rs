@@ -17,10 +17,11 @@ use super::command::{Command, SharedState};
 use super::missed_deadlines::WakeUp;
 use super::output::{Outbox, Output};
 use super::pacer::{Overrun, Pace};
+use super::reply::Reply;
 use super::shadow::ShadowSimulation;
 use super::slowdown::Slowdown;
+use super::status::RunPhase;
 use crate::simulation::{Diverged, PerTelemetry, PublishRate, PublishRates, Sample, Simulation, Stamp};
-use crate::wire::{CommandReply, status::State};
 pub(crate) use changes::GOVERNED;
 pub use ending::{Ending, RunSummary};
 use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
@@ -150,7 +151,7 @@ impl Stepper {
     }
 
     /// Resumes a session whose epoch began at `epoch_start_s`. A retry of an earlier command is answered from `answers`.
-    pub fn resumed(mut self, epoch_start_s: f64, answers: &[CommandReply]) -> Self {
+    pub fn resumed(mut self, epoch_start_s: f64, answers: &[Reply]) -> Self {
         self.epoch_start_s = epoch_start_s;
         answers.iter().for_each(|answer| self.ports.shared.remember(answer, None));
         self.resumed = true;
@@ -178,7 +179,7 @@ impl Stepper {
             let published = self.publish(true.into());
             self.note_result(published);
         }
-        self.status(self.state(), None);
+        self.status(self.phase(), None);
         // Spreads the status messages of all simulators on the thread over the status period.
         self.schedule.next_status += STATUS_PERIOD * u32::try_from(index).unwrap_or(0) / u32::try_from(count).unwrap_or(1).max(1);
     }
@@ -243,9 +244,9 @@ impl Stepper {
         self.end_advances(&ending);
         self.refuse_waiting();
         let (phase, message) = match &ending {
-            Ending::Finished | Ending::Stopped => (State::Finished, None),
-            Ending::Diverged(diverged) => (State::Diverged, Some(diverged.to_string())),
-            Ending::Late { step, late } => (State::Finished, Some(format!("step {step} would have begun {late:.1?} late"))),
+            Ending::Finished | Ending::Stopped => (RunPhase::Finished, None),
+            Ending::Diverged(diverged) => (RunPhase::Diverged, Some(diverged.to_string())),
+            Ending::Late { step, late } => (RunPhase::Finished, Some(format!("step {step} would have begun {late:.1?} late"))),
         };
         let rest = self.due_topics().map(|due| !due);
         if rest != false.into() {
@@ -356,7 +357,7 @@ impl Stepper {
         }
         let deadline = self.deadlines.of_sample.take().map(|due| self.clock + due);
         self.send(Output::Sample { sample: free, topics: due, deadline });
-        let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation(), &stamp));
+        let difference = self.shadow.as_mut().and_then(|shadow| shadow.difference(self.simulation.observation()));
         if let Some(difference) = difference {
             self.send(Output::Shadow(Box::new(difference), stamp));
         }

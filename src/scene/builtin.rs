@@ -51,10 +51,5 @@ pub fn find(name: &str) -> Result<&'static Builtin, SceneError> {
 
 pub(super) fn unknown(name: &str, nor: &str) -> SceneError {
     let hint = did_you_mean(name, BUILTIN.iter().map(|scene| scene.name));
-    SceneError {
-        place: name.to_owned(),
-        key: String::new(),
-        value: None,
-        problem: format!("not a built-in scene{nor}{hint} (`flexcrank scenes` lists them)"),
-    }
+    SceneError::whole(name, format!("not a built-in scene{nor}{hint} (`flexcrank scenes` lists them)"))
 }

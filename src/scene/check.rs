@@ -1,58 +1,123 @@
 //! Single values checked, and refusals worded.
 
+use std::cell::RefCell;
+
+use super::error::MOST_FURTHER;
 use super::key::{Count, Default, Number, short};
 use super::{SceneError, document::SceneText};
 use crate::nearest::nearest;
 
-/// Checks values and words the refusals.
+/// Checks values. A value that is refused is noted, and the checks go on, so that one call finds what is wrong in several places.
 pub(super) struct Checker<'a> {
-    pub text: &'a SceneText,
+    text: &'a SceneText,
+    refused: RefCell<Vec<SceneError>>,
 }
 
-impl Checker<'_> {
-    pub(super) fn refuse(&self, key: &str, problem: impl Into<String>) -> SceneError {
-        SceneError { place: self.text.place(key), key: key.to_owned(), value: self.text.value(key), problem: problem.into() }
+impl<'a> Checker<'a> {
+    pub(super) fn new(text: &'a SceneText) -> Self {
+        Checker { text, refused: RefCell::new(Vec::new()) }
     }
 
-    /// `value` if the key allows it. `table` is the path of the table that the key stands in: `crank`, `pulse.0`.
-    pub(super) fn number(&self, key: &Number, table: &str, value: f64) -> Result<f64, SceneError> {
+    pub(super) fn refuse(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        self.text.refuse(key, problem)
+    }
+
+    fn note(&self, key: &str, problem: String) {
+        let mut refused = self.refused.borrow_mut();
+        if refused.len() <= MOST_FURTHER {
+            refused.push(self.refuse(key, problem));
+        }
+    }
+
+    /// The value of a result. A refusal is noted.
+    pub(super) fn noted<T>(&self, result: Result<T, SceneError>) -> Option<T> {
+        result.map_err(|refused| self.refused.borrow_mut().push(refused)).ok()
+    }
+
+    /// The result of all checks, unless a refusal was noted.
+    ///
+    /// # Errors
+    /// All refusals, as one.
+    pub(super) fn conclude<T>(&self, result: Result<T, SceneError>) -> Result<T, SceneError> {
+        let mut noted = self.refused.take();
+        let last = match result {
+            Err(refused) => refused,
+            Ok(value) => match noted.pop() {
+                Some(refused) => refused,
+                None => return Ok(value),
+            },
+        };
+        Err(self.text.joined(last, noted))
+    }
+
+    /// `value`, or NaN, of which no comparison holds, if the key does not allow it. `table` is the path of the table that the key
+    /// stands in: `crank`, `pulse.0`.
+    pub(super) fn number(&self, key: &Number, table: &str, value: f64) -> f64 {
         if key.allows(value) {
-            return Ok(value);
+            return value;
         }
         let Number { name, low, high, .. } = key;
-        Err(self.refuse(&format!("{table}.{name}"), format!("must be a number from {} to {}", short(*low), short(*high))))
+        self.note(&format!("{table}.{name}"), format!("must be a number from {} to {}", short(*low), short(*high)));
+        f64::NAN
     }
 
-    /// `value` if the key allows it, or the key's default.
-    pub(super) fn number_or(&self, key: &Number, table: &str, value: Option<f64>) -> Result<f64, SceneError> {
+    /// `value`, as [`number`](Self::number) checks it, or the key's default. A key without one must be given.
+    pub(super) fn number_or(&self, key: &Number, table: &str, value: Option<f64>) -> f64 {
         match (value, key.default) {
             (Some(value), _) => self.number(key, table, value),
-            (None, Default::Value(default)) => Ok(default),
-            (None, _) => Err(self.refuse(table, format!("missing key `{}`", key.name))),
+            (None, Default::Value(default)) => default,
+            (None, _) => {
+                self.note(table, format!("missing key `{}`", key.name));
+                f64::NAN
+            }
         }
     }
 
-    pub(super) fn count_or(&self, key: &Count, table: &str, value: Option<i64>) -> Result<usize, SceneError> {
+    /// `value`, or the least that the key allows.
+    pub(super) fn count(&self, key: &Count, table: &str, value: i64) -> usize {
+        let Count { name, low, high, .. } = *key;
+        usize::try_from(value).ok().filter(|count| (low..=high).contains(count)).unwrap_or_else(|| {
+            self.note(&format!("{table}.{name}"), format!("must be a whole number from {low} to {high}"));
+            low
+        })
+    }
+
+    /// `value`, as [`count`](Self::count) checks it, or the key's default. A key without one must be given.
+    pub(super) fn count_or(&self, key: &Count, table: &str, value: Option<i64>) -> usize {
         match (value, key.default) {
             (Some(value), _) => self.count(key, table, value),
-            (None, Default::Value(default)) => Ok(default),
-            (None, _) => Err(self.refuse(table, format!("missing key `{}`", key.name))),
+            (None, Default::Value(default)) => default,
+            (None, _) => {
+                self.note(table, format!("missing key `{}`", key.name));
+                key.low
+            }
         }
     }
 
-    /// `value` if the key allows it.
-    pub(super) fn count(&self, key: &Count, table: &str, value: i64) -> Result<usize, SceneError> {
-        let Count { name, low, high, .. } = *key;
-        let problem = || self.refuse(&format!("{table}.{name}"), format!("must be a whole number from {low} to {high}"));
-        usize::try_from(value).ok().filter(|count| (low..=high).contains(count)).ok_or_else(problem)
-    }
-
+    /// The meaning of `value`.
+    ///
+    /// # Errors
+    /// The refusal of a value that is none of the words.
     pub(super) fn word<T: Copy>(&self, key: &str, value: &str, words: &[(&str, T)]) -> Result<T, SceneError> {
-        if let Some((_, found)) = words.iter().find(|(word, _)| *word == value) {
-            return Ok(*found);
-        }
-        let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
-        let hint = nearest(value, names.iter().copied()).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default();
-        Err(self.refuse(key, format!("must be one of {}{hint}", names.join(", "))))
+        meaning(value, words).map_err(|problem| self.refuse(key, problem))
     }
+
+    /// The meaning of `value`, or the usual one.
+    pub(super) fn word_or<T: Copy>(&self, key: &str, value: Option<&str>, words: &[(&str, T)], usual: T) -> T {
+        let note = |problem: String| {
+            self.note(key, problem);
+            usual
+        };
+        value.map_or(usual, |value| meaning(value, words).unwrap_or_else(note))
+    }
+}
+
+/// The meaning of a word, or the problem with it.
+fn meaning<T: Copy>(value: &str, words: &[(&str, T)]) -> Result<T, String> {
+    if let Some((_, found)) = words.iter().find(|(word, _)| *word == value) {
+        return Ok(*found);
+    }
+    let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+    let hint = nearest(value, names.iter().copied()).map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default();
+    Err(format!("must be one of {}{hint}", names.join(", ")))
 }

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
+use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 
 use super::SceneError;
+use crate::decimal_comma::decimal_comma_hint;
 
 /// The text of a scene, where it came from, and what the command line changed.
 pub(super) struct SceneText {
@@ -18,20 +19,10 @@ pub(super) struct SceneText {
 impl SceneText {
     /// Applies `KEY=VALUE` overrides. VALUE is TOML; a bare word is taken as a string.
     pub fn new(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| SceneError {
-            place: place_at(origin, text, error.span()),
-            key: String::new(),
-            value: None,
-            problem: format!("not TOML: {}", error.message()),
-        })?;
+        let mut document: DocumentMut = text.parse().map_err(|error: TomlError| not_toml(origin, text, &error))?;
         let mut applied = Vec::new();
         for given in overrides {
-            let refuse = |problem: &str| SceneError {
-                place: format!("--set {given}"),
-                key: String::new(),
-                value: None,
-                problem: problem.to_owned(),
-            };
+            let refuse = |problem: &str| SceneError::whole(format!("--set {given}"), problem);
             let (key, value) = given.split_once('=').ok_or_else(|| refuse("expected KEY=VALUE"))?;
             let (key, value) = (key.trim(), value.trim());
             let parsed = read(value).map_err(|problem| refuse(&problem))?;
@@ -41,37 +32,87 @@ impl SceneText {
         Ok(SceneText { origin: origin.to_owned(), original: text.to_owned(), overrides: applied, merged: document.to_string() })
     }
 
+    /// The refusal of the value of `key`.
+    pub fn refuse(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        let (place, value) = (self.place(key), self.value(key));
+        SceneError { place, key: key.to_owned(), value, problem: problem.into(), further: Box::default() }
+    }
+
     /// Where `key` was given: `--set`, or file and line (of the nearest existing table).
-    pub fn place(&self, key: &str) -> String {
-        if let Some((_, value)) = self.overrides.iter().rev().find(|(k, _)| k == key) {
-            return format!("--set {key}={value}");
+    fn place(&self, key: &str) -> String {
+        let span = self.span(key);
+        let is_new = !matches!(span, Some((_, true)));
+        // A table that the text does not have stands there because one of its keys was set.
+        let set = self.overrides.iter().rev().find(|(set, _)| is_within(key, set) || is_new && is_within(set, key));
+        match set {
+            Some((set, value)) => format!("--set {set}={value}"),
+            None => place_at(&self.origin, &self.original, span.map(|(span, _)| span)),
         }
-        let Ok(document) = Document::parse(self.original.as_str()) else { return self.origin.clone() };
-        let mut path: Vec<&str> = key.split('.').collect();
-        while !path.is_empty() {
-            if let Some(span) = key_span(document.as_item(), &path) {
-                return place_at(&self.origin, &self.original, Some(span));
-            }
-            path.pop();
-        }
-        self.origin.clone()
+    }
+
+    /// Refusals as one: the first by line, with the others.
+    pub fn joined(&self, refused: SceneError, mut others: Vec<SceneError>) -> SceneError {
+        others.push(refused);
+        others.sort_by_cached_key(|refused| self.span(&refused.key).map_or(0, |(span, _)| span.start));
+        let first = others.remove(0);
+        SceneError { further: others.into_boxed_slice(), ..first }
+    }
+
+    /// The span of `key` in the original text, or of the nearest table above it, with whether it is the key's own.
+    fn span(&self, key: &str) -> Option<(Range<usize>, bool)> {
+        let document = Document::parse(self.original.as_str()).ok()?;
+        let path: Vec<&str> = key.split('.').collect();
+        let span = |parts: usize| Some((key_span(document.as_item(), &path[..parts])?, parts == path.len()));
+        (1..=path.len()).rev().find_map(span)
     }
 
     /// The value given for `key`, as written.
-    pub fn value(&self, key: &str) -> Option<String> {
+    fn value(&self, key: &str) -> Option<String> {
         let document = Document::parse(self.merged.as_str()).ok()?;
         let item = key.split('.').try_fold(document.as_item(), |item, part| child(item, part))?;
         let span = item.as_value()?.span()?;
         self.merged.get(span).map(str::to_owned)
     }
+}
 
-    /// The dotted path of the innermost key or value that covers `offset` of the merged text.
-    pub fn path_at(&self, offset: usize) -> String {
-        let Ok(document) = Document::parse(self.merged.as_str()) else { return String::new() };
-        let mut path = Vec::new();
-        descend(document.as_item(), offset, &mut path);
-        path.join(".")
-    }
+/// Whether a dotted key is `table` or stands in it.
+fn is_within(key: &str, table: &str) -> bool {
+    key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// The dotted path of the innermost key or value that covers `offset` of a text.
+pub(super) fn path_at(text: &str, offset: usize) -> String {
+    let Ok(document) = Document::parse(text) else { return String::new() };
+    let mut path = Vec::new();
+    descend(document.as_item(), offset, &mut path);
+    path.join(".")
+}
+
+/// A text without the key of a dotted path; `None` if it does not have that key.
+pub(super) fn without(text: &str, path: &str) -> Option<String> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    let (parents, last) = path.rsplit_once('.').map_or((None, path), |(parents, last)| (Some(parents), last));
+    let mut parents = parents.into_iter().flat_map(|parents| parents.split('.'));
+    let parent = parents.try_fold(document.as_item_mut(), |item, part| child_mut(item, part))?;
+    parent.as_table_like_mut()?.remove(last)?;
+    Some(document.to_string())
+}
+
+/// The refusal of a text that is no TOML.
+fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
+    let line = error.span().and_then(|span| text.lines().nth(lines_before(text, &span)));
+    let problem = line.and_then(decimal_comma_in).unwrap_or_else(|| error.message().to_owned());
+    SceneError::whole(place_at(origin, text, error.span()), format!("not TOML: {problem}"))
+}
+
+/// A hint at the first number with a decimal comma in a line of `KEY = VALUE`.
+fn decimal_comma_in(line: &str) -> Option<String> {
+    let hint = |value: &str| {
+        let value = value.trim_start();
+        let end = value.find(|c: char| !c.is_ascii_digit() && !"+-.,eE".contains(c)).unwrap_or(value.len());
+        decimal_comma_hint(value[..end].trim_end_matches(','))
+    };
+    line.split('=').skip(1).find_map(hint)
 }
 
 /// A value as TOML. Text that begins like no other value is a bare word: a string.
@@ -82,24 +123,38 @@ fn read(text: &str) -> Result<Value, String> {
     let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
     let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._".contains(c)).trim();
     let has_unit = unit.len() < text.len() && unit.starts_with(char::is_alphabetic);
-    text.parse().or_else(|error: toml_edit::TomlError| match (is_word, has_unit) {
+    text.parse().or_else(|error: TomlError| match (is_word, has_unit) {
         (true, _) => Ok(Value::from(text)),
         (false, true) => Err("not TOML: a number stands without its unit, which the key names".to_owned()),
-        (false, false) => Err(format!("not TOML: {}", error.message().trim().replace('\n', " "))),
+        (false, false) => {
+            let problem = decimal_comma_hint(text).unwrap_or_else(|| error.message().trim().replace('\n', " "));
+            Err(format!("not TOML: {problem}"))
+        }
     })
 }
 
 fn place_at(origin: &str, text: &str, span: Option<Range<usize>>) -> String {
     match span {
-        Some(span) => format!("{origin}:{}", text[..span.start.min(text.len())].matches('\n').count() + 1),
+        Some(span) => format!("{origin}:{}", lines_before(text, &span) + 1),
         None => origin.to_owned(),
     }
+}
+
+fn lines_before(text: &str, span: &Range<usize>) -> usize {
+    text[..span.start.min(text.len())].matches('\n').count()
 }
 
 fn child<'a>(item: &'a Item, part: &str) -> Option<&'a Item> {
     match part.parse::<usize>() {
         Ok(index) => item.get(index),
         Err(_) => item.get(part),
+    }
+}
+
+fn child_mut<'a>(item: &'a mut Item, part: &str) -> Option<&'a mut Item> {
+    match part.parse::<usize>() {
+        Ok(index) => item.get_mut(index),
+        Err(_) => item.get_mut(part),
     }
 }
 
@@ -131,7 +186,11 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
                 item.get_mut(index).ok_or_else(missing)?
             }
             Err(_) => {
-                let table = item.as_table_like_mut().ok_or_else(|| format!("`{part}` is not in a table"))?;
+                let is_list = item.is_array_of_tables();
+                let table = item.as_table_like_mut().ok_or_else(|| match is_list {
+                    true => format!("`{parent}` is a list: number the entry, as in {parent}.0.{part}"),
+                    false => format!("`{part}` is not in a table"),
+                })?;
                 if parts.peek().is_some() && !table.contains_key(part) {
                     table.insert(part, toml_edit::table());
                 }

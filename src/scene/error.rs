@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::shown::Shown;
 
-/// A scene was refused. Displays as `FILE:LINE: KEY = VALUE: PROBLEM`.
+/// A scene was refused. Displays as `FILE:LINE: KEY = VALUE: PROBLEM`, without further refusals.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct SceneError {
     /// File, built-in scene or command-line option that the fault stands in, with the line where known.
@@ -15,9 +15,26 @@ pub struct SceneError {
     pub value: Option<String>,
     /// The problem, and the allowed values.
     pub problem: String,
+    /// Further refusals of the same scene, which do not follow from this one.
+    pub further: Box<[SceneError]>,
 }
 
+/// Most refusals of a scene beside the first: each searches the whole text for its line.
+pub(super) const MOST_FURTHER: usize = 9;
+
 impl SceneError {
+    /// The refusal of a whole file or of an option.
+    pub(super) fn whole(place: impl Into<String>, problem: impl Into<String>) -> Self {
+        let (place, problem) = (place.into(), problem.into());
+        SceneError { place, key: String::new(), value: None, problem, further: Box::default() }
+    }
+
+    /// This refusal and the further ones, a line each.
+    pub fn in_full(&self) -> String {
+        let further = self.further.iter().map(|refused| format!("\n  {refused}"));
+        std::iter::once(self.to_string()).chain(further).collect()
+    }
+
     /// Key, value and problem, without the place.
     pub(super) fn reason(&self) -> String {
         match (&*self.key, &self.value) {

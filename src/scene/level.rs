@@ -32,7 +32,7 @@ pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level
             return Err(refuse("changes", "a level does not change levels"));
         }
         let table = format!("level.{index}");
-        let error_rad = error_rad.map(|error| check.number(&keys::LEVEL_ERROR, &table, error)).transpose()?;
+        let error_rad = error_rad.map(|error| check.number(&keys::LEVEL_ERROR, &table, error));
         checked.push(Level { name: name.clone(), changes: changes.clone(), error_rad });
     }
     Ok(checked)

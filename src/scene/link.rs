@@ -7,7 +7,7 @@ use super::{SceneError, check::Checker, keys, raw, types::*};
 
 pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: ModelKind) -> Result<Link, SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
-    let length_m = check.number(&keys::LENGTH, name.as_str(), raw.length_m)?;
+    let length_m = check.number_or(&keys::LENGTH, name.as_str(), raw.length_m);
     let rigid = raw.rigid.unwrap_or(keys::RIGID.default);
     let bar = bar(check, name, raw, rigid || model == ModelKind::Rigid)?;
     let body = match (raw.mass_kg, bar) {
@@ -23,10 +23,10 @@ pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: Mode
         length_m,
         bar,
         rigid,
-        elements: check.count_or(&keys::ELEMENTS, name.as_str(), raw.elements)?,
-        modes: check.count_or(&keys::MODES, name.as_str(), raw.modes)?,
+        elements: check.count_or(&keys::ELEMENTS, name.as_str(), raw.elements),
+        modes: check.count_or(&keys::MODES, name.as_str(), raw.modes),
         axial: raw.axial.unwrap_or(keys::AXIAL.default),
-        damping_s: check.number_or(&keys::DAMPING, name.as_str(), raw.damping_s)?,
+        damping_s: check.number_or(&keys::DAMPING, name.as_str(), raw.damping_s),
         ..body
     })
 }
@@ -56,10 +56,10 @@ fn body(mass_kg: f64, centre_of_mass_m: f64, inertia_kg_m2: f64) -> Link {
 fn lumped(check: &Checker, name: LinkName, raw: &raw::Link, mass_kg: f64, length_m: f64) -> Result<Link, SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
     let given = |spec: &Number, value| check.number(spec, name.as_str(), value);
-    let mass_kg = given(&keys::LINK_MASS, mass_kg)?;
+    let mass_kg = given(&keys::LINK_MASS, mass_kg);
     let bar = uniform(length_m, mass_kg);
-    let centre = given(&keys::CENTRE_OF_MASS, raw.centre_of_mass_m.unwrap_or(bar.centre_of_mass_m))?;
-    let inertia = given(&keys::INERTIA, raw.inertia_kg_m2.unwrap_or(bar.inertia_kg_m2))?;
+    let centre = raw.centre_of_mass_m.map_or(bar.centre_of_mass_m, |centre| given(&keys::CENTRE_OF_MASS, centre));
+    let inertia = raw.inertia_kg_m2.map_or(bar.inertia_kg_m2, |inertia| given(&keys::INERTIA, inertia));
     if mass_kg == 0.0 && inertia > 0.0 {
         return Err(check.refuse(&key("inertia_kg_m2"), "must be 0 for a link without mass"));
     }
@@ -89,21 +89,14 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
         }
     }
     let SectionMeasures { area_m2, second_moment_m4, extreme_fibre_m } = section(check, name, raw)?;
-    let missing = |part: &str| check.refuse(name.as_str(), format!("missing key `{part}`"));
-    let density = raw.density_kg_per_m3.ok_or_else(|| missing("density_kg_per_m3"))?;
-    let modulus = match raw.youngs_modulus_pa {
-        None if rigid => 0.0,
-        None => return Err(missing("youngs_modulus_pa")),
-        Some(modulus) => check.number(&keys::YOUNGS_MODULUS, name.as_str(), modulus)?,
+    let needed = |spec: &Number, value: Option<f64>| {
+        if rigid && value.is_none() { 0.0 } else { check.number_or(spec, name.as_str(), value) }
     };
-    if !rigid && second_moment_m4.is_none() {
-        return Err(missing("second_moment_m4"));
-    }
     Ok(Some(Bar {
         area_m2,
-        second_moment_m4: second_moment_m4.unwrap_or(0.0),
-        density_kg_per_m3: check.number(&keys::DENSITY, name.as_str(), density)?,
-        youngs_modulus_pa: modulus,
+        second_moment_m4: second_moment_m4.unwrap_or_else(|| needed(&keys::SECOND_MOMENT, None)),
+        density_kg_per_m3: check.number_or(&keys::DENSITY, name.as_str(), raw.density_kg_per_m3),
+        youngs_modulus_pa: needed(&keys::YOUNGS_MODULUS, raw.youngs_modulus_pa),
         extreme_fibre_m,
     }))
 }
@@ -121,8 +114,8 @@ fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<SectionMe
     let size = |spec: &Number, value: f64| check.number(spec, &key("section"), value);
     let Some(shape) = raw.section else {
         let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), "missing key `area_m2` (or `section`)"))?;
-        let moment = raw.second_moment_m4.map(|moment| check.number(&keys::SECOND_MOMENT, name.as_str(), moment)).transpose()?;
-        let area_m2 = check.number(&keys::AREA, name.as_str(), area)?;
+        let moment = raw.second_moment_m4.map(|moment| check.number(&keys::SECOND_MOMENT, name.as_str(), moment));
+        let area_m2 = check.number(&keys::AREA, name.as_str(), area);
         return Ok(SectionMeasures { area_m2, second_moment_m4: moment, extreme_fibre_m: None });
     };
     if raw.area_m2.is_some() || raw.second_moment_m4.is_some() {
@@ -130,15 +123,15 @@ fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<SectionMe
     }
     let (area, moment, height) = match shape {
         raw::Section::Rectangle { width_m, height_m } => {
-            let (b, h) = (size(&keys::WIDTH, width_m)?, size(&keys::HEIGHT, height_m)?);
+            let (b, h) = (size(&keys::WIDTH, width_m), size(&keys::HEIGHT, height_m));
             (b * h, b * h.powi(3) / 12.0, h)
         }
         raw::Section::Round { diameter_m } => {
-            let d = size(&keys::DIAMETER, diameter_m)?;
+            let d = size(&keys::DIAMETER, diameter_m);
             (PI * d * d / 4.0, PI * d.powi(4) / 64.0, d)
         }
         raw::Section::Tube { outer_m, inner_m } => {
-            let (outer, inner) = (size(&keys::OUTER, outer_m)?, size(&keys::INNER, inner_m)?);
+            let (outer, inner) = (size(&keys::OUTER, outer_m), size(&keys::INNER, inner_m));
             if inner >= outer {
                 return Err(check.refuse(&key("section.inner_m"), format!("must be smaller than outer_m = {outer:?}")));
             }

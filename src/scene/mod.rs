@@ -58,6 +58,17 @@ pub struct SceneSource {
     pub scene: Scene,
 }
 
+/// The commands for a scene, if this file is one: a remedy where another file is needed.
+#[cfg(feature = "service")]
+pub(crate) fn scene_hint(path: &Path) -> Option<String> {
+    let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) && path.is_file();
+    let bytes = is_toml.then(|| text_file::beginning(path, SIZE_LIMIT))?.ok()?;
+    let has_mechanism = |line: &str| ["[crank]", "[beam]", "[oscillator]"].contains(&line.trim());
+    let name = path.display();
+    let hint = || format!("a scene: `flexcrank check {name}` checks it, `flexcrank run {name}` runs it");
+    String::from_utf8_lossy(&bytes).lines().any(has_mechanism).then(hint)
+}
+
 impl SceneSource {
     /// Reads and validates `name`, a built-in scene or a file, with `KEY=VALUE` overrides.
     ///
@@ -67,22 +78,21 @@ impl SceneSource {
         if let Ok(scene) = builtin::find(name) {
             return Self::parse(name, scene.text, overrides);
         }
-        let refused = |place: String, problem: String| SceneError { place, key: String::new(), value: None, problem };
         let bytes = text_file::beginning(Path::new(name), SIZE_LIMIT).map_err(|error| match error.kind() {
             ErrorKind::NotFound => builtin::unknown(name, ", nor a file"),
-            _ => refused(name.to_owned(), format!("cannot be read: {error}")),
+            _ => SceneError::whole(name, format!("cannot be read: {error}")),
         })?;
         if bytes.starts_with(RECORDING) {
             let problem = "is a recording, not a scene: play it with `flexcrank replay`, go on with `flexcrank run --resume`, or look at an instant: `flexcrank modes FILE@3.2`";
-            return Err(refused(name.to_owned(), problem.to_owned()));
+            return Err(SceneError::whole(name, problem));
         }
         if bytes.len() > SIZE_LIMIT {
-            return Err(refused(name.to_owned(), text_file::too_large(SIZE_LIMIT).to_string()));
+            return Err(SceneError::whole(name, text_file::too_large(SIZE_LIMIT).to_string()));
         }
         let text = String::from_utf8(bytes).map_err(|error| {
             let (whole, _) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
             let line = 1 + whole.iter().filter(|byte| **byte == b'\n').count();
-            refused(format!("{name}:{line}"), "not text in UTF-8; a scene is a TOML file".to_owned())
+            SceneError::whole(format!("{name}:{line}"), "not text in UTF-8; a scene is a TOML file")
         })?;
         Self::parse(name, &text, overrides)
     }
@@ -108,7 +118,7 @@ impl SceneSource {
     /// A refusal of the value of `key`, with the line that it stands in.
     pub fn refusal(&self, key: &str, problem: String) -> SceneError {
         match SceneText::new(&self.origin, &self.text, &[]) {
-            Ok(text) => SceneError { place: text.place(key), key: key.to_owned(), value: text.value(key), problem },
+            Ok(text) => text.refuse(key, problem),
             Err(error) => error,
         }
     }
@@ -119,12 +129,8 @@ impl SceneSource {
     /// [`SceneError`] when anything in it is refused.
     pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
         if text.len() > SIZE_LIMIT {
-            return Err(SceneError {
-                place: origin.to_owned(),
-                key: String::new(),
-                value: None,
-                problem: format!("a scene has at most {} KiB, and this has {}", SIZE_LIMIT / 1024, text.len() / 1024),
-            });
+            let problem = format!("a scene has at most {} KiB, and this has {}", SIZE_LIMIT / 1024, text.len() / 1024);
+            return Err(SceneError::whole(origin, problem));
         }
         let source = Self::without_levels(origin, text, overrides)?;
         source.check_levels()?;

@@ -1,14 +1,51 @@
 //! Parses text to raw structs: names and types, with the nearest valid key for an unknown name.
 
-use super::{SceneError, document::SceneText, raw};
+use super::document::{self, SceneText};
+use super::error::MOST_FURTHER;
+use super::{SceneError, keys, raw};
 use crate::nearest::did_you_mean;
 
 pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
     toml::from_str(&text.merged).map_err(|error| {
-        let key = error.span().map(|span| text.path_at(span.start)).unwrap_or_default();
-        let problem = describe(error.message());
-        SceneError { place: text.place(&key), value: text.value(&key), key, problem }
+        let first = refusal(text, &text.merged, &error);
+        let others = others(text, &first);
+        text.joined(first, others)
     })
+}
+
+/// The other names and types that are wrong: what remains of the text without the refused keys is read again.
+fn others(text: &SceneText, first: &SceneError) -> Vec<SceneError> {
+    let mut found = Vec::new();
+    let mut read = document::without(&text.merged, &first.key);
+    while let Some(rest) = read.filter(|_| found.len() < MOST_FURTHER) {
+        let Err(error) = toml::from_str::<raw::Scene>(&rest) else { break };
+        // A key that is misspelt or of a wrong type is not missing as well.
+        if error.message().starts_with("missing") {
+            break;
+        }
+        let refused = refusal(text, &rest, &error);
+        read = document::without(&rest, &refused.key);
+        found.push(refused);
+    }
+    found
+}
+
+/// The refusal of the key at which reading `read`, a part of the text, ended.
+fn refusal(text: &SceneText, read: &str, error: &toml::de::Error) -> SceneError {
+    let key = error.span().map(|span| document::path_at(read, span.start)).unwrap_or_default();
+    let problem = match describe(error.message()).as_str() {
+        "must be a table" => format!("must be a table{}", known_keys(&key)),
+        "must be a list" if !key.contains('.') => format!("must be a list, each entry in a table [[{key}]]"),
+        problem => problem.to_owned(),
+    };
+    text.refuse(&key, problem)
+}
+
+/// The keys of a table of the scene, as a hint.
+fn known_keys(table: &str) -> String {
+    let title = format!("[{table}]");
+    let names: Vec<&str> = keys::reference().iter().filter(|row| row.table.contains(&title)).map(|row| row.key).collect();
+    if names.is_empty() { String::new() } else { format!(" (known here: {})", names.join(", ")) }
 }
 
 /// serde's message, with the nearest of the names it expected where one was unknown.

@@ -41,7 +41,7 @@ pub(super) struct Level {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Link {
-    pub length_m: f64,
+    pub length_m: Option<f64>,
     pub area_m2: Option<f64>,
     pub second_moment_m4: Option<f64>,
     pub section: Option<Section>,
@@ -94,7 +94,7 @@ pub(super) struct Base {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tip {
-    pub mass_kg: f64,
+    pub mass_kg: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -123,23 +123,23 @@ pub(super) struct Drive {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Ramp {
-    pub to_rad_per_s: f64,
-    pub over_s: f64,
+    pub to_rad_per_s: Option<f64>,
+    pub over_s: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Pulse {
-    pub start_s: f64,
-    pub torque_nm: f64,
-    pub duration_s: f64,
+    pub start_s: Option<f64>,
+    pub torque_nm: Option<f64>,
+    pub duration_s: Option<f64>,
     pub shape: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Torque {
-    pub constant_nm: f64,
+    pub constant_nm: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -5,44 +5,50 @@ use super::{SceneError, check::Checker, document::SceneText, keys, level, link, 
 use keys::{INTEGRATORS, MODELS, SHAPES};
 
 pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, SceneError> {
-    let check = Checker { text };
-    let solver = solver(&check, &raw.solver, raw.oscillator.is_some())?;
-    let system = match &raw.oscillator {
-        Some(oscillator) => System::Oscillator(oscillator::oscillator(&check, raw, oscillator)?),
-        None => System::Chain(chain(&check, raw, solver.model)?),
-    };
-    let (drive, commands, levels) = (drive(&check, raw)?, commands(&check, &raw.commands)?, level::levels(&check, &raw.level)?);
-    let scene = Scene { system, drive, commands, solver, levels };
+    let check = Checker::new(text);
+    let scene = check.conclude(tables(&check, raw))?;
     rules(&check, &scene)?;
     Ok(scene)
 }
 
+/// Checks every table by itself.
+fn tables(check: &Checker, raw: &raw::Scene) -> Result<Scene, SceneError> {
+    let solver = solver(check, &raw.solver, raw.oscillator.is_some())?;
+    let drive = check.noted(drive(check, raw)).unwrap_or(Drive::Torque { constant_nm: 0.0, pulses: Vec::new() });
+    let levels = check.noted(level::levels(check, &raw.level)).unwrap_or_default();
+    let commands = commands(check, &raw.commands);
+    let system = match &raw.oscillator {
+        Some(oscillator) => System::Oscillator(oscillator::oscillator(check, raw, oscillator)?),
+        None => System::Chain(chain(check, raw, solver.model)?),
+    };
+    Ok(Scene { system, drive, commands, solver, levels })
+}
+
 fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, SceneError> {
     let links = match (&raw.crank, &raw.rod, &raw.beam) {
-        (Some(crank), Some(rod), None) => {
-            vec![link::link(check, LinkName::Crank, crank, model)?, link::link(check, LinkName::Rod, rod, model)?]
-        }
-        (None, None, Some(beam)) => vec![link::link(check, LinkName::Beam, beam, model)?],
+        (Some(crank), Some(rod), None) => vec![(LinkName::Crank, crank), (LinkName::Rod, rod)],
+        (None, None, Some(beam)) => vec![(LinkName::Beam, beam)],
         (None, Some(_), None) => return Err(check.refuse("rod", "a [rod] needs a [crank]")),
         (Some(_), None, None) => return Err(check.refuse("crank", "a [crank] needs a [rod]; a single link is a [beam]")),
         (None, None, None) => return Err(check.refuse("", "no links: give [crank] and [rod], or one [beam]")),
         _ => return Err(check.refuse("beam", "a [beam] stands alone: give [crank] and [rod], or one [beam]")),
     };
-    let end = end(check, raw)?;
+    let links = links.into_iter().filter_map(|(name, link)| check.noted(link::link(check, name, link, model))).collect();
+    let end = check.noted(end(check, raw)).unwrap_or(End::Free { tip_mass_kg: 0.0 });
     Ok(Chain {
         links,
         end,
         base: Base {
-            torsion_spring_nm_per_rad: check.number_or(&keys::BASE_SPRING, "base", raw.base.torsion_spring_nm_per_rad)?,
-            damper_nm_s_per_rad: check.number_or(&keys::BASE_DAMPER, "base", raw.base.damper_nm_s_per_rad)?,
+            torsion_spring_nm_per_rad: check.number_or(&keys::BASE_SPRING, "base", raw.base.torsion_spring_nm_per_rad),
+            damper_nm_s_per_rad: check.number_or(&keys::BASE_DAMPER, "base", raw.base.damper_nm_s_per_rad),
         },
         gravity_m_per_s2: [
-            check.number_or(&keys::GRAVITY_X, "gravity", raw.gravity.x_m_per_s2)?,
-            check.number_or(&keys::GRAVITY_Y, "gravity", raw.gravity.y_m_per_s2)?,
+            check.number_or(&keys::GRAVITY_X, "gravity", raw.gravity.x_m_per_s2),
+            check.number_or(&keys::GRAVITY_Y, "gravity", raw.gravity.y_m_per_s2),
         ],
         start: Start {
-            angle_rad: check.number_or(&keys::START_ANGLE, "start", raw.start.angle_rad)?,
-            rate_rad_per_s: check.number_or(&keys::START_RATE, "start", raw.start.rate_rad_per_s)?,
+            angle_rad: check.number_or(&keys::START_ANGLE, "start", raw.start.angle_rad),
+            rate_rad_per_s: check.number_or(&keys::START_RATE, "start", raw.start.rate_rad_per_s),
             static_equilibrium: raw.start.static_equilibrium.unwrap_or(keys::STATIC_EQUILIBRIUM.default),
         },
     })
@@ -53,18 +59,18 @@ fn end(check: &Checker, raw: &raw::Scene) -> Result<End, SceneError> {
         (Some(_), Some(_)) => Err(check.refuse("tip", "the chain ends in a [slider] or in a [tip], not both")),
         (Some(_), None) if raw.beam.is_some() => Err(check.refuse("slider", "a [slider] needs a [crank] and a [rod]")),
         (Some(slider), None) => Ok(End::Slider(Slider {
-            mass_kg: check.number_or(&keys::SLIDER_MASS, "slider", slider.mass_kg)?,
-            friction_n_s_per_m: check.number_or(&keys::FRICTION, "slider", slider.friction_n_s_per_m)?,
+            mass_kg: check.number_or(&keys::SLIDER_MASS, "slider", slider.mass_kg),
+            friction_n_s_per_m: check.number_or(&keys::FRICTION, "slider", slider.friction_n_s_per_m),
             resistance: resistance(check, slider)?,
         })),
-        (None, Some(tip)) => Ok(End::Free { tip_mass_kg: check.number(&keys::TIP_MASS, "tip", tip.mass_kg)? }),
+        (None, Some(tip)) => Ok(End::Free { tip_mass_kg: check.number_or(&keys::TIP_MASS, "tip", tip.mass_kg) }),
         (None, None) => Ok(End::Free { tip_mass_kg: 0.0 }),
     }
 }
 
 fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, SceneError> {
     let Some(table) = &slider.resistance_table else {
-        return Ok(Resistance::Constant(check.number_or(&keys::RESISTANCE, "slider", slider.resistance_n)?));
+        return Ok(Resistance::Constant(check.number_or(&keys::RESISTANCE, "slider", slider.resistance_n)));
     };
     let key = "slider.resistance_table";
     if slider.resistance_n.is_some() {
@@ -83,7 +89,7 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
 }
 
 fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
-    let Some(drive) = &raw.drive else { return torque(check, raw) };
+    let Some(drive) = &raw.drive else { return Ok(torque(check, raw)) };
     if !raw.pulse.is_empty() || raw.torque.is_some() {
         return Err(check.refuse("drive", "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]"));
     }
@@ -93,11 +99,11 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
                 let problem = format!("contradicts drive.speed_rad_per_s = {speed:?}, which prescribes the rate: leave it out");
                 return Err(check.refuse("start.rate_rad_per_s", problem));
             }
-            Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed)?)
+            Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed))
         }
         (None, Some(ramp), None) => Motion::Ramp {
-            to_rad_per_s: check.number(&keys::RAMP_TO, "drive.ramp", ramp.to_rad_per_s)?,
-            over_s: check.number(&keys::RAMP_OVER, "drive.ramp", ramp.over_s)?,
+            to_rad_per_s: check.number_or(&keys::RAMP_TO, "drive.ramp", ramp.to_rad_per_s),
+            over_s: check.number_or(&keys::RAMP_OVER, "drive.ramp", ramp.over_s),
         },
         (None, None, Some(table)) => {
             let table = ascending(check, "drive.table", table)?;
@@ -112,27 +118,26 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     Ok(Drive::Motion(motion))
 }
 
-fn torque(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
+fn torque(check: &Checker, raw: &raw::Scene) -> Drive {
     let pulse = |(index, pulse): (usize, &raw::Pulse)| {
         let table = format!("pulse.{index}");
-        let shape = pulse.shape.as_deref().map_or(Ok(SHAPES[0].1), |word| check.word(&format!("{table}.shape"), word, &SHAPES));
-        Ok(Pulse {
-            start_s: check.number(&keys::PULSE_START, &table, pulse.start_s)?,
-            torque_nm: check.number(&keys::PULSE_TORQUE, &table, pulse.torque_nm)?,
-            duration_s: check.number(&keys::PULSE_DURATION, &table, pulse.duration_s)?,
-            shape: shape?,
-        })
+        Pulse {
+            start_s: check.number_or(&keys::PULSE_START, &table, pulse.start_s),
+            torque_nm: check.number_or(&keys::PULSE_TORQUE, &table, pulse.torque_nm),
+            duration_s: check.number_or(&keys::PULSE_DURATION, &table, pulse.duration_s),
+            shape: check.word_or(&format!("{table}.shape"), pulse.shape.as_deref(), &SHAPES, SHAPES[0].1),
+        }
     };
-    let constant_nm =
-        raw.torque.as_ref().map_or(Ok(0.0), |torque| check.number(&keys::CONSTANT_TORQUE, "torque", torque.constant_nm))?;
-    Ok(Drive::Torque { constant_nm, pulses: raw.pulse.iter().enumerate().map(pulse).collect::<Result<_, SceneError>>()? })
+    let constant = |torque: &raw::Torque| check.number_or(&keys::CONSTANT_TORQUE, "torque", torque.constant_nm);
+    let pulses = raw.pulse.iter().enumerate().map(pulse).collect();
+    Drive::Torque { constant_nm: raw.torque.as_ref().map_or(0.0, constant), pulses }
 }
 
-fn commands(check: &Checker, raw: &raw::Commands) -> Result<Commands, SceneError> {
-    Ok(Commands {
-        torque_limit_nm: check.number_or(&keys::TORQUE_LIMIT, "commands", raw.torque_limit_nm)?,
-        pending_limit: check.count_or(&keys::PENDING_LIMIT, "commands", raw.pending_limit)?,
-    })
+fn commands(check: &Checker, raw: &raw::Commands) -> Commands {
+    Commands {
+        torque_limit_nm: check.number_or(&keys::TORQUE_LIMIT, "commands", raw.torque_limit_nm),
+        pending_limit: check.count_or(&keys::PENDING_LIMIT, "commands", raw.pending_limit),
+    }
 }
 
 fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver, SceneError> {
@@ -141,20 +146,17 @@ fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver
     if oscillator != (model == ModelKind::MassSpring) {
         return Err(check.refuse("solver.model", "mass-spring goes with an [oscillator], and nothing else does"));
     }
-    let integrator = raw
-        .integrator
-        .as_deref()
-        .map_or(Ok(model.usual_integrator()), |word| check.word("solver.integrator", word, &INTEGRATORS))?;
+    let (given, usual) = (raw.integrator.as_deref(), model.usual_integrator());
     Ok(Solver {
         model,
-        integrator,
-        step_s: check.number_or(&keys::STEP, "solver", raw.step_s)?,
-        weight: check.number_or(&keys::WEIGHT, "solver", raw.weight)?,
-        rho_infinity: check.number_or(&keys::RHO_INFINITY, "solver", raw.rho_infinity)?,
-        tolerance: check.number_or(&keys::TOLERANCE, "solver", raw.tolerance)?,
-        balance_tolerance: check.number_or(&keys::BALANCE_TOLERANCE, "solver", raw.balance_tolerance)?,
-        max_iterations: check.count_or(&keys::MAX_ITERATIONS, "solver", raw.max_iterations)?,
-        corrections: raw.corrections.map(|count| check.count(&keys::CORRECTIONS, "solver", count)).transpose()?,
+        integrator: check.word_or("solver.integrator", given, &INTEGRATORS, usual),
+        step_s: check.number_or(&keys::STEP, "solver", raw.step_s),
+        weight: check.number_or(&keys::WEIGHT, "solver", raw.weight),
+        rho_infinity: check.number_or(&keys::RHO_INFINITY, "solver", raw.rho_infinity),
+        tolerance: check.number_or(&keys::TOLERANCE, "solver", raw.tolerance),
+        balance_tolerance: check.number_or(&keys::BALANCE_TOLERANCE, "solver", raw.balance_tolerance),
+        max_iterations: check.count_or(&keys::MAX_ITERATIONS, "solver", raw.max_iterations),
+        corrections: raw.corrections.map(|count| check.count(&keys::CORRECTIONS, "solver", count)),
     })
 }
 

@@ -12,9 +12,9 @@ use super::applied::applied;
 use super::output_worker::OutputWorker;
 use crate::mechanics::Observation;
 use crate::resimulation::{BestLevelRun, LostTrack};
-use crate::runtime::{Answer, Output, yield_to_others};
+use crate::runtime::{Answer, ModelDifference, Output, yield_to_others};
 use crate::simulation::Stamp;
-use crate::wire::{AppliedCommand, Shadow, Topic};
+use crate::wire::{self, AppliedCommand, Topic};
 
 /// Events that wait for the thread; while there are so many, no further state is compared.
 const MOST_STATES: usize = 4096;
@@ -34,7 +34,7 @@ enum Event {
 pub(super) struct BestLevelThread {
     /// `None` once the run has ended.
     events: Option<Sender<Event>>,
-    differences: Receiver<Result<(Shadow, Stamp), LostTrack>>,
+    differences: Receiver<Result<(ModelDifference, Stamp), LostTrack>>,
     /// Number of events that wait for it.
     waiting: Arc<AtomicUsize>,
     /// Why there are no more differences.
@@ -85,7 +85,7 @@ impl BestLevelThread {
     }
 
     /// The next difference, waiting for at most `patience`; `None` if there is none yet, or none any more.
-    fn next(&mut self, patience: Duration) -> Option<(Shadow, Stamp)> {
+    fn next(&mut self, patience: Duration) -> Option<(ModelDifference, Stamp)> {
         match self.differences.recv_timeout(patience) {
             Ok(Ok(difference)) => Some(difference),
             Ok(Err(lost)) => {
@@ -110,7 +110,7 @@ fn of_answer(answer: &Answer) -> Option<AppliedCommand> {
 fn follow(
     mut run: BestLevelRun,
     events: &Receiver<Event>,
-    differences: &Sender<Result<(Shadow, Stamp), LostTrack>>,
+    differences: &Sender<Result<(ModelDifference, Stamp), LostTrack>>,
     waiting: &AtomicUsize,
 ) {
     for event in events {
@@ -147,13 +147,13 @@ impl OutputWorker {
             let thread = self.beside.best_level.as_mut()?;
             thread.next(until.saturating_duration_since(Instant::now()))
         };
-        let rest: Vec<(Shadow, Stamp)> = std::iter::from_fn(&mut next).collect();
+        let rest: Vec<(ModelDifference, Stamp)> = std::iter::from_fn(&mut next).collect();
         rest.iter().for_each(|(difference, stamp)| self.send_difference(difference, stamp));
     }
 
     /// Publishes a difference: after the messages that are there already, with the stamp of the state that it is of.
-    fn send_difference(&mut self, difference: &Shadow, stamp: &Stamp) {
+    fn send_difference(&mut self, difference: &ModelDifference, stamp: &Stamp) {
         let now = self.last_stamp.unwrap_or(*stamp);
-        self.send(Topic::Shadow, &now, || difference.encode_to_vec());
+        self.send(Topic::Shadow, &now, || wire::shadow(difference, stamp).encode_to_vec());
     }
 }

@@ -23,12 +23,12 @@ use crate::bus::{self, About, BusError, LogTime, Name, ServiceEndpoint, Session,
 use crate::recording::{self, RecordingError, Settings, Split, WhenFull, Written};
 use crate::resimulation::BestLevelRun;
 use crate::runtime::{
-    Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Request, RunSummary, SceneInForce, ShadowSimulation,
-    Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
+    Action, Command, Ending, Finish, Inbox, Ladder, Outbox, Output, Pace, Ports, Reply, Request, RunSummary, SceneInForce,
+    ShadowSimulation, Spin, Stepper, SteppingOptions, ThreadOptions, inbox, run_stepping_thread,
 };
 use crate::scene::{SceneAtLevel, SceneSource};
 use crate::simulation::{EnergyVerdict, PublishRates, Sample, Simulation};
-use crate::wire::{self, Angles, CommandReply, control};
+use crate::wire::Angles;
 
 /// Samples in flight from one simulation, if few run.
 const MOST_SAMPLES: usize = 2048;
@@ -81,7 +81,7 @@ pub struct Resumption {
     /// Level of the scene in force, from 0.
     pub level: usize,
     /// Replies to the commands accepted before, so that a retry is not applied again.
-    pub answers: Vec<CommandReply>,
+    pub answers: Vec<Reply>,
     /// The recording, and where the session resumes.
     pub of: String,
 }
@@ -343,10 +343,5 @@ fn output_worker(
 
 /// Stops the run.
 fn stop(inbox: &Inbox) {
-    inbox.submit(Command {
-        id: String::new(),
-        request: Request::Control(control::Action::Stop(wire::Stop {})),
-        reply: Box::new(|_| {}),
-        change: None,
-    });
+    inbox.submit(Command { id: String::new(), request: Request::Control(Action::Stop), reply: Box::new(|_| {}), change: None });
 }

@@ -15,9 +15,12 @@ use super::drop_ledger::DropLedger;
 use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
-use crate::runtime::{Advanced, Answer, DurationHistogram, MissedSamples, Output, Request, RunStatus, SceneInForce, SharedState};
+use crate::runtime::{
+    Action, Advanced, Answer, DurationHistogram, MissedSamples, Output, Reply, Request, Response, RunStatus, SceneInForce,
+    SharedState, StateAfter,
+};
 use crate::simulation::{PerTelemetry, Sample, Stamp};
-use crate::wire::{self, Angles, AppliedCommand, CommandReply, Gap, Message, Status, Topic, control::Action};
+use crate::wire::{self, Angles, AppliedCommand, Gap, Message, Overruns, Status, Topic};
 
 /// Called with every status message, off the stepping thread.
 pub type OnStatus = Box<dyn Fn(&Status) + Send>;
@@ -115,7 +118,7 @@ impl OutputWorker {
                 self.check_recording_full();
                 self.return_to_pool(sample);
             }
-            Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || shadow.encode_to_vec()),
+            Output::Shadow(shadow, stamp) => self.send(Topic::Shadow, &stamp, || wire::shadow(&shadow, &stamp).encode_to_vec()),
             Output::Status(run) => self.status(*run),
             Output::Answer(answer) => self.answer(*answer),
             Output::Advanced(advanced) => self.advanced(*advanced),
@@ -128,7 +131,7 @@ impl OutputWorker {
             Output::Scene(in_force) => self.change_scene(in_force),
             Output::ChangeLeftOver(_) => {}
             Output::MissedSamples(missed, stamp) => self.missed(*missed, &stamp),
-            Output::Overruns(overruns, stamp) => self.send(Topic::Overruns, &stamp, || overruns.encode_to_vec()),
+            Output::Overruns(report, stamp) => self.send(Topic::Overruns, &stamp, || Overruns::from(&*report).encode_to_vec()),
             Output::Over => {}
         }
     }
@@ -157,10 +160,10 @@ impl OutputWorker {
     }
 
     fn sample(&mut self, sample: &Arc<Sample>, due: PerTelemetry<bool>, deadline: Option<Instant>) {
-        let (telemetry, stamp, put_before) = (Arc::clone(&self.in_force.telemetry), &sample.stamp, self.statistics.put);
-        for (topic, _) in due.by_topic().into_iter().filter(|(topic, due)| *due && telemetry.has(*topic)) {
-            let make = || telemetry.message(topic, sample).as_ref().map(Message::encode_to_vec).unwrap_or_default();
-            let kept = SnapshotEntry::Sample(Arc::clone(&telemetry), Arc::clone(sample));
+        let (context, stamp, put_before) = (Arc::clone(&self.in_force.context), &sample.stamp, self.statistics.put);
+        for (topic, _) in due.by_topic().into_iter().filter(|(topic, due)| *due && context.has(*topic)) {
+            let make = || context.message(topic, sample).as_ref().map(Message::encode_to_vec).unwrap_or_default();
+            let kept = SnapshotEntry::Sample(Arc::clone(&context), Arc::clone(sample));
             if let SnapshotEntry::Sample(_, before) = self.publish_and_record(topic, stamp, kept, make) {
                 self.return_to_pool(before);
             }
@@ -171,7 +174,7 @@ impl OutputWorker {
         if self.scene_update_timer.as_mut().is_some_and(|scene_update_timer| scene_update_timer.is_due(stamp.session_s())) {
             let time_ns = self.target.session.log_time_ns(stamp.session_s());
             let has_slider = sample.observation.resistance_n.is_some();
-            let draw = || wire::scene_update(&telemetry.displacements(sample), has_slider, time_ns).encode_to_vec();
+            let draw = || wire::scene_update(&context.displacements(sample), has_slider, time_ns).encode_to_vec();
             self.send(Topic::SceneUpdates, stamp, draw);
         }
     }
@@ -269,7 +272,7 @@ impl OutputWorker {
 
     /// Adds samples dropped by the stepping thread to the drop ledger.
     fn missed(&mut self, missed: PerTelemetry<Option<MissedSamples>>, stamp: &Stamp) {
-        for (topic, missed) in missed.by_topic().into_iter().filter(|(topic, _)| self.in_force.telemetry.has(*topic)) {
+        for (topic, missed) in missed.by_topic().into_iter().filter(|(topic, _)| self.in_force.context.has(*topic)) {
             let Some(MissedSamples { first_step, last, count }) = missed else { continue };
             let (stamp, topic) = (Some(wire::stamp(&last)), topic.chunk().to_owned());
             self.drops.add(Gap { stamp, topic, count, first_step, published: false });
@@ -313,7 +316,7 @@ impl OutputWorker {
         }
         if let Some(request) = request.filter(|_| reply.accepted) {
             self.statistics.commands_accepted += 1;
-            let changes = matches!(request, Request::Control(Action::Set(_)));
+            let changes = matches!(request, Request::Control(Action::Set { .. }));
             let scene = if changes { self.in_force.scene.base.text.clone() } else { String::new() };
             let applied = AppliedCommand { scene, ..applied(request, reply, &stamp) };
             self.send(Topic::Commands, &stamp, || applied.encode_to_vec());
@@ -322,29 +325,29 @@ impl OutputWorker {
 
     /// Answers an advance with the state after its steps.
     fn advanced(&mut self, Advanced { sample, reply, reply_to }: Advanced) {
-        let answer = match &sample {
-            Some(sample) => self.in_force.telemetry.advance_reply(reply, sample),
-            None => reply.into(),
-        };
-        self.advances.answer(answer, reply_to);
+        let state = sample.as_deref().map(|sample| {
+            let context = Arc::clone(&self.in_force.context);
+            Arc::new(StateAfter { sample: sample.clone(), context })
+        });
+        self.advances.answer(Response { reply, state }, reply_to);
         sample.into_iter().for_each(|sample| self.return_to_pool(sample));
     }
 
     /// Starts or stops a recording; returns the reply.
-    fn control_recording(&mut self, request: &Request, reply: CommandReply) -> CommandReply {
+    fn control_recording(&mut self, request: &Request, reply: Reply) -> Reply {
         let done = match request {
-            Request::Control(Action::StartRecording(start)) => self.start_recording(&start.name),
+            Request::Control(Action::StartRecording { name }) => self.start_recording(name),
             _ => self.stop_recording(),
         };
         match done {
             Ok(path) => {
-                let reply = CommandReply { reason: path.display().to_string(), ..reply };
+                let reply = Reply { reason: path.display().to_string(), ..reply };
                 self.shared.remember(&reply, Some(request));
                 reply
             }
             Err(reason) => {
                 self.shared.count_rejected();
-                CommandReply { id: reply.id, reason, ..CommandReply::default() }
+                Reply::refused(reply.id, reason)
             }
         }
     }

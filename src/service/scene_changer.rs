@@ -4,9 +4,8 @@ use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::Builder;
 
-use crate::runtime::{Command, Inbox, PreparedChange, Request};
+use crate::runtime::{Action, Command, Inbox, PreparedChange, Request, Response};
 use crate::scene::{ModelKind, SceneSource};
-use crate::wire::{AdvanceReply, control};
 
 /// Changes that may wait to be prepared; more are refused.
 const QUEUE: usize = 64;
@@ -27,7 +26,7 @@ impl SceneChanger {
 
     /// Hands a command on to the stepping thread, a change of the scene once it is prepared. Returns at once.
     pub(super) fn submit(&self, command: Command) {
-        if !matches!(command.request, Request::Control(control::Action::Set(_))) {
+        if !matches!(command.request, Request::Control(Action::Set { .. })) {
             return self.inbox.submit(command);
         }
         let refuse = |command: Command, why: &str| self.inbox.refuse(command.id, why.to_owned(), command.reply);
@@ -56,8 +55,8 @@ fn prepare_all(commands: &Receiver<Command>, inbox: &Inbox, source: &mut SceneSo
             reply(again.into());
             continue;
         }
-        let Request::Control(control::Action::Set(set)) = &request else { continue };
-        let prepared = match PreparedChange::new(source, &set.changes, shadow) {
+        let Request::Control(Action::Set { changes }) = &request else { continue };
+        let prepared = match PreparedChange::new(source, changes, shadow) {
             Ok(prepared) => prepared,
             Err(why) => {
                 inbox.refuse(id, why, reply);
@@ -66,8 +65,8 @@ fn prepare_all(commands: &Receiver<Command>, inbox: &Inbox, source: &mut SceneSo
         };
         let after = prepared.base.clone();
         let (done, outcome) = sync_channel(1);
-        let reply = Box::new(move |answer: AdvanceReply| {
-            let accepted = answer.reply.as_ref().is_some_and(|reply| reply.accepted);
+        let reply = Box::new(move |answer: Response| {
+            let accepted = answer.reply.accepted;
             reply(answer);
             // The receiver waits for exactly this.
             let _ = done.send(accepted);

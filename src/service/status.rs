@@ -2,20 +2,20 @@
 
 use super::output_worker::OutputWorker;
 use crate::runtime::{DurationQuantiles, OverrunCounts, RunStatus};
-use crate::wire::{self, Status};
+use crate::wire::{self, Histogram, Status, status::State};
 
 impl OutputWorker {
     /// Joins the state of the run with that of the output.
     pub(super) fn joined_status(&self, run: RunStatus) -> Status {
         let OverrunCounts { missed, pacing_epoch, given_up } = run.overruns;
-        let (lateness, lateness_histogram) = run.lateness.unzip();
-        let (step_cost, step_cost_histogram) = run.step_cost.unzip();
+        let (lateness, lateness_bins) = run.lateness.unzip();
+        let (step_cost, step_cost_bins) = run.step_cost.unzip();
         let ages = &self.statistics.sample_age;
         let [sample_age_p50_s, sample_age_p99_s, sample_age_p999_s, sample_age_max_s] = each(ages.quantiles());
         let [step_cost_p50_s, step_cost_p99_s, step_cost_p999_s, step_cost_max_s] = each(step_cost);
         Status {
             stamp: Some(wire::stamp(&run.stamp)),
-            state: run.state.into(),
+            state: State::from(run.phase).into(),
             real_time_factor: run.real_time_factor,
             overruns: missed,
             dropped_samples: run.dropped,
@@ -36,18 +36,18 @@ impl OutputWorker {
             step_cost_p99_s,
             step_cost_p999_s,
             step_cost_max_s,
-            lateness: lateness_histogram,
-            step_cost: step_cost_histogram,
+            lateness: lateness_bins.map(Histogram::from),
+            step_cost: step_cost_bins.map(Histogram::from),
             sample_age_p50_s,
             sample_age_p99_s,
             sample_age_p999_s,
             sample_age_max_s,
-            sample_age: ages.histogram(),
+            sample_age: ages.bins().map(Histogram::from),
             pacing_epoch,
             given_up_s: given_up.as_secs_f64(),
             drops: self.drops.totals(),
             spin_s: run.spin.map(|spin| spin.as_secs_f64()),
-            ..with_lateness(lateness).with_account(run.account).at_level(self.in_force.telemetry.level())
+            ..with_lateness(lateness).with_account(run.account).at_level(self.in_force.context.level.as_ref())
         }
     }
 }

@@ -113,7 +113,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
 
     fn rotation(&self) -> Option<[f64; 2]> {
         let State { q, v, .. } = &self.state;
-        self.rigid.as_ref().map(|_| [self.mechanism.chord_rad(q), self.mechanism.measure(q, v).angle_rad])
+        self.rigid.as_ref().map(|_| self.mechanism.chord(q, v))
     }
 
     fn small_turn(&self, law: &DriveLaw, t_s: f64, [angle_rad, rate]: [f64; 2]) -> Option<SmallTurn> {

@@ -28,6 +28,7 @@ mod loads;
 mod pulses;
 mod rate;
 mod sample;
+mod sample_context;
 mod setpoint;
 mod small_motion;
 mod step_grid;
@@ -46,6 +47,7 @@ pub use loads::Loads;
 pub use pulses::Pulses;
 pub use rate::{BadRate, PublishRate};
 pub use sample::{Account, Sample, Stamp};
+pub use sample_context::SampleContext;
 pub use setpoint::{AdvanceRequest, HeldTorque, LONGEST_HOLD_S, SHORTEST_HOLD_S, SetpointRequest, SetpointState};
 pub use small_motion::SmallMotion;
 pub use step_grid::StepGrid;
@@ -68,7 +70,7 @@ const MOST_PARTS: usize = 5;
 const SHORTEST_PART: f64 = 1e-6;
 
 /// When a command takes effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Effective {
     /// The first step that feels it.
     pub step: u64,

@@ -2,6 +2,7 @@
 
 use crate::text_file;
 use crate::whole_file::WholeFile;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Size limit of a table that is read, bytes.
@@ -28,6 +29,20 @@ fn shortest(value: f64) -> String {
     if size != 0.0 && !(1e-5..1e16).contains(&size) && size.is_finite() { format!("{value:e}") } else { value.to_string() }
 }
 
+/// The reason why a first row does not name columns.
+fn not_names(row: &csv::StringRecord) -> Option<&'static str> {
+    let has = |separator: char| row.iter().any(|cell| cell.contains(separator));
+    let is_number = |cell: &str| cell.trim().parse::<f64>().is_ok();
+    if has(';') {
+        return Some("columns are separated by semicolons: separate them by commas, and write decimals with a point");
+    }
+    if has('\t') {
+        return Some("columns are separated by tabs: separate them by commas");
+    }
+    let no_header = "the first line has numbers: a header with the columns' names is needed";
+    (!row.is_empty() && row.iter().all(is_number)).then_some(no_header)
+}
+
 impl Table {
     /// Adds a column.
     pub fn push(&mut self, name: impl Into<String>, values: Vec<f64>) {
@@ -41,7 +56,12 @@ impl Table {
 
     /// The column of words of this name.
     pub fn words(&self, name: &str) -> Option<&[String]> {
-        self.words.iter().find(|(other, _)| other == name).map(|(_, words)| words.as_slice())
+        self.word_columns().find(|(other, _)| *other == name).map(|(_, words)| words)
+    }
+
+    /// Names and words, in order.
+    pub fn word_columns(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.words.iter().map(|(name, words)| (name.as_str(), words.as_slice()))
     }
 
     /// Names and values, in order.
@@ -100,12 +120,15 @@ impl Table {
     /// Reads what [`Table::write_csv`] wrote: columns without a number are words; elsewhere, a cell that is not a number is NaN.
     ///
     /// # Errors
-    /// [`TableError`] when the file cannot be read as CSV.
+    /// [`TableError`] when the file cannot be read as CSV with a header row.
     pub fn read_csv(path: &Path) -> Result<Self, TableError> {
         let error = |cause| TableError { path: path.to_owned(), cause };
         let text = text_file::read(path, SIZE_LIMIT).map_err(|cause| error(cause.into()))?;
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let names = reader.headers().map_err(error)?.clone();
+        if let Some(why) = not_names(&names) {
+            return Err(error(io::Error::new(io::ErrorKind::InvalidData, why).into()));
+        }
         let mut cells: Vec<(String, Vec<String>)> = names.iter().map(|name| (name.to_owned(), Vec::new())).collect();
         for record in reader.records() {
             for (cell, (_, column)) in record.map_err(error)?.iter().zip(&mut cells) {

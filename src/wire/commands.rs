@@ -1,8 +1,6 @@
 //! Commands: decoded from messages and back. Ranges are checked by the simulation.
 
-use super::{
-    Advance, AdvanceReply, CommandReply, Next, Seek, Setpoint, TorquePulse, control, replay_control, torque_pulse::Shape,
-};
+use super::{Advance, Next, Seek, Setpoint, TorquePulse, control, replay_control, torque_pulse::Shape};
 use crate::scene::PulseShape;
 use crate::simulation::{AdvanceRequest, PulseRequest, SetpointRequest};
 
@@ -116,13 +114,6 @@ pub fn advance_request(message: &Advance) -> AdvanceRequest {
 /// Encodes an advance.
 pub fn advance_message(id: &str, request: &AdvanceRequest) -> Advance {
     Advance { id: id.to_owned(), torque_nm: request.torque_nm, steps: request.steps }
-}
-
-impl From<CommandReply> for AdvanceReply {
-    /// A reply without a state.
-    fn from(reply: CommandReply) -> Self {
-        AdvanceReply { reply: Some(reply), ..AdvanceReply::default() }
-    }
 }
 
 /// Decodes a pulse shape from its number.

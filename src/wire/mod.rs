@@ -4,6 +4,7 @@ mod account;
 mod checkpoint;
 mod commands;
 mod rates;
+mod run;
 mod scene_update;
 mod shape;
 mod telemetry;
@@ -16,9 +17,10 @@ pub use commands::{
     setpoint_request, shape,
 };
 pub use rates::BadRates;
+pub use run::shadow;
 pub use scene_update::scene_update;
 pub use shape::{bending, bent_line, by_link};
-pub use telemetry::{TelemetryEncoder, stamp, timestamp};
+pub use telemetry::{stamp, timestamp};
 pub use topic::{Message, ROOT, Topic};
 
 pub use messages::*;

@@ -4,19 +4,9 @@ use std::f64::consts::TAU;
 use std::time::SystemTime;
 
 use super::topic::{Message, Topic};
-use super::{AdvanceReply, Angles, CommandReply, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
-use crate::mechanics::{LinkObservation, Observation};
-use crate::scene::{Level, System};
-use crate::simulation::{EnergyLedger, Sample, Stamp};
-
-/// Encodes samples: holds the links' names and the positions at the start.
-#[derive(Debug, Clone)]
-pub struct TelemetryEncoder {
-    names: Vec<&'static str>,
-    turns: bool,
-    start: Observation,
-    level: Option<Level>,
-}
+use super::{AdvanceReply, Angles, Displacements, ElementForce, Energies, JointForce, LinkAngle, Loads, NodeState};
+use crate::mechanics::LinkObservation;
+use crate::simulation::{EnergyLedger, Sample, SampleContext, Stamp};
 
 /// A time in protobuf.
 pub fn timestamp(time: SystemTime) -> prost_types::Timestamp {
@@ -28,26 +18,7 @@ pub fn stamp(stamp: &Stamp) -> super::Stamp {
     super::Stamp { step: stamp.step, sim_time_s: stamp.sim_time_s, wall_time: Some(timestamp(stamp.wall)), epoch: stamp.epoch }
 }
 
-impl TelemetryEncoder {
-    /// Prepares for a scene whose state at the start is `start`.
-    pub fn new(system: &System, start: &Observation) -> Self {
-        let names = match system {
-            System::Chain(chain) => chain.links.iter().map(|link| link.name.as_str()).collect(),
-            System::Oscillator(_) => vec!["mass"],
-        };
-        TelemetryEncoder { names, turns: matches!(system, System::Chain(_)), start: start.clone(), level: None }
-    }
-
-    /// States the level of detail in force.
-    pub fn at_level(self, level: Option<&Level>) -> Self {
-        TelemetryEncoder { level: level.cloned(), ..self }
-    }
-
-    /// The level of detail in force.
-    pub fn level(&self) -> Option<&Level> {
-        self.level.as_ref()
-    }
-
+impl SampleContext {
     /// Whether the mechanism has a telemetry topic: an oscillator has neither angles nor loads.
     pub fn has(&self, topic: Topic) -> bool {
         self.turns || !matches!(topic, Topic::Angles | Topic::Loads)
@@ -69,14 +40,14 @@ impl TelemetryEncoder {
         })
     }
 
-    /// The answer to an advance: `sample` is the state after its steps.
-    pub fn advance_reply(&self, reply: CommandReply, sample: &Sample) -> AdvanceReply {
+    /// The answer to an advance, without its reply: `sample` is the state after its steps.
+    pub fn state_after(&self, sample: &Sample) -> AdvanceReply {
         AdvanceReply {
+            reply: None,
             angles: self.turns.then(|| self.angles(sample)),
             loads: self.turns.then(|| self.loads(sample)),
             energies: Some(self.energies(sample)),
             displacements: (!self.turns).then(|| self.displacements(sample)),
-            ..reply.into()
         }
     }
 

@@ -10,8 +10,8 @@ use std::time::SystemTime;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use flexcrank::scene::SceneSource;
-use flexcrank::simulation::{Sample, Simulation, Stamp};
-use flexcrank::wire::{Angles, Displacements, Energies, Loads, TelemetryEncoder};
+use flexcrank::simulation::{Sample, SampleContext, Simulation, Stamp};
+use flexcrank::wire::{Angles, Displacements, Energies, Loads};
 use prost::Message;
 
 fn main() {
@@ -77,38 +77,38 @@ fn step_finite_element(bencher: Bencher<'_, '_>, elements: usize) {
 
 type Messages = (Displacements, Angles, Loads, Energies);
 
-fn messages(telemetry: &TelemetryEncoder, sample: &Sample) -> Messages {
-    (telemetry.displacements(sample), telemetry.angles(sample), telemetry.loads(sample), telemetry.energies(sample))
+fn messages(context: &SampleContext, sample: &Sample) -> Messages {
+    (context.displacements(sample), context.angles(sample), context.loads(sample), context.energies(sample))
 }
 
-/// A running mechanism with this many elements per link, and the encoder of its state.
-fn told(elements: usize) -> (Simulation, TelemetryEncoder, Sample) {
+/// A running mechanism with this many elements per link, and the facts that its samples leave out.
+fn told(elements: usize) -> (Simulation, SampleContext, Sample) {
     let overrides = overrides("finite-element", &both("elements", elements));
     let scene = SceneSource::open("ref-r2s", &overrides).unwrap().scene;
     let mut simulation = moving(&overrides);
     let observation = simulation.observe().unwrap().clone();
     let wall = SystemTime::UNIX_EPOCH;
     let stamp = Stamp { step: simulation.step_count(), epoch: 0, sim_time_s: 0.05, epoch_start_s: 0.0, wall };
-    let telemetry = TelemetryEncoder::new(&scene.system, &observation);
+    let context = SampleContext::new(&scene.system, &observation, None);
     let ledger = simulation.ledger();
-    (simulation, telemetry, Sample { stamp, driving_torque_nm: 1.0, observation, ledger })
+    (simulation, context, Sample { stamp, driving_torque_nm: 1.0, observation, ledger })
 }
 
 /// From the state to an observation and its messages.
 #[divan::bench(args = [4, 8, 64])]
 fn snapshot(bencher: Bencher<'_, '_>, elements: usize) {
-    let (mut simulation, telemetry, mut sample) = told(elements);
+    let (mut simulation, context, mut sample) = told(elements);
     repeat(bencher, 1, || {
         sample.observation.clone_from(simulation.observe().unwrap());
-        messages(&telemetry, &sample)
+        messages(&context, &sample)
     });
 }
 
 /// From messages to protobuf.
 #[divan::bench(args = [4, 8, 64])]
 fn encoding(bencher: Bencher<'_, '_>, elements: usize) {
-    let (_, telemetry, sample) = told(elements);
-    let (displacements, angles, loads, energies) = messages(&telemetry, &sample);
+    let (_, context, sample) = told(elements);
+    let (displacements, angles, loads, energies) = messages(&context, &sample);
     repeat(bencher, 1, || {
         (displacements.encode_to_vec(), angles.encode_to_vec(), loads.encode_to_vec(), energies.encode_to_vec())
     });

@@ -52,6 +52,18 @@ fn assert_verified(file: &Path) -> Outcome {
     Ok(())
 }
 
+#[test]
+fn regress_verify_counts_the_advances() -> Outcome {
+    let service = lockstep(&["pulse=[]"])?;
+    for steps in 1..=5 {
+        assert!(reply(&advance(&service, "", 0.1, steps)?).accepted);
+    }
+    let (_, folder) = service.stop()?;
+    let found = verify(&RecordedSession::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
+    assert_eq!((found.recomputed.advances, found.recomputed.pulses, found.findings), (5, 0, vec![]));
+    Ok(())
+}
+
 /// The state after the steps is that of a simulation stepped by hand, to the bit.
 #[test]
 fn val_an_advance_answers_with_the_state_after_its_steps() -> Outcome {

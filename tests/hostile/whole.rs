@@ -85,7 +85,7 @@ fn regress_a_full_disk_is_named_and_leaves_nothing() -> Outcome {
         (0, &["run", "--no-bus", "--until", "1", "--pace", "max", "--record", "run.mcap"]),
     ] {
         let (code, said) = on_a_full_disk(folder.path(), blocks, words)?;
-        assert!(code == Some(1) && said.contains("File too large"), "{words:?}: {code:?} {said}");
+        assert!(code == Some(1) && said.contains(".mcap: File too large"), "{words:?}: {code:?} {said}");
         assert!(files(folder.path())?.is_empty(), "{words:?}: {:?}", files(folder.path())?);
     }
     Ok(())

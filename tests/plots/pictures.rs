@@ -162,6 +162,26 @@ fn prop_a_panel_is_as_wide_as_the_others_and_its_curves_lie_in_it() {
 }
 
 #[test]
+fn regress_a_long_label_of_a_low_panel_has_two_lines() {
+    let start = Figure { panels: Vec::new(), ..Figure::new("Response", Axis::log("frequency", "Hz"), Axis::default()) };
+    let labels = ["magnitude of crank angle", "magnitude of crank deflection", "phase"];
+    let axes = labels.map(|label| Axis::log(label, "rad per N·m"));
+    let figure = axes.into_iter().fold(start, |figure, axis| figure.panel(axis).line("", &[1.0, 10.0], &[1e-8, 1.0]));
+    let svg = figure.to_svg();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let number = |node: &roxmltree::Node<'_, '_>, name: &str| node.attribute(name).unwrap().parse::<f64>().unwrap();
+    let texts: Vec<_> = document.descendants().filter(|node| node.has_tag_name("text")).collect();
+    assert!(texts.iter().all(|node| number(node, "font-size") >= 11.0), "{svg}");
+    let turned: Vec<_> = texts.iter().filter(|node| node.attribute("transform").is_some()).collect();
+    let words: Vec<&str> = turned.iter().filter_map(|node| node.text()).collect();
+    assert_eq!(words.join(" "), labels.map(|label| format!("{label} (rad per N·m)")).join(" "));
+    let right = turned.iter().map(|node| number(node, "x")).fold(0.0, f64::max);
+    let ticks = texts.iter().filter(|node| node.attribute("text-anchor") == Some("end"));
+    let room = ticks.map(|node| number(node, "x")).fold(f64::INFINITY, f64::min) - right;
+    assert!(words.len() > labels.len() && room > 30.0, "{words:?}, {room} px beside the ticks");
+}
+
+#[test]
 fn val_ticks_are_round_and_short() {
     let ticks = |x: Axis, ends: [f64; 2]| texts(&Figure::new("", x, Axis::new("y", "")).line("", &ends, &[0.0, 1.0]).to_svg());
     let pi = std::f64::consts::PI;

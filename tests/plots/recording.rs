@@ -6,7 +6,7 @@ use std::fs::read_to_string;
 use std::path::Path;
 use std::process::Command;
 
-use flexcrank::plot::{Format, Mark, MechanismPicture, Named, Picture as _, recorded};
+use flexcrank::plot::{Axis, Figure, Format, Mark, MechanismPicture, Named, Picture as _, overlaid, recorded};
 use flexcrank::study::Table;
 
 use super::{complaint, plot, texts};
@@ -148,6 +148,23 @@ fn prop_recordings_are_laid_over_one_another() {
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let drawn = texts(&read_to_string(at.join("same/overlay-rates.svg")).unwrap());
     assert!(["steel", "other/steel", "Chord rates"].iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
+}
+
+#[test]
+fn regress_the_earlier_of_two_recordings_is_seen_where_they_agree() {
+    let path = |name: &str| {
+        let figure = Figure::new("Path", Axis::new("x", "m"), Axis::new("y", "m"));
+        (name.to_owned(), Figure { equal_aspect: true, ..figure }.line("", &[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]))
+    };
+    let svg = overlaid(&[path("before"), path("after")]).to_svg();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let width = |colour: &str| -> f64 {
+        let curve = document.descendants().find(|node| node.attribute("stroke") == Some(colour)).unwrap();
+        assert_eq!(curve.attribute("stroke-dasharray"), None);
+        curve.attribute("stroke-width").unwrap().parse().unwrap()
+    };
+    assert!(width("#0072b2") > 2.0 * width("#d55e00"), "{svg}");
+    assert!(svg.find("#0072b2") < svg.find("#d55e00"), "the wide curve lies beneath");
 }
 
 fn topic(name: &str, rows: usize) -> Named {

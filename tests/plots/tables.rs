@@ -1,6 +1,6 @@
 //! CSV tables.
 
-use flexcrank::plot::{Named, figure};
+use flexcrank::plot::{Mark, Named, figure, overview};
 use flexcrank::study::Table;
 
 use super::{complaint, plot, png_size, texts};
@@ -37,6 +37,68 @@ fn prop_columns_are_chosen_by_name() {
     for expected in ["Two", "driving torque (N·m)", "crank angle (rad)", "λ = 0.1", "λ = 0.5"] {
         assert_eq!(texts.iter().filter(|text| *text == expected).count(), 1, "{expected} in {texts:?}");
     }
+}
+
+/// The only figure of a table: its curves' names, marks and horizontal values.
+fn curves(table: &Table) -> Vec<(String, Mark, Vec<f64>)> {
+    let mut figures = overview(table).unwrap();
+    assert_eq!(figures.len(), 1);
+    let series = figures.remove(0).1.panels.into_iter().flat_map(|panel| panel.series);
+    series.map(|series| (series.label, series.mark, series.xs)).collect()
+}
+
+#[test]
+fn regress_several_modes_at_each_angle_are_a_curve_each() {
+    let mut table = Table::default();
+    let words = |words: [&str; 4]| words.map(str::to_owned).to_vec();
+    table.push_words("part", words(["rod", "rod", "rod", "crank"]));
+    table.push_words("mode", words(["first", "second", "first", "second"]));
+    table.push("angle_deg", vec![0.0, 0.0, 10.0, 10.0]);
+    table.push("frequency_hz", vec![1.0, 5.0, 2.0, 6.0]);
+    let curve = |name: &str| (name.to_owned(), Mark::Line, vec![0.0, 10.0]);
+    assert_eq!(curves(&table), [curve("first"), curve("second")]);
+}
+
+#[test]
+fn regress_rows_in_no_order_are_points() {
+    let drawn = |xs: [f64; 4]| {
+        let mut table = Table::default();
+        // A name for each row is no curve.
+        table.push_words("name", ["a", "b", "c", "d"].map(str::to_owned).to_vec());
+        table.push("angle_deg", xs.to_vec());
+        table.push("frequency_hz", vec![1.0, 5.0, 2.0, 6.0]);
+        curves(&table).into_iter().map(|(_, mark, _)| mark).collect::<Vec<_>>()
+    };
+    assert_eq!(drawn([0.0, 0.0, 10.0, 10.0]), [Mark::Points]);
+    assert_eq!(drawn([0.0, 20.0, 10.0, 30.0]), [Mark::Points]);
+    assert_eq!(drawn([0.0, 10.0, f64::NAN, 30.0]), [Mark::Line]);
+    assert_eq!(drawn([3.0, 2.0, 1.0, 0.0]), [Mark::Line]);
+}
+
+#[test]
+fn regress_a_path_over_time_stays_a_line() {
+    let mut table = Table::default();
+    table.push("time_s", vec![0.0, 1.0, 2.0]);
+    table.push("x_m", vec![0.0, 1.0, 0.0]);
+    table.push("y_m", vec![0.0, 1.0, 2.0]);
+    let path = figure(&[Named { table, ..Named::default() }], Some("x_m"), &["y_m".to_owned()]).unwrap();
+    assert_eq!(path.panels[0].series[0].mark, Mark::Line);
+}
+
+#[test]
+fn regress_tables_with_other_separators_or_without_names_are_refused_in_words() {
+    let folder = folder();
+    for (text, says) in [
+        ("time_s;torque_nm\n0,5;1\n1,0;2\n", "columns are separated by semicolons: separate them by commas"),
+        ("time_s\ttorque_nm\n0\t1\n", "columns are separated by tabs: separate them by commas"),
+        ("0,1\n0.5,2\n", "the first line has numbers: a header with the columns' names is needed"),
+    ] {
+        std::fs::write(folder.path().join("other.csv"), text).unwrap();
+        let output = plot(folder.path(), &["other.csv", "-o", "out"]);
+        assert_eq!(output.status.code(), Some(1), "{}", complaint(&output));
+        assert!(complaint(&output).contains(&format!("other.csv: {says}")), "{}", complaint(&output));
+    }
+    assert!(!folder.path().join("out").exists(), "a refusal draws nothing");
 }
 
 #[test]
@@ -152,6 +214,7 @@ fn val_names_are_read_as_quantities() {
         ("force_o_x", "force o x", ""),
         ("m", "m", ""),
         ("x_m", "x", "m"),
+        ("angle_deg", "angle", "°"),
         ("piston_acceleration_over_l2_omega2", "piston acceleration / (l₂ ω²)", ""),
         ("rod_rate_over_omega", "rod rate / ω", ""),
         ("driving_torque_over_m3_l2_squared_omega2", "driving torque / (m₃ l₂² ω²)", ""),

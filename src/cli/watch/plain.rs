@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::super::async_runtime::runtime;
 use super::super::failure::CommandResult;
+use super::super::output::of_standard_output;
 use super::super::signals::interrupted;
 use super::Args;
 use super::signals::Signals;
@@ -67,7 +68,7 @@ pub(super) fn print(subscribers: &Subscribers, snapshot: Snapshot, args: &Args) 
     }
     seen.print(args.json, true)?;
     if !args.json {
-        writeln!(std::io::stdout(), "flexcrank/{} has ended", args.name)?;
+        writeln!(std::io::stdout(), "flexcrank/{} has ended", args.name).map_err(of_standard_output)?;
     }
     Ok(())
 }
@@ -115,7 +116,7 @@ impl Seen {
     fn print(&self, json: bool, ended: bool) -> CommandResult<()> {
         let text =
             if json { serde_json::to_string(&self.line(ended)).map_err(std::io::Error::from)? } else { self.lines().join("\n") };
-        Ok(writeln!(std::io::stdout(), "{text}")?)
+        Ok(writeln!(std::io::stdout(), "{text}").map_err(of_standard_output)?)
     }
 
     fn line(&self, ended: bool) -> Line<'_> {

@@ -3,15 +3,20 @@
 //! A beam element couples four neighbouring slots (vectors) of the chain, so the tangent has exactly this band and
 //! elimination in the chain's order fills nothing outside it; the cost is linear in the number of slots. No pivoting
 //! between blocks: the tangent is dominated by the mass or by the stiffness, which are symmetric and positive.
+//!
+//! The first slot is the pivot, which has no unknowns: its blocks are assembled with those of its element, and left out of the factors.
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::beam::Blocks;
+use super::layout::PIVOT;
 use super::motion::Window;
 use crate::mechanics::mechanism::Singular;
 
 /// Blocks on either side of the diagonal.
 const REACH: usize = 3;
+/// The first slot with unknowns.
+const FIRST: usize = PIVOT + 1;
 
 /// Diagonal block `k`, the blocks to its right `(k, k+1+j)` and those below it `(k+1+j, k)`.
 #[derive(Debug, Clone, Copy)]
@@ -43,7 +48,8 @@ impl Band {
 
     /// Back to zero.
     pub(super) fn clear(&mut self) {
-        self.pivots.fill(EMPTY);
+        // Those beyond the last slot stay zero.
+        self.pivots[..self.slots].fill(EMPTY);
     }
 
     /// Adds to block (row, column); both in the band.
@@ -99,10 +105,13 @@ impl Band {
 
     /// `A = L U` in place: the diagonal keeps the inverse of U's blocks, `below` the blocks of L.
     pub(super) fn factor(&mut self) -> Result<(), Singular> {
-        for k in 0..self.slots {
+        for k in FIRST..self.slots {
             let [pivot, next @ ..] = &mut self.pivots[k..=k + REACH] else { return Err(Singular) };
             let inverse = inverse(&pivot.diagonal)?;
             pivot.diagonal = inverse;
+            if k + 1 == self.slots {
+                break;
+            }
             for below in &mut pivot.below {
                 *below *= inverse;
             }
@@ -120,16 +129,16 @@ impl Band {
         Ok(())
     }
 
-    /// Solves `A x = b`, `x` holding `b` on entry; its length is `slots + 3`, the last three zero.
+    /// Solves `A x = b`, `x` holding `b` on entry; its length is `slots + 3`, the last three zero. The pivot's stays as it is.
     pub(super) fn solve(&self, x: &mut [Vector2<f64>]) {
-        for k in 0..self.slots {
+        for k in FIRST..self.slots - 1 {
             let pivot = &self.pivots[k];
             let known = x[k];
             for (next, below) in x[k + 1..=k + REACH].iter_mut().zip(&pivot.below) {
                 *next -= below * known;
             }
         }
-        for k in (0..self.slots).rev() {
+        for k in (FIRST..self.slots).rev() {
             let pivot = &self.pivots[k];
             let mut sum = x[k];
             for (next, right) in x[k + 1..=k + REACH].iter().zip(&pivot.right) {
@@ -188,9 +197,12 @@ mod tests {
         }
         band.factor().unwrap();
         band.solve(&mut x);
-        let expected = dense.lu().solve(&b).unwrap();
-        for k in 0..slots {
-            assert!((x[k].x - expected[2 * k]).abs() < 1e-14 && (x[k].y - expected[2 * k + 1]).abs() < 1e-14);
+        let unknowns = 2 * (slots - 1);
+        let expected =
+            dense.view((2, 2), (unknowns, unknowns)).into_owned().lu().solve(&b.rows(2, unknowns).into_owned()).unwrap();
+        for k in 1..slots {
+            let (x, expected) = (x[k], [expected[2 * k - 2], expected[2 * k - 1]]);
+            assert!((x.x - expected[0]).abs() < 1e-14 && (x.y - expected[1]).abs() < 1e-14);
         }
     }
 }

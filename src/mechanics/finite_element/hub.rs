@@ -23,27 +23,6 @@ fn bend_and_twist(length_m: f64) -> ([f64; 4], [f64; 4]) {
     ([0.0, -1.0, 0.0, 1.0], [-end, -1.0, end, -1.0])
 }
 
-/// The strain, its rate, and the gradient of g with its rate.
-struct HubStrain {
-    value: f64,
-    rate: f64,
-    gradient: Four,
-    gradient_rate: Four,
-}
-
-impl HubStrain {
-    fn new(length_m: f64, x: &Four, dx: &Four) -> Self {
-        let (gradient, gradient_rate) = (gradient(length_m, x), gradient(length_m, dx));
-        let length = x[1].norm();
-        Self {
-            value: length - 1.0 - 0.5 * dot(x, &gradient),
-            rate: x[1].dot(&dx[1]) / length - dot(dx, &gradient),
-            gradient,
-            gradient_rate,
-        }
-    }
-}
-
 /// `G x = [b c + c (b + 6c)]/40`, the vectors in front taken as sums of slots.
 fn gradient(length_m: f64, x: &Four) -> Four {
     let (bend, twist) = bend_and_twist(length_m);
@@ -82,17 +61,23 @@ impl Beam {
     /// Adds to the blocks of [`Beam::tangent`]: `N ∂²ε · position + ∇ε ρᵀ`, with `ρ = EA [(position + c velocity) ∇ε + c position ∇ε̇]`,
     /// for the node's alone.
     pub(super) fn add_hub_tangent(&self, x: &Four, dx: &Four, weights: StiffnessWeights, blocks: &mut Blocks) {
-        let hub = HubStrain::new(self.length_m, x, dx);
         let super::strain::Axial { stiffness, damping_s } = self.axial;
-        let inverse = 1.0 / x[1].norm();
+        let (gradient, length) = (gradient(self.length_m, x), x[1].norm());
+        let inverse = 1.0 / length;
         let u = x[1] * inverse;
-        let mut strain_gradient = hub.gradient.map(|gradient| -gradient);
+        let mut strain = length - 1.0 - 0.5 * dot(x, &gradient);
+        let mut strain_gradient = gradient.map(|gradient| -gradient);
         strain_gradient[1] += u;
         let direct = stiffness * (weights.position + damping_s * weights.velocity);
-        let follow = stiffness * damping_s * weights.position;
-        let mut row: Four = std::array::from_fn(|i| strain_gradient[i] * direct - hub.gradient_rate[i] * follow);
-        row[1] += (dx[1] - u * u.dot(&dx[1])) * (follow * inverse);
-        let tension = weights.position * stiffness * (hub.value + damping_s * hub.rate);
+        let mut row = strain_gradient.map(|gradient| gradient * direct);
+        if damping_s != 0.0 {
+            let follow = stiffness * damping_s * weights.position;
+            let gradient_rate = self::gradient(self.length_m, dx);
+            row = std::array::from_fn(|i| row[i] - gradient_rate[i] * follow);
+            row[1] += (dx[1] - u * u.dot(&dx[1])) * (follow * inverse);
+            strain += damping_s * (u.dot(&dx[1]) - dot(dx, &gradient));
+        }
+        let tension = weights.position * stiffness * strain;
         let (bend, twist) = bend_and_twist(self.length_m);
         for (i, blocks) in blocks.iter_mut().enumerate() {
             for (j, block) in blocks.iter_mut().enumerate() {
@@ -106,13 +91,13 @@ impl Beam {
 
     /// `½ EA [ε² − (|t₁| − 1)²]`, J.
     pub(super) fn hub_energy_j(&self, x: &Four) -> f64 {
-        let hub = HubStrain::new(self.length_m, x, &[Vector2::zeros(); 4]);
-        0.5 * self.axial.stiffness * hub.value.powi(2) - self.axial.energy(&x[1])
+        let strain = x[1].norm() - 1.0 - 0.5 * dot(x, &gradient(self.length_m, x));
+        0.5 * self.axial.stiffness * strain.powi(2) - self.axial.energy(&x[1])
     }
 
     /// `c EA [ε̇² − (|t₁|˙)²]`, W.
     pub(super) fn hub_dissipation_w(&self, x: &Four, dx: &Four) -> f64 {
-        let hub = HubStrain::new(self.length_m, x, dx);
-        self.axial.damping_s * self.axial.stiffness * hub.rate.powi(2) - self.axial.dissipation(&x[1], &dx[1])
+        let rate = x[1].dot(&dx[1]) / x[1].norm() - dot(dx, &gradient(self.length_m, x));
+        self.axial.damping_s * self.axial.stiffness * rate.powi(2) - self.axial.dissipation(&x[1], &dx[1])
     }
 }

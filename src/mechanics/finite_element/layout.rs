@@ -42,6 +42,8 @@ pub(super) struct Layout {
     pub(super) active: Vec<usize>,
     /// `2 slot + component` of all others.
     pub(super) held: Vec<usize>,
+    /// The unknown at each `2 slot + component`.
+    unknowns: Vec<Option<usize>>,
 }
 
 impl Layout {
@@ -85,12 +87,14 @@ impl Layout {
         }
         let active: Vec<usize> = (0..2 * kinds.len()).filter(|place| !held.contains(place)).collect();
         let root = active.iter().position(|place| *place == 2 * ROOT + 1);
-        Self { kinds, root, pin, second, end, active, held }
+        let mut unknowns = vec![None; 2 * kinds.len()];
+        active.iter().enumerate().for_each(|(unknown, place)| unknowns[*place] = Some(unknown));
+        Self { kinds, root, pin, second, end, active, held, unknowns }
     }
 
-    /// The unknown that stands at `2 slot + component`; `active` ascends.
+    /// The unknown that stands at `2 slot + component`.
     pub(super) fn unknown(&self, place: usize) -> Option<usize> {
-        self.active.binary_search(&place).ok()
+        self.unknowns[place]
     }
 
     /// Number of slots.

@@ -14,14 +14,15 @@ impl FiniteElement {
         Measure { angle_rad: self.chord_change(q, dq), deflection_m: self.deflection_change(q, dq), turn_rad: 0.0 }
     }
 
-    /// See [`Mechanism::chord_rad`](crate::mechanics::Mechanism::chord_rad).
-    pub(super) fn first_chord_rad(&self, q: &[f64]) -> f64 {
+    /// See [`Mechanism::chord`](crate::mechanics::Mechanism::chord).
+    pub(super) fn first_chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
         match &self.members[0] {
             Member::Flexible { .. } => {
-                let end = self.vector(self.first_end(), q);
-                end.y.atan2(end.x)
+                let end = self.first_end();
+                let (a, da) = (self.vector(end, q), self.vector(end, v));
+                [a.y.atan2(a.x), cross(&a, &da) / a.norm_squared()]
             }
-            _ => self.layout.root.map_or(0.0, |root| q[root]),
+            _ => self.layout.root.map_or([0.0; 2], |root| [q[root], v[root]]),
         }
     }
 

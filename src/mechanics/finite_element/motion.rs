@@ -15,6 +15,8 @@ pub(super) struct PolarSlot {
     /// The radius of a rigid link's vector.
     held_radius: Option<f64>,
     pub(super) polar: Polar,
+    /// Force on the vector as its members need it, in Cartesian coordinates.
+    pub(super) force: Vector2<f64>,
 }
 
 /// The motion of the chain's slots at one instant.
@@ -36,6 +38,7 @@ impl Motion {
             slot,
             held_radius: link.rigid.then_some(link.length_m),
             polar: Polar::default(),
+            force: Vector2::zeros(),
         });
         Self { p: zero.clone(), v: zero.clone(), a: zero, polars: polars.collect() }
     }

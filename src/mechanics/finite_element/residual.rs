@@ -75,8 +75,9 @@ impl FiniteElement {
             self.add_member(i);
         }
         self.add_end();
-        for polar in &self.motion.polars {
-            self.forces[polar.slot] = polar.polar.force(&self.forces[polar.slot]);
+        for polar in &mut self.motion.polars {
+            polar.force = self.forces[polar.slot];
+            self.forces[polar.slot] = polar.polar.force(&polar.force);
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::FiniteElement;
 use super::beam::{Beam, Blocks};
-use super::layout::{Layout, ROOT};
+use super::layout::{Layout, PIVOT, ROOT};
 use super::loads::EndLoad;
 use super::member::{Member, windows};
 use super::motion::{Motion, Window};
@@ -35,14 +35,13 @@ impl Coupling {
     }
 }
 
-/// Turns the blocks of an element, in Cartesian coordinates, to the coordinates of its polar slots.
+/// Turns the blocks of an element, in Cartesian coordinates, to the coordinates of its polar slots. Their change with the coordinates at
+/// constant forces is added once for each slot: see [`FiniteElement::add_point_terms`].
 struct PolarChange<'a, const N: usize> {
     polars: [Option<&'a Polar>; N],
     mass: &'a [[f64; N]; N],
     /// Derivative by rates, when there is damping.
     damping: Option<&'a [[Matrix2<f64>; N]; N]>,
-    /// The element's forces.
-    forces: &'a [Vector2<f64>; N],
 }
 
 impl<const N: usize> PolarChange<'_, N> {
@@ -62,7 +61,6 @@ impl<const N: usize> PolarChange<'_, N> {
             for block in &mut blocks[k] {
                 *block = rows * *block;
             }
-            blocks[k][k] += polar.geometric(&self.forces[k]) * w.position;
         }
     }
 }
@@ -96,7 +94,7 @@ impl FiniteElement {
             }
         }
         self.add_point_terms(w);
-        for &place in &self.layout.held {
+        for &place in self.layout.held.iter().filter(|place| **place / 2 != PIVOT) {
             self.band.hold(place / 2, place % 2);
         }
     }
@@ -124,23 +122,20 @@ impl FiniteElement {
     /// The first element of a link, whose first two slots may be polar.
     fn to_polar(&self, beam: &Beam, window: Window, w: Weights, blocks: &mut Blocks) {
         let motion = &self.motion;
-        let (_, elastic, inertia) = self.element_forces(beam, window);
         let rates = StiffnessWeights { velocity: 1.0, position: 0.0 };
         let damping = beam.damped().then(|| {
             let mut damping = beam.tangent(&window.gather(&motion.p), &window.gather(&motion.v), rates);
             self.add_hub(beam, window, rates, &mut damping);
             damping
         });
-        let forces = std::array::from_fn(|k| elastic[k] + inertia[k]);
         let polars = [motion.polar(window.first), motion.polar(window.first + 1), None, None];
-        PolarChange { polars, mass: &beam.mass, damping: damping.as_ref(), forces: &forces }.apply(blocks, w);
+        PolarChange { polars, mass: &beam.mass, damping: damping.as_ref() }.apply(blocks, w);
     }
 
     fn rigid(&self, first: usize, masses: &Masses, w: Weights) -> [[Matrix2<f64>; 2]; 2] {
         let mut blocks = masses.map(|row| row.map(|mass| Matrix2::from_diagonal_element(w.acceleration * mass)));
-        let forces = self.rigid_forces(first, masses);
         let polars = [self.motion.polar(first), self.motion.polar(first + 1)];
-        PolarChange { polars, mass: masses, damping: None, forces: &forces }.apply(&mut blocks, w);
+        PolarChange { polars, mass: masses, damping: None }.apply(&mut blocks, w);
         blocks
     }
 
@@ -152,11 +147,14 @@ impl FiniteElement {
         };
         let column = polar.column(w);
         let by_pin = rod.tangent(&pin, &load, &column, w);
-        column.direction.transpose() * by_pin + polar.geometric(&rod.forces(&pin, &load).pin) * w.position
+        column.direction.transpose() * by_pin
     }
 
-    /// Entries at the end of a flexible link and at the base.
+    /// Entries at the polar slots (`∂(Tᵀ f)/∂u` for all of the force f on one), at the end of a flexible link, and at the base.
     fn add_point_terms(&mut self, w: Weights) {
+        for polar in &self.motion.polars {
+            self.band.add(polar.slot, polar.slot, polar.polar.geometric(&polar.force) * w.position);
+        }
         if let Some(end) = self.layout.end {
             let mass = w.acceleration * self.end.mass_kg;
             let friction = w.velocity * self.end.friction_n_s_per_m;

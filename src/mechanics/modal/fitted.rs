@@ -135,8 +135,8 @@ impl<const W: usize> Mechanism for Fitted<W> {
         Measure { angle_rad: self.chain.chord_change(dq), deflection_m, turn_rad: 0.0 }
     }
 
-    fn chord_rad(&self, q: &[f64]) -> f64 {
-        self.chain.chord_change(q)
+    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
+        [q, v].map(|of| self.chain.chord_change(of))
     }
 
     fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {

@@ -131,8 +131,8 @@ impl Mechanism for Modal {
         self.fitted.measure(q, dq)
     }
 
-    fn chord_rad(&self, q: &[f64]) -> f64 {
-        self.fitted.chord_rad(q)
+    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
+        self.fitted.chord(q, v)
     }
 
     fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {

@@ -1,6 +1,7 @@
 //! Derivatives of the equation of motion.
 
-use super::{Pose, Rigid, dot};
+use super::pose::Pose;
+use super::{Rigid, dot};
 use crate::mechanics::mechanism::Weights;
 use crate::mechanics::resistance::resistance;
 use crate::scene::End;
@@ -38,7 +39,7 @@ impl Rigid {
             tangent += w.velocity * self.viscosity(pose, rate);
         }
         if w.position != 0.0 {
-            tangent += w.position * self.stiffness(&self.pose(theta), theta, rate, acceleration);
+            tangent += w.position * self.stiffness(&self.last_pose_in_full(), theta, rate, acceleration);
         }
         tangent
     }

@@ -1,7 +1,7 @@
 //! Chapter 4: one turn of the rigid crank-slider, dimensionless, for several crank-to-rod ratios.
 
 use super::{axis, entry};
-use crate::plot::selection::runs;
+use crate::plot::rows::runs;
 use crate::plot::{Axis, Entry, Figure};
 use crate::study::Table;
 

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{Ending, Stepper};
-use crate::runtime::command::{Command, ReplyTo, Request};
+use crate::runtime::command::{Action, Command, Request};
 use crate::runtime::output::{Advanced, Output};
+use crate::runtime::reply::{Reply, ReplyTo};
 use crate::simulation::{AdvanceRequest, Effective};
-use crate::wire::{CommandReply, control::Action};
 
 /// Largest number of steps of one `step` command or advance.
 pub(super) const STEPS_LIMIT: u64 = 1_000_000_000;
@@ -16,7 +16,7 @@ pub(super) struct Advance {
     request: AdvanceRequest,
     /// Steps still to be taken.
     remaining: u64,
-    reply: CommandReply,
+    reply: Reply,
     reply_to: ReplyTo,
 }
 
@@ -24,7 +24,7 @@ impl Stepper {
     /// Handles a command, or lets it wait until the advance under way is over, so that a lock-step run does not depend on when
     /// commands arrive. Only a pause and a stop are handled at once.
     pub(super) fn handle_in_turn(&mut self, command: Command) {
-        let interrupts = matches!(command.request, Request::Control(Action::Pause(_) | Action::Stop(_)));
+        let interrupts = matches!(command.request, Request::Control(Action::Pause | Action::Stop));
         let steps = matches!(command.request, Request::Advance(_)) && self.run.pending_single_steps > 0;
         let waits = self.run.advance.is_some() || !self.run.waiting.is_empty() || steps;
         if waits && !interrupts {
@@ -55,7 +55,7 @@ impl Stepper {
     }
 
     /// Begins to take the steps of an accepted advance.
-    pub(super) fn begin_advance(&mut self, request: AdvanceRequest, reply: CommandReply, reply_to: ReplyTo) {
+    pub(super) fn begin_advance(&mut self, request: AdvanceRequest, reply: Reply, reply_to: ReplyTo) {
         self.simulation.mark_torque();
         self.run.pending_single_steps += request.steps;
         self.run.advance = Some(Advance { request, remaining: request.steps, reply, reply_to });

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::Stepper;
-use crate::runtime::command::{Command, QUEUE, ReplyTo, Request};
+use crate::runtime::command::{Action, Command, QUEUE, Request};
 use crate::runtime::governor::Governor;
 use crate::runtime::ladder::Ladder;
 use crate::runtime::output::{Answer, Output};
 use crate::runtime::pacer::{Overrun, Pace};
+use crate::runtime::reply::{Reply, ReplyTo};
 use crate::simulation::{Checkpoint, Effective, Stamp};
-use crate::wire::{self, CommandReply, control::Action};
 
 /// Beginning of the cause of a switch that nobody commanded.
 pub(crate) const GOVERNED: &str = "a step took ";
@@ -47,9 +47,7 @@ impl Stepper {
         let ladder = self.levels.ladder.as_ref()?;
         match (&command.request, &command.change) {
             (_, Some(change)) => change.steps_ahead(&self.simulation, ladder.present()),
-            (Request::Control(Action::Level(level)), None) => {
-                ladder.steps_ahead(&self.simulation, ladder.named(&level.name).ok()?)
-            }
+            (Request::Control(Action::Level { name }), None) => ladder.steps_ahead(&self.simulation, ladder.named(name).ok()?),
             _ => None,
         }
     }
@@ -57,7 +55,7 @@ impl Stepper {
     /// Whether a command needs the level whose step was given up: a change of the scene needs all levels.
     fn needs_given_up(&self, command: &Command) -> bool {
         let to = match (&command.request, &command.change, &self.levels.ladder) {
-            (Request::Control(Action::Level(level)), None, Some(ladder)) => ladder.named(&level.name).ok(),
+            (Request::Control(Action::Level { name }), None, Some(ladder)) => ladder.named(name).ok(),
             _ => return true,
         };
         to.is_none_or(|to| self.is_given_up(to))
@@ -91,7 +89,7 @@ impl Stepper {
     /// Refuses a command.
     pub(super) fn refuse(&mut self, id: String, reason: String, reply_to: ReplyTo) {
         self.ports.shared.count_rejected();
-        let (reply, stamp) = (CommandReply { id, reason, ..CommandReply::default() }, self.stamp());
+        let (reply, stamp) = (Reply::refused(id, reason), self.stamp());
         self.send(Output::Answer(Box::new(Answer { reply, reply_to: Some(reply_to), request: None, stamp })));
     }
 
@@ -110,9 +108,9 @@ impl Stepper {
                 }
                 changed
             }
-            (Request::Control(Action::Level(level)), None, Some(ladder)) => ladder
-                .named(&level.name)
-                .and_then(|to| ladder.switch(&mut self.simulation, to).map_err(|refused| refused.to_string())),
+            (Request::Control(Action::Level { name }), None, Some(ladder)) => {
+                ladder.named(name).and_then(|to| ladder.switch(&mut self.simulation, to).map_err(|refused| refused.to_string()))
+            }
             _ => Err("the scene cannot be changed here".to_owned()),
         };
         let rest = change.map(Output::ChangeLeftOver);
@@ -133,7 +131,7 @@ impl Stepper {
     fn tell_governor(&mut self, request: &Request) {
         let (Some(governor), Some(ladder)) = (&mut self.levels.governor, &self.levels.ladder) else { return };
         match (request, self.stepping.pace) {
-            (Request::Control(Action::Level(_)), _) => governor.commanded(ladder.present()),
+            (Request::Control(Action::Level { .. }), _) => governor.commanded(ladder.present()),
             (_, Pace::Factor(factor)) => *governor = governor.with_costs(&ladder.costs(factor)),
             _ => {}
         }
@@ -162,14 +160,14 @@ impl Stepper {
                 governor.went_to(to);
                 let name = ladder.name(to).to_owned();
                 let reply = changed_reply(String::new(), format!("{GOVERNED}{cost:.2?}"), effective, changed_j);
-                self.tell_change(reply, None, Request::Control(Action::Level(wire::Level { name })));
+                self.tell_change(reply, None, Request::Control(Action::Level { name }));
             }
             Err(refused) => tracing::warn!("stays at its level: {refused}"),
         }
     }
 
     /// Sends the scene in force, the reply, and the state from which the changed scene goes on.
-    fn tell_change(&mut self, reply: CommandReply, reply_to: Option<ReplyTo>, request: Request) {
+    fn tell_change(&mut self, reply: Reply, reply_to: Option<ReplyTo>, request: Request) {
         self.tell_change_at((self.stamp(), self.simulation.checkpoint()), reply, reply_to, request);
     }
 
@@ -177,7 +175,7 @@ impl Stepper {
     pub(super) fn tell_change_at(
         &mut self,
         (stamp, state): (Stamp, Checkpoint),
-        reply: CommandReply,
+        reply: Reply,
         reply_to: Option<ReplyTo>,
         request: Request,
     ) {
@@ -190,8 +188,6 @@ impl Stepper {
 }
 
 /// The reply to an accepted change.
-pub(super) fn changed_reply(id: String, reason: String, effective: Effective, changed_j: f64) -> CommandReply {
-    let Effective { step, sim_time_s } = effective;
-    let changed_j = Some(changed_j);
-    CommandReply { id, accepted: true, reason, effective_step: step, effective_sim_time_s: sim_time_s, changed_j }
+pub(super) fn changed_reply(id: String, reason: String, effective: Effective, changed_j: f64) -> Reply {
+    Reply { reason, changed_j: Some(changed_j), ..Reply::accepted(id, effective) }
 }

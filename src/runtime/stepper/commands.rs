@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use super::Stepper;
 use super::advance::STEPS_LIMIT;
-use crate::runtime::command::{Command, ReplyTo, Request};
+use crate::runtime::command::{Action, Command, Request};
 use crate::runtime::output::{Answer, Output};
 use crate::runtime::pacer::Pace;
-use crate::simulation::{AdvanceRequest, Effective, Stamp};
-use crate::wire::{CommandReply, Steps, control::Action};
+use crate::runtime::reply::{Reply, ReplyTo};
+use crate::simulation::{AdvanceRequest, Stamp};
 
 impl Stepper {
     /// Checks and applies a command, and sends its reply.
@@ -33,15 +33,8 @@ impl Stepper {
             Request::Control(action) => self.control(action).map(|reason| (self.simulation.now(), reason)),
         };
         let reply = match verdict {
-            Ok((Effective { step, sim_time_s }, reason)) => CommandReply {
-                id,
-                accepted: true,
-                reason: reason.to_owned(),
-                effective_step: step,
-                effective_sim_time_s: sim_time_s,
-                changed_j: None,
-            },
-            Err(reason) => CommandReply { id, reason, ..CommandReply::default() },
+            Ok((effective, reason)) => Reply { reason: reason.to_owned(), ..Reply::accepted(id, effective) },
+            Err(reason) => Reply::refused(id, reason),
         };
         if !reply.accepted {
             self.ports.shared.count_rejected();
@@ -55,9 +48,9 @@ impl Stepper {
         if let (true, Request::Advance(advance)) = (reply.accepted, &request) {
             return self.answer_advance(*advance, reply, reply_to, stamp);
         }
-        let resets = reply.accepted && matches!(request, Request::Control(Action::Reset(_)));
-        let records = matches!(request, Request::Control(Action::StartRecording(_)));
-        if matches!(request, Request::Control(Action::StopRecording(_))) {
+        let resets = reply.accepted && matches!(request, Request::Control(Action::Reset));
+        let records = matches!(request, Request::Control(Action::StartRecording { .. }));
+        if matches!(request, Request::Control(Action::StopRecording)) {
             // The recording ends with the state in full.
             self.checkpoint();
         }
@@ -71,12 +64,12 @@ impl Stepper {
             // The start was observed when the simulation was built, so it can be observed again.
             let _ = self.publish(true.into());
             // As at the start of the run: the balance of the first steps says little, with so little energy in play.
-            self.status(self.state(), None);
+            self.status(self.phase(), None);
         }
     }
 
     /// Records an advance where it begins; its sender is answered where it ends.
-    fn answer_advance(&mut self, advance: AdvanceRequest, reply: CommandReply, reply_to: ReplyTo, stamp: Stamp) {
+    fn answer_advance(&mut self, advance: AdvanceRequest, reply: Reply, reply_to: ReplyTo, stamp: Stamp) {
         let begun =
             Answer { reply: reply.clone(), reply_to: Some(Box::new(|_| {})), request: Some(Request::Advance(advance)), stamp };
         self.send(Output::Answer(Box::new(begun)));
@@ -86,34 +79,34 @@ impl Stepper {
     /// Applies an action. Returns why it changed nothing, if so, or why it is refused.
     fn control(&mut self, action: &Action) -> Result<&'static str, String> {
         match action {
-            Action::Pause(_) if self.run.paused => {
+            Action::Pause if self.run.paused => {
                 self.finish_advance("cut short by a pause");
                 return Ok(match std::mem::take(&mut self.run.pending_single_steps) {
                     0 => "was paused already",
                     _ => "was paused already; the remaining steps are cancelled",
                 });
             }
-            Action::Resume(_) if self.stepping.pace == Pace::Lockstep => {
+            Action::Resume if self.stepping.pace == Pace::Lockstep => {
                 return Err("the pace is lockstep: steps are taken by advance, or by step".to_owned());
             }
-            Action::Resume(_) if !self.run.paused => return Ok("was running already"),
-            Action::Step(_) if !self.run.paused => return Err("steps are counted only when paused: pause first".to_owned()),
-            Action::Step(Steps { count }) if !(1..=STEPS_LIMIT).contains(count) => {
+            Action::Resume if !self.run.paused => return Ok("was running already"),
+            Action::Step { .. } if !self.run.paused => return Err("steps are counted only when paused: pause first".to_owned()),
+            Action::Step { count } if !(1..=STEPS_LIMIT).contains(count) => {
                 return Err(format!("count = {count} is not allowed: 1 to {STEPS_LIMIT}"));
             }
-            Action::Step(Steps { count }) => self.run.pending_single_steps += count,
-            Action::Pause(_) => {
+            Action::Step { count } => self.run.pending_single_steps += count,
+            Action::Pause => {
                 self.run.paused = true;
                 self.schedule.next_status = Duration::ZERO;
             }
-            Action::Resume(_) => {
+            Action::Resume => {
                 self.run.paused = false;
                 self.restart(self.session_s());
             }
-            Action::Reset(_) => self.reset()?,
-            Action::Stop(_) => self.run.stopping = true,
-            Action::Set(_) | Action::Level(_) => return Err("the scene cannot be changed here".to_owned()),
-            Action::StartRecording(_) | Action::StopRecording(_) => {}
+            Action::Reset => self.reset()?,
+            Action::Stop => self.run.stopping = true,
+            Action::Set { .. } | Action::Level { .. } => return Err("the scene cannot be changed here".to_owned()),
+            Action::StartRecording { .. } | Action::StopRecording => {}
         }
         Ok("")
     }

@@ -4,12 +4,11 @@ use std::time::{Duration, Instant};
 
 use super::parts::StepCost;
 use super::{BURST, Ending, Stepper};
-use crate::runtime::missed_deadlines::{StepTimings, WakeUp};
+use crate::runtime::missed_deadlines::{MissReport, StepTimings, WakeUp};
 use crate::runtime::output::Output;
 use crate::runtime::pacer::{Overrun, Pace, Pacer, WAKE_UP_PERIOD};
 use crate::runtime::realtime;
 use crate::simulation::Diverged;
-use crate::wire::Overruns;
 
 /// The deadlines of the steps of one wake-up.
 pub(super) struct WakeUpDeadlines {
@@ -130,7 +129,7 @@ impl Stepper {
         self.send_overruns(overruns);
     }
 
-    fn send_overruns(&mut self, overruns: Option<Box<Overruns>>) {
+    fn send_overruns(&mut self, overruns: Option<Box<MissReport>>) {
         if let Some(overruns) = overruns {
             let stamp = self.stamp();
             self.send(Output::Overruns(overruns, stamp));
@@ -197,7 +196,7 @@ mod tests {
                 assert_between(late.max_s, woke - due, clock.elapsed() - due, "the latest step");
             }
         }
-        let counts = stepper.statistics.lateness.histogram().unwrap().counts;
+        let counts = stepper.statistics.lateness.bins().unwrap().counts;
         assert_eq!(counts.iter().sum::<u64>(), 20);
     }
 
@@ -208,7 +207,7 @@ mod tests {
         let woke = watch_until(clock, MS * 4 / 10);
         stepper.step(WakeUp { woke, ..WakeUp::default() });
         let done = clock.elapsed();
-        let counts = stepper.statistics.lateness.histogram().unwrap().counts;
+        let counts = stepper.statistics.lateness.bins().unwrap().counts;
         let late = stepper.statistics.lateness.quantiles().unwrap();
         assert_eq!(counts.iter().sum::<u64>(), 5, "each is counted");
         assert_between(late.max_s, woke, done, "the first, due at once");

@@ -6,9 +6,8 @@ use super::{CHECKPOINT_PERIOD_S, Stepper};
 use crate::runtime::duration_histogram::DurationHistogram;
 use crate::runtime::output::Output;
 use crate::runtime::pacer::Pace;
-use crate::runtime::status::{RunStatus, SolverCounts};
+use crate::runtime::status::{RunPhase, RunStatus, SolverCounts};
 use crate::simulation::{Checkpoint, EnergyVerdict, PerTelemetry, PublishRate, SetpointState, Stamp};
-use crate::wire::status::State;
 
 /// Wall time between two status messages.
 pub const STATUS_PERIOD: Duration = Duration::from_millis(500);
@@ -18,7 +17,7 @@ const STATUS_RATE: PublishRate = PublishRate::Hz(2.0);
 impl Stepper {
     pub(super) fn status_if_due(&mut self) {
         if self.clock.elapsed() >= self.schedule.next_status {
-            self.status(self.state(), None);
+            self.status(self.phase(), None);
         }
     }
 
@@ -31,7 +30,7 @@ impl Stepper {
             return;
         }
         let begun = self.clock.elapsed();
-        self.status(self.state(), None);
+        self.status(self.phase(), None);
         self.deadlines.timings.sending += self.clock.elapsed().saturating_sub(begun);
     }
 
@@ -44,18 +43,18 @@ impl Stepper {
         }
     }
 
-    pub(super) fn state(&self) -> State {
-        if self.run.paused { State::Paused } else { State::Running }
+    pub(super) fn phase(&self) -> RunPhase {
+        if self.run.paused { RunPhase::Paused } else { RunPhase::Running }
     }
 
-    pub(super) fn status(&mut self, state: State, message: Option<String>) {
+    pub(super) fn status(&mut self, phase: RunPhase, message: Option<String>) {
         self.report_missed_samples();
         let now = self.clock.elapsed();
         self.schedule.next_status = now + STATUS_PERIOD;
-        let summary = |durations: &DurationHistogram| durations.quantiles().zip(durations.histogram());
+        let summary = |durations: &DurationHistogram| durations.quantiles().zip(durations.bins());
         let status = RunStatus {
             stamp: self.stamp(),
-            state,
+            phase,
             message: message.or_else(|| self.warning()),
             real_time_factor: if self.run.paused { None } else { self.deadlines.pacer.real_time_factor(now, self.session_s()) },
             lateness: summary(&self.statistics.lateness),

@@ -9,11 +9,10 @@ use std::time::{Duration, Instant};
 use super::Stepper;
 use super::changes::{GOVERNED, changed_reply};
 use super::parts::StepCost;
-use crate::runtime::command::Request;
+use crate::runtime::command::{Action, Request};
 use crate::runtime::slowdown::Slowdown;
 use crate::runtime::step_worker::{StepWorker, TakeStep, TakenStep};
 use crate::simulation::{Checkpoint, Diverged, Effective, Simulation, Stamp};
-use crate::wire::{self, control::Action};
 
 /// The thread that computes the steps of the level in force, and the state of the spare.
 pub(super) struct Spare {
@@ -226,7 +225,7 @@ impl Stepper {
         let name = ladder.name(ladder.present()).to_owned();
         let Some(began) = spare.began.clone() else { return };
         let reply = changed_reply(String::new(), format!("{GOVERNED}more than {limit:.2?}"), trial.effective, trial.changed_j);
-        let request = Request::Control(Action::Level(wire::Level { name }));
+        let request = Request::Control(Action::Level { name });
         self.tell_change_at((trial.stamp, began), reply, None, request);
     }
 }

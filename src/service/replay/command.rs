@@ -2,8 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use crate::runtime::ReplyTo;
-use crate::wire::{CommandReply, Next, Rate, Seek, replay_control};
+use crate::runtime::{Reply, ReplyTo};
+use crate::wire::{Next, Rate, Seek, replay_control};
 
 /// Allowed rates of a replay, recorded seconds per second.
 pub const RATES: RangeInclusive<f64> = 1e-3..=1e6;
@@ -86,5 +86,5 @@ impl ReplayCommand {
 
 /// Replies with a refusal.
 pub(super) fn refuse(id: String, reason: String, reply: ReplyTo) {
-    reply(CommandReply { id, reason, ..CommandReply::default() }.into());
+    reply(Reply::refused(id, reason).into());
 }

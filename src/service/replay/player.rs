@@ -15,12 +15,11 @@ use super::timeline::Timeline;
 use super::{ReplayOptions, ReplayReport, ReplayViewer};
 use crate::bus::{Name, ServiceEndpoint, Session, Topic, client, subscribed_sessions};
 use crate::recording::{RecordedMessage, RecordingFile};
-use crate::runtime::{DeadlineWait, DurationHistogram, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
+use crate::runtime::{DeadlineWait, DurationHistogram, Reply, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
 use crate::service::status::with_lateness;
 use crate::service::{OnStatus, ServiceError};
-use crate::wire::{
-    self, AppliedCommand, CommandReply, Control, Setpoint, Status, TorquePulse, applied_command::Command, status::State,
-};
+use crate::simulation::Effective;
+use crate::wire::{self, AppliedCommand, Control, Setpoint, Status, TorquePulse, applied_command::Command, status::State};
 
 /// Busy-waiting time before a deadline: about as much as a sleep ends late on a quiet machine.
 const SPIN: Duration = Duration::from_micros(100);
@@ -244,8 +243,8 @@ impl<'a> Player<'a> {
         let kind = action.kind();
         match self.apply(action)? {
             Ok(reason) => {
-                let at_s = self.position_s();
-                let answer = CommandReply { id, accepted: true, reason, effective_sim_time_s: at_s, ..CommandReply::default() };
+                let effective = Effective { step: 0, sim_time_s: self.position_s() };
+                let answer = Reply { reason, ..Reply::accepted(id, effective) };
                 self.replies.insert(&answer, Some(kind));
                 reply(answer.into());
             }

@@ -107,7 +107,7 @@ fn regress_a_step_that_takes_too_long_is_taken_by_the_spare() {
     assert!(matches!(&messages[place - 1], Output::Scene(scene) if scene.scene.level == 1));
     let Output::Answer(answer) = &messages[place] else { unreachable!() };
     let reply = &answer.reply;
-    assert_eq!((reply.effective_step, reply.changed_j, answer.stamp.step), (6, Some(changed_j), 5));
+    assert_eq!((reply.effective.step, reply.changed_j, answer.stamp.step), (6, Some(changed_j), 5));
     assert_eq!(reply.reason, "a step took more than 160.00ms");
     assert!(matches!(&messages[place + 1], Output::Checkpoint(state, stamp) if **state == changed && stamp.step == 5));
     reference.step().unwrap();
@@ -205,7 +205,7 @@ fn regress_the_governor_goes_on_to_a_cheaper_level_while_a_step_given_up_is_comp
 fn regress_a_commanded_level_ends_the_wish_of_the_governor() {
     let (mut stepper, _outputs) = stepper(prolonged_by(None));
     stepper.levels.wanted = Some((1, Duration::ZERO));
-    command(&mut stepper, Request::Control(Action::Level(wire::Level { name: "rough".to_owned() })));
+    command(&mut stepper, Request::Control(Action::Level { name: "rough".to_owned() }));
     wake(&mut stepper);
     assert_eq!((level(&stepper), stepper.levels.wanted), (2, None));
 }
@@ -216,9 +216,9 @@ fn regress_changes_wait_for_the_step_that_was_given_up() {
     wake(&mut stepper);
     assert_eq!(level(&stepper), 1);
     // Any other level is free.
-    command(&mut stepper, Request::Control(Action::Level(wire::Level { name: "rough".to_owned() })));
+    command(&mut stepper, Request::Control(Action::Level { name: "rough".to_owned() }));
     assert_eq!((level(&stepper), stepper.levels.waiting.len()), (2, 0));
-    command(&mut stepper, Request::Control(Action::Level(wire::Level { name: "good".to_owned() })));
+    command(&mut stepper, Request::Control(Action::Level { name: "good".to_owned() }));
     wake(&mut stepper);
     assert_eq!((level(&stepper), stepper.levels.waiting.len()), (2, 1));
     permit.send(()).unwrap();

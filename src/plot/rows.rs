@@ -1,0 +1,99 @@
+//! The rows of a table as curves: one line, several lines, or points.
+
+use std::ops::Range;
+
+use indexmap::IndexMap;
+
+use super::selection::SIMULATED_TIME;
+use crate::study::Table;
+
+/// Most curves of one table: more would look alike.
+const MOST: usize = 28;
+
+/// The way that the rows of a table are drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Rows {
+    /// One line through all.
+    Line,
+    /// Several lines: names in the legend, and rows.
+    Curves(Vec<(String, Vec<usize>)>),
+    /// Points: the rows have no order.
+    Points,
+}
+
+impl Rows {
+    /// The rows of `y` over `x`: a curve for each ratio of a table from `cycle`. Otherwise one line if `x` rises or falls from row to
+    /// row, or a curve for each word of a column if it does so within the rows of each word.
+    pub fn of(table: &Table, x: &str, y: &str) -> Self {
+        let ratios = ratios(table).map(runs).filter(|runs| runs.len() > 1 && x != "ratio" && y != "ratio");
+        match ratios {
+            Some(runs) => {
+                let curve = |(ratio, rows): (f64, Range<usize>)| (format!("λ = {ratio}"), rows.collect::<Vec<usize>>());
+                Rows::Curves(runs.into_iter().map(curve).collect())
+            }
+            None => Rows::in_order(table, x),
+        }
+    }
+
+    /// The rows by the order of `x`, or of the first column: rows in the order of time may draw a path.
+    fn in_order(table: &Table, x: &str) -> Self {
+        let names = [Some(x), numbers(table).next()];
+        let orders: Vec<&[f64]> = names.into_iter().flatten().filter_map(|name| table.column(name)).collect();
+        // Rows of a recording follow one another, also where a reset has begun the time again.
+        let is_recorded = table.column(SIMULATED_TIME).is_some();
+        if is_recorded || orders.iter().any(|order| is_monotone(order.iter().copied())) {
+            return Rows::Line;
+        }
+        let fits = |curves: &IndexMap<&str, Vec<usize>>| {
+            let part = |order: &[f64], rows: &[usize]| is_monotone(rows.iter().filter_map(|row| order.get(*row).copied()));
+            // A name for each row tells no curves apart.
+            let few = curves.len() <= MOST && 2 * curves.len() <= table.rows();
+            few && orders.iter().any(|order| curves.values().all(|rows| part(order, rows)))
+        };
+        match table.word_columns().map(|(_, words)| by_word(words)).find(fits) {
+            Some(curves) => Rows::Curves(curves.into_iter().map(|(word, rows)| (word.to_owned(), rows)).collect()),
+            None => Rows::Points,
+        }
+    }
+}
+
+/// Names of the columns with numbers. The ratios that curves are named after are no data.
+pub(super) fn numbers(table: &Table) -> impl Iterator<Item = &str> {
+    let is_named_after = ratios(table).is_some();
+    let has_numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
+    let is_data = move |name: &str| name != "ratio" || !is_named_after;
+    table.columns().filter(move |(name, values)| is_data(name) && has_numbers(values)).map(|(name, _)| name)
+}
+
+/// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.
+fn ratios(table: &Table) -> Option<&[f64]> {
+    table.column("ratio").filter(|ratios| runs(ratios).iter().any(|(_, rows)| rows.len() > 1))
+}
+
+/// Rows with the same value, in succession.
+pub(super) fn runs(values: &[f64]) -> Vec<(f64, Range<usize>)> {
+    let mut runs: Vec<(f64, Range<usize>)> = Vec::new();
+    for (row, value) in values.iter().enumerate() {
+        match runs.last_mut() {
+            Some((of, rows)) if of.to_bits() == value.to_bits() => rows.end = row + 1,
+            _ => runs.push((*value, row..row + 1)),
+        }
+    }
+    runs
+}
+
+/// The rows of every word.
+fn by_word(words: &[String]) -> IndexMap<&str, Vec<usize>> {
+    let mut rows: IndexMap<&str, Vec<usize>> = IndexMap::new();
+    for (row, word) in words.iter().enumerate() {
+        rows.entry(word.as_str()).or_default().push(row);
+    }
+    rows
+}
+
+/// Whether values rise from each to the next, or fall from each to the next. Gaps are passed over.
+fn is_monotone(values: impl Iterator<Item = f64>) -> bool {
+    let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    let pairs = || values.windows(2);
+    pairs().all(|pair| pair[0] < pair[1]) || pairs().all(|pair| pair[0] > pair[1])
+}

@@ -1,0 +1,101 @@
+//! What-if: with steps of other sizes, and where its recording cannot be written.
+
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use common::rewritten::{as_is, rewritten};
+use common::{Listener, Outcome, Service, scene};
+use flexcrank::bus::{Topic, client};
+use flexcrank::resimulation::{Change, Finding, LossReason, RecordedSession, Verification, WhatIfOutcome, verify, what_if};
+use flexcrank::runtime::Pace;
+use flexcrank::scene::{SceneSource, builtin};
+use flexcrank::simulation::PublishRate;
+use flexcrank::wire::{self, control::Action};
+
+/// Re-simulates a recording with another scene, and verifies the result.
+fn changed(file: &Path, name: &str, change: &str) -> Outcome<(WhatIfOutcome, Verification)> {
+    let path = file.with_file_name(name);
+    let change = Change { overrides: vec![change.to_owned()], ..Change::default() };
+    let outcome = what_if(&RecordedSession::open(file)?, &change, &path, &|_| {})?;
+    let verified = verify(&RecordedSession::open(&path)?, &|_, _| {})?;
+    Ok((outcome, verified))
+}
+
+/// The samples are at times that no rate describes: those of the original, every 3 or 4 ms, that the steps reach.
+#[test]
+fn regress_a_what_if_with_other_steps_is_verified_and_compared_by_time() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Max, Some(2.0), PublishRate::Hz(300.0))?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run.mcap");
+    for step_s in ["5e-4", "2e-3", "3e-3", "7e-4"] {
+        let (outcome, verified) = changed(&file, &format!("{step_s}.mcap"), &format!("solver.step_s={step_s}"))?;
+        assert_eq!(verified.findings, [], "{step_s}");
+        assert!(verified.recomputed.messages > 100, "{step_s}: {}", verified.recomputed.messages);
+        let first = outcome.deviation.first.ok_or("no deviation")?;
+        let name = first.field.as_ref().map(|field| field.name.as_str()).unwrap_or_default();
+        assert!(!name.is_empty() && !name.starts_with("stamp."), "{step_s}: {first}");
+    }
+    let (outcome, verified) = changed(&file, "same.mcap", "solver.step_s=1e-3")?;
+    assert_eq!((outcome.deviation.first, verified.findings), (None, vec![]));
+    Ok(())
+}
+
+/// The level keeps its name, and loses its step.
+#[test]
+fn regress_a_what_if_without_the_step_of_a_level_is_verified() -> Outcome {
+    let text = builtin::find("crank-slider")?.text;
+    let levels = "\n[[level]]\nname = \"fine\"\n\n[[level]]\nname = \"coarse\"\nchanges = [\"solver.step_s=0.004\"]\n";
+    let leveled = SceneSource::parse("leveled.toml", &format!("{text}{levels}"), &[])?;
+    let service = Service::start(leveled, Pace::Factor(20.0), None, PublishRate::Hz(200.0))?;
+    let listener = Listener::new(&service.client, &service.name)?;
+    for (name, heard) in [("coarse", 100), ("fine", 200)] {
+        let control = wire::Control { id: String::new(), action: Some(Action::Level(wire::Level { name: name.to_owned() })) };
+        assert!(client::control(&service.client, &service.name, &control)?.accepted);
+        listener.wait_for(Topic::Angles, heard, Duration::from_secs(60))?;
+    }
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    assert_eq!(verify(&RecordedSession::open(&file)?, &|_, _| {})?.findings, []);
+    let (_, verified) = changed(&file, "fine.mcap", "level.1.changes=[]")?;
+    assert_eq!(verified.findings, []);
+    Ok(())
+}
+
+#[test]
+fn regress_a_what_if_with_other_steps_reports_what_its_original_lacks() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Max, Some(2.0), PublishRate::Hz(300.0))?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run.mcap");
+    let less =
+        rewritten(&file, "less.mcap", &|n, message| as_is(n, message).filter(|_| !(1000..1030).contains(&n)), &str::to_owned)?;
+    for step_s in ["5e-4", "7e-4"] {
+        let (_, verified) = changed(&less, &format!("{step_s}.mcap"), &format!("solver.step_s={step_s}"))?;
+        let is_reported = verified.findings.iter().any(|finding| match finding {
+            Finding::Dropped { topic, why: LossReason::Source, .. } => topic == "angles",
+            _ => false,
+        });
+        assert!(is_reported && !verified.is_wrong(), "{step_s}: {:?}", verified.findings);
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_what_if_that_cannot_be_recorded_names_the_option_and_makes_no_folder() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");
+    let refused = |change: [&str; 2]| -> Outcome<(Option<i32>, String)> {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        command.args(["what-if", sample]).args(change).current_dir(folder.path()).stdin(Stdio::null());
+        let ended = command.output()?;
+        Ok((ended.status.code(), String::from_utf8(ended.stderr)?))
+    };
+    assert_eq!(refused(["--set", "rod.length_m=-1"])?.0, Some(2));
+    assert_eq!(std::fs::read_dir(folder.path())?.count(), 0, "no folder of recordings");
+    std::fs::write(folder.path().join("recordings"), "a file")?;
+    let (code, said) = refused(["--add-pulse", "1:1:0.1"])?;
+    assert!(code == Some(1) && said.contains("recordings: ") && said.contains("record elsewhere with --record FILE"), "{said}");
+    Ok(())
+}
