@@ -8,13 +8,11 @@
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
 mod line;
-mod pose;
 mod small_turn;
 mod tangent;
 
-use self::pose::{Pose, set_paths, set_pose};
 use crate::mechanics::chain_model::ChainModel;
-use crate::mechanics::crank_slider::{Path, Turn, along, moving};
+use crate::mechanics::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use crate::mechanics::equilibrium::{Pivot, settle};
 use crate::mechanics::joints;
 use crate::mechanics::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
@@ -24,6 +22,15 @@ use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
 
 pub use small_turn::{CarriedTurn, SmallTurn};
+
+/// A body of the chain at one crank angle.
+#[derive(Debug, Clone, Copy)]
+struct Body<const D: usize = 3> {
+    mass_kg: f64,
+    inertia_kg_m2: f64,
+    centre: Path<D>,
+    turn: Turn,
+}
 
 /// The rigid chain: a crank-slider, or one link with a free end.
 #[derive(Debug, Clone)]
@@ -52,6 +59,22 @@ impl Evaluated {
         rate_rad_per_s: f64::NAN,
         pose: Pose::NONE,
         equation: Equation { mass: 0.0, rest: 0.0, scale: 0.0 },
+    };
+}
+
+/// Everything that depends on the crank angle alone: links, then what hangs on the end.
+#[derive(Debug, Clone, Copy)]
+struct Pose<const D: usize = 3> {
+    bodies: [Body<D>; 3],
+    links: usize,
+    end: Path<D>,
+}
+
+impl<const D: usize> Pose<D> {
+    const NONE: Self = Self {
+        bodies: [Body { mass_kg: 0.0, inertia_kg_m2: 0.0, centre: [[0.0; 2]; D], turn: Turn::STILL }; 3],
+        links: 0,
+        end: [[0.0; 2]; D],
     };
 }
 
@@ -110,13 +133,6 @@ impl Rigid {
             (self.last.theta_rad, self.last.rate_rad_per_s) = (theta_rad, rate_rad_per_s);
         }
         &self.last
-    }
-
-    /// The pose evaluated last, with the third derivatives of its paths.
-    fn last_pose_in_full(&self) -> Pose<4> {
-        let mut pose = Pose::NONE;
-        set_paths(&self.chain, &mut pose, |link| self.last.pose.bodies[link].turn);
-        pose
     }
 
     fn pose<const D: usize>(&self, theta_rad: f64) -> Pose<D> {
@@ -298,9 +314,8 @@ impl Mechanism for Rigid {
 
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy {
         let [theta, rate, _] = self.state(input, q, v, a);
-        self.evaluate(theta, rate);
-        let Evaluated { pose, equation, .. } = &self.last;
-        self.energies(pose, theta, rate, equation.mass)
+        let Evaluated { pose, equation, .. } = *self.evaluate(theta, rate);
+        self.energies(&pose, theta, rate, equation.mass)
     }
 
     fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
@@ -334,6 +349,28 @@ impl Mechanism for Rigid {
 
     fn as_chain(&mut self) -> Option<&mut dyn ChainModel> {
         Some(self)
+    }
+}
+
+/// Moves the bodies to a crank angle.
+fn set_pose<const D: usize>(chain: &Chain, theta_rad: f64, pose: &mut Pose<D>) {
+    let mut at = [[0.0; 2]; D];
+    let mut turn = crank_turn(theta_rad);
+    for (index, (body, link)) in pose.bodies.iter_mut().zip(&chain.links).enumerate() {
+        if index == 1 {
+            turn = rod_turn(&turn, chain.links[0].length_m / link.length_m);
+        }
+        (body.mass_kg, body.inertia_kg_m2, body.turn) = (link.mass_kg, link.inertia_kg_m2, turn);
+        body.centre = along(&at, &turn, link.centre_of_mass_m);
+        at = along(&at, &turn, link.length_m);
+    }
+    (pose.links, pose.end) = (chain.links.len(), at);
+    if let Some(end) = pose.bodies.get_mut(pose.links) {
+        end.centre = at;
+        end.mass_kg = match &chain.end {
+            End::Free { tip_mass_kg } => *tip_mass_kg,
+            End::Slider(slider) => slider.mass_kg,
+        };
     }
 }
 

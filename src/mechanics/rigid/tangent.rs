@@ -1,7 +1,6 @@
 //! Derivatives of the equation of motion.
 
-use super::pose::Pose;
-use super::{Rigid, dot};
+use super::{Pose, Rigid, dot};
 use crate::mechanics::mechanism::Weights;
 use crate::mechanics::resistance::resistance;
 use crate::scene::End;
@@ -39,7 +38,7 @@ impl Rigid {
             tangent += w.velocity * self.viscosity(pose, rate);
         }
         if w.position != 0.0 {
-            tangent += w.position * self.stiffness(&self.last_pose_in_full(), theta, rate, acceleration);
+            tangent += w.position * self.stiffness(&self.pose(theta), theta, rate, acceleration);
         }
         tangent
     }
