@@ -53,11 +53,6 @@ impl Cli {
     }
 }
 
-/// The command line of the process, for its recording.
-pub(super) fn command_line() -> String {
-    std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
-}
-
 /// Prints help or an error of the arguments.
 fn print(error: clap::Error) -> ExitCode {
     let asked_for = !error.use_stderr();
@@ -114,8 +109,8 @@ fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Run a scene: step it, publish it, accept commands, record it. This is the default command.
-    #[command(after_help = super::run::EXAMPLES)]
-    Run(Box<super::run::Args>),
+    #[command(after_help = super::run_args::EXAMPLES)]
+    Run(Box<super::run_args::Args>),
     /// Publish a recording on the bus again, byte for byte, in order and on time.
     #[command(after_help = super::replay::EXAMPLES)]
     Replay(Box<super::replay::ReplayArgs>),
@@ -223,7 +218,7 @@ impl Command {
 
 impl Default for Command {
     fn default() -> Self {
-        Command::Run(Box::new(super::run::Args::parse_from(["run"])))
+        Command::Run(Box::new(super::run_args::Args::parse_from(["run"])))
     }
 }
 

@@ -8,11 +8,9 @@ use std::time::Duration;
 use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter as _};
 use clap_complete::env::{CompleteEnv, Shells};
 
-use super::args::Cli;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::output::output;
-use super::run::BEST;
 use crate::bus::{self, BusOptions, client};
 use crate::scene::{INTEGRATORS, MODELS, builtin};
 
@@ -21,9 +19,9 @@ const VARIABLE: &str = "FLEXCRANK_COMPLETE";
 /// Time to look for services.
 const PATIENCE: Duration = Duration::from_millis(300);
 
-/// Answers the shell and ends the process, if the shell has asked.
-pub(super) fn answer_shell() {
-    CompleteEnv::with_factory(Cli::complete_command).var(VARIABLE).complete();
+/// Answers the shell from the command line's definition and ends the process, if the shell has asked.
+pub(super) fn answer_shell(definition: fn() -> clap::Command) {
+    CompleteEnv::with_factory(definition).var(VARIABLE).complete();
 }
 
 /// Prints the script that makes a shell ask for completions.
@@ -60,11 +58,6 @@ pub(super) fn services() -> Vec<CompletionCandidate> {
 
 pub(super) fn models() -> Vec<CompletionCandidate> {
     MODELS.iter().map(|(word, _)| CompletionCandidate::new(word)).collect()
-}
-
-/// Values of `run --shadow`.
-pub(super) fn shadows() -> Vec<CompletionCandidate> {
-    models().into_iter().chain([CompletionCandidate::new(BEST)]).collect()
 }
 
 pub(super) fn integrators() -> Vec<CompletionCandidate> {

@@ -12,6 +12,7 @@ mod building;
 mod bus_args;
 mod check;
 mod client_args;
+mod command_line;
 mod completions;
 mod control;
 mod cycle;
@@ -29,6 +30,7 @@ mod linear_args;
 mod linearise;
 mod list;
 mod log;
+mod mode_figures;
 mod mode_sweep;
 mod modes;
 mod npz;
@@ -46,6 +48,7 @@ mod response;
 mod resume;
 mod ros2_args;
 mod run;
+mod run_args;
 mod run_conclusion;
 mod run_levels;
 mod sequence;
@@ -60,7 +63,7 @@ mod supervise;
 mod sweep;
 mod thesis_figures;
 mod trade;
-mod trade_levels;
+mod trade_choice;
 mod trade_modes;
 mod trade_table;
 mod values;
@@ -80,7 +83,7 @@ use signals::Interruption;
 /// Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late, 6 finished, not to be
 /// trusted (energy), 130 interrupted before the end.
 pub fn main() -> ExitCode {
-    completions::answer_shell();
+    completions::answer_shell(Cli::complete_command);
     let cli = match Cli::of_process() {
         Ok(cli) => cli,
         Err(code) => return code,
@@ -106,6 +109,7 @@ fn dispatch(cli: Cli) -> CommandResult {
         Command::Control(control) => control::control(control),
         Command::Watch(target) => watch::watch(&target),
         Command::Check(args) => check::check(&args),
+        Command::Modes(args) if args.periodic => periodic::periodic(&args),
         Command::Modes(args) => modes::modes(&args),
         Command::Info(args) => info::info(&args),
         Command::Verify(args) => verify::verify(&args),

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::modes::{damping, hertz};
+use super::mode_figures::{damping, hertz};
 use super::output::output;
 use super::signals::Interruption;
 use crate::plot;

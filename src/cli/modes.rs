@@ -15,6 +15,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_writable};
+use super::mode_figures::{damping, hertz, percent};
 use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
 use super::progress::bar;
@@ -130,9 +131,6 @@ impl Over {
 pub(super) fn modes(args: &Args) -> CommandResult {
     if let Some(name) = &args.live {
         return live(args, name);
-    }
-    if args.periodic {
-        return super::periodic::periodic(args);
     }
     let interruption = Interruption::watch()?;
     let chosen = args.subject.choose()?;
@@ -269,26 +267,6 @@ fn live(args: &Args, name: &Name) -> CommandResult {
     writeln!(output(), "{name}: step {}, t = {} s, crank turning at {turning} rad/s", found.step, shown_s(found.sim_time_s))?;
     print_modes(&found.modes)?;
     Ok(ExitStatus::Success)
-}
-
-pub(super) fn hertz(mode: &ModeReport) -> String {
-    if mode.eigenvalue_per_s == [0.0; 2] { "0".to_owned() } else { figure(mode.frequency_hz) }
-}
-
-pub(super) fn percent(part: f64) -> String {
-    format!("{:.0} %", 100.0 * part)
-}
-
-/// Damping in per cent of the critical; of what does not vibrate, its rate.
-pub(super) fn damping(mode: &ModeReport) -> String {
-    match mode.eigenvalue_per_s {
-        [0.0, 0.0] => "–".to_owned(),
-        [rate, 0.0] => format!("e^({}t)", figure(rate)),
-        // Eigenvalues are found to some 1e-9.
-        _ if mode.damping_ratio.abs() < 1e-8 => "0 %".to_owned(),
-        _ if mode.damping_ratio.abs() < 1e-4 => format!("{:.1e} %", 100.0 * mode.damping_ratio),
-        _ => format!("{:.2} %", 100.0 * mode.damping_ratio),
-    }
 }
 
 /// Prints the modes of one point.

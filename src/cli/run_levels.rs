@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 
 use super::failure::{CommandResult, Failure};
-use super::run::{Args, BEST, Overruns};
+use super::run_args::{Args, BEST, Overruns};
 use crate::runtime::Pace;
 use crate::scene::SceneSource;
 

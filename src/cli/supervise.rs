@@ -12,7 +12,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::async_runtime::runtime;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::run::Args;
+use super::run_args::Args;
 use super::service_names::NAME;
 use super::signals::interrupted;
 use crate::recording::{self, paths};

@@ -1,23 +1,20 @@
 //! `trade`: measures speed against accuracy, and chooses the cheapest settings that suffice.
 
-use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use clap::{ArgGroup, ValueEnum};
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use indicatif::ProgressBar;
-use toml_edit::{DocumentMut, Item};
 
-use super::args::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::must_be_writable;
-use super::output::{output, print_json};
+use super::output::print_json;
 use super::progress::bar;
 use super::signals::{Interruption, interruption_leaves};
-use super::trade_levels::decide_levels;
+use super::trade_choice::{decide, decide_levels};
 use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
@@ -25,10 +22,9 @@ use super::written::write_table;
 use crate::plot::{Figure, Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
-    Choice, Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, choose_levels,
-    study, table,
+    Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, choose_levels, study,
+    table,
 };
-use crate::whole_file::write_new;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -213,12 +209,12 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     if let Some(count) = args.levels {
         let levels = choose_levels(&source, &study, &demands, count, args.budget, &mut show);
         verifying.finish_and_clear();
-        return decide_levels(args, count, levels);
+        return decide_levels(args.write.as_deref(), count, levels);
     }
     let choice = choose(&source.scene, &study, &demands, args.budget, &mut show);
     verifying.finish_and_clear();
     let lost = |chosen: &Chosen| modes.as_ref().map(|modes| lost(&study, modes, &chosen.row).join("; "));
-    decide(args, &source, &choice, lost)
+    decide(args.write.as_deref(), &source, &choice, lost)
 }
 
 impl Args {
@@ -277,74 +273,6 @@ fn question(args: &Args) -> Question {
         budget_s: args.budget,
         enough: args.tolerance.map(|tolerance| 0.25 * tolerance),
     }
-}
-
-/// Prints and writes the chosen settings, or explains why none were found.
-fn decide(args: &Args, source: &SceneSource, choice: &Choice, lost: impl FnOnce(&Chosen) -> Option<String>) -> CommandResult {
-    let mut out = output();
-    match choice {
-        Err(refusal) => {
-            say!("refused: {refusal}");
-            Ok(ExitStatus::Refused)
-        }
-        Ok(chosen) => {
-            let keys = chosen.row.configuration.keys(&source.scene);
-            let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
-            writeln!(out)?;
-            lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
-            writeln!(out, "{}", sections(chosen, &keys))?;
-            write_scene(args, &copy)?;
-            Ok(ExitStatus::Success)
-        }
-    }
-}
-
-/// Writes the scene to `--write`.
-pub(super) fn write_scene(args: &Args, scene: &SceneSource) -> CommandResult<()> {
-    if let Some(path) = &args.write {
-        write_new(path, commented(scene).as_bytes()).map_err(Failure::file(path))?;
-        say!("wrote {}", path.display());
-    }
-    Ok(())
-}
-
-/// The scene with a comment on its solver that names this choice, in place of what was said of an earlier one.
-fn commented(scene: &SceneSource) -> String {
-    let Ok(mut document) = scene.text.parse::<DocumentMut>() else { return scene.text.clone() };
-    if let Some(solver) = document.get_mut("solver").and_then(Item::as_table_mut) {
-        solver.decor_mut().set_prefix(format!("\n# Chosen by `{}`.\n", command_line()));
-    }
-    document.to_string()
-}
-
-/// The settings as TOML, with their measured errors and speed.
-fn sections(chosen: &Chosen, keys: &[String]) -> String {
-    let error = chosen.row.outcome.as_ref().map_or(f64::NAN, |measured| measured.error);
-    let trial = &chosen.trial;
-    let mut text = format!(
-        "# error {:.2e} at {:.4} times real time; on another speed and pulse {:.2e} at {:.4}\n",
-        error, chosen.real_time_factor, trial.error, trial.real_time_factor
-    );
-    if let Some(error) = trial.long_energy {
-        text += &format!("# energy balance over ten minutes: {error:.2e}\n");
-    }
-    if chosen.passed_over > 0 {
-        text += &format!("# ({} cheaper ones held at first, but not when they were verified)\n", chosen.passed_over);
-    }
-    text + &tables(keys)
-}
-
-/// `TABLE.KEY=VALUE` as TOML.
-pub(super) fn tables(keys: &[String]) -> String {
-    let (mut text, mut table) = (String::new(), "");
-    for (name, rest) in keys.iter().filter_map(|key| key.split_once('.')) {
-        if name != table {
-            text += &format!("[{name}]\n");
-            table = name;
-        }
-        text += &format!("{}\n", rest.replacen('=', " = ", 1));
-    }
-    text
 }
 
 fn show(bar: &ProgressBar, progress: &Progress<'_>) {

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use clap_complete::engine::ArgValueCompleter;
 
-use super::args::command_line;
+use super::command_line::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;

@@ -1,7 +1,7 @@
 //! Models of the chain of links: pure functions and small structs; no clock, no I/O, no integrator.
 
 mod beam;
-mod chain_model;
+mod chain_line;
 pub(crate) mod crank_slider;
 mod equilibrium;
 mod finite_element;
@@ -18,10 +18,10 @@ mod rigid;
 mod rigid_bar;
 mod transfer;
 
-pub use chain_model::{ChainModel, LinkShape, Place, PlacePoint, ShapePoint};
+pub use chain_line::{LinkShape, Place, PlacePoint, ShapePoint};
 pub use finite_element::FiniteElement;
 pub use incremental::{Incremental, IncrementalState};
-pub use mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+pub use mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use super::error::PlotError;
-use super::selection::SIMULATED_TIME;
+use super::rows::SIMULATED_TIME;
 use crate::study::Table;
 
 /// Links by their names in recordings.

@@ -51,6 +51,7 @@ pub use page::{Entry, page};
 pub use panels::overlaid;
 pub use quantity::axis as quantity;
 pub use recorded::recorded;
-pub use selection::{Named, SIMULATED_TIME, figure, overview};
+pub use rows::SIMULATED_TIME;
+pub use selection::{Named, figure, overview};
 pub use time_range::{cut, recorded_time};
 pub use work_precision::work_precision;

@@ -2,7 +2,8 @@
 
 use super::band;
 use super::figure::{Axis, Figure, Mark};
-use super::selection::{Named, SIMULATED_TIME};
+use super::rows::SIMULATED_TIME;
+use super::selection::Named;
 use crate::study::Table;
 
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use indexmap::IndexMap;
 
-use super::selection::SIMULATED_TIME;
 use crate::study::Table;
 
+/// Column of the simulated time.
+pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 /// Most curves of one table: more would look alike.
 const MOST: usize = 28;
 

@@ -3,12 +3,9 @@
 use super::error::PlotError;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
 use super::quantity;
-use super::rows::{Rows, numbers};
+use super::rows::{Rows, SIMULATED_TIME, numbers};
 use crate::nearest::{columns_by_topic, nearest};
 use crate::study::Table;
-
-/// Column of the simulated time.
-pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
 
 /// A table and its name in errors.
 #[derive(Debug, Clone, Default, PartialEq)]

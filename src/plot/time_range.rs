@@ -1,7 +1,8 @@
 //! A part of the recorded time.
 
 use super::error::PlotError;
-use super::selection::{Named, SIMULATED_TIME};
+use super::rows::SIMULATED_TIME;
+use super::selection::Named;
 use crate::shown::shown_s;
 use crate::study::Table;
 

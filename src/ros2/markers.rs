@@ -1,7 +1,6 @@
 //! Markers: the mechanism as shapes for RViz, the same as those of scene updates.
 
 use super::cdr::{Value, message};
-use super::messages::vector;
 use crate::wire::foxglove::{Color, Point3, Pose, Vector3};
 use crate::wire::{Displacements, scene_update};
 
@@ -80,4 +79,9 @@ impl Shape {
             false,
         ]
     }
+}
+
+/// A point or vector in the plane of the mechanism.
+pub(super) fn vector([x, y]: [f64; 2]) -> Value {
+    message![x, y, 0.0]
 }

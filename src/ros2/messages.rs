@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cdr::{Value, message};
-use super::markers::markers;
+use super::markers::{markers, vector};
 use super::types::RosType;
 use crate::wire::status::{EnergyVerdict, State};
 use crate::wire::{Angles, Displacements, LinkAngle, Loads, Message, NodeState, Stamp, Status, by_link};
@@ -238,9 +238,4 @@ fn time(seconds: f64) -> Value {
     let nanoseconds = if nanoseconds.is_finite() { nanoseconds as u64 } else { 0 };
     let whole = i32::try_from(nanoseconds / 1_000_000_000).unwrap_or(i32::MAX);
     message![whole, u32::try_from(nanoseconds % 1_000_000_000).unwrap_or(0)]
-}
-
-/// A point or vector in the plane of the mechanism.
-pub(super) fn vector([x, y]: [f64; 2]) -> Value {
-    message![x, y, 0.0]
 }

@@ -8,6 +8,7 @@ mod ending;
 mod parts;
 mod reporting;
 mod spare;
+mod step_cost;
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError};

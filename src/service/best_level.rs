@@ -4,17 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Builder;
-use std::time::{Duration, Instant};
-
-use prost::Message as _;
+use std::time::Duration;
 
 use super::applied::applied;
-use super::output_worker::OutputWorker;
 use crate::mechanics::Observation;
 use crate::resimulation::{BestLevelRun, LostTrack};
 use crate::runtime::{Answer, ModelDifference, Output, yield_to_others};
 use crate::simulation::Stamp;
-use crate::wire::{self, AppliedCommand, Topic};
+use crate::wire::AppliedCommand;
 
 /// Events that wait for the thread; while there are so many, no further state is compared.
 const MOST_STATES: usize = 4096;
@@ -59,7 +56,7 @@ impl BestLevelThread {
     }
 
     /// Passes on what the run has done. Never waits.
-    fn take(&mut self, output: &Output, step_s: f64) {
+    pub(super) fn take(&mut self, output: &Output, step_s: f64) {
         let waiting = self.waiting.load(Ordering::Relaxed);
         let event = match output {
             Output::Answer(answer) => of_answer(answer).map(|command| Event::Command(Box::new(command), step_s)),
@@ -79,13 +76,18 @@ impl BestLevelThread {
         }
     }
 
+    /// The run has ended: no further event comes.
+    pub(super) fn end(&mut self) {
+        self.events = None;
+    }
+
     fn lose(&mut self, why: String) {
         tracing::warn!("{why}");
         self.lost = Some(why);
     }
 
     /// The next difference, waiting for at most `patience`; `None` if there is none yet, or none any more.
-    fn next(&mut self, patience: Duration) -> Option<(ModelDifference, Stamp)> {
+    pub(super) fn next(&mut self, patience: Duration) -> Option<(ModelDifference, Stamp)> {
         match self.differences.recv_timeout(patience) {
             Ok(Ok(difference)) => Some(difference),
             Ok(Err(lost)) => {
@@ -124,36 +126,5 @@ fn follow(
         if lost || !told {
             return;
         }
-    }
-}
-
-impl OutputWorker {
-    /// Lets the shadow at the best level follow, if there is one, and publishes the differences that it has found.
-    pub(super) fn follow_at_best_level(&mut self, output: &Output) {
-        let step_s = self.in_force.scene.source.scene.solver.step_s;
-        let Some(thread) = &mut self.beside.best_level else { return };
-        thread.take(output, step_s);
-        while let Some((difference, stamp)) = self.beside.best_level.as_mut().and_then(|thread| thread.next(Duration::ZERO)) {
-            self.send_difference(&difference, &stamp);
-        }
-    }
-
-    /// Publishes the last differences, at the end of the run: those that are found within `patience`.
-    pub(super) fn finish_best_level(&mut self, patience: Duration) {
-        let until = Instant::now() + patience;
-        let Some(thread) = &mut self.beside.best_level else { return };
-        thread.events = None;
-        let mut next = || {
-            let thread = self.beside.best_level.as_mut()?;
-            thread.next(until.saturating_duration_since(Instant::now()))
-        };
-        let rest: Vec<(ModelDifference, Stamp)> = std::iter::from_fn(&mut next).collect();
-        rest.iter().for_each(|(difference, stamp)| self.send_difference(difference, stamp));
-    }
-
-    /// Publishes a difference: after the messages that are there already, with the stamp of the state that it is of.
-    fn send_difference(&mut self, difference: &ModelDifference, stamp: &Stamp) {
-        let now = self.last_stamp.unwrap_or(*stamp);
-        self.send(Topic::Shadow, &now, || wire::shadow(difference, stamp).encode_to_vec());
     }
 }

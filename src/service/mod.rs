@@ -4,6 +4,7 @@ mod advance_answers;
 mod applied;
 mod beside;
 mod best_level;
+mod best_level_output;
 mod burst;
 mod drop_ledger;
 mod error;

@@ -1,7 +1,6 @@
 //! The torque on the pivot: constant torque and pulses of the scene, pulses and setpoints commanded from outside, and the impulse
 //! they deliver.
 
-use super::SHORTEST_PART;
 use super::build;
 use super::drive::Torque;
 use super::error::PulseRefused;
@@ -42,6 +41,9 @@ impl PulseRequest {
     }
 }
 
+/// A part of a step is no shorter than this part of it.
+pub(super) const SHORTEST_PART: f64 = 1e-6;
+
 /// Angular impulse delivered since the mean torque was last taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DeliveredImpulse {
@@ -49,6 +51,13 @@ pub struct DeliveredImpulse {
     pub impulse_nm_s: f64,
     /// Simulated time over which it was delivered, s.
     pub over_s: f64,
+}
+
+impl DeliveredImpulse {
+    /// Mean torque, N·m; `None` if no time has passed.
+    fn mean_nm(self) -> Option<f64> {
+        (self.over_s > 0.0).then(|| self.impulse_nm_s / self.over_s)
+    }
 }
 
 /// The torque of a scene, with all pulses that wait or act.
@@ -62,7 +71,7 @@ pub(super) struct Load {
     pub setpoint: SetpointState,
     pub delivered: DeliveredImpulse,
     /// Impulse since the last mark, which no sample ends.
-    pub marked: DeliveredImpulse,
+    marked: DeliveredImpulse,
     /// Whether the integrator weighs its stages evenly about the step's middle, so that the torque may rise over the step.
     pub uses_torque_slope: bool,
     /// Whether a step ends at the edge of a torque. Otherwise a torque with an edge inside a step is spread over it.
@@ -208,7 +217,16 @@ impl Load {
 
     /// Mean torque since this was last called, N·m; `None` if no time has passed.
     pub(super) fn take_mean_nm(&mut self) -> Option<f64> {
-        let DeliveredImpulse { impulse_nm_s, over_s } = std::mem::take(&mut self.delivered);
-        (over_s > 0.0).then(|| impulse_nm_s / over_s)
+        std::mem::take(&mut self.delivered).mean_nm()
+    }
+
+    /// Begins the period of [`Load::mean_since_mark_nm`].
+    pub(super) fn mark(&mut self) {
+        self.marked = DeliveredImpulse::default();
+    }
+
+    /// Mean torque since the mark, N·m; `None` if no time has passed.
+    pub(super) fn mean_since_mark_nm(&self) -> Option<f64> {
+        self.marked.mean_nm()
     }
 }

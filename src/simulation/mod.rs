@@ -60,14 +60,12 @@ use crate::scene::{Scene, Solver};
 use drive::DriveLaw;
 use engine::Engine;
 use ledger::Ledger;
-use load::Load;
+use load::{Load, SHORTEST_PART};
 
 /// A step that fails is halved this many times before the simulation gives up.
 const HALVINGS: u32 = 4;
 /// Most parts into which the edges of pulses cut a step: a flood of pulses must not make steps late.
 const MOST_PARTS: usize = 5;
-/// A part of a step is no shorter than this part of it.
-const SHORTEST_PART: f64 = 1e-6;
 
 /// When a command takes effect.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

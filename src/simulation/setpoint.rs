@@ -2,7 +2,7 @@
 
 use super::error::PulseRefused;
 use super::pulses;
-use super::{DeliveredImpulse, Effective, Simulation};
+use super::{Effective, Simulation};
 use crate::scene::{Pulse, PulseShape};
 
 /// Shortest hold of a commanded setpoint, s.
@@ -113,13 +113,12 @@ impl Simulation {
 
     /// Begins the period of [`Simulation::mean_torque_since_mark_nm`].
     pub fn mark_torque(&mut self) {
-        self.load.marked = DeliveredImpulse::default();
+        self.load.mark();
     }
 
     /// Mean torque since the mark, N·m; of a prescribed motion, the torque that it needed when it was observed last.
     pub fn mean_torque_since_mark_nm(&self) -> f64 {
-        let DeliveredImpulse { impulse_nm_s, over_s } = self.load.marked;
-        let mean_nm = if over_s > 0.0 { impulse_nm_s / over_s } else { self.law.torque.mean_nm };
+        let mean_nm = self.load.mean_since_mark_nm().unwrap_or(self.law.torque.mean_nm);
         self.observed.last.motion_torque_nm.unwrap_or(mean_nm)
     }
 

@@ -37,6 +37,7 @@ mod spectrum;
 mod state_space;
 #[cfg(test)]
 mod state_space_tests;
+mod steady_state;
 mod step_map;
 mod subject;
 mod sweep;

@@ -5,39 +5,13 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector, Matrix2, SVD, Vector2};
 
 use super::error::FloquetError;
+pub use super::lap::Cycle;
 use super::lap::{Lap, crank_row, lap};
 use super::linear::set_torque;
 use super::periodic::PeriodicSystem;
 use super::scheme::Scheme;
 use super::variation::{TIGHT, Trajectory};
 use crate::integrate::NewtonSettings;
-
-/// A period, divided into equal steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cycle {
-    /// T.
-    pub period_s: f64,
-    /// N, with `N h = T`.
-    pub steps: u32,
-}
-
-impl Cycle {
-    /// The division whose step is nearest to `step_s`.
-    pub fn near(period_s: f64, step_s: f64) -> Self {
-        let steps = (period_s / step_s).round().clamp(1.0, f64::from(u32::MAX));
-        Self { period_s, steps: steps as u32 }
-    }
-
-    /// `h = T/N`.
-    pub fn step_s(&self) -> f64 {
-        self.period_s / f64::from(self.steps)
-    }
-
-    fn check(&self) -> Result<(), FloquetError> {
-        let usable = self.period_s.is_finite() && self.period_s > 0.0 && self.steps > 0;
-        if usable { Ok(()) } else { Err(FloquetError::NoPeriod) }
-    }
-}
 
 /// Where the search for a periodic motion begins.
 #[derive(Debug, Clone, PartialEq)]
@@ -152,7 +126,7 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
             let a = trajectory.accelerations(system, 0.0, &guess.q, &guess.v);
             carried.extend(a.map_err(|source| FloquetError::Step { time_s: 0.0, source })?);
         }
-        let held = crank_row(system, guess).map(|row| (row, DVector::from_column_slice(&guess.q)));
+        let held = crank_row(system, &guess.q).map(|row| (row, DVector::from_column_slice(&guess.q)));
         let lap = lap(system, &mut trajectory, cycle, &carried)?;
         carried.extend(system.torque_nm().copied());
         let x = DVector::from_vec(carried);

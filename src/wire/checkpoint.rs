@@ -1,5 +1,6 @@
 //! Checkpoints as messages, and back.
 
+use super::commands::pulse_shape;
 use super::{ActivePulse, ActiveSetpoint, BadCommand};
 use crate::mechanics::Energy;
 use crate::scene::Pulse;
@@ -50,7 +51,7 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
     let stamp = message.stamp.unwrap_or_default();
     let pulse = |pulse: &ActivePulse| {
         let ActivePulse { start_s, torque_nm, duration_s, .. } = *pulse;
-        Ok(Pulse { start_s, torque_nm, duration_s, shape: super::pulse_shape(pulse.shape)? })
+        Ok(Pulse { start_s, torque_nm, duration_s, shape: pulse_shape(pulse.shape)? })
     };
     Ok(Checkpoint {
         step: stamp.step,

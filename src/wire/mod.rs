@@ -11,7 +11,6 @@ mod telemetry;
 mod topic;
 
 pub use checkpoint::{checkpoint, recorded_checkpoint};
-use commands::pulse_shape;
 pub use commands::{
     BadCommand, advance_message, advance_request, pulse_message, pulse_request, replay_action, setpoint_message,
     setpoint_request, shape,

@@ -1,4 +1,4 @@
-//! What a running simulator reports, as messages: replies, actions, missed deadlines, histograms, differences to a second model.
+//! Reports of a running simulator as messages: replies, actions, missed deadlines, histograms, differences to a second model.
 
 use super::control::Action as ActionMessage;
 use super::status::State;

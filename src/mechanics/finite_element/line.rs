@@ -5,8 +5,8 @@ use nalgebra::Vector2;
 use super::FiniteElement;
 use super::member::Member;
 use super::motion::Window;
-use crate::mechanics::chain_model::{ChainModel, LinkShape, Place, PlacePoint};
-use crate::mechanics::mechanism::Input;
+use crate::mechanics::chain_line::{LinkShape, Place, PlacePoint};
+use crate::mechanics::mechanism::{ChainModel, Input};
 
 /// A place in its element: the element's slots and what multiplies them.
 struct Spot {

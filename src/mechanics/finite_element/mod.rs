@@ -62,9 +62,8 @@ use self::member::Member;
 use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
-use super::chain_model::ChainModel;
 use super::last_state::LastState;
-use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene::Chain;
 

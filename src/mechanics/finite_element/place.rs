@@ -12,7 +12,7 @@ use super::FiniteElement;
 use super::hub;
 use super::member::{Member, windows};
 use super::strain::Middle;
-use crate::mechanics::chain_model::{LinkShape, ShapePoint};
+use crate::mechanics::chain_line::{LinkShape, ShapePoint};
 use crate::mechanics::mechanism::Input;
 use crate::scene::End;
 

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use super::chain::{Chain, ChordAngle, LinkForces};
 use super::observe::Observer;
 use super::tangent::Tangent;
-use crate::mechanics::chain_model::ChainModel;
 use crate::mechanics::last_state::LastState;
-use crate::mechanics::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::mechanics::observation::{Energy, Observation};
 use crate::scene;
 

@@ -6,8 +6,8 @@ use super::chain::{Chain, ChordAngle, LinkForces};
 use super::fitted::Fitted;
 use super::link::Link;
 use super::plane::{Vector, add, add_scaled, quarter, scale};
-use crate::mechanics::chain_model::{ChainModel, LinkShape, Place, PlacePoint};
-use crate::mechanics::mechanism::Input;
+use crate::mechanics::chain_line::{LinkShape, Place, PlacePoint};
+use crate::mechanics::mechanism::{ChainModel, Input};
 
 /// Rounds of the projection on the shape functions. Each lessens the error of the quadrature by orders of magnitude.
 const ROUNDS: usize = 3;

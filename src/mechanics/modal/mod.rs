@@ -47,8 +47,7 @@ mod tangent;
 mod values;
 mod variation;
 
-use super::chain_model::ChainModel;
-use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 use fitted::Fitted;

@@ -1,9 +1,9 @@
 //! The chain as a line in motion: see [`ChainModel`].
 
 use super::{Rigid, dot, turning};
-use crate::mechanics::chain_model::{ChainModel, LinkShape, Place, PlacePoint};
+use crate::mechanics::chain_line::{LinkShape, Place, PlacePoint};
 use crate::mechanics::crank_slider::{Path, along};
-use crate::mechanics::mechanism::Input;
+use crate::mechanics::mechanism::{ChainModel, Input};
 
 impl Rigid {
     /// The path of a place and the direction of its link, at the angle evaluated last.

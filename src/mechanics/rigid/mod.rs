@@ -11,11 +11,10 @@ mod line;
 mod small_turn;
 mod tangent;
 
-use crate::mechanics::chain_model::ChainModel;
 use crate::mechanics::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use crate::mechanics::equilibrium::{Pivot, settle};
 use crate::mechanics::joints;
-use crate::mechanics::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
 use crate::mechanics::observation::{Energy, NodeObservation, Observation};
 use crate::mechanics::resistance::resistance_n;
 use crate::mechanics::rigid_bar::RigidBar;

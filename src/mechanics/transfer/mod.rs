@@ -32,8 +32,8 @@ mod stations;
 #[cfg(test)]
 mod tests;
 
-use super::chain_model::{ChainModel, LinkShape, PlacePoint, ShapePoint};
-use super::mechanism::{Input, Mechanism, Weights};
+use super::chain_line::{LinkShape, PlacePoint, ShapePoint};
+use super::mechanism::{ChainModel, Input, Mechanism, Weights};
 use crate::scene::{Chain, End};
 use stations::Stations;
 

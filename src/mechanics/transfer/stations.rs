@@ -1,6 +1,6 @@
 //! Places with masses that stand for those of the chain, and places where its shape is looked at.
 
-use crate::mechanics::chain_model::{LinkShape, Place, PlacePoint, ShapePoint};
+use crate::mechanics::chain_line::{LinkShape, Place, PlacePoint, ShapePoint};
 use crate::scene::{Chain, End, Link};
 
 /// Gauss's four points on (0, 1) and their weights: exact to the seventh degree, where the inertia of a cubic has the sixth.

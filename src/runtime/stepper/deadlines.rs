@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::parts::StepCost;
+use super::step_cost::StepCost;
 use super::{BURST, Ending, Stepper};
 use crate::runtime::missed_deadlines::{MissReport, StepTimings, WakeUp};
 use crate::runtime::output::Output;

@@ -60,15 +60,6 @@ impl Deadlines {
     }
 }
 
-/// Time that a step took.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct StepCost {
-    /// Until the step was done.
-    pub wall: Duration,
-    /// In the solver of the level that is in force afterwards.
-    pub own: Duration,
-}
-
 /// Statistics over the whole run.
 pub(super) struct Statistics {
     pub lateness: DurationHistogram,

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::Stepper;
 use super::changes::{GOVERNED, changed_reply};
-use super::parts::StepCost;
+use super::step_cost::StepCost;
 use crate::runtime::command::{Action, Request};
 use crate::runtime::slowdown::Slowdown;
 use crate::runtime::step_worker::{StepWorker, TakeStep, TakenStep};

@@ -1,27 +1,23 @@
 //! Finds the number of Newton corrections that suffices for steps of fixed cost: see [`FixedCost`](crate::integrate::FixedCost).
 
+mod error;
+mod limits;
 mod trial;
 
 use std::fmt;
 
 use crate::scene::Scene;
-use crate::simulation::{BuildError, Diverged, PulseRefused, PulseRequest};
+use crate::simulation::{Diverged, PulseRequest};
 use crate::study::trade::usual_until_s;
+pub use error::NotRated;
+use limits::{LARGEST_TOLERANCE, MOST_CORRECTIONS, MOST_LEFT, SMALLEST_TOLERANCE};
 pub use trial::TrialErrors;
 use trial::{Trial, Window, test_pulse};
 
 /// The iteration may add this part of the time step's own error.
 pub const PART: f64 = 0.1;
-/// Most corrections in a stage, and the number that stands for a converged iteration.
-const MOST: usize = 20;
 /// A step is counted as unconverged if it leaves this many times the most that any step of the trials left.
 const MARGIN: f64 = 10.0;
-/// Largest tolerance of a scene.
-const LARGEST_TOLERANCE: f64 = 1e-2;
-/// The most that a step of the trials may leave.
-const MOST_LEFT: f64 = 0.25 * LARGEST_TOLERANCE;
-/// Smallest tolerance that is asked of a step of fixed cost.
-const SMALLEST_TOLERANCE: f64 = 1e-9;
 
 /// The corrections that suffice for a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,26 +34,6 @@ pub struct Rating {
     pub unit: &'static str,
 }
 
-/// No number of corrections suffices.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum NotRated {
-    /// The model cannot compute the scene.
-    #[error(transparent)]
-    Build(#[from] BuildError),
-    /// The scene diverges even with steps to the tolerance.
-    #[error("the scene diverges even with steps to its tolerance: {0}")]
-    Diverged(#[from] Diverged),
-    /// The scene refuses the test pulse.
-    #[error("the scene refuses the pulse that tests its steps: {0}")]
-    Pulse(PulseRefused),
-    /// The iteration with one matrix a step does not converge.
-    #[error(
-        "no steps of fixed cost: {MOST} corrections a stage do not suffice, because one matrix a step does not serve all of them; \
-         a shorter solver.step_s may"
-    )]
-    TooSlow,
-}
-
 /// Finds the least number of corrections whose motion differs from that of the converged iteration by less than [`PART`] of the time
 /// step's own error, in every trial. `progress` gets the number of corrections that is tried.
 ///
@@ -71,7 +47,7 @@ pub fn rate(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Rating, No
     scene.solver.tolerance = scene.solver.tolerance.min(SMALLEST_TOLERANCE);
     let window = Window::new(&scene, usual_until_s(&scene))?;
     let pulses = [Some(None), test_pulse(&scene, &window).map(Some)];
-    let most = if scene.solver.iterates() { MOST } else { 0 };
+    let most = if scene.solver.iterates() { MOST_CORRECTIONS } else { 0 };
     progress(most);
     let trials = pulses.into_iter().flatten().map(|pulse| Trial::new(&scene, window, pulse, most));
     let trials = trials.collect::<Result<Vec<_>, _>>()?;

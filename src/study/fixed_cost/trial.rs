@@ -1,10 +1,10 @@
 //! A scene run with steps to the tolerance, with shorter ones, and with steps of fixed cost.
 
+use super::error::NotRated;
+use super::limits::MOST_LEFT;
 use crate::mechanics::Observation;
 use crate::scene::{Drive, Pulse, PulseShape, Scene};
 use crate::simulation::{Diverged, PulseRequest, Simulation};
-
-use super::{MOST_LEFT, NotRated};
 
 /// The most steps of a trial; the most steps times unknowns, for models of many unknowns; and the fewest steps.
 const MOST_STEPS: usize = 5000;

@@ -8,6 +8,7 @@ mod base_scene;
 mod cell;
 mod damping;
 mod label;
+mod labelling;
 mod left_half_plane;
 mod maps;
 mod methods;

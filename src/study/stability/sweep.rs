@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::base_scene::BaseScene;
 use super::cell;
-use super::label::Labels;
+use super::labelling::Labels;
 use super::outcome::{Category, Outcome};
 use super::plan::{Cell, Map, MapPlan};
 use super::trajectory::Trajectory;

@@ -1,6 +1,6 @@
 //! Measured levels as a scene has them: named, and as changes of the first one.
 
-use super::levels::MeasuredLevel;
+use super::measured_level::MeasuredLevel;
 use crate::scene::{Level, SceneError, SceneSource};
 
 /// The levels, each with a comment, for a scene that has the keys of the first.
@@ -28,14 +28,4 @@ pub(super) fn level_tables(
 /// Whether the scene is another one with a change, or none by this change alone.
 fn differs(source: &SceneSource, change: &str) -> bool {
     SceneSource::parse(&source.origin, &source.text, &[change.to_owned()]).map_or(true, |changed| changed.scene != source.scene)
-}
-
-impl MeasuredLevel {
-    /// Errors and speeds, as in a comment.
-    fn comment(&self) -> String {
-        let error = self.row.outcome.as_ref().map_or(f64::NAN, |measured| measured.error);
-        let (speed, trial) = (self.real_time_factor, &self.trial);
-        let other = format!("on another speed and pulse {:.2e} at {:.2}", trial.error, trial.real_time_factor);
-        format!("error {error:.2e} at {speed:.2} times real time; {other}")
-    }
 }

@@ -1,10 +1,12 @@
 //! Levels of detail for a scene: settings from the best that holds the demands to the cheapest that is of use.
 
 use super::Study;
-use super::choice::{Demands, Refusal, candidates, speed};
+use super::choice::{candidates, speed};
 use super::configuration::Configuration;
+use super::demands::{Demands, Refusal};
 use super::level_choice::{Point, pick_levels};
 use super::level_tables::level_tables;
+use super::measured_level::MeasuredLevel;
 use super::output_group::OutputGroup;
 use super::run::Failed;
 use super::sweep::{Measured, Row};
@@ -14,19 +16,6 @@ use crate::scene::{Level, ModelKind, SceneError, SceneSource};
 
 /// A setting whose outputs err by more than this part is of no use.
 const USELESS: f64 = 0.5;
-
-/// A setting that is a level.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredLevel {
-    /// Its row of the study.
-    pub row: Row,
-    /// Simulated seconds per second there, by the slowest repeat.
-    pub real_time_factor: f64,
-    /// Its verification.
-    pub trial: Trial,
-    /// Error of the first link's chord angle, rad: the larger one of the study and the verification.
-    pub error_rad: f64,
-}
 
 /// Levels of a scene, and what was found on the way to them.
 #[derive(Debug, Clone, PartialEq)]

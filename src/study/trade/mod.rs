@@ -6,6 +6,7 @@
 
 mod choice;
 mod configuration;
+mod demands;
 mod effort;
 mod errors;
 mod excitation;
@@ -16,6 +17,7 @@ mod level_choice;
 mod level_tables;
 mod levels;
 mod lost_modes;
+mod measured_level;
 mod output_group;
 mod reference;
 mod run;
@@ -30,16 +32,18 @@ use std::time::Instant;
 
 use crate::scene::Scene;
 
-pub use choice::{Choice, Chosen, Demands, Refusal, choose};
+pub use choice::{Choice, Chosen, choose};
 pub use configuration::{Axial, Configuration, Family};
+pub use demands::{Demands, Refusal};
 pub use effort::RunEffort;
 pub use errors::Errors;
 pub use excitation::{Excitation, ExcitedMode, NoExcitation};
 pub use fixed_cost::Corrections;
 pub use front::front;
 pub use grid::{Grid, NoCommonInterval, usual_until_s};
-pub use levels::{Levels, MeasuredLevel, NoLevels, PassedOver, Unfit, choose_levels};
+pub use levels::{Levels, NoLevels, PassedOver, Unfit, choose_levels};
 pub use lost_modes::{LostModes, ModeError, Reason};
+pub use measured_level::MeasuredLevel;
 pub(super) use output_group::STRAIGHT;
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{Reference, WELL_RESOLVED};

@@ -1,7 +1,7 @@
 //! Runs that verify a configuration: the same mechanism at another speed, by another pulse.
 
-use super::choice::{Demands, Refusal};
 use super::configuration::Configuration;
+use super::demands::{Demands, Refusal};
 use super::errors::Errors;
 use super::output_group::OutputGroup;
 use super::reference::{Reference, WELL_RESOLVED};

@@ -1,8 +1,6 @@
-//! The models of a chain of links seen as one moving line, whatever their coordinates: places, shapes, loads and momenta.
+//! A chain of links as one line, whatever the coordinates of its model: places, and shapes of links.
 //!
 //! [`Transfer`](super::Transfer) takes the state of one model to another through these.
-
-use super::mechanism::{Input, Mechanism};
 
 /// A place on the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,22 +48,4 @@ pub struct LinkShape {
     pub samples: Vec<ShapePoint>,
     /// Points at equal intervals, one for each of the fitted link's elements, both pins included.
     pub nodes: Vec<ShapePoint>,
-}
-
-/// A model of the chain as a line in motion. Implementations do not allocate.
-pub trait ChainModel: Mechanism {
-    /// Position, direction and velocity at each place.
-    fn points(&mut self, input: &Input, q: &[f64], v: &[f64], places: &[Place], out: &mut [PlacePoint]);
-    /// Angle of each link's chord, whole turns counted, rad.
-    fn chord_angles(&mut self, input: &Input, q: &[f64], out: &mut [f64]);
-    /// `p_j = Σ_k f_k · ∂x_k/∂q_j` for vectors `f_k` at the places `x_k`.
-    fn pull_back(&mut self, input: &Input, q: &[f64], places: &[Place], vectors: &[[f64; 2]], p: &mut [f64]);
-    /// Sets the coordinates so that the links have these shapes, as nearly as the coordinates can. Chord angles that have a
-    /// coordinate are kept; a slider's rod closes on y = 0; a prescribed tangent stands as prescribed.
-    fn fit(&mut self, input: &Input, shapes: &[LinkShape], q: &mut [f64]);
-    /// `p_j = ∂T/∂q̇_j` of the kinetic energy T, prescribed motion included.
-    fn momentum(&mut self, input: &Input, q: &[f64], v: &[f64], p: &mut [f64]);
-    /// Velocities as if every link kept its shape, this link's chord turned by 1 rad/s and no other one turned, but for a
-    /// slider's rod; prescribed motion stands still. `false` if the link cannot turn by itself.
-    fn turn(&mut self, input: &Input, q: &[f64], link: usize, v: &mut [f64]) -> bool;
 }

@@ -1,0 +1,108 @@
+//! The choice of `trade`: printed, and written as a scene.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use toml_edit::{DocumentMut, Item};
+
+use super::command_line::command_line;
+use super::exit_status::ExitStatus;
+use super::failure::{CommandResult, Failure};
+use super::output::output;
+use crate::scene::{SceneSource, level_tables};
+use crate::study::trade::{Choice, Chosen, Levels, NoLevels};
+use crate::whole_file::write_new;
+
+/// Prints and writes the chosen settings, or explains why none were found.
+pub(super) fn decide(
+    write: Option<&Path>,
+    source: &SceneSource,
+    choice: &Choice,
+    lost: impl FnOnce(&Chosen) -> Option<String>,
+) -> CommandResult {
+    let mut out = output();
+    match choice {
+        Err(refusal) => {
+            say!("refused: {refusal}");
+            Ok(ExitStatus::Refused)
+        }
+        Ok(chosen) => {
+            let keys = chosen.row.configuration.keys(&source.scene);
+            let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
+            writeln!(out)?;
+            lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
+            writeln!(out, "{}", sections(chosen, &keys))?;
+            write_scene(write, &copy)?;
+            Ok(ExitStatus::Success)
+        }
+    }
+}
+
+/// Prints and writes the chosen levels, or explains why there are none.
+pub(super) fn decide_levels(write: Option<&Path>, count: usize, levels: Result<Levels, NoLevels>) -> CommandResult {
+    let levels = match levels {
+        Ok(levels) => levels,
+        Err(NoLevels::Scene(error)) => return Err(error.into()),
+        Err(refusal) => {
+            say!("refused: {refusal}");
+            return Ok(ExitStatus::Refused);
+        }
+    };
+    for passed in &levels.passed_over {
+        say!("passed over: {}: {}", passed.configuration, passed.why);
+    }
+    if levels.levels.len() < count {
+        say!("warning: {} levels instead of {count}: no other setting is worth a switch", levels.levels.len());
+    }
+    writeln!(output(), "\n{}\n{}", tables(&levels.keys), level_tables(&levels.tables))?;
+    write_scene(write, &levels.source)?;
+    Ok(ExitStatus::Success)
+}
+
+/// Writes the scene to `--write`.
+fn write_scene(write: Option<&Path>, scene: &SceneSource) -> CommandResult<()> {
+    if let Some(path) = write {
+        write_new(path, commented(scene).as_bytes()).map_err(Failure::file(path))?;
+        say!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// The scene with a comment on its solver that names this choice, in place of what was said of an earlier one.
+fn commented(scene: &SceneSource) -> String {
+    let Ok(mut document) = scene.text.parse::<DocumentMut>() else { return scene.text.clone() };
+    if let Some(solver) = document.get_mut("solver").and_then(Item::as_table_mut) {
+        solver.decor_mut().set_prefix(format!("\n# Chosen by `{}`.\n", command_line()));
+    }
+    document.to_string()
+}
+
+/// The settings as TOML, with their measured errors and speed.
+fn sections(chosen: &Chosen, keys: &[String]) -> String {
+    let error = chosen.row.outcome.as_ref().map_or(f64::NAN, |measured| measured.error);
+    let trial = &chosen.trial;
+    let mut text = format!(
+        "# error {:.2e} at {:.4} times real time; on another speed and pulse {:.2e} at {:.4}\n",
+        error, chosen.real_time_factor, trial.error, trial.real_time_factor
+    );
+    if let Some(error) = trial.long_energy {
+        text += &format!("# energy balance over ten minutes: {error:.2e}\n");
+    }
+    if chosen.passed_over > 0 {
+        text += &format!("# ({} cheaper ones held at first, but not when they were verified)\n", chosen.passed_over);
+    }
+    text + &tables(keys)
+}
+
+/// `TABLE.KEY=VALUE` as TOML.
+fn tables(keys: &[String]) -> String {
+    let (mut text, mut table) = (String::new(), "");
+    for (name, rest) in keys.iter().filter_map(|key| key.split_once('.')) {
+        if name != table {
+            text += &format!("[{name}]\n");
+            table = name;
+        }
+        text += &format!("{}\n", rest.replacen('=', " = ", 1));
+    }
+    text
+}
