@@ -167,6 +167,23 @@ fn regress_a_run_that_ends_badly_names_a_remedy_and_says_nothing_twice() -> Trie
     Ok(())
 }
 
+/// The step that `check` suggests keeps the balance that the scene's own does not.
+#[test]
+fn regress_check_judges_the_balance_and_suggests_a_step_that_keeps_it() -> Tried {
+    for scene in ["solver.step_s=0.1", "solver.step_s=0.02", "solver.integrator=generalized-alpha"] {
+        let checked = flexcrank(&["check", "crank-slider", "--set", scene, "--json"]).output()?;
+        let found: serde_json::Value = serde_json::from_slice(&checked.stdout)?;
+        let run = |more: &[&str]| {
+            let run = ["run", "crank-slider", "--set", scene, "--no-bus", "--no-record", "--pace", "max", "--until", "2"];
+            flexcrank(&[&run[..], more].concat()).output()
+        };
+        assert_eq!(run(&[])?.status.code(), checked.status.code(), "{scene}: {found}");
+        let step = format!("solver.step_s={}", found["suggested_step_s"]);
+        assert_eq!(run(&["--set", &step])?.status.code(), Some(0), "{scene}: {found}");
+    }
+    Ok(())
+}
+
 #[test]
 fn regress_refusals_of_one_of_several_runs_name_its_scene() -> Tried {
     for (more, why) in [

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use flexcrank::guide;
 use flexcrank::scene::{self, ModelKind, SceneSource, builtin};
-use flexcrank::simulation::Simulation;
+use flexcrank::simulation::{EnergyVerdict, Simulation};
 
 fn refused(text: &str) -> String {
     match SceneSource::parse("scene.toml", text, &[]) {
@@ -224,7 +224,13 @@ fn val_the_scene_in_the_guide_runs() {
     let chapter = guide::find("scenes").unwrap().text;
     let text = chapter.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let source = SceneSource::parse("guide", text, &[]).unwrap();
-    Simulation::new(&source.scene).unwrap().step().unwrap();
+    let mut simulation = Simulation::new(&source.scene).unwrap();
+    while simulation.time_s() < 2.0 {
+        simulation.step().unwrap();
+    }
+    assert_eq!(simulation.energy_verdict(), EnergyVerdict::Balanced);
+    let nodes = simulation.observe().unwrap().links.iter().map(|link| link.nodes.len()).min();
+    assert!(nodes > Some(2), "pictures show bending");
 }
 
 fn changed(overrides: &[&str]) -> String {

@@ -83,6 +83,28 @@ fn regress_a_what_if_with_other_steps_reports_what_its_original_lacks() -> Outco
 }
 
 #[test]
+fn regress_a_what_if_that_diverges_says_what_was_compared() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");
+    for (file, change, compared) in [
+        ("step.mcap", &["--set", "solver.step_s=0.5"][..], "only the beginning was compared: the changed session diverged"),
+        (
+            "pulse.mcap",
+            &["--set", "commands.torque_limit_nm=1e12", "--add-pulse", "3.001:1e10:0.1"],
+            "no deviation up to t = 3 s",
+        ),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        command.args(["what-if", sample, "--record", file]).args(change).current_dir(folder.path()).stdin(Stdio::null());
+        let ended = command.output()?;
+        let (printed, said) = (String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?);
+        assert!(ended.status.code() == Some(4) && said.starts_with("error: diverged in step "), "{said}");
+        assert_eq!(printed.lines().last(), Some(compared), "{printed}");
+    }
+    Ok(())
+}
+
+#[test]
 fn regress_a_what_if_that_cannot_be_recorded_names_the_option_and_makes_no_folder() -> Outcome {
     let folder = tempfile::tempdir()?;
     let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");

@@ -14,8 +14,11 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
+use crate::runtime::unbalanced;
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene, SceneSource, builtin};
-use crate::simulation::Simulation;
+use crate::simulation::{Diverged, EnergyVerdict, Simulation};
+use crate::small_motion::Vibrations;
+use crate::study::trade::usual_until_s;
 use crate::study::{Shortening, shortenings};
 
 /// Shown by `--help`.
@@ -24,26 +27,34 @@ Examples:
   flexcrank check mine.toml
   flexcrank check crank-slider --set solver.model=finite-element --set rod.elements=16 --json
 
-Frequencies are those of small vibrations about the start position, at rest. The cost is measured for a fraction of a second on \
-    this machine. The suggested step resolves the lowest frequency, and a turn at the speed of the start or the drive, finely \
-    enough for about 0.1 % of error; `trade` measures which step suffices.
+Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. The scene is \
+    run over 2 s, a second after its last pulse, or two turns of its drive, for at most 20,000 steps or 2 s of computing: that shows the \
+    cost of a step on this machine, and the balance of energies. The suggested step resolves the lowest frequency, and a turn at the \
+    speed of the start or the drive, finely enough for about 0.1 % of error, and such a run with it keeps the balance within \
+    solver.balance_tolerance; `trade` measures which step suffices.
 
-`modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in a run of the scene over \
-    2 s, a second after its last pulse, or two turns of its drive, at most 20,000 steps. `axial = true` is recommended from 10 % of the \
+`modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a \
+    run. `axial = true` is recommended from 10 % of the \
     largest deflection on.
 
---json prints one object: scene, model, integrator, step_s, unknowns, vibrations, lowest_hz, highest_hz, step_cost_s, \
-    real_time_factor, suggested_step_s, reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what \
+--json prints one object: scene, model, integrator, step_s, unknowns, vibrations, lowest_hz, highest_hz, balance_error \
+    (largest, over the energy in play), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what \
     does not exist.
 
-Exit codes: 0 the scene is sound, 2 it is refused, 4 it diverged within the measurement.";
+Exit codes: 0 the scene is sound, 2 it is refused, 4 it diverges, 6 its energy balance leaves solver.balance_tolerance.";
 
-/// Longest measurement of the cost.
+/// Shortest measurement of the cost.
 const MEASURED: Duration = Duration::from_millis(300);
+/// Longest run of the scene, computing time.
+const LONGEST: Duration = Duration::from_secs(2);
 /// Fewer steps in a period do not show it.
 const LEAST_STEPS: f64 = 2.0;
-/// Most steps of the measurement.
+/// Most steps of the run.
 const MOST_STEPS: u32 = 20_000;
+/// Fewer steps of a run show nothing of it.
+const LEAST_STEPS_OF_RUN: f64 = 100.0;
+/// Most times that a suggested step is halved.
+const HALVINGS: u32 = 7;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -69,6 +80,7 @@ struct Checked {
     vibrations: Option<usize>,
     lowest_hz: Option<f64>,
     highest_hz: Option<f64>,
+    balance_error: Option<f64>,
     step_cost_s: Option<f64>,
     real_time_factor: Option<f64>,
     suggested_step_s: Option<f64>,
@@ -90,23 +102,23 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let scene = &source.scene;
     let mut simulation = build(&source)?;
-    let motion = simulation.small_motion();
-    let frequencies_hz = motion.and_then(|motion| motion.frequencies_hz);
-    let measured = cost_s(&mut simulation);
-    let step_cost_s = measured.as_ref().ok().copied();
+    let vibrations = Vibrations::of_scene(scene).unwrap_or_default();
+    let frequencies_hz = vibrations.and_then(|vibrations| vibrations.frequencies_hz);
+    let trial = Trial::of(&mut simulation, usual_until_s(scene), MEASURED);
     let slowest = slowest_motion(scene, frequencies_hz.map(|[lowest_hz, _]| lowest_hz));
-    let (suggested_step_s, reason) = suggestion(scene, slowest);
+    let (suggested_step_s, reason) = kept_balance(scene, suggestion(scene, slowest));
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),
         integrator: scene.solver.integrator.as_str(),
         step_s: scene.solver.step_s,
         unknowns: simulation.unknowns(),
-        vibrations: motion.map(|motion| motion.vibrations),
+        vibrations: vibrations.map(|vibrations| vibrations.count),
         lowest_hz: frequencies_hz.map(|[lowest_hz, _]| lowest_hz),
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
-        step_cost_s,
-        real_time_factor: step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
+        balance_error: trial.balance_error,
+        step_cost_s: trial.step_cost_s,
+        real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
         suggested_step_s,
         reason,
         shortening: shortening(scene),
@@ -114,17 +126,80 @@ pub(super) fn check(args: &Args) -> CommandResult {
     if args.json {
         print_json(&checked)?
     } else {
-        checked.print(measured.is_err())?
+        checked.print(&trial)?
     }
     if let Some((period_s, what)) = slowest.filter(|(period_s, _)| scene.solver.step_s > period_s / LEAST_STEPS) {
         let [step, period] = [scene.solver.step_s, period_s].map(figure);
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: expect wrong motion");
     }
-    if let Err(diverged) = measured {
-        say!("error: {diverged}");
-        return Ok(ExitStatus::Diverged);
+    match trial.verdict {
+        Err(diverged) => {
+            say!("error: {diverged}");
+            Ok(ExitStatus::Diverged)
+        }
+        Ok(EnergyVerdict::Unbalanced { worst_j, in_play_j }) => {
+            say!("warning: {}", unbalanced(worst_j, in_play_j));
+            Ok(ExitStatus::Untrusted)
+        }
+        Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => Ok(ExitStatus::Success),
     }
-    Ok(ExitStatus::Success)
+}
+
+/// A run of the scene.
+struct Trial {
+    /// Mean wall time of a step, s; `None` if it diverged.
+    step_cost_s: Option<f64>,
+    /// Largest error of the energy balance, over the energy in play; `None` if it is not judged.
+    balance_error: Option<f64>,
+    verdict: Result<EnergyVerdict, Diverged>,
+}
+
+impl Trial {
+    /// Runs to `until_s`, and on until `shortest` is over; within the limits of steps and time.
+    fn of(simulation: &mut Simulation, until_s: f64, shortest: Duration) -> Self {
+        let begun = Instant::now();
+        let (mut judged, mut steps, mut taken) = (None, 0_u32, Ok(()));
+        while taken.is_ok() && steps < MOST_STEPS {
+            let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
+            if is_whole && judged.is_none() {
+                judged = Some((simulation.energy_verdict(), simulation.ledger()));
+            }
+            if steps > 0 && (is_whole && elapsed >= shortest || elapsed >= LONGEST) {
+                break;
+            }
+            taken = simulation.step();
+            steps += 1;
+        }
+        let (verdict, ledger) = judged.unwrap_or_else(|| (simulation.energy_verdict(), simulation.ledger()));
+        let is_judged = verdict != EnergyVerdict::NotJudged && ledger.in_play_j > 0.0;
+        Trial {
+            step_cost_s: taken.is_ok().then(|| begun.elapsed().as_secs_f64() / f64::from(steps.max(1))),
+            balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),
+            verdict: taken.map(|()| verdict),
+        }
+    }
+}
+
+/// The suggestion, with a step halved until a run of the scene keeps its energy balance.
+fn kept_balance(scene: &Scene, (suggested_s, reason): (Option<f64>, String)) -> (Option<f64>, String) {
+    let until_s = usual_until_s(scene);
+    let (first_s, reason) = match suggested_s {
+        Some(step_s) if step_s * LEAST_STEPS_OF_RUN <= until_s => (step_s, reason),
+        Some(_) => (one_digit(until_s / LEAST_STEPS_OF_RUN), format!("{LEAST_STEPS_OF_RUN} steps over {} s", figure(until_s))),
+        None => return (None, reason),
+    };
+    let mut step_s = first_s;
+    for _ in 0..HALVINGS {
+        let mut shorter = scene.clone();
+        shorter.solver.step_s = step_s;
+        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO).verdict);
+        if matches!(trial, Ok(Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged))) {
+            let longer = format!("{} s would suffice for {reason}, but does not keep the energy balance", figure(first_s));
+            return (Some(step_s), if step_s == first_s { reason } else { longer });
+        }
+        step_s = one_digit(0.5 * step_s);
+    }
+    (None, format!("no step from {} s down to {} s keeps the energy balance; {reason}", figure(first_s), figure(step_s)))
 }
 
 /// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
@@ -138,17 +213,6 @@ fn shortening(scene: &Scene) -> Vec<ShorteningLine> {
         recommends_axial: left_out.matters(),
     };
     left_out.into_iter().filter(|left_out| left_out.force_n > 0.0).map(line).collect()
-}
-
-/// Mean wall time of a step, s.
-fn cost_s(simulation: &mut Simulation) -> Result<f64, crate::simulation::Diverged> {
-    let begun = Instant::now();
-    let mut steps = 0;
-    while steps < MOST_STEPS && (steps == 0 || begun.elapsed() < MEASURED) {
-        simulation.step()?;
-        steps += 1;
-    }
-    Ok(begun.elapsed().as_secs_f64() / f64::from(steps))
 }
 
 /// A step for about 0.1 % of error, s, with its reason.
@@ -196,21 +260,34 @@ fn one_digit(value: f64) -> f64 {
 }
 
 impl Checked {
-    fn print(&self, diverges: bool) -> std::io::Result<()> {
+    fn print(&self, trial: &Trial) -> std::io::Result<()> {
         let mut out = output();
         let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
-        writeln!(out, "{scene}: {}", if diverges { "valid, but it diverges" } else { "sound" })?;
+        let finding = match trial.verdict {
+            Err(_) => "valid, but it diverges",
+            Ok(EnergyVerdict::Unbalanced { .. }) => "valid, but not to be trusted at its step",
+            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
+        };
+        writeln!(out, "{scene}: {finding}")?;
         writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
+        let free = match unknowns.zip(*vibrations).map_or(0, |(unknowns, count)| unknowns.saturating_sub(count)) {
+            0 => String::new(),
+            1 => "; 1 unknown moves freely".to_owned(),
+            free => format!("; {free} unknowns move freely, or nearly so"),
+        };
         let unknowns = unknowns.map_or("not counted for this model".to_owned(), |count| format!("{count} (degrees of freedom)"));
         writeln!(out, "  unknowns     {unknowns}")?;
         let frequencies = match (self.lowest_hz, self.highest_hz, vibrations) {
             (Some(lowest_hz), Some(highest_hz), Some(count)) => {
-                format!("{} Hz to {} Hz, {count} in all", figure(lowest_hz), figure(highest_hz))
+                format!("{} Hz to {} Hz, {count} in all{free}", figure(lowest_hz), figure(highest_hz))
             }
             (_, _, Some(_)) => "nothing vibrates".to_owned(),
             _ => "not computed for this model or so many unknowns".to_owned(),
         };
         writeln!(out, "  frequencies  {frequencies}")?;
+        let balance =
+            self.balance_error.map_or("not judged".to_owned(), |error| format!("within {error:.1e} of the energy in play"));
+        writeln!(out, "  balance      {balance}")?;
         if let (Some(cost_s), Some(factor)) = (self.step_cost_s, self.real_time_factor) {
             writeln!(out, "  cost         {:.1} µs a step, {} times real time", 1e6 * cost_s, figure(factor))?;
         }

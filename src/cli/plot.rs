@@ -91,6 +91,9 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let sources = args.files.iter().enumerate().map(open).collect::<CommandResult<Vec<_>>>();
     bar.finish_and_clear();
     let mut sources = sources?;
+    if args.y.is_empty() {
+        sources.iter().filter_map(Source::straight_links).for_each(|sentence| say!("{sentence}"));
+    }
     if args.overlay {
         tell_apart(&mut sources);
     }

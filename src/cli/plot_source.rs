@@ -5,9 +5,13 @@ use std::path::{Path, PathBuf};
 use super::failure::{CommandResult, Failure};
 use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
-use crate::scene::scene_hint;
+use crate::scene::{ModelKind, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
+use crate::text_file;
+
+/// The first bytes of a Parquet file.
+const PARQUET: &[u8] = b"PAR1";
 
 /// A file and its numbers.
 pub(super) struct Source {
@@ -34,7 +38,7 @@ impl Source {
         let (mut tables, whole) = if recorded {
             recording(path, progress)?
         } else {
-            (vec![Named { name: stem.clone(), table: Table::read_csv(path)?, ..Named::default() }], true)
+            (vec![Named { name: stem.clone(), table: csv_table(path)?, ..Named::default() }], true)
         };
         if from_s.or(to_s).is_some() {
             plot::cut(&path.display().to_string(), &mut tables, from_s, to_s)?;
@@ -58,6 +62,22 @@ impl Source {
     pub fn displacements(&self) -> &Table {
         let topic = self.tables.iter().find(|topic| topic.name.rsplit('/').next() == Some("displacements"));
         topic.map_or(&self.none, |topic| &topic.table)
+    }
+
+    /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if
+    /// there are none.
+    pub fn straight_links(&self) -> Option<String> {
+        let metadata = self.recorded.then(|| RecordingMetadata::read(&self.path))?.ok()?;
+        let scene = SceneSource::parse(&self.stem, &metadata.scene?, &[]).ok()?.scene;
+        let has_node = |link: &str, node: u32| self.displacements().column(&format!("nodes.{link}.{node}.x_m")).is_some();
+        let is_straight = |link: &str| has_node(link, 1) && !has_node(link, 2);
+        // Links of other models are rigid, or one element each.
+        let bends = matches!(scene.solver.model, ModelKind::Modal | ModelKind::FiniteElement);
+        let flexible = scene.chain()?.links.iter().filter(|link| bends && !link.rigid).map(|link| link.name.as_str());
+        let straight: Vec<&str> = flexible.filter(|&link| is_straight(link)).collect();
+        let (file, links) = (self.path.display(), straight.join(" and "));
+        let why = "there are no nodes between the pins; elements = 4 in the scene publishes some";
+        (!straight.is_empty()).then(|| format!("{file}: no deflections of {links}: {why}"))
     }
 
     /// Its figures, each with the name of its part of the file. Their titles do not name the file.
@@ -99,6 +119,22 @@ impl Source {
 
 fn has_extension_of_recordings(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+}
+
+/// Reads a CSV table. The refusal of a Parquet table names the commands that draw it, or write CSV.
+fn csv_table(path: &Path) -> CommandResult<Table> {
+    Table::read_csv(path).map_err(|refused| match begins_as_parquet(path) {
+        true => Failure::Failed(format!(
+            "{}: is a Parquet table, and `plot` reads CSV: `sweep --plot` draws a campaign; `sweep --merge --table NAME.csv` and \
+             `export --csv` write CSV",
+            path.display()
+        )),
+        false => refused.into(),
+    })
+}
+
+fn begins_as_parquet(path: &Path) -> bool {
+    path.is_file() && text_file::beginning(path, PARQUET.len()).is_ok_and(|bytes| bytes.starts_with(PARQUET))
 }
 
 fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, bool)> {

@@ -18,7 +18,7 @@ use super::values::{finite, positive_time, time};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
 use crate::runtime::unbalanced;
-use crate::shown::shown_sentence;
+use crate::shown::{shown_s, shown_sentence};
 use crate::simulation::EnergyVerdict;
 
 /// Shown by `--help`.
@@ -77,9 +77,11 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
-    match &deviation.first {
-        None => writeln!(out, "no deviation")?,
-        Some(first) => writeln!(out, "first deviation: {}", shown_sentence(&first.to_string()))?,
+    match (&deviation.first, diverged) {
+        (Some(first), _) => writeln!(out, "first deviation: {}", shown_sentence(&first.to_string()))?,
+        (None, None) => writeln!(out, "no deviation")?,
+        (None, Some(_)) if deviation.until_s > *from_s => writeln!(out, "no deviation up to t = {} s", shown_s(deviation.until_s))?,
+        (None, Some(_)) => writeln!(out, "only the beginning was compared: the changed session diverged")?,
     }
     for (name, LargestDifference { value, at_s }) in &deviation.largest {
         match value {

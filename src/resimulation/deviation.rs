@@ -12,6 +12,8 @@ pub struct Deviation {
     pub first: Option<Difference>,
     /// The largest difference of each quantity, by the quantity's name and unit.
     pub largest: BTreeMap<String, LargestDifference>,
+    /// Session time of the last message that was compared, s; 0 if none was.
+    pub until_s: f64,
 }
 
 /// The largest difference of a quantity.

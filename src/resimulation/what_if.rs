@@ -343,10 +343,14 @@ impl Attempt<'_> {
         // Steps of another size have other numbers at the same time.
         let computed = computed.with_stamp(stamp);
         let payload = computed.encode_to_vec();
-        if matches!(event, Message::Checkpoint(_)) || payload == message.data.as_ref() {
+        if matches!(event, Message::Checkpoint(_)) {
             return Ok(());
         }
         let session_s = self.resimulator.stamp().session_s();
+        self.deviation.until_s = session_s;
+        if payload == message.data.as_ref() {
+            return Ok(());
+        }
         if self.deviation.first.is_none() {
             self.deviation.first = Some(Difference {
                 topic: topic(message).to_owned(),

@@ -48,10 +48,6 @@ pub(super) trait Engine: Send {
     fn unknowns(&self) -> Option<usize> {
         None
     }
-    /// Eigenvalues of small undamped motion about the start, 1/s; `None` if the model has no tangent, or they are not found.
-    fn eigenvalues(&mut self, _law: &DriveLaw) -> Option<Vec<[f64; 2]>> {
-        None
-    }
     /// The state and the loads at `t_s`, where the last step ended; `None` if the model is no system of second order, or has no finite
     /// accelerations there.
     fn motion(&mut self, _law: &DriveLaw, _t_s: f64) -> Option<Motion> {

@@ -3,7 +3,6 @@
 use super::drive::DriveLaw;
 use super::engine::{Dynamics, Engine, Motion};
 use super::error_estimate::Term;
-use super::step_limit::eigenvalues;
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
@@ -122,10 +121,6 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
 
     fn unknowns(&self) -> Option<usize> {
         Some(self.mechanism.degrees_of_freedom())
-    }
-
-    fn eigenvalues(&mut self, law: &DriveLaw) -> Option<Vec<[f64; 2]>> {
-        eigenvalues(&mut self.mechanism, &law.input(0.0), &self.start.q, false)
     }
 
     fn motion(&mut self, law: &DriveLaw, t_s: f64) -> Option<Motion> {

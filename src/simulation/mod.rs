@@ -30,7 +30,6 @@ mod rate;
 mod sample;
 mod sample_context;
 mod setpoint;
-mod small_motion;
 mod step_grid;
 mod step_limit;
 mod telemetry;
@@ -49,7 +48,6 @@ pub use rate::{BadRate, PublishRate};
 pub use sample::{Account, Sample, Stamp};
 pub use sample_context::SampleContext;
 pub use setpoint::{AdvanceRequest, HeldTorque, LONGEST_HOLD_S, SHORTEST_HOLD_S, SetpointRequest, SetpointState};
-pub use small_motion::SmallMotion;
 pub use step_grid::StepGrid;
 pub use telemetry::{PerTelemetry, PublishRates};
 
@@ -381,6 +379,17 @@ impl Simulation {
     /// Energies and works of the present state.
     pub fn ledger(&self) -> EnergyLedger {
         self.ledger.energies()
+    }
+
+    /// Number of unknowns, the degrees of freedom; `None` if the model has no such number.
+    pub fn unknowns(&self) -> Option<usize> {
+        self.engine.unknowns()
+    }
+
+    /// The present state and loads; `None` if the model is no system of second order, or has no finite accelerations.
+    pub fn motion(&mut self) -> Option<Motion> {
+        let time_s = self.time_s();
+        self.engine.motion(&self.law, time_s)
     }
 
     /// Energies, works and estimated error of the present state.

@@ -37,21 +37,21 @@ pub(super) fn step_limit<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f6
         let longest_s = RungeKutta::stable_to(im.abs().atan2(re.min(0.0))) / fastest_per_s;
         longest_s.is_finite().then_some(StepLimit { longest_s, fastest_per_s })
     };
-    let limits = eigenvalues(mechanism, input, q, true)?.into_iter().filter_map(limit);
+    let limits = eigenvalues(mechanism, input, q)?.into_iter().filter_map(limit);
     limits.min_by(|one, other| one.longest_s.total_cmp(&other.longest_s))
 }
 
-/// The eigenvalues μ of small motion about `q`, `damped` or with D = 0, as `[real part, imaginary part]`, 1/s; `None` if they are
+/// The eigenvalues μ of small motion about `q`, as `[real part, imaginary part]`, 1/s; `None` if they are
 /// not found.
-pub(super) fn eigenvalues<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped: bool) -> Option<Vec<[f64; 2]>> {
-    let motion = linearised(mechanism, input, q, damped)?;
+fn eigenvalues<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64]) -> Option<Vec<[f64; 2]>> {
+    let motion = linearised(mechanism, input, q)?;
     let rows = motion.nrows();
     let eigenvalues = Schur::try_new(motion, f64::EPSILON, ITERATIONS * rows)?.complex_eigenvalues();
     Some(eigenvalues.iter().map(|x| [x.re, x.im]).collect())
 }
 
 /// The matrix of `(s x, ẋ)˙ = [0, s; −M⁻¹K/s, −M⁻¹D] (s x, ẋ)`, `s² = |M⁻¹K|`, with its rows and columns scaled alike.
-fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped: bool) -> Option<DMatrix<f64>> {
+fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64]) -> Option<DMatrix<f64>> {
     let n = q.len();
     let rest = vec![0.0; n];
     let mut tangent = |velocity, position| {
@@ -71,9 +71,7 @@ fn linearised<M: Mechanism>(mechanism: &mut M, input: &Input, q: &[f64], damped:
         motion.view_mut((0, n), (n, n)).fill_diagonal(scale);
         motion.view_mut((n, 0), (n, n)).copy_from(&(stiffness / -scale));
     }
-    if damped {
-        motion.view_mut((n, n), (n, n)).copy_from(&-damping);
-    }
+    motion.view_mut((n, n), (n, n)).copy_from(&-damping);
     if n == 0 || !motion.iter().all(|entry| entry.is_finite()) {
         return None;
     }

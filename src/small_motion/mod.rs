@@ -45,6 +45,7 @@ mod tension;
 #[cfg(test)]
 mod tests;
 pub mod variation;
+mod vibrations;
 
 pub use band::{Band, BandLu};
 pub use linearised::Linearised;
@@ -60,6 +61,7 @@ pub use spectrum::{Eigenpair, lowest};
 pub use state_space::StateSpace;
 pub use subject::{Crank, Subject};
 pub use sweep::{Branch, Crossing, OtherKind, crossings, follow, is_uncertain, other_kinds};
+pub use vibrations::Vibrations;
 
 /// No modes can be told.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

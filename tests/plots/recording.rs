@@ -151,6 +151,31 @@ fn prop_recordings_are_laid_over_one_another() {
 }
 
 #[test]
+fn regress_flexible_links_that_are_drawn_straight_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let [crank, rod] = ["crank.elements=1", "rod.elements=1"];
+    for (file, changes, links) in [
+        ("both.mcap", &[crank, rod][..], "crank and rod"),
+        ("rod.mcap", &[rod], "rod"),
+        ("none.mcap", &[], ""),
+        ("rigid-crank.mcap", &[crank, "crank.rigid=true"], ""),
+        ("rigid.mcap", &[crank, rod, "solver.model=rigid", "solver.integrator=runge-kutta"], ""),
+    ] {
+        let more: Vec<&str> = changes.iter().flat_map(|change| ["--set", *change]).collect();
+        record(at, "crank-slider", "0.1", file, &more);
+        let why = "there are no nodes between the pins; elements = 4 in the scene publishes some";
+        let sentence = format!("{file}: no deflections of {links}: {why}\n");
+        for arguments in [&[file, "--list"][..], &[file, "--animation", "-o", "moving.svg"]] {
+            let said = complaint(&plot(at, arguments));
+            assert_eq!(said, if links.is_empty() { "" } else { sentence.as_str() }, "{changes:?}");
+        }
+        let columns = plot(at, &[file, "--y", "links.crank.chord_rad", "-o", "angle.svg"]);
+        assert_eq!((columns.status.code(), complaint(&columns).as_str()), (Some(0), ""), "{changes:?}");
+    }
+}
+
+#[test]
 fn regress_the_earlier_of_two_recordings_is_seen_where_they_agree() {
     let path = |name: &str| {
         let figure = Figure::new("Path", Axis::new("x", "m"), Axis::new("y", "m"));

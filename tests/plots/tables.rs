@@ -176,6 +176,7 @@ fn prop_undrawable_input_is_refused() {
     std::fs::write(at.join("one.csv"), "a_m\n1\n2\n").unwrap();
     std::fs::write(at.join("ragged.csv"), "a,b\n1\n").unwrap();
     std::fs::write(at.join("noise.mcap"), "no recording").unwrap();
+    std::fs::write(at.join("table.parquet"), b"PAR1\x15\xff\xff").unwrap();
     for (arguments, code, says) in [
         (vec!["turn.csv", "--y", "driving_torqe_nm"], 2, "did you mean `driving_torque_nm`?"),
         (vec!["turn.csv", "--y", "driving_torque_nm", "--x", "crank_angle"], 2, "did you mean `crank_angle_rad`?"),
@@ -189,6 +190,7 @@ fn prop_undrawable_input_is_refused() {
         (vec!["ragged.csv"], 1, "ragged.csv"),
         (vec!["none.csv"], 1, "none.csv"),
         (vec!["noise.mcap"], 1, "noise.mcap"),
+        (vec!["table.parquet"], 1, "table.parquet: is a Parquet table, and `plot` reads CSV: `sweep --plot` draws a campaign"),
         (vec!["turn.csv", "--format", "gif"], 2, "svg"),
         (vec!["turn.csv", "--thesis", "t"], 2, "--thesis"),
         (vec!["turn.csv", "--from", "1"], 2, "no column `stamp.sim_time_s`"),

@@ -1,0 +1,113 @@
+//! The natural frequencies of a scene.
+
+use std::f64::consts::TAU;
+
+use super::linearised::Linearised;
+use super::spectrum::lowest;
+use super::{NoModes, Subject};
+use crate::scene::Scene;
+
+/// Most unknowns for which all eigenvalues are computed; the effort grows with the third power.
+const MOST_UNKNOWNS: usize = 250;
+/// Eigenvalues among which the lowest frequency is looked for: beside the highest, it is lost in rounding.
+const NEAR: usize = 8;
+
+/// Undamped vibrations about the scene's start, at rest there, bent by weight and constant loads: of the eigenvalues λ of
+/// `λ² M + K`, a pair `±i ω` is a vibration of the natural frequency ω.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Vibrations {
+    /// Lowest and highest natural frequency, Hz; `None` if nothing vibrates.
+    pub frequencies_hz: Option<[f64; 2]>,
+    /// Number of vibrations.
+    pub count: usize,
+}
+
+impl Vibrations {
+    /// The vibrations of a scene; `None` for too many unknowns to compute all.
+    ///
+    /// # Errors
+    /// [`NoModes`] where the model has no tangent, or no state of rest is found.
+    pub fn of_scene(scene: &Scene) -> Result<Option<Self>, NoModes> {
+        let subject = Subject::new(scene, None)?;
+        let angle_rad = scene.chain().map_or(0.0, |chain| chain.start.angle_rad);
+        let point = subject.at_rest(angle_rad)?;
+        let unknowns = point.q.len();
+        if unknowns == 0 {
+            return Ok(Some(Vibrations::default()));
+        }
+        if unknowns > MOST_UNKNOWNS {
+            return Ok(None);
+        }
+        let damped = Linearised::new(subject.mechanism().as_mut(), &point);
+        if !damped.is_finite() {
+            return Err(NoModes::Singular);
+        }
+        let system = Linearised { damping: damped.damping.combine(0.0, &damped.damping, 0.0), ..damped };
+        let frequencies_hz = |count: usize| -> Result<Vec<f64>, NoModes> {
+            let pairs = lowest(&system, count)?;
+            Ok(pairs.iter().map(|pair| pair.value.im / TAU).filter(|hz| *hz > 0.0).collect())
+        };
+        let all = frequencies_hz(unknowns)?;
+        let highest_hz = all.iter().copied().fold(0.0, f64::max);
+        // Where free motion and slower ones fill the first few, the lowest of all.
+        let near = frequencies_hz(NEAR.min(unknowns))?.into_iter().chain(all.first().copied());
+        let lowest_hz = near.reduce(f64::min);
+        Ok(Some(Vibrations { frequencies_hz: lowest_hz.map(|lowest_hz| [lowest_hz, highest_hz]), count: all.len() }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+
+    fn vibrations(scene: &str, overrides: &[&str]) -> Result<(Vibrations, usize), Box<dyn std::error::Error>> {
+        let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+        let source = SceneSource::open(scene, &overrides)?;
+        let unknowns = Subject::new(&source.scene, None)?.mechanism().degrees_of_freedom();
+        Ok((Vibrations::of_scene(&source.scene)?.ok_or("too many unknowns")?, unknowns))
+    }
+
+    /// A cantilever: β₁ L = 1.87510407 in f = (β₁ L)² √(E I / ρ A) / (2π L²).
+    #[test]
+    fn val_the_lowest_frequency_of_a_cantilever() -> Result<(), Box<dyn std::error::Error>> {
+        let clamped = ["solver.model=finite-element", "solver.integrator=generalized-alpha", "beam.elements=8", "pulse=[]"];
+        let clamped = [&clamped[..], &["drive.speed_rad_per_s=0"]].concat();
+        let (found, _) = vibrations("thesis-beam", &clamped)?;
+        let lowest_hz = found.frequencies_hz.ok_or("nothing vibrates")?[0];
+        let exact_hz = 1.875_104_07_f64.powi(2) * f64::sqrt(2.1e11 * 1e-5 / (7700.0 * 0.01)) / (TAU * 0.25);
+        assert!((lowest_hz / exact_hz - 1.0).abs() < 1e-5, "{lowest_hz} for {exact_hz}");
+        Ok(())
+    }
+
+    /// Two masses on springs: x of the exact solution k − m ω² singular.
+    #[test]
+    fn val_the_frequencies_of_an_oscillator() -> Result<(), Box<dyn std::error::Error>> {
+        let two = ["oscillator.masses_kg=[1.0,2.0]", "oscillator.springs=[[0,1,300.0],[1,2,200.0]]"];
+        let (found, _) = vibrations("thesis-two-masses", &two)?;
+        let Some([lowest_hz, highest_hz]) = found.frequencies_hz else { return Err("nothing vibrates".into()) };
+        // det([500 − ω², −200; −200, 200 − 2 ω²]) = 2 ω⁴ − 1200 ω² + 60000
+        let root = (1200.0_f64.powi(2) - 8.0 * 60000.0).sqrt();
+        for (found_hz, square) in [(lowest_hz, (1200.0 - root) / 4.0), (highest_hz, (1200.0 + root) / 4.0)] {
+            assert!((found_hz * TAU / square.sqrt() - 1.0).abs() < 1e-6, "{found_hz} for {square}");
+        }
+        assert_eq!(found.count, 2);
+        Ok(())
+    }
+
+    /// The crank turns freely: all other unknowns vibrate, a rod as soft as rubber among them. Its frequencies are as the root of E.
+    #[test]
+    fn prop_free_motion_is_no_vibration_and_a_soft_link_is_none_either() -> Result<(), Box<dyn std::error::Error>> {
+        let finite = ["solver.model=finite-element", "solver.integrator=generalized-alpha"];
+        for model in [&[][..], &finite] {
+            let (stiff, unknowns) = vibrations("crank-slider", model)?;
+            let (soft, _) = vibrations("crank-slider", &[model, &["rod.youngs_modulus_pa=2.1e5"]].concat())?;
+            assert_eq!([stiff.count + 1, soft.count + 1], [unknowns; 2], "{stiff:?} {soft:?}");
+            let [stiff_hz, soft_hz] =
+                [stiff, soft].map(|found| found.frequencies_hz.map_or(f64::NAN, |[lowest_hz, _]| lowest_hz));
+            assert!((soft_hz * 1e3 / stiff_hz - 1.0).abs() < 0.01, "{soft_hz} for {stiff_hz}");
+        }
+        assert_eq!(vibrations("crank-slider", &["solver.model=rigid"])?.0.frequencies_hz, None);
+        Ok(())
+    }
+}
