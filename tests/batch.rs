@@ -340,7 +340,29 @@ fn regress_an_interrupted_sweep_keeps_the_cells_so_far() -> Tried {
     let said = String::from_utf8(ended.stderr)?;
     assert_eq!(ended.status.code(), Some(130), "{said}");
     assert!(said.contains("warning: interrupted: ") && said.contains("cells were not run"), "{said}");
+    assert!(said.contains("press Ctrl-C again to stop at once, which loses what was computed\n"), "{said}");
     let cells = std::fs::read_to_string(maps.join("cells.csv"))?;
     assert!(cells.contains("not run"), "{} lines", cells.lines().count());
+    Ok(())
+}
+
+#[test]
+fn regress_an_interrupted_campaign_does_not_threaten_to_lose_its_rows() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let spec = "scene = \"thesis-crank-slider\"\nset = [\"solver.model=rigid\"]\nuntil_s = 20\nmethod = \"random\"\nsamples = 20000\n\
+        chunk = 4\n[[vary]]\nkey = \"rod.length_m\"\nmin = 1.2\nmax = 1.8\n";
+    std::fs::write(folder.path().join("s.toml"), spec)?;
+    let mut sweep = flexcrank(&["sweep", "s.toml", "--jobs", "1"]).current_dir(folder.path()).spawn()?;
+    let rows = folder.path().join("s.sweep/chunks-of-4/0000000.tsv");
+    let patience = Instant::now() + Duration::from_secs(20);
+    while !std::fs::metadata(&rows).is_ok_and(|file| file.len() > 0) {
+        assert!(Instant::now() < patience && sweep.try_wait()?.is_none(), "the campaign begins");
+        std::thread::yield_now();
+    }
+    kill_process(Pid::from_raw(i32::try_from(sweep.id())?).ok_or("no process id")?, Signal::INT)?;
+    let ended = sweep.wait_with_output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("press Ctrl-C again to stop at once\n") && !said.contains("loses"), "{said}");
     Ok(())
 }

@@ -11,6 +11,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
+use flexcrank::study::Table;
 use flexcrank::study::sweep::{Campaign, Ending, NoIndices, Shard, Spec, SweepError, Worked, merge, sensitivity, work};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -256,6 +257,24 @@ fn regress_a_folder_without_rows_is_refused_and_not_made() -> Outcome {
         refused(rest)?;
     }
     assert_eq!(fs::read_dir(folder.path().join("none"))?.count(), 0);
+    Ok(())
+}
+
+#[test]
+fn regress_the_ending_of_the_table_chooses_its_format() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), format!("{SCENE}method = \"sobol\"\nsamples = 2\n{ROD}"))?;
+    let (code, _, said) = flexcrank(at, &["sweep", "s.toml", "--table", "runs.txt"])?;
+    assert!(code == Some(2) && said.contains("a table ends in .csv or .parquet"), "{said}");
+    assert_eq!(fs::read_dir(at)?.count(), 1, "refused before any work");
+    let (code, printed, said) = flexcrank(at, &["sweep", "s.toml", "--table", "runs.csv"])?;
+    assert!(code == Some(0) && printed.contains("runs.csv: 6 rows"), "{printed}{said}");
+    let table = Table::read_csv(&at.join("runs.csv"))?;
+    assert!(table.rows() == 6 && table.words("ending").is_some_and(|words| words.iter().all(|word| word == "done")));
+    assert!(table.column("rod.length_m").is_some_and(|lengths| lengths.iter().all(|length| (1.2..=1.8).contains(length))));
+    assert_eq!(flexcrank(at, &["sweep", "s.toml", "--merge", "--table", "runs.parquet"])?.0, Some(0));
+    assert!(fs::read(at.join("runs.parquet"))?.starts_with(b"PAR1"));
     Ok(())
 }
 

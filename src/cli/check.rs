@@ -18,8 +18,7 @@ use crate::runtime::unbalanced;
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene, SceneSource, builtin};
 use crate::simulation::{Diverged, EnergyVerdict, Simulation};
 use crate::small_motion::Vibrations;
-use crate::study::trade::usual_until_s;
-use crate::study::{Shortening, shortenings};
+use crate::study::{Shortening, shortenings, usual_until_s};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\

@@ -103,7 +103,7 @@ usage! {
     ResimulationError: ResimulationError::is_usage,
     ServiceError: |error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }),
     StepError: |_| false,
-    SweepError: |error| matches!(error, SweepError::Spec(_) | SweepError::Scene(_)),
+    SweepError: |error| matches!(error, SweepError::Spec(_) | SweepError::Scene(_) | SweepError::TableName(_)),
     TableError: |_| false,
     TradeError: |error| !matches!(error, TradeError::NoReference(_)),
     UnknownChapter: |_| true,

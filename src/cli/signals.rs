@@ -3,7 +3,7 @@
 use std::future::poll_fn;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 
 use super::async_runtime::runtime;
@@ -33,7 +33,11 @@ static LEFT: Mutex<Option<String>> = Mutex::new(None);
 
 /// Sets what an interruption from now on leaves, in words.
 pub(super) fn interruption_leaves(what: String) {
-    *LEFT.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
+    *left() = Some(what);
+}
+
+fn left() -> MutexGuard<'static, Option<String>> {
+    LEFT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// An interruption of long work that keeps what is done: the first signal asks the work to end, the second ends the process.
@@ -60,7 +64,8 @@ impl Interruption {
                 if told.swap(true, Ordering::Relaxed) || !keeping.load(Ordering::Relaxed) {
                     end();
                 }
-                say!("interrupted: waiting for what is being computed; press Ctrl-C again to stop at once");
+                let loses = if left().is_none() { ", which loses what was computed" } else { "" };
+                say!("interrupted: waiting for what is being computed; press Ctrl-C again to stop at once{loses}");
             }
         });
         Ok(Interruption { asked, keeps, _runtime: runtime })
@@ -83,7 +88,7 @@ fn end() -> ! {
         // Over the progress that stands in the last line.
         let _ = io::stderr().write_all(b"\r\x1b[K");
     }
-    match (discard_unfinished(), LEFT.lock().unwrap_or_else(PoisonError::into_inner).as_deref()) {
+    match (discard_unfinished(), left().as_deref()) {
         (_, Some(what)) => say!("interrupted: {what}"),
         ([0, _], None) => say!("interrupted: nothing was written"),
         ([finished, _], None) => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),

@@ -12,12 +12,12 @@ use super::folders::{make_folder, may_be_folder, must_be_writable};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::bar;
-use super::signals::Interruption;
+use super::signals::{Interruption, interruption_leaves};
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
-    Campaign, Ending, Merged, Shard, Spec, Worked, has_rows, merge, points, sensitivity, sensitivity_table, work,
+    Campaign, Ending, Merged, Shard, Spec, TableFormat, Worked, has_rows, merge, points, sensitivity, sensitivity_table, work,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -26,6 +26,7 @@ Examples:
   flexcrank sweep sweep.toml                           run it on all cores; once more: only what is missing
   flexcrank sweep sweep.toml --shard 3/16              the third of sixteen shares
   flexcrank sweep sweep.toml --merge                   one table of all rows; names those that are missing
+  flexcrank sweep sweep.toml --merge --table runs.csv   the same as CSV
   flexcrank sweep sweep.toml --indices                 sensitivity of each scalar to each key
   flexcrank sweep sweep.toml --plot plots --scalars pivot_peak_force_n   pictures of one of them
 
@@ -55,8 +56,8 @@ pub(super) struct Args {
     /// Compute nothing: write the table of all rows.
     #[arg(long, conflicts_with_all = ["shard", "jobs"])]
     pub merge: bool,
-    /// The table. Default: table.parquet in the campaign's folder.
-    #[arg(long, value_name = "FILE")]
+    /// The table, .parquet or .csv. Default: table.parquet in the campaign's folder.
+    #[arg(long, value_name = "FILE", value_parser = table_name)]
     pub table: Option<PathBuf>,
     /// Compute nothing: write sensitivity indices to indices.csv, and print them.
     #[arg(long, conflicts_with_all = ["shard", "jobs", "merge"])]
@@ -67,6 +68,11 @@ pub(super) struct Args {
     /// Scalars for --indices and --plot, separated by commas. Default of --indices: all.
     #[arg(long, value_name = "SCALAR,…", value_delimiter = ',')]
     pub scalars: Vec<String>,
+}
+
+fn table_name(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    TableFormat::of(&path).map(|_| path).ok_or_else(|| "a table ends in .csv or .parquet".to_owned())
 }
 
 pub(super) fn sweep(args: &Args) -> CommandResult {
@@ -90,6 +96,7 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
         Some(shard) => Some(shard),
         None => Shard::of_environment(|name| std::env::var(name).ok())?,
     };
+    interruption_leaves("the rows so far are kept".to_owned());
     interruption.keeps(true);
     let worked = compute(&campaign, &folder, shard, args.jobs, &interruption)?;
     interruption.keeps(false);

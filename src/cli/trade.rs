@@ -54,10 +54,10 @@ Columns (all with --wide, --csv and --json): error is the largest that counts. s
     less than ten times as large.
 
 Vibrations, after the table: energy is the mean part of a mode in the energy of all vibrations, moving the same of what moves, output \
-    the most by which its vibration changes an output that counts. The scene needs those that change an output by more than \
-    --tolerance, or 1e-3. A configuration loses one by its model if it has no such mode or one off by a tenth, and by its step if \
-    that moves the eigenvalue by a tenth. lost_modes, worst_mode, worst_frequency_error and worst_damping_error are columns of --csv \
-    and --json.";
+    the most by which its vibration changes an output that counts. Those that change an output by more than --tolerance, or 1e-3, are a \
+    reason to look, not a measurement: the errors in the table are measured. A configuration loses one by its model if it has no such \
+    mode or one off by a tenth, and by its step if that moves the eigenvalue by a tenth. lost_modes, worst_mode, \
+    worst_frequency_error and worst_damping_error are columns of --csv and --json.";
 
 /// A vibration that changes outputs by less than this is not missed, unless another tolerance is asked for.
 const MISSED: f64 = 1e-3;

@@ -10,7 +10,7 @@ use crate::study::trade::{ExcitedMode, LostModes, Reason, Row, Study};
 /// Columns of a terminal.
 const WIDTH: usize = 80;
 
-/// Prints the vibrations of a scene, those that it needs, and those that the front loses.
+/// Prints the vibrations of a scene, those that outputs show, and those that the front loses.
 pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()> {
     let mut out = output();
     let excitation = &modes.excitation;
@@ -54,19 +54,21 @@ fn line(mode: &ExcitedMode) -> Vec<String> {
     ]
 }
 
-/// The vibrations that a tolerance needs, and those that it does not.
+/// The vibrations that change outputs by more than a tolerance, and those that do not.
 fn sentences(modes: &LostModes) -> Vec<String> {
-    let [vibrate, follow, others] = modes.excitation.needed(modes.tolerance);
+    let [vibrate, follow, others] = modes.excitation.beyond(modes.tolerance);
     let names = |modes: &[&ExcitedMode]| modes.iter().map(|mode| mode.name.as_str()).collect::<Vec<_>>().join(", ");
-    let needs = if vibrate.is_empty() { "no vibration".to_owned() } else { names(&vibrate) };
-    let mut sentences = vec![format!("within {:e} the scene needs {needs}", modes.tolerance)];
+    let vibrating = if vibrate.is_empty() { "none".to_owned() } else { names(&vibrate) };
+    let mut sentences =
+        vec![format!("vibrations that change an output by more than {:e} while they swing: {vibrating}", modes.tolerance)];
     if !follow.is_empty() {
-        sentences.push(format!("it needs as deflections that follow their loads: {}", names(&follow)));
+        sentences.push(format!("deflections that do so as they follow their loads: {}", names(&follow)));
     }
     if !others.is_empty() {
         let most = others.iter().map(|mode| mode.output_part.max(mode.following_part)).fold(0.0, f64::max);
-        sentences.push(format!("it can do without {}: none changes an output by more than {most:.1e}", names(&others)));
+        sentences.push(format!("the others change none by more than {most:.1e}: {}", names(&others)));
     }
+    sentences.push("reasons to look, not measurements: the errors in the table are measured".to_owned());
     sentences
 }
 

@@ -77,10 +77,11 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
+    let until_s = shown_s(deviation.until_s);
     match (&deviation.first, diverged) {
         (Some(first), _) => writeln!(out, "first deviation: {}", shown_sentence(&first.to_string()))?,
         (None, None) => writeln!(out, "no deviation")?,
-        (None, Some(_)) if deviation.until_s > *from_s => writeln!(out, "no deviation up to t = {} s", shown_s(deviation.until_s))?,
+        (None, Some(_)) if deviation.until_s > *from_s => writeln!(out, "no deviation up to t = {until_s} s")?,
         (None, Some(_)) => writeln!(out, "only the beginning was compared: the changed session diverged")?,
     }
     for (name, LargestDifference { value, at_s }) in &deviation.largest {

@@ -29,7 +29,7 @@ mod writer;
 pub use end::{EndReason, RecordingEnd};
 pub use error::RecordingError;
 pub(crate) use error::begins_as_mcap;
-pub(crate) use export::{ColumnType, Columns, ParquetSheet, Sheet};
+pub(crate) use export::{ColumnType, Columns, CsvSheet, ParquetSheet, Sheet};
 pub use export::{Export, Exported, export};
 pub use format::{Channel, RecordedMessage};
 pub use message::Message;

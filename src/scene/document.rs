@@ -100,19 +100,42 @@ pub(super) fn without(text: &str, path: &str) -> Option<String> {
 
 /// The refusal of a text that is no TOML.
 fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
-    let line = error.span().and_then(|span| text.lines().nth(lines_before(text, &span)));
-    let problem = line.and_then(decimal_comma_in).unwrap_or_else(|| error.message().to_owned());
-    SceneError::whole(place_at(origin, text, error.span()), format!("not TOML: {problem}"))
+    SceneError::whole(place_at(origin, text, error.span()), syntax_problem(text, error))
 }
 
-/// A hint at the first number with a decimal comma in a line of `KEY = VALUE`.
+/// The reason why a text is no TOML. A number with a decimal comma or with its unit gets a hint.
+fn syntax_problem(text: &str, error: &TomlError) -> String {
+    let span = error.span().unwrap_or_default();
+    let line = text.lines().nth(lines_before(text, &span));
+    let hint = line.and_then(decimal_comma_in).or_else(|| unit_hint(value_at(text, span.start)));
+    format!("not TOML: {}", hint.unwrap_or_else(|| error.message().trim().replace('\n', " ")))
+}
+
+/// A hint at the first number with a decimal comma in a line of `KEY = VALUE`, or in a value.
 fn decimal_comma_in(line: &str) -> Option<String> {
     let hint = |value: &str| {
         let value = value.trim_start();
         let end = value.find(|c: char| !c.is_ascii_digit() && !"+-.,eE".contains(c)).unwrap_or(value.len());
         decimal_comma_hint(value[..end].trim_end_matches(','))
     };
-    line.split('=').skip(1).find_map(hint)
+    line.split('=').find_map(hint)
+}
+
+/// The value without quotes that covers `offset` of a text.
+fn value_at(text: &str, offset: usize) -> &str {
+    let (before, after) = text.split_at_checked(offset).unwrap_or_default();
+    let start = before.rfind(['=', ',', '[', '{', '\n']).map_or(0, |delimiter| delimiter + 1);
+    let length = after.find([',', ']', '}', '#', '\n']).unwrap_or(after.len());
+    text.get(start..offset + length).unwrap_or_default().trim()
+}
+
+/// A hint at the unit of a value that is a number with one: `0.42 m`, `210GPa`.
+fn unit_hint(value: &str) -> Option<String> {
+    let number = value.trim_start_matches(['+', '-']);
+    let unit = number.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._eE".contains(c)).trim_start();
+    let has_unit =
+        number.starts_with(|c: char| c.is_ascii_digit()) && unit.starts_with(|c: char| c.is_alphabetic() || "%°".contains(c));
+    has_unit.then(|| "a number stands without its unit, which the key names".to_owned())
 }
 
 /// A value as TOML. Text that begins like no other value is a bare word: a string.
@@ -121,15 +144,9 @@ fn read(text: &str) -> Result<Value, String> {
         return Err("expected KEY=VALUE: the value is missing".to_owned());
     }
     let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
-    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._".contains(c)).trim();
-    let has_unit = unit.len() < text.len() && unit.starts_with(char::is_alphabetic);
-    text.parse().or_else(|error: TomlError| match (is_word, has_unit) {
-        (true, _) => Ok(Value::from(text)),
-        (false, true) => Err("not TOML: a number stands without its unit, which the key names".to_owned()),
-        (false, false) => {
-            let problem = decimal_comma_hint(text).unwrap_or_else(|| error.message().trim().replace('\n', " "));
-            Err(format!("not TOML: {problem}"))
-        }
+    text.parse().or_else(|error: TomlError| match is_word {
+        true => Ok(Value::from(text)),
+        false => Err(syntax_problem(text, &error)),
     })
 }
 

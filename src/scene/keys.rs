@@ -89,6 +89,12 @@ pub(super) const INERTIA: Number = number(
     Derived("a uniform bar's"),
     "moment of inertia about the centre of mass; with `mass_kg`",
 );
+const SECTION_SHAPE: Word = Word {
+    name: "shape",
+    words: || vec!["rectangle", "round", "tube"],
+    default: Required,
+    meaning: "shape of the section; it needs all of its sizes, and has no others",
+};
 pub(super) const WIDTH: Number = size("width_m", "width of a rectangle, across the plane of motion");
 pub(super) const HEIGHT: Number = size("height_m", "height of a rectangle, in the plane of motion");
 pub(super) const DIAMETER: Number = size("diameter_m", "diameter of a round bar");
@@ -267,7 +273,14 @@ const TABLES: &[Table] = &[
     },
     Table {
         title: "section",
-        keys: &[Key::Number(WIDTH), Key::Number(HEIGHT), Key::Number(DIAMETER), Key::Number(OUTER), Key::Number(INNER)],
+        keys: &[
+            Key::Word(SECTION_SHAPE),
+            Key::Number(WIDTH),
+            Key::Number(HEIGHT),
+            Key::Number(DIAMETER),
+            Key::Number(OUTER),
+            Key::Number(INNER),
+        ],
     },
     Table {
         title: "[slider]",

@@ -17,7 +17,9 @@ pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level
     }
     let mut checked: Vec<Level> = Vec::new();
     for (index, raw::Level { name, changes, error_rad }) in levels.iter().enumerate() {
-        let refuse = |key: &str, problem: &str| check.refuse(&format!("level.{index}.{key}"), problem);
+        let table = format!("level.{index}");
+        let refuse = |key: &str, problem: &str| check.refuse(&format!("{table}.{key}"), problem);
+        let name = name.as_ref().ok_or_else(|| check.refuse(&table, "missing key `name`"))?;
         let is_word = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c));
         if !is_word {
             return Err(refuse("name", "must be a word of letters, digits, `-`, `_` and `.`"));
@@ -31,7 +33,6 @@ pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level
         if changes.iter().any(|change| change.trim_start().starts_with("level")) {
             return Err(refuse("changes", "a level does not change levels"));
         }
-        let table = format!("level.{index}");
         let error_rad = error_rad.map(|error| check.number(&keys::LEVEL_ERROR, &table, error));
         checked.push(Level { name: name.clone(), changes: changes.clone(), error_rad });
     }

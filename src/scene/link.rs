@@ -110,33 +110,55 @@ struct SectionMeasures {
 
 /// The measures given, or those of the shape.
 fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<SectionMeasures, SceneError> {
-    let key = |part: &str| format!("{}.{part}", name.as_str());
-    let size = |spec: &Number, value: f64| check.number(spec, &key("section"), value);
-    let Some(shape) = raw.section else {
+    let Some(section) = &raw.section else {
         let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), "missing key `area_m2` (or `section`)"))?;
         let moment = raw.second_moment_m4.map(|moment| check.number(&keys::SECOND_MOMENT, name.as_str(), moment));
         let area_m2 = check.number(&keys::AREA, name.as_str(), area);
         return Ok(SectionMeasures { area_m2, second_moment_m4: moment, extreme_fibre_m: None });
     };
+    let table = format!("{}.section", name.as_str());
     if raw.area_m2.is_some() || raw.second_moment_m4.is_some() {
-        return Err(check.refuse(&key("section"), "give section, or area_m2 and second_moment_m4, not both"));
+        return Err(check.refuse(&table, "give section, or area_m2 and second_moment_m4, not both"));
     }
-    let (area, moment, height) = match shape {
-        raw::Section::Rectangle { width_m, height_m } => {
-            let (b, h) = (size(&keys::WIDTH, width_m), size(&keys::HEIGHT, height_m));
-            (b * h, b * h.powi(3) / 12.0, h)
-        }
-        raw::Section::Round { diameter_m } => {
-            let d = size(&keys::DIAMETER, diameter_m);
-            (PI * d * d / 4.0, PI * d.powi(4) / 64.0, d)
-        }
-        raw::Section::Tube { outer_m, inner_m } => {
-            let (outer, inner) = (size(&keys::OUTER, outer_m), size(&keys::INNER, inner_m));
-            if inner >= outer {
-                return Err(check.refuse(&key("section.inner_m"), format!("must be smaller than outer_m = {outer:?}")));
-            }
-            (PI * (outer.powi(2) - inner.powi(2)) / 4.0, PI * (outer.powi(4) - inner.powi(4)) / 64.0, outer)
-        }
-    };
+    let [area, moment, height] = check.noted(shape(check, &table, section)).unwrap_or([f64::NAN; 3]);
     Ok(SectionMeasures { area_m2: area, second_moment_m4: Some(moment), extreme_fibre_m: Some(0.5 * height) })
+}
+
+/// Area, second moment and height of a section. `table` is its path: `rod.section`.
+fn shape(check: &Checker, table: &str, section: &raw::Section) -> Result<[f64; 3], SceneError> {
+    Ok(match section.shape.ok_or_else(|| check.refuse(table, "missing key `shape`"))? {
+        raw::SectionShape::Rectangle => {
+            let [b, h] = sizes(check, table, section, [keys::WIDTH, keys::HEIGHT])?;
+            [b * h, b * h.powi(3) / 12.0, h]
+        }
+        raw::SectionShape::Round => {
+            let [d] = sizes(check, table, section, [keys::DIAMETER])?;
+            [PI * d * d / 4.0, PI * d.powi(4) / 64.0, d]
+        }
+        raw::SectionShape::Tube => {
+            let [outer, inner] = sizes(check, table, section, [keys::OUTER, keys::INNER])?;
+            if inner >= outer {
+                return Err(check.refuse(&format!("{table}.inner_m"), format!("must be smaller than outer_m = {outer:?}")));
+            }
+            [PI * (outer.powi(2) - inner.powi(2)) / 4.0, PI * (outer.powi(4) - inner.powi(4)) / 64.0, outer]
+        }
+    })
+}
+
+/// The sizes `own` that a shape has. A size of another shape is refused.
+fn sizes<const N: usize>(check: &Checker, table: &str, section: &raw::Section, own: [Number; N]) -> Result<[f64; N], SceneError> {
+    let given = [
+        (keys::WIDTH.name, section.width_m),
+        (keys::HEIGHT.name, section.height_m),
+        (keys::DIAMETER.name, section.diameter_m),
+        (keys::OUTER.name, section.outer_m),
+        (keys::INNER.name, section.inner_m),
+    ];
+    let is_other = |name: &str| own.iter().all(|spec| spec.name != name);
+    if let Some((name, _)) = given.iter().find(|(name, value)| value.is_some() && is_other(name)) {
+        let names = own.map(|spec| spec.name).join(" and ");
+        return Err(check.refuse(&format!("{table}.{name}"), format!("this shape has only {names}")));
+    }
+    let value = |spec: &Number| given.iter().find(|(name, _)| *name == spec.name).and_then(|(_, value)| *value);
+    Ok(own.map(|spec| check.number_or(&spec, table, value(&spec))))
 }

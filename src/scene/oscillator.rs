@@ -5,15 +5,17 @@ use super::{SceneError, check::Checker, keys, raw, types::*};
 
 pub(super) fn oscillator(check: &Checker, scene: &raw::Scene, raw: &raw::Oscillator) -> Result<Oscillator, SceneError> {
     alone(check, scene)?;
-    let count = raw.masses_kg.len();
-    if count == 0 || count > keys::MASSES || !raw.masses_kg.iter().all(|mass| keys::OSCILLATOR_MASSES.allows(*mass)) {
+    let missing = || check.refuse("oscillator", "missing key `masses_kg`");
+    let masses_kg = raw.masses_kg.as_deref().ok_or_else(missing)?;
+    let count = masses_kg.len();
+    if count == 0 || count > keys::MASSES || !masses_kg.iter().all(|mass| keys::OSCILLATOR_MASSES.allows(*mass)) {
         return Err(check.refuse(
             "oscillator.masses_kg",
             format!("must be 1 to {} numbers from {}", keys::MASSES, keys::OSCILLATOR_MASSES.range()),
         ));
     }
     Ok(Oscillator {
-        masses_kg: raw.masses_kg.clone(),
+        masses_kg: masses_kg.to_vec(),
         springs: raw.springs.iter().map(|spring| self::spring(check, spring, count)).collect::<Result<_, _>>()?,
         forces_n: for_each_mass(check, &keys::OSCILLATOR_FORCES, raw.forces_n.as_ref(), count)?,
         start_m: for_each_mass(check, &keys::OSCILLATOR_START, raw.start_m.as_ref(), count)?,

@@ -19,10 +19,6 @@ fn others(text: &SceneText, first: &SceneError) -> Vec<SceneError> {
     let mut read = document::without(&text.merged, &first.key);
     while let Some(rest) = read.filter(|_| found.len() < MOST_FURTHER) {
         let Err(error) = toml::from_str::<raw::Scene>(&rest) else { break };
-        // A key that is misspelt or of a wrong type is not missing as well.
-        if error.message().starts_with("missing") {
-            break;
-        }
         let refused = refusal(text, &rest, &error);
         read = document::without(&rest, &refused.key);
         found.push(refused);
@@ -64,6 +60,9 @@ pub(crate) fn describe(message: &str) -> String {
 fn in_words(message: &str) -> String {
     if let Some(key) = message.strip_prefix("missing field ") {
         return format!("missing key {key}");
+    }
+    if message == "wanted string or table" {
+        return "must be a word in quotes".to_owned();
     }
     let Some((_, expected)) = message.strip_prefix("invalid type: ").and_then(|rest| rest.rsplit_once(", expected ")) else {
         return message.to_owned();

@@ -1,4 +1,5 @@
-//! The scene file as it is written: plain serde structs, nothing checked but names and types.
+//! The scene file as it is written: plain serde structs, nothing checked but names and types. No key is required here, so that a
+//! misspelt one is not refused as missing, too: the validation refuses missing keys.
 
 use serde::Deserialize;
 
@@ -32,7 +33,7 @@ pub(super) struct Scene {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Level {
-    pub name: String,
+    pub name: Option<String>,
     #[serde(default)]
     pub changes: Vec<String>,
     pub error_rad: Option<f64>,
@@ -58,17 +59,28 @@ pub(super) struct Link {
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum Section {
-    Rectangle { width_m: f64, height_m: f64 },
-    Round { diameter_m: f64 },
-    Tube { outer_m: f64, inner_m: f64 },
+#[serde(deny_unknown_fields)]
+pub(super) struct Section {
+    pub shape: Option<SectionShape>,
+    pub width_m: Option<f64>,
+    pub height_m: Option<f64>,
+    pub diameter_m: Option<f64>,
+    pub outer_m: Option<f64>,
+    pub inner_m: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum SectionShape {
+    Rectangle,
+    Round,
+    Tube,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Oscillator {
-    pub masses_kg: Vec<f64>,
+    pub masses_kg: Option<Vec<f64>>,
     #[serde(default)]
     pub springs: Vec<Vec<f64>>,
     pub forces_n: Option<Vec<f64>>,

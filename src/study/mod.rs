@@ -1,6 +1,7 @@
-//! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings, of which `sweep` takes only the Parquet writer.
+//! Studies: numbers in tables, for people and for plots. They run simulations; they know neither bus nor recordings, of which `sweep` takes only the writers of tables.
 
 pub mod cycle;
+mod duration;
 pub mod fixed_cost;
 mod history;
 mod panic_message;
@@ -10,6 +11,7 @@ pub mod sweep;
 mod table;
 pub mod trade;
 
+pub use duration::usual_until_s;
 pub use history::{HistoryError, history};
 pub use shortening::{MATTERS, NoShortening, Shortening, shortenings};
 pub use table::{Table, TableError};

@@ -1,6 +1,7 @@
 //! Shortening of links by the axial forces of a run: `modal` leaves it out where a link is not `axial`.
 
-use super::trade::{STRAIGHT, usual_until_s};
+use super::duration::usual_until_s;
+use super::trade::STRAIGHT;
 use crate::mechanics::LinkObservation;
 use crate::scene::{IntegratorKind, Link, LinkName, ModelKind, Scene, System};
 use crate::simulation::{BuildError, Diverged, Simulation};

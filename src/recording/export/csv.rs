@@ -10,7 +10,7 @@ use crate::recording::rows::FieldValue;
 use crate::whole_file::WholeFile;
 
 /// A CSV file with a header; missing fields are empty.
-pub(super) struct CsvSheet {
+pub(crate) struct CsvSheet {
     path: PathBuf,
     writer: csv::Writer<WholeFile>,
 }

@@ -8,6 +8,7 @@ mod ros2;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+pub(crate) use self::csv::CsvSheet;
 use super::rows::{Decoder, FieldValue, Row, TimeRange, place_of};
 use super::{RecordingError, RecordingFile, writer::Written};
 pub(crate) use column_types::{ColumnType, Columns};
@@ -134,10 +135,10 @@ impl Table {
         };
         let mut sheets: Vec<Box<dyn Sheet>> = Vec::new();
         if let Some(folder) = &export.csv {
-            sheets.push(Box::new(csv::CsvSheet::create(place(folder, "csv")?, &columns)?));
+            sheets.push(Box::new(CsvSheet::create(place(folder, "csv")?, &columns)?));
         }
         if let Some(folder) = &export.parquet {
-            sheets.push(Box::new(parquet::ParquetSheet::create(place(folder, "parquet")?, &columns)?));
+            sheets.push(Box::new(ParquetSheet::create(place(folder, "parquet")?, &columns)?));
         }
         Ok(Table { columns, sheets, replaces, rows: 0 })
     }

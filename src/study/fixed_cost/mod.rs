@@ -8,7 +8,7 @@ use std::fmt;
 
 use crate::scene::Scene;
 use crate::simulation::{Diverged, PulseRequest};
-use crate::study::trade::usual_until_s;
+use crate::study::duration::usual_until_s;
 pub use error::NotRated;
 use limits::{LARGEST_TOLERANCE, MOST_CORRECTIONS, MOST_LEFT, SMALLEST_TOLERANCE};
 pub use trial::TrialErrors;

@@ -16,15 +16,33 @@ use super::campaign::{Campaign, Sample};
 use super::chunk;
 use super::row::Row;
 use super::run::Ending;
-use crate::recording::{ColumnType, Columns, FieldValue, ParquetSheet, Sheet as _};
+use crate::recording::{ColumnType, Columns, CsvSheet, FieldValue, ParquetSheet, Sheet};
 
 /// Chunks that a reader has in memory before they are asked for.
 const CHUNKS_AHEAD: usize = 4;
 
+/// Format of a merged table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Text.
+    Csv,
+    /// Typed columns, compressed.
+    Parquet,
+}
+
+impl TableFormat {
+    /// The format that a file name's ending asks for.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?;
+        let formats = [("csv", TableFormat::Csv), ("parquet", TableFormat::Parquet)];
+        formats.into_iter().find(|(name, _)| ending.eq_ignore_ascii_case(name)).map(|(_, format)| format)
+    }
+}
+
 /// A merged table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
-    /// The Parquet file.
+    /// Its file.
     pub path: PathBuf,
     /// SHA-256 of the file, in hexadecimal.
     pub sha256: String,
@@ -40,13 +58,13 @@ pub struct Merged {
     pub seconds: f64,
 }
 
-/// Writes the rows in `folder` as one Parquet table: `index`, `id`, the keys that vary, `ending`, `cause`, `verdict`, then numbers.
-/// Computing times are left out: they differ from machine to machine.
+/// Writes the rows in `folder` as one table: `index`, `id`, the keys that vary, `ending`, `cause`, `verdict`, then numbers. The ending
+/// of `path` chooses the format. Computing times are left out: they differ from machine to machine.
 ///
 /// # Errors
-/// [`SweepError`] if a file cannot be read or written.
+/// [`SweepError`] if the ending asks for no format, or a file cannot be read or written.
 pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, SweepError> {
-    let mut sheet = Box::new(ParquetSheet::create(path.to_owned(), &columns(campaign))?);
+    let mut sheet = sheet(path, &columns(campaign))?;
     let mut merged = Merged {
         path: path.to_owned(),
         sha256: String::new(),
@@ -68,6 +86,17 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
     sheet.finish()?;
     merged.sha256 = sha256(path).map_err(SweepError::file(path))?;
     Ok(merged)
+}
+
+/// The file of a table, in the format that its ending asks for.
+fn sheet(path: &Path, columns: &Columns) -> Result<Box<dyn Sheet>, SweepError> {
+    let file = path.to_owned();
+    let sheet: Box<dyn Sheet> = match TableFormat::of(path) {
+        Some(TableFormat::Csv) => Box::new(CsvSheet::create(file, columns)?),
+        Some(TableFormat::Parquet) => Box::new(ParquetSheet::create(file, columns)?),
+        None => return Err(SweepError::TableName(file)),
+    };
+    Ok(sheet)
 }
 
 /// Whether `folder` has a row of this campaign.

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 pub use axis::{Axis, Levels, Value};
 pub use campaign::Campaign;
-pub use merge::{Merged, has_rows, merge};
+pub use merge::{Merged, TableFormat, has_rows, merge};
 pub use points::{Coordinate, Points, points};
 pub use row::Row;
 pub use run::{Column, Ending, Outcome};
@@ -58,6 +58,9 @@ pub enum SweepError {
     /// The file system has no locks, and several workers may take the same rows.
     #[error("{}: the file system has no locks: give each worker a share of its own with --shard I/N", .0.display())]
     NoLocks(PathBuf),
+    /// The name of the table asks for no format.
+    #[error("{}: a table ends in .csv or .parquet", .0.display())]
+    TableName(PathBuf),
     /// The table could not be written.
     #[error(transparent)]
     Table(#[from] RecordingError),

@@ -68,7 +68,9 @@ impl fmt::Display for Refusal {
             Refusal::Tolerance { best, times, output, reference } => {
                 write!(f, "the tolerance fails: the best, {best}, is {times:.3} times over it in {}", output.as_str())?;
                 if *reference {
-                    write!(f, ", where the reference itself is not known so well (see its estimate)")
+                    f.write_str(
+                        ", where the reference itself is not known so well (see its estimate): a larger --budget refines it",
+                    )
                 } else {
                     Ok(())
                 }

@@ -23,7 +23,7 @@ pub struct LostModes {
     pub excitation: Excitation,
     /// A vibration that changes no output by more than this is not missed.
     pub tolerance: f64,
-    /// For each row of the study, its errors in each vibration that is needed; `None` of a model without a linearisation.
+    /// For each row of the study, its errors in each vibration beyond that; `None` of a model without a linearisation.
     pub rows: Vec<Option<Vec<ModeError>>>,
 }
 
@@ -112,9 +112,9 @@ impl LostModes {
 }
 
 impl Excitation {
-    /// The modes that a tolerance needs as vibrations; those that it needs as deflections that follow their loads; and the others. The
-    /// first of each change outputs most.
-    pub fn needed(&self, tolerance: f64) -> [Vec<&ExcitedMode>; 3] {
+    /// The modes whose vibration changes an output by more than a tolerance; those whose deflection does so as it follows the load;
+    /// and the others. The first of each change outputs most.
+    pub fn beyond(&self, tolerance: f64) -> [Vec<&ExcitedMode>; 3] {
         let mut modes: Vec<&ExcitedMode> = self.modes.iter().collect();
         modes.sort_by(|one, other| other.output_part.total_cmp(&one.output_part));
         let (vibrate, others): (Vec<_>, Vec<_>) = modes.into_iter().partition(|mode| mode.vibrates(tolerance));
@@ -143,7 +143,7 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// Errors of one configuration in the vibrations that are needed.
+    /// Errors of one configuration in the vibrations beyond the tolerance.
     fn errors(&mut self, configuration: &Configuration) -> Option<Vec<ModeError>> {
         let own = &configuration.family;
         let same = |(other, _): &Known| Family { integrator: own.integrator, ..other.clone() } == *own;

@@ -31,6 +31,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::scene::Scene;
+use crate::study::duration::usual_until_s;
 
 pub use choice::{Choice, Chosen, choose};
 pub use configuration::{Axial, Configuration, Family};
@@ -40,7 +41,7 @@ pub use errors::Errors;
 pub use excitation::{Excitation, ExcitedMode, NoExcitation};
 pub use fixed_cost::Corrections;
 pub use front::front;
-pub use grid::{Grid, NoCommonInterval, usual_until_s};
+pub use grid::{Grid, NoCommonInterval};
 pub use levels::{Levels, NoLevels, PassedOver, Unfit, choose_levels};
 pub use lost_modes::{LostModes, ModeError, Reason};
 pub use measured_level::MeasuredLevel;
