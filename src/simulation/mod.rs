@@ -30,6 +30,7 @@ mod rate;
 mod sample;
 mod sample_context;
 mod setpoint;
+mod state;
 mod step_grid;
 mod step_limit;
 mod telemetry;
@@ -379,17 +380,6 @@ impl Simulation {
     /// Energies and works of the present state.
     pub fn ledger(&self) -> EnergyLedger {
         self.ledger.energies()
-    }
-
-    /// Number of unknowns, the degrees of freedom; `None` if the model has no such number.
-    pub fn unknowns(&self) -> Option<usize> {
-        self.engine.unknowns()
-    }
-
-    /// The present state and loads; `None` if the model is no system of second order, or has no finite accelerations.
-    pub fn motion(&mut self) -> Option<Motion> {
-        let time_s = self.time_s();
-        self.engine.motion(&self.law, time_s)
     }
 
     /// Energies, works and estimated error of the present state.
