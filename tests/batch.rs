@@ -184,6 +184,23 @@ fn regress_check_judges_the_balance_and_suggests_a_step_that_keeps_it() -> Tried
     Ok(())
 }
 
+/// A modulus in a wrong unit: the rod is as soft as rubber.
+#[test]
+fn regress_a_link_that_bends_too_far_is_told_by_check_and_at_the_end_of_a_run() -> Tried {
+    let soft = ["crank-slider", "--set", "rod.youngs_modulus_pa=2.1e8"];
+    let checked = flexcrank(&[&["check"][..], &soft].concat()).output()?;
+    let out = String::from_utf8(checked.stdout)?;
+    assert!(out.starts_with("crank-slider: valid, but a link bends out of the model's range"), "{out}");
+    let run =
+        flexcrank(&[&["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.45"][..], &soft].concat()).output()?;
+    let said = String::from_utf8(run.stderr)?;
+    assert_eq!((run.status.code(), said.matches("warning: out of the model's range").count()), (Some(0), 1), "{said}");
+    let loaded = [&["check"][..], &soft, &["--set", "slider.resistance_n=20", "--set", "start.angle_rad=0.5"]].concat();
+    let out = String::from_utf8(flexcrank(&loaded).output()?.stdout)?;
+    assert!(out.contains("frequencies  not computed: the position is singular") && out.contains("does it buckle?"), "{out}");
+    Ok(())
+}
+
 #[test]
 fn regress_refusals_of_one_of_several_runs_name_its_scene() -> Tried {
     for (more, why) in [

@@ -137,7 +137,7 @@ fn regress_a_word_in_the_wrong_place_is_told_from_a_right_one() -> Result<(), Bo
     refused(&["help", "bogus"], 2, &["the commands are run, replay,"])?;
     refused(&["mine.toml"], 2, &["flexcrank run mine.toml"])?;
     refused(&["--until", "1"], 2, &["flexcrank run --until"])?;
-    refused(&["run", "--set", "solver.step_s=1ms"], 2, &["a number stands without its unit, which the key names"])?;
+    refused(&["run", "--set", "solver.step_s=1ms"], 2, &["`1ms`: write the number alone, as its key names the unit"])?;
     refused(&["run", "--set", "rod.length_m="], 2, &["--set rod.length_m=: expected KEY=VALUE: the value is missing"])?;
     refused(&["run", "--set", "pulse.1={start_s=1}"], 2, &["`pulse` has entries 0 to 0, and none numbered 1"])?;
     refused(&["cycle", "--csv", "none/cycle.csv"], 1, &["none/cycle.csv: the folder none does not exist"])?;

@@ -358,8 +358,10 @@ fn regress_a_refused_override_names_the_option_and_a_remedy() {
 
 #[test]
 fn regress_a_number_with_its_unit_is_refused_in_files_as_in_overrides() {
-    let problem = "not TOML: a number stands without its unit, which the key names";
     for value in ["0.42 m  # measured", "0.42m", "210 GPa", "210GPa", "2.1e11 Pa", "{ shape = 'round', diameter_m = 8 mm }"] {
+        let number =
+            value.split_once("m = ").map_or(value, |(_, number)| number).trim_end_matches("  # measured").trim_end_matches(" }");
+        let problem = format!("not TOML: `{number}`: write the number alone, as its key names the unit");
         assert_eq!(refused(&with("length_m = 0.5", &format!("length_m = {value}"))), format!("scene.toml:5: {problem}"));
         assert_eq!(changed(&[&format!("rod.length_m={value}")]), format!("--set rod.length_m={value}: {problem}"));
     }

@@ -14,10 +14,10 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
-use crate::runtime::unbalanced;
+use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene, SceneSource, builtin};
 use crate::simulation::{Diverged, EnergyVerdict, Simulation};
-use crate::small_motion::Vibrations;
+use crate::small_motion::{NoModes, Vibrations};
 use crate::study::{Shortening, shortenings, usual_until_s};
 
 /// Shown by `--help`.
@@ -32,13 +32,12 @@ Frequencies are those of small undamped vibrations about rest at the start posit
     speed of the start or the drive, finely enough for about 0.1 % of error, and such a run with it keeps the balance within \
     solver.balance_tolerance; `trade` measures which step suffices.
 
-`modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a \
-    run. `axial = true` is recommended from 10 % of the \
-    largest deflection on.
+`modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
+    `axial = true` is recommended from 10 % of the largest deflection on.
 
---json prints one object: scene, model, integrator, step_s, unknowns, vibrations, lowest_hz, highest_hz, balance_error \
-    (largest, over the energy in play), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what \
-    does not exist.
+--json prints one object: scene, model, integrator, step_s, unknowns, vibrations, lowest_hz, highest_hz, balance_error (largest, over \
+    the energy in play), out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, \
+    suggested_step_s, reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, 2 it is refused, 4 it diverges, 6 its energy balance leaves solver.balance_tolerance.";
 
@@ -52,6 +51,8 @@ const LEAST_STEPS: f64 = 2.0;
 const MOST_STEPS: u32 = 20_000;
 /// Fewer steps of a run show nothing of it.
 const LEAST_STEPS_OF_RUN: f64 = 100.0;
+/// Looks at how far links are bent in a run.
+const LOOKS: f64 = 200.0;
 /// Most times that a suggested step is halved.
 const HALVINGS: u32 = 7;
 
@@ -80,6 +81,7 @@ struct Checked {
     lowest_hz: Option<f64>,
     highest_hz: Option<f64>,
     balance_error: Option<f64>,
+    out_of_range: Option<f64>,
     step_cost_s: Option<f64>,
     real_time_factor: Option<f64>,
     suggested_step_s: Option<f64>,
@@ -101,11 +103,12 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let scene = &source.scene;
     let mut simulation = build(&source)?;
-    let vibrations = Vibrations::of_scene(scene).unwrap_or_default();
+    let found = Vibrations::of_scene(scene);
+    let vibrations = found.as_ref().copied().unwrap_or_default();
     let frequencies_hz = vibrations.and_then(|vibrations| vibrations.frequencies_hz);
     let trial = Trial::of(&mut simulation, usual_until_s(scene), MEASURED);
     let slowest = slowest_motion(scene, frequencies_hz.map(|[lowest_hz, _]| lowest_hz));
-    let (suggested_step_s, reason) = kept_balance(scene, suggestion(scene, slowest));
+    let (suggested_step_s, reason) = kept_balance(scene, &trial, suggestion(scene, slowest));
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),
@@ -116,6 +119,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         lowest_hz: frequencies_hz.map(|[lowest_hz, _]| lowest_hz),
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         balance_error: trial.balance_error,
+        out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
         suggested_step_s,
@@ -125,12 +129,14 @@ pub(super) fn check(args: &Args) -> CommandResult {
     if args.json {
         print_json(&checked)?
     } else {
-        checked.print(&trial)?
+        checked.print(&trial, found.err())?
     }
     if let Some((period_s, what)) = slowest.filter(|(period_s, _)| scene.solver.step_s > period_s / LEAST_STEPS) {
         let [step, period] = [scene.solver.step_s, period_s].map(figure);
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: expect wrong motion");
     }
+    let bent = trial.out_of_range.and_then(beyond_range);
+    bent.iter().for_each(|bent| say!("warning: {bent}"));
     match trial.verdict {
         Err(diverged) => {
             say!("error: {diverged}");
@@ -150,6 +156,8 @@ struct Trial {
     step_cost_s: Option<f64>,
     /// Largest error of the energy balance, over the energy in play; `None` if it is not judged.
     balance_error: Option<f64>,
+    /// Largest deflection over length that was out of the model's range; `None` if none was.
+    out_of_range: Option<f64>,
     verdict: Result<EnergyVerdict, Diverged>,
 }
 
@@ -158,6 +166,8 @@ impl Trial {
     fn of(simulation: &mut Simulation, until_s: f64, shortest: Duration) -> Self {
         let begun = Instant::now();
         let (mut judged, mut steps, mut taken) = (None, 0_u32, Ok(()));
+        let (mut cost, mut out_of_range) = (Duration::ZERO, None);
+        let seldom = (until_s / simulation.step_s() / LOOKS).max(1.0) as u32;
         while taken.is_ok() && steps < MOST_STEPS {
             let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
             if is_whole && judged.is_none() {
@@ -166,13 +176,25 @@ impl Trial {
             if steps > 0 && (is_whole && elapsed >= shortest || elapsed >= LONGEST) {
                 break;
             }
+            let stepping = Instant::now();
             taken = simulation.step();
+            cost += stepping.elapsed();
             steps += 1;
+            if is_whole && taken.is_err() {
+                // After the run that is judged.
+                taken = Ok(());
+                break;
+            }
+            if steps.is_multiple_of(seldom) && !is_whole {
+                let bent = simulation.observe().ok().and_then(|seen| seen.out_of_range);
+                out_of_range = [out_of_range, bent].into_iter().flatten().reduce(f64::max);
+            }
         }
         let (verdict, ledger) = judged.unwrap_or_else(|| (simulation.energy_verdict(), simulation.ledger()));
         let is_judged = verdict != EnergyVerdict::NotJudged && ledger.in_play_j > 0.0;
         Trial {
-            step_cost_s: taken.is_ok().then(|| begun.elapsed().as_secs_f64() / f64::from(steps.max(1))),
+            step_cost_s: taken.is_ok().then(|| cost.as_secs_f64() / f64::from(steps.max(1))),
+            out_of_range,
             balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),
             verdict: taken.map(|()| verdict),
         }
@@ -180,25 +202,34 @@ impl Trial {
 }
 
 /// The suggestion, with a step halved until a run of the scene keeps its energy balance.
-fn kept_balance(scene: &Scene, (suggested_s, reason): (Option<f64>, String)) -> (Option<f64>, String) {
+fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>, String)) -> (Option<f64>, String) {
     let until_s = usual_until_s(scene);
     let (first_s, reason) = match suggested_s {
         Some(step_s) if step_s * LEAST_STEPS_OF_RUN <= until_s => (step_s, reason),
-        Some(_) => (one_digit(until_s / LEAST_STEPS_OF_RUN), format!("{LEAST_STEPS_OF_RUN} steps over {} s", figure(until_s))),
-        None => return (None, reason),
+        None if scene.solver.model == ModelKind::Incremental => return (None, reason),
+        _ => (one_digit(until_s / LEAST_STEPS_OF_RUN), format!("{LEAST_STEPS_OF_RUN} steps over {} s", figure(until_s))),
     };
     let mut step_s = first_s;
     for _ in 0..HALVINGS {
         let mut shorter = scene.clone();
         shorter.solver.step_s = step_s;
         let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO).verdict);
-        if matches!(trial, Ok(Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged))) {
+        if trial.is_ok_and(|verdict| is_kept(&verdict)) {
             let longer = format!("{} s would suffice for {reason}, but does not keep the energy balance", figure(first_s));
             return (Some(step_s), if step_s == first_s { reason } else { longer });
         }
         step_s = one_digit(0.5 * step_s);
     }
-    (None, format!("no step from {} s down to {} s keeps the energy balance; {reason}", figure(first_s), figure(step_s)))
+    let none = format!("no step from {} s down to {} s keeps the energy balance", figure(first_s), figure(step_s));
+    match is_kept(&own.verdict) {
+        true => (Some(scene.solver.step_s), format!("the scene's own: {none}")),
+        false => (None, none),
+    }
+}
+
+/// Whether a run kept its energy balance, or is not judged by it.
+fn is_kept(verdict: &Result<EnergyVerdict, Diverged>) -> bool {
+    matches!(verdict, Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged))
 }
 
 /// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
@@ -224,7 +255,7 @@ fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, Stri
     }
     let steps = if scene.solver.integrator.order() >= 4 { 12.0 } else { 60.0 };
     let Some((period_s, what)) = slowest else {
-        return (None, "nothing vibrates or turns at the start".to_owned());
+        return (None, "nothing is known to vibrate or turn at the start".to_owned());
     };
     let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
     let limit = if explicit { "; runge-kutta also has a stability limit, which refuses longer steps" } else { "" };
@@ -259,12 +290,15 @@ fn one_digit(value: f64) -> f64 {
 }
 
 impl Checked {
-    fn print(&self, trial: &Trial) -> std::io::Result<()> {
+    fn print(&self, trial: &Trial, no_modes: Option<NoModes>) -> std::io::Result<()> {
         let mut out = output();
         let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
         let finding = match trial.verdict {
             Err(_) => "valid, but it diverges",
             Ok(EnergyVerdict::Unbalanced { .. }) => "valid, but not to be trusted at its step",
+            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.out_of_range.is_some() => {
+                "valid, but a link bends out of the model's range"
+            }
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
         };
         writeln!(out, "{scene}: {finding}")?;
@@ -281,7 +315,11 @@ impl Checked {
                 format!("{} Hz to {} Hz, {count} in all{free}", figure(lowest_hz), figure(highest_hz))
             }
             (_, _, Some(_)) => "nothing vibrates".to_owned(),
-            _ => "not computed for this model or so many unknowns".to_owned(),
+            _ => match no_modes {
+                Some(NoModes::NotSuited(_)) => "not computed for this model".to_owned(),
+                Some(none) => format!("not computed: {none}"),
+                None => "not computed for so many unknowns".to_owned(),
+            },
         };
         writeln!(out, "  frequencies  {frequencies}")?;
         let balance =

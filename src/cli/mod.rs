@@ -66,6 +66,7 @@ mod trade;
 mod trade_choice;
 mod trade_modes;
 mod trade_table;
+mod turning;
 mod values;
 mod verify;
 mod watch;

@@ -92,7 +92,8 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     bar.finish_and_clear();
     let mut sources = sources?;
     if args.y.is_empty() {
-        sources.iter().filter_map(Source::straight_links).for_each(|sentence| say!("{sentence}"));
+        let sentences = |source: &Source| [source.straight_links(), source.coarse_turning()];
+        sources.iter().flat_map(sentences).flatten().for_each(|sentence| say!("{sentence}"));
     }
     if args.overlay {
         tell_apart(&mut sources);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::failure::{CommandResult, Failure};
+use super::turning::coarse_turning;
 use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
 use crate::scene::{ModelKind, SceneSource, scene_hint};
@@ -60,8 +61,18 @@ impl Source {
 
     /// Its topic `displacements`; empty if there is none.
     pub fn displacements(&self) -> &Table {
-        let topic = self.tables.iter().find(|topic| topic.name.rsplit('/').next() == Some("displacements"));
+        self.topic("displacements")
+    }
+
+    fn topic(&self, name: &str) -> &Table {
+        let topic = self.tables.iter().find(|topic| topic.name.rsplit('/').next() == Some(name));
         topic.map_or(&self.none, |topic| &topic.table)
+    }
+
+    /// A sentence about a first link that turns so far from sample to sample that paths are polygons; `None` if it does not.
+    pub fn coarse_turning(&self) -> Option<String> {
+        let sentence = coarse_turning(self.topic("angles"), self.displacements())?;
+        Some(format!("{}: {sentence}", self.path.display()))
     }
 
     /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if

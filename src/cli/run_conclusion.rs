@@ -3,7 +3,7 @@
 use super::exit_status::ExitStatus;
 use super::formatting::counted;
 use crate::recording::{RecordingError, Written};
-use crate::runtime::{Ending, unbalanced};
+use crate::runtime::{Ending, beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene};
 use crate::service::LiveReport;
 use crate::shown::shown_s;
@@ -102,6 +102,10 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
     }
     if lossy && done == ExitStatus::Success {
         done = ExitStatus::Lossy;
+    }
+    let is_untrusted = matches!(report.verdict, EnergyVerdict::Unbalanced { .. });
+    if let Some(warning) = beyond_range(report.worst_out_of_range).filter(|warning| warning != warned && !is_untrusted) {
+        say!("warning: {whose}{warning}");
     }
     if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {
         let warning = unbalanced(worst_j, in_play_j);

@@ -27,7 +27,7 @@ pub(crate) use changes::GOVERNED;
 pub use ending::{Ending, RunSummary};
 use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
-pub(crate) use reporting::{setpoint_warning, unbalanced, warning};
+pub(crate) use reporting::{beyond_range, setpoint_warning, unbalanced, warning};
 
 /// Simulated time between two checkpoints, s.
 pub(crate) const CHECKPOINT_PERIOD_S: f64 = 10.0;
@@ -264,6 +264,7 @@ impl Stepper {
             dropped: self.drops.count,
             verdict: self.simulation.energy_verdict(),
             unconverged: self.simulation.unconverged(),
+            worst_out_of_range: self.statistics.worst_out_of_range,
         }
     }
 

@@ -135,7 +135,7 @@ fn unit_hint(value: &str) -> Option<String> {
     let unit = number.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._eE".contains(c)).trim_start();
     let has_unit =
         number.starts_with(|c: char| c.is_ascii_digit()) && unit.starts_with(|c: char| c.is_alphabetic() || "%°".contains(c));
-    has_unit.then(|| "a number stands without its unit, which the key names".to_owned())
+    has_unit.then(|| format!("`{value}`: write the number alone, as its key names the unit"))
 }
 
 /// A value as TOML. Text that begins like no other value is a bare word: a string.

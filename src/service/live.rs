@@ -101,6 +101,8 @@ pub struct LiveReport {
     pub verdict: EnergyVerdict,
     /// Steps of fixed cost that left more than the scene's tolerance.
     pub unconverged: u64,
+    /// Largest published deflection over length that exceeded the model's range; 0 if none did.
+    pub worst_out_of_range: f64,
     /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
     /// Messages encoded because a topic had subscribers or was recorded.
@@ -191,13 +193,13 @@ struct RunningSimulation {
 
 impl RunningSimulation {
     async fn report(self) -> Result<LiveReport, ServiceError> {
-        let RunSummary { ending, dropped: lost, verdict, unconverged } =
+        let RunSummary { ending, dropped: lost, verdict, unconverged, worst_out_of_range } =
             self.ended.await.map_err(|_| ServiceError::Died("stepping"))?;
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.shared().dropped();
         let Closed { angles, recordings, encoded, .. } = closed;
-        Ok(LiveReport { name: self.name, ending, verdict, unconverged, angles, recordings, dropped, encoded })
+        Ok(LiveReport { name: self.name, ending, verdict, unconverged, worst_out_of_range, angles, recordings, dropped, encoded })
     }
 }
 

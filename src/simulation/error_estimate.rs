@@ -75,9 +75,9 @@ impl ErrorEstimate {
 
     /// Adds one more part of a step, of `h_s`, by its terms, of coordinates and velocities. The rotation's error is carried along if one
     /// angle says where the chain is.
-    pub(super) fn add(&mut self, h_s: f64, terms: [Term; 2], turns: bool) {
+    pub(super) fn add(&mut self, h_s: f64, terms: &[Term; 2], turns: bool) {
         let mut errors = [Measure::default(); 2];
-        for ((error, term), left) in errors.iter_mut().zip(&terms).zip(&mut self.left) {
+        for ((error, term), left) in errors.iter_mut().zip(terms).zip(&mut self.left) {
             let Term { measure, factor, size } = *term;
             *error = measure.times(factor);
             if let Some(size) = size {

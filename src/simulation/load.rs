@@ -187,6 +187,7 @@ impl Load {
     }
 
     /// The torque during a step of `h_s` from `from_s` to `to_s`.
+    #[inline]
     pub(super) fn during(&self, from_s: f64, to_s: f64, h_s: f64) -> Torque {
         Torque {
             mean_nm: self.mean_nm(from_s, to_s),
@@ -197,6 +198,7 @@ impl Load {
     }
 
     /// The torque just before `time_s`.
+    #[inline]
     pub(super) fn at(&self, time_s: f64) -> Torque {
         let torque_nm = self.constant_nm + self.pulses.value_nm(time_s);
         Torque::constant(self.setpoint.value_nm(time_s).map_or(torque_nm, |setpoint_nm| torque_nm + setpoint_nm))

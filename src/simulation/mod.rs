@@ -56,7 +56,7 @@ pub use crate::integrate::Work;
 use crate::integrate::{Effort, StepError, Taken};
 use crate::mechanics::{Energy, Observation};
 use crate::scene::{Scene, Solver};
-use drive::DriveLaw;
+use drive::{DriveLaw, Torque};
 use engine::Engine;
 use ledger::Ledger;
 use load::{Load, SHORTEST_PART};
@@ -142,7 +142,7 @@ impl Simulation {
         simulation.begin().map_err(|_| BuildError {
             key: "start",
             model: scene.solver.model.as_str(),
-            why: "its start has no finite accelerations".into(),
+            why: "its start has no finite accelerations: the position is singular, or constant loads bend a link too far".into(),
         })?;
         Ok(simulation)
     }
@@ -247,7 +247,8 @@ impl Simulation {
     /// [`Diverged`] when the step could not be taken, or its energies say that it went wrong; the last good state stays.
     pub fn step(&mut self) -> Result<(), Diverged> {
         let (from_s, to_s) = (self.time_s(), self.grid.time_s(self.step + 1));
-        let (torque, error) = (self.law.torque, self.error);
+        // Between two steps it does not change.
+        let (torque_nm, error) = (self.law.torque.mean_nm, self.error);
         self.saved.clear();
         self.engine.save(&mut self.saved);
         self.error.iter_mut().for_each(ErrorEstimate::begin_step);
@@ -258,7 +259,7 @@ impl Simulation {
         });
         let (taken, ledger) = taken.map_err(|cause| {
             self.engine.restore(&self.saved);
-            self.law.torque = torque;
+            self.law.torque = Torque::constant(torque_nm);
             self.error = error;
             self.diverged(cause)
         })?;
@@ -266,8 +267,9 @@ impl Simulation {
         self.last = taken;
         self.unconverged += u64::from(taken.left_over > self.solver.tolerance);
         self.ledger = ledger;
-        let torque = std::mem::replace(&mut self.law.torque, self.load.at(to_s));
-        self.load.deliver(&torque, from_s, to_s, self.grid.step_s);
+        let at_end = self.load.at(to_s);
+        self.load.deliver(&self.law.torque, from_s, to_s, self.grid.step_s);
+        self.law.torque = at_end;
         Ok(())
     }
 
@@ -314,7 +316,7 @@ impl Simulation {
         {
             error.carried = small.carried(h_s, crank);
         }
-        error.add(h_s, terms, crank.is_some());
+        error.add(h_s, &terms, crank.is_some());
     }
 
     /// How deep a step that fails is halved: a step of fixed cost is not tried again.

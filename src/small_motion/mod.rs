@@ -88,7 +88,9 @@ pub enum NoModes {
     #[error(transparent)]
     NotPeriodic(#[from] error::FloquetError),
     /// A singular position.
-    #[error("the position is singular: the rod stands across the guide, or a link has no mass")]
+    #[error(
+        "the position is singular: the rod stands across the guide, a link has no mass, or constant loads bend a link too far (does it buckle?)"
+    )]
     Singular,
     /// Weight and loads cannot be balanced.
     #[error("no static equilibrium was found with the crank at {angle_deg}°")]

@@ -7,14 +7,18 @@ use std::path::Path;
 use std::process::Command;
 
 use flexcrank::plot::{Axis, Figure, Format, Mark, MechanismPicture, Named, Picture as _, overlaid, recorded};
+use flexcrank::scene::SceneSource;
 use flexcrank::study::Table;
 
 use super::{complaint, plot, texts};
 
-/// Runs a scene into a recording.
+/// Runs a scene into a recording, with every step unless `more` has a rate.
 fn record(folder: &Path, scene: &str, until: &str, file: &str, more: &[&str]) {
     let mut run = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
-    run.args(["run", scene, "--pace", "max", "--until", until, "--publish-hz", "all", "--record", file, "--force"]);
+    run.args(["run", scene, "--pace", "max", "--until", until, "--record", file, "--force"]);
+    if !more.contains(&"--publish-hz") {
+        run.args(["--publish-hz", "all"]);
+    }
     let ran = run.args(["--listen", "tcp/127.0.0.1:0"]).args(more).current_dir(folder).output().unwrap();
     assert_eq!(ran.status.code(), Some(0), "{}", complaint(&ran));
 }
@@ -172,6 +176,33 @@ fn regress_flexible_links_that_are_drawn_straight_are_named() {
         }
         let columns = plot(at, &[file, "--y", "links.crank.chord_rad", "-o", "angle.svg"]);
         assert_eq!((columns.status.code(), complaint(&columns).as_str()), (Some(0), ""), "{changes:?}");
+    }
+}
+
+#[test]
+fn regress_paths_that_are_polygons_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let text = SceneSource::open("thesis-compressor", &[]).unwrap().text;
+    let ramp = text.replace("speed_rad_per_s = 157.07963267948966", "ramp = { to_rad_per_s = 157.0, over_s = 0.2 }");
+    std::fs::write(at.join("ramp.toml"), ramp).unwrap();
+    let wide = |turned: &str, how: &str| {
+        let so = "from sample to sample, so that paths are polygons; record with --publish-hz";
+        format!("run.mcap: the crank turns by up to {turned} rad {so} {how} for smooth ones\n")
+    };
+    for (scene, more, range, said) in [
+        ("thesis-compressor", &["--publish-hz", "200"][..], &[][..], wide("0.8", "1700")),
+        ("thesis-compressor", &["--publish-hz", "1700"], &[], String::new()),
+        ("thesis-compressor", &["--publish-hz", "1700,displacements=200"], &[], wide("0.8", "1700")),
+        ("thesis-compressor", &["--publish-hz", "200", "--set", "solver.step_s=0.001"], &[], wide("0.8", "all")),
+        ("ramp.toml", &["--publish-hz", "200"], &["--to", "0.05"], String::new()),
+        ("ramp.toml", &["--publish-hz", "200"], &["--from", "0.15"], wide("0.8", "1700")),
+        ("crank-slider", &["--publish-hz", "200"], &[], String::new()),
+    ] {
+        record(at, scene, "0.2", "run.mcap", more);
+        assert_eq!(complaint(&plot(at, &[&["run.mcap", "--list"][..], range].concat())), said, "{scene} {more:?} {range:?}");
+        let columns = plot(at, &["run.mcap", "--y", "links.crank.chord_rad", "-o", "angle.svg"]);
+        assert_eq!(complaint(&columns), "");
     }
 }
 

@@ -192,6 +192,22 @@ fn val_configurations_that_lose_energy_slowly_are_passed_over_if_energy_counts()
     assert!(by_energy.passed_over == 1 && by_energy.trial.long_energy.unwrap() < 1e-4, "{:?}", by_energy.trial);
 }
 
+#[test]
+fn regress_a_refusal_names_the_verification_that_failed() {
+    let source = open("ref-r2s", &["crank.rigid=true", "rod.rigid=true"]);
+    let selection = Selection {
+        models: vec![ModelKind::Rigid],
+        integrators: vec![IntegratorKind::RungeKutta],
+        steps_s: vec![5e-3],
+        ..Selection::default()
+    };
+    let told = answer(&source, &ask(selection, &[OutputGroup::Angle, OutputGroup::Energy], 10.0));
+    let demands = Demands { tolerance: 5e-4, real_time_factor: 0.1 };
+    let said = choose(&source.scene, &told, &demands, 10.0, &mut |_| {}).unwrap_err().to_string();
+    assert!(said.starts_with("verification fails in energy over ten minutes: rigid, runge-kutta, step 5e-3 s has "), "{said}");
+    assert!(said.ends_with(" times the tolerance there; choose a looser --tolerance"), "{said}");
+}
+
 /// The default scene has what `trade --tolerance 1e-3 --real-time-factor 20` chooses, here among the settings near it. The choice is by
 /// counted work, so a busy machine does not change it.
 #[test]

@@ -110,6 +110,11 @@ pub(crate) fn warning(verdict: EnergyVerdict, worst_out_of_range: f64) -> Option
     if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = verdict {
         return Some(unbalanced(worst_j, in_play_j));
     }
+    beyond_range(worst_out_of_range)
+}
+
+/// The warning that a link was bent by this part of its length, unless that is 0.
+pub(crate) fn beyond_range(worst_out_of_range: f64) -> Option<String> {
     let bent = 100.0 * worst_out_of_range;
     (bent > 0.0).then(|| format!("out of the model's range: a link was bent by {bent:.1} % of its length"))
 }

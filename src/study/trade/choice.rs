@@ -51,7 +51,7 @@ pub fn choose(
         if trial.holds(demands) {
             return Ok(Chosen { row: row.clone(), real_time_factor: speed(measured), trial, passed_over });
         }
-        refusal = trial.refusal(demands, &row.configuration);
+        refusal = verification.refusal(&trial, demands, &row.configuration);
     }
     Err(refusal)
 }

@@ -47,19 +47,29 @@ pub enum Refusal {
         /// Its error over the tolerance.
         error_times: f64,
     },
-    /// All that held both failed on the other run.
-    Verification {
-        /// The last that was tried.
-        last: Configuration,
-        /// Its error there over the tolerance.
-        error_times: f64,
-        /// The demanded speed over what it reached there.
-        speed_times: f64,
-    },
+    /// All that held both failed when they were verified.
+    Verification(Unverified),
     /// The other run has no reference.
     NoVerification(Failed),
     /// No configuration ran.
     Nothing,
+}
+
+/// The last configuration that was tried, and why its verification failed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unverified {
+    /// The configuration.
+    pub last: Configuration,
+    /// Its error over the tolerance.
+    pub error_times: f64,
+    /// The demanded speed over what it reached.
+    pub speed_times: f64,
+    /// Whether the error is that of energy over ten minutes, instead of the run on another speed and pulse.
+    pub over_ten_minutes: bool,
+    /// Whether the uncertainty of the reference may account for the error.
+    pub reference: bool,
+    /// Whether the budget left out finer configurations.
+    pub left_out: bool,
 }
 
 impl fmt::Display for Refusal {
@@ -83,16 +93,69 @@ impl fmt::Display for Refusal {
                 "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow; \
                  at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
             ),
-            Refusal::Verification { last, error_times: 0.0, speed_times } => {
-                write!(f, "verification fails on another speed and pulse: {last} needs {speed_times:.3} times the time allowed")
-            }
-            Refusal::Verification { last, error_times, speed_times } => write!(
-                f,
-                "verification fails on another speed and pulse, or in energy over ten minutes: {last} has {error_times:.3} times \
-                 the tolerance there, and needs {speed_times:.3} times the time allowed"
-            ),
+            Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
             Refusal::NoVerification(failed) => write!(f, "verification fails: no reference at another speed and pulse: {failed}"),
             Refusal::Nothing => f.write_str("no configuration ran to its end"),
+        }
+    }
+}
+
+impl fmt::Display for Unverified {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Unverified { last, error_times, speed_times, .. } = self;
+        let run = if self.over_ten_minutes { "in energy over ten minutes" } else { "on another speed and pulse" };
+        let error = format!("has {error_times:.3} times the tolerance there");
+        let time = format!("needs {speed_times:.3} times the time allowed");
+        let looser = match (self.reference, self.left_out) {
+            (true, _) => "a looser --tolerance, or a larger --budget, which refines the reference",
+            (false, true) => "a looser --tolerance, or a larger --budget, which measures finer configurations",
+            (false, false) => "a looser --tolerance",
+        };
+        write!(f, "{run}: {last} ")?;
+        match (*error_times > 1.0, *speed_times > 1.0) {
+            (true, true) => write!(f, "{error}, and {time}; choose {looser}, and a smaller --real-time-factor"),
+            (true, false) => write!(f, "{error}; choose {looser}"),
+            (false, true) => write!(f, "{time}; choose a smaller --real-time-factor"),
+            // A level may be refused without a tolerance.
+            (false, false) => f.write_str("errs by more than is of use there"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::configuration::{Axial, Family};
+    use super::*;
+    use crate::scene::{IntegratorKind, ModelKind};
+
+    #[test]
+    fn regress_a_failed_verification_names_its_reasons_and_the_way_on() {
+        let family = Family {
+            model: ModelKind::Modal,
+            integrator: IntegratorKind::Esdirk,
+            resolution: 3,
+            rigid: vec![false, false],
+            axial: vec![Axial::OfScene(false); 2],
+        };
+        let last = Configuration { family, step_s: 5e-4 };
+        let unverified = |[error_times, speed_times]: [f64; 2], [over_ten_minutes, reference, left_out]: [bool; 3]| {
+            let last = last.clone();
+            Refusal::Verification(Unverified { last, error_times, speed_times, over_ten_minutes, reference, left_out })
+        };
+        let [other, energy] = ["on another speed and pulse", "in energy over ten minutes"];
+        let [error, time] = ["has 1.055 times the tolerance there", "needs 1.200 times the time allowed"];
+        let [looser, slower] = ["choose a looser --tolerance", "a smaller --real-time-factor"];
+        let budget = "or a larger --budget, which";
+        for (times, facts, run, said) in [
+            ([1.055, 0.014], [false; 3], other, format!("{error}; {looser}")),
+            ([1.055, 0.014], [true, false, false], energy, format!("{error}; {looser}")),
+            ([1.055, 0.014], [false, true, true], other, format!("{error}; {looser}, {budget} refines the reference")),
+            ([1.055, 0.014], [true, false, true], energy, format!("{error}; {looser}, {budget} measures finer configurations")),
+            ([0.0, 1.2], [false, false, true], other, format!("{time}; choose {slower}")),
+            ([1.055, 1.2], [false; 3], other, format!("{error}, and {time}; {looser}, and {slower}")),
+            ([0.0, 0.9], [false; 3], other, "errs by more than is of use there".to_owned()),
+        ] {
+            assert_eq!(unverified(times, facts).to_string(), format!("verification fails {run}: {last} {said}"));
         }
     }
 }

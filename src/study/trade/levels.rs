@@ -3,7 +3,7 @@
 use super::Study;
 use super::choice::{candidates, speed};
 use super::configuration::Configuration;
-use super::demands::{Demands, Refusal};
+use super::demands::{Demands, Refusal, Unverified};
 use super::level_choice::{Point, pick_levels};
 use super::level_tables::level_tables;
 use super::measured_level::MeasuredLevel;
@@ -164,23 +164,30 @@ impl Contest<'_> {
         };
         match &first.trial {
             Some(trial) if first.error() > self.demands.tolerance => {
-                Err(NoLevels::First(trial.refusal(self.demands, &first.row.configuration)))
+                let trial = Trial { error: first.error(), ..trial.clone() };
+                Err(NoLevels::First(self.verification.refusal(&trial, self.demands, &first.row.configuration)))
             }
             Some(_) if picked.len() == 1 => Err(NoLevels::Single(first.row.configuration.clone())),
             _ => Ok(picked),
         }
     }
 
-    /// The refusal if nothing is left: the last that was too slow or in error.
+    /// The refusal if nothing is left: the last that was too slow or in error. Errors beyond use are not the reference's.
     fn refusal(&self) -> Refusal {
         let last = self.passed_over.iter().rev().find_map(|passed| match passed.why {
-            Unfit::Demands { error, real_time_factor } => Some((&passed.configuration, error, real_time_factor)),
+            Unfit::Demands { error, real_time_factor } => Some((&passed.configuration, error, real_time_factor, false)),
+            Unfit::Energy(error) => Some((&passed.configuration, error, f64::INFINITY, true)),
             _ => None,
         });
-        last.map_or(Refusal::Nothing, |(last, error, real_time_factor)| Refusal::Verification {
-            last: last.clone(),
-            error_times: error / self.demands.tolerance,
-            speed_times: self.demands.real_time_factor / real_time_factor,
+        last.map_or(Refusal::Nothing, |(last, error, real_time_factor, over_ten_minutes)| {
+            Refusal::Verification(Unverified {
+                last: last.clone(),
+                error_times: error / self.demands.tolerance,
+                speed_times: self.demands.real_time_factor / real_time_factor,
+                over_ten_minutes,
+                reference: false,
+                left_out: self.study.left_out > 0,
+            })
         })
     }
 

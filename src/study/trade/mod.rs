@@ -35,7 +35,7 @@ use crate::study::duration::usual_until_s;
 
 pub use choice::{Choice, Chosen, choose};
 pub use configuration::{Axial, Configuration, Family};
-pub use demands::{Demands, Refusal};
+pub use demands::{Demands, Refusal, Unverified};
 pub use effort::RunEffort;
 pub use errors::Errors;
 pub use excitation::{Excitation, ExcitedMode, NoExcitation};

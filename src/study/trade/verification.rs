@@ -1,7 +1,7 @@
 //! Runs that verify a configuration: the same mechanism at another speed, by another pulse.
 
 use super::configuration::Configuration;
-use super::demands::{Demands, Refusal};
+use super::demands::{Demands, Refusal, Unverified};
 use super::errors::Errors;
 use super::output_group::OutputGroup;
 use super::reference::{Reference, WELL_RESOLVED};
@@ -72,6 +72,25 @@ impl<'a> Verification<'a> {
         let counts = self.study.outputs.contains(&OutputGroup::Energy);
         counts.then(|| energy_error(configuration, self.scene, &self.study.grid, LONG_S)).transpose()
     }
+
+    /// The refusal of a configuration that does not hold.
+    pub(super) fn refusal(&self, trial: &Trial, demands: &Demands, configuration: &Configuration) -> Refusal {
+        Refusal::Verification(Unverified {
+            last: configuration.clone(),
+            error_times: trial.worst() / demands.tolerance,
+            speed_times: demands.real_time_factor / trial.real_time_factor,
+            over_ten_minutes: trial.long_energy.is_some_and(|error| error > demands.tolerance),
+            reference: self.reference_may_err(&trial.errors, demands.tolerance),
+            left_out: self.study.left_out > 0,
+        })
+    }
+
+    /// Whether errors are beyond the tolerance on the other run, but by no more than the uncertainty of its reference.
+    fn reference_may_err(&self, errors: &Errors, tolerance: f64) -> bool {
+        let (reference, outputs) = (&self.reference, &self.study.outputs);
+        let may_hold = |output: &OutputGroup| errors.of(*output) - reference.estimate.of(*output) <= tolerance;
+        reference.bounded_error(errors, outputs) > tolerance && outputs.iter().all(may_hold)
+    }
 }
 
 impl Trial {
@@ -81,15 +100,6 @@ impl Trial {
 
     pub(super) fn holds(&self, demands: &Demands) -> bool {
         self.worst() <= demands.tolerance && self.real_time_factor >= demands.real_time_factor
-    }
-
-    /// The refusal of a configuration that does not hold.
-    pub(super) fn refusal(&self, demands: &Demands, configuration: &Configuration) -> Refusal {
-        Refusal::Verification {
-            last: configuration.clone(),
-            error_times: self.worst() / demands.tolerance,
-            speed_times: demands.real_time_factor / self.real_time_factor,
-        }
     }
 }
 

@@ -1,0 +1,114 @@
+//! The turning of the first link from sample to sample of a recording: where it is wide, drawn paths are polygons.
+
+use crate::plot::SIMULATED_TIME;
+use crate::study::Table;
+
+/// Turning from sample to sample beyond which a path is seen to be a polygon, rad.
+const COARSE_RAD: f64 = 0.3;
+/// Turning from sample to sample up to which a path looks smooth, rad.
+const SMOOTH_RAD: f64 = 0.1;
+/// Part of the intervals between samples that are no gaps.
+const REGULAR: f64 = 0.9;
+/// Suggested rates are multiples of this, Hz.
+const ROUND_HZ: f64 = 100.0;
+
+/// A sentence about the topics `angles` and `displacements` of a recording if the first link turns far between positions.
+pub(super) fn coarse_turning(angles: &Table, displacements: &Table) -> Option<String> {
+    let link_of = |column: &str| Some(column.strip_prefix("links.")?.strip_suffix(".chord_rad")?.to_owned());
+    let (link, chords_rad) = angles.columns().find_map(|(name, values)| Some((link_of(name)?, values)))?;
+    let steps = angles.column("stamp.step")?;
+    let speed_and_step = |Interval { row, duration_s }| {
+        let [turned_rad, steps] = [chords_rad, steps].map(|values: &[f64]| values[row] - values[row - 1]);
+        (turned_rad.abs() / duration_s, duration_s / steps)
+    };
+    let (speed_rad_per_s, step_s) = intervals(angles).into_iter().map(speed_and_step).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let turned_rad = speed_rad_per_s * regular_s(displacements)?;
+    let sentence = || {
+        let advice = advice(speed_rad_per_s, step_s);
+        format!("the {link} turns by up to {turned_rad:.1} rad from sample to sample, so that paths are polygons; {advice}")
+    };
+    (turned_rad > COARSE_RAD).then(sentence)
+}
+
+/// The way to smooth paths. Only whole steps are published.
+fn advice(speed_rad_per_s: f64, step_s: f64) -> String {
+    let step_rad = speed_rad_per_s * step_s;
+    let steps = (SMOOTH_RAD / step_rad).floor();
+    let how = if step_rad > COARSE_RAD {
+        "all and a shorter solver.step_s".to_owned()
+    } else if steps < 2.0 {
+        "all".to_owned()
+    } else {
+        ((1.0 / (steps * step_s * ROUND_HZ)).ceil() * ROUND_HZ).to_string()
+    };
+    format!("record with --publish-hz {how} for smooth ones")
+}
+
+/// The time between a sample and the one before it.
+struct Interval {
+    /// Row of the later sample.
+    row: usize,
+    duration_s: f64,
+}
+
+/// The intervals within epochs.
+fn intervals(table: &Table) -> Vec<Interval> {
+    let [times_s, epochs] = [SIMULATED_TIME, "stamp.epoch"].map(|name| table.column(name).unwrap_or_default());
+    let is_in_epoch = |row: &usize| epochs.get(*row) == epochs.get(*row - 1);
+    let interval = |row: usize| Interval { row, duration_s: times_s[row] - times_s[row - 1] };
+    (1..times_s.len()).filter(is_in_epoch).map(interval).filter(|interval| interval.duration_s > 0.0).collect()
+}
+
+/// The longest interval that is no gap, s. Intervals differ where the rate does not fit the step.
+fn regular_s(table: &Table) -> Option<f64> {
+    let mut durations_s: Vec<f64> = intervals(table).into_iter().map(|interval| interval.duration_s).collect();
+    durations_s.sort_by(f64::total_cmp);
+    let last = durations_s.len().checked_sub(1)?;
+    durations_s.get((REGULAR * last as f64) as usize).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Samples at these steps of 0.1 ms of these epochs; each epoch begins 10 rad further.
+    fn samples(speed_rad_per_s: f64, stamps: &[[u32; 2]]) -> Table {
+        let column = |value: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+            stamps.iter().map(|[epoch, step]| value(f64::from(*epoch), f64::from(*step))).collect()
+        };
+        let mut table = Table::default();
+        table.push("stamp.step", column(&|_, step| step));
+        table.push(SIMULATED_TIME, column(&|_, step| 1e-4 * step));
+        table.push("stamp.epoch", column(&|epoch, _| epoch));
+        table.push("links.crank.chord_rad", column(&|epoch, step| 10.0 * epoch - 1e-4 * speed_rad_per_s * step));
+        table.push("links.rod.chord_rad", column(&|_, step| step));
+        table
+    }
+
+    fn every(steps: u32) -> Vec<[u32; 2]> {
+        (0..40).map(|row| [0, steps * row]).collect()
+    }
+
+    #[test]
+    fn regress_wide_turning_is_named_with_a_rate_that_suffices() {
+        let said = |speed: f64, angles: u32, displacements: u32| {
+            coarse_turning(&samples(speed, &every(angles)), &samples(speed, &every(displacements)))
+        };
+        let wide = "the crank turns by up to 0.6 rad from sample to sample, so that paths are polygons; record with --publish-hz";
+        let named = Some(format!("{wide} 1300 for smooth ones"));
+        assert_eq!((said(120.0, 50, 50), said(-120.0, 50, 50)), (named.clone(), named.clone()));
+        assert_eq!((said(120.0, 8, 50), said(120.0, 50, 8)), (named, None), "paths are those of displacements");
+        assert_eq!((said(1200.0, 5, 5), said(50.0, 50, 50)), (Some(format!("{wide} all for smooth ones")), None));
+        let longer = Some(format!("{wide} all and a shorter solver.step_s for smooth ones"));
+        assert_eq!(said(6000.0, 1, 1), longer);
+        assert_eq!(coarse_turning(&Table::default(), &Table::default()), None);
+    }
+
+    #[test]
+    fn regress_gaps_and_resets_are_no_turning() {
+        let slow = |stamps: &[[u32; 2]]| coarse_turning(&samples(50.0, stamps), &samples(50.0, stamps));
+        let lost: Vec<[u32; 2]> = every(50).into_iter().filter(|[_, step]| !(500..800).contains(step)).collect();
+        let reset: Vec<[u32; 2]> = every(50).into_iter().map(|[_, step]| [u32::from(step > 950), step]).collect();
+        assert_eq!((slow(&lost), slow(&reset)), (None, None));
+    }
+}
