@@ -199,6 +199,8 @@ fn regress_paths_that_are_polygons_are_named() {
         ("ramp.toml", &["--publish-hz", "200"], &["--from", "0.15"], wide("0.8", "1700")),
         ("crank-slider", &["--publish-hz", "200"], &[], String::new()),
     ] {
+        // Recordings are never overwritten.
+        let _ = std::fs::remove_file(at.join("run.mcap"));
         record(at, scene, "0.2", "run.mcap", more);
         assert_eq!(complaint(&plot(at, &[&["run.mcap", "--list"][..], range].concat())), said, "{scene} {more:?} {range:?}");
         let columns = plot(at, &["run.mcap", "--y", "links.crank.chord_rad", "-o", "angle.svg"]);
