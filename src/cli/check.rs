@@ -15,7 +15,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
 use crate::runtime::{beyond_range, unbalanced};
-use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene, SceneSource, builtin};
+use crate::scene::{Drive, IntegratorKind, Link, ModelKind, Motion, Scene, SceneSource, builtin};
 use crate::simulation::{Diverged, EnergyVerdict, Simulation};
 use crate::small_motion::{NoModes, Vibrations};
 use crate::study::{Shortening, shortenings, usual_until_s};
@@ -135,6 +135,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         let [step, period] = [scene.solver.step_s, period_s].map(figure);
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: expect wrong motion");
     }
+    scene.chain().iter().flat_map(|chain| &chain.links).filter_map(no_slender_bar).for_each(|warning| say!("warning: {warning}"));
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}"));
     match trial.verdict {
@@ -148,6 +149,18 @@ pub(super) fn check(args: &Args) -> CommandResult {
         }
         Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => Ok(ExitStatus::Success),
     }
+}
+
+/// A warning of a section that is thicker than its link is long, as with sizes in mm. A rectangle of the height h has the second moment
+/// of area `A h²/12`.
+fn no_slender_bar(link: &Link) -> Option<String> {
+    let bar = link.bar.filter(|_| !link.rigid)?;
+    let height_m = (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt();
+    let [height, length] = [height_m, link.length_m].map(figure);
+    let warning = || {
+        format!("the {} is no slender bar: its section is some {height} m thick, and it is {length} m long", link.name.as_str())
+    };
+    (height_m > link.length_m).then(warning)
 }
 
 /// A run of the scene.

@@ -134,18 +134,18 @@ fn ends(table: &Table) -> Vec<(String, Figure)> {
     figures
 }
 
-/// The node with the largest deflection of every flexible link.
+/// Deflections of every flexible link where it bends most. Links are named, not their nodes, which may be others in another recording.
 fn deflections(table: &Table) -> Vec<(String, &[f64])> {
     let size =
         |values: &[f64]| values.iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
-    let mut most: Vec<(String, String, &[f64])> = Vec::new();
+    let mut most: Vec<(String, &[f64])> = Vec::new();
     for (entry, values) in in_list(table, "nodes", "deflection_m") {
-        let Some((link, node)) = entry.split_once('.').filter(|_| size(values) > 0.0) else { continue };
-        match most.iter_mut().find(|(other, ..)| other == link) {
-            Some(best) if size(best.2) >= size(values) => {}
-            Some(best) => *best = (link.to_owned(), node.to_owned(), values),
-            None => most.push((link.to_owned(), node.to_owned(), values)),
+        let Some((link, _)) = entry.split_once('.').filter(|_| size(values) > 0.0) else { continue };
+        match most.iter_mut().find(|(other, _)| other == link) {
+            Some(best) if size(best.1) >= size(values) => {}
+            Some(best) => best.1 = values,
+            None => most.push((link.to_owned(), values)),
         }
     }
-    most.into_iter().map(|(link, node, values)| (format!("{link} node {node}"), values)).collect()
+    most
 }

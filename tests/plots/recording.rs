@@ -208,6 +208,19 @@ fn regress_paths_that_are_polygons_are_named() {
     }
 }
 
+/// The node that bends most has another number in another mesh.
+#[test]
+fn regress_largest_deflections_of_other_nodes_share_a_panel() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "1", "coarse.mcap", &[]);
+    record(at, "crank-slider", "1", "fine.mcap", &["--set", "rod.elements=8"]);
+    assert_eq!(plot(at, &["coarse.mcap", "fine.mcap", "--overlay", "-o", "out"]).status.code(), Some(0));
+    let drawn = texts(&read_to_string(at.join("out/overlay-deflections.svg")).unwrap());
+    let panels = drawn.iter().filter(|text| text.starts_with("rod deflection")).count();
+    assert!(panels == 1 && ["coarse", "fine"].iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
+}
+
 #[test]
 fn regress_the_earlier_of_two_recordings_is_seen_where_they_agree() {
     let path = |name: &str| {
