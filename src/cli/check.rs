@@ -222,8 +222,9 @@ fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>,
         None if scene.solver.model == ModelKind::Incremental => return (None, reason),
         _ => (one_digit(until_s / LEAST_STEPS_OF_RUN), format!("{LEAST_STEPS_OF_RUN} steps over {} s", figure(until_s))),
     };
-    let mut step_s = first_s;
+    let (begun, mut step_s, mut tried_s) = (Instant::now(), first_s, first_s);
     for _ in 0..HALVINGS {
+        tried_s = step_s;
         let mut shorter = scene.clone();
         shorter.solver.step_s = step_s;
         let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO).verdict);
@@ -231,9 +232,12 @@ fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>,
             let longer = format!("{} s would suffice for {reason}, but does not keep the energy balance", figure(first_s));
             return (Some(step_s), if step_s == first_s { reason } else { longer });
         }
+        if begun.elapsed() >= LONGEST {
+            break;
+        }
         step_s = one_digit(0.5 * step_s);
     }
-    let none = format!("no step from {} s down to {} s keeps the energy balance", figure(first_s), figure(step_s));
+    let none = format!("no step from {} s down to {} s keeps the energy balance", figure(first_s), figure(tried_s));
     match is_kept(&own.verdict) {
         true => (Some(scene.solver.step_s), format!("the scene's own: {none}")),
         false => (None, none),
