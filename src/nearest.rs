@@ -6,14 +6,16 @@ use crate::shown::{shown_name, shown_names};
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;
 
-/// The one of `names` that is most like `given`, if any is like it; else the only one that has all its words: `y_m_per_s2` for `y`.
+/// The one of `names` that is most like `given`, if any is like it. Names that have all its words come before others: `crank_mean_rate`
+/// for `crank_rate`, and not `crank_mass`. The only one of them need not be like it: `y_m_per_s2` for `y`.
 pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let names: Vec<&str> = names.into_iter().collect();
-    let like = names.iter().map(|name| (likeness(given, name), *name)).filter(|(likeness, _)| *likeness > LIKE);
+    let wordier: Vec<&str> = names.iter().copied().filter(|name| has_words_of(given, name)).collect();
+    let candidates = if wordier.is_empty() { &names } else { &wordier };
+    let like = candidates.iter().map(|name| (likeness(given, name), *name)).filter(|(likeness, _)| *likeness > LIKE);
     like.max_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, name)| name).or_else(|| {
-        let mut wordier = names.iter().copied().filter(|name| has_words_of(given, name));
-        let first = wordier.next()?;
-        wordier.all(|other| other == first).then_some(first)
+        let first = *wordier.first()?;
+        wordier.iter().all(|other| *other == first).then_some(first)
     })
 }
 
@@ -27,9 +29,9 @@ fn likeness(given: &str, name: &str) -> f64 {
     }
 }
 
-/// Whether `name` has every word of `given`.
+/// Whether `name` has every word of `given`: the parts between `_` and `.`.
 fn has_words_of(given: &str, name: &str) -> bool {
-    given.split('_').all(|word| name.split('_').any(|other| other == word))
+    given.split(['_', '.']).all(|word| name.split(['_', '.']).any(|other| other == word))
 }
 
 /// A question to end a refusal with, if one of `names` is like the one given; else nothing.
@@ -79,6 +81,21 @@ mod tests {
         {
             assert_eq!(nearest(given, names), near, "{given}");
         }
+    }
+
+    #[test]
+    fn regress_a_name_with_all_words_comes_before_one_that_is_more_alike() {
+        let names = ["crank_peak_rate_rad_per_s", "crank_peak_stress_pa", "joints.pivot.fx_n", "joints.crank-pin.fx_n"];
+        for (given, near) in [
+            ("crank_rate", Some("crank_peak_rate_rad_per_s")),
+            ("crank_stress", Some("crank_peak_stress_pa")),
+            ("pivot.fx_n", Some("joints.pivot.fx_n")),
+            ("fx_n", None),
+        ] {
+            assert_eq!(nearest(given, names), near, "{given}");
+        }
+        let either = nearest("crank_rate", ["crank_mean_rate_rad_per_s", "crank_peak_rate_rad_per_s", "crank_peak_stress_pa"]);
+        assert!(either.is_some_and(|name| name.ends_with("_rate_rad_per_s")), "{either:?}");
     }
 
     #[test]

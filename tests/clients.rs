@@ -7,7 +7,7 @@ use std::io::{BufRead as _, BufReader};
 use std::net::TcpListener;
 use std::process::{Child, Command, Output, Stdio};
 
-use flexcrank::wire::{AppliedCommand, Status};
+use flexcrank::wire::{Angles, AppliedCommand, Energies, Stamp, Status};
 use serde_json::Value;
 
 type Tried<T = ()> = Result<T, Box<dyn Error>>;
@@ -168,6 +168,36 @@ fn regress_watched_values_are_printed_as_json() -> Tried {
     let last = lines.map_while(Result::ok).last().ok_or("no last line")?;
     assert!(serde_json::from_str::<Value>(&last)?["ended"] == true, "{last}");
     assert_eq!(watch.wait()?.code(), Some(0));
+    Ok(())
+}
+
+/// Energies are published at every tenth sample of the angles, and statuses at other instants.
+#[test]
+fn regress_watched_values_are_those_recorded_at_the_printed_time() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("run.mcap");
+    let path = file.to_str().ok_or("a path that is no text")?;
+    let mut service = Service::start("timed", &["--record", path, "--publish-hz", "200,energies=20"])?;
+    let mut watch = flexcrank(&["watch", "timed", "--plain", "--json", "--connect", &service.endpoint]).spawn()?;
+    let lines = BufReader::new(watch.stdout.take().ok_or("no standard output")?).lines();
+    let parsed = |line: std::io::Result<String>| -> Tried<Value> { Ok(serde_json::from_str(&line?)?) };
+    // The first comes as soon as there is a status, perhaps before the first energies.
+    let printed: Vec<Value> = lines.skip(1).take(3).map(parsed).collect::<Tried<_>>()?;
+    assert!(service.ask(&["control", "timed", "stop"])?.status.success());
+    watch.wait()?;
+    assert!(service.child.wait()?.success());
+    let (angles, energies) = (common::decoded::<Angles>(&file, "angles")?, common::decoded::<Energies>(&file, "energies")?);
+    for block in &printed {
+        let at_s = block["sim_time_s"].as_f64().ok_or("no time")?;
+        let is_then = |stamp: &Option<Stamp>| (common::time_s(stamp) - at_s).abs() < 1e-9;
+        let angles = angles.iter().find(|angles| is_then(&angles.stamp)).ok_or("no angles at that time")?;
+        let energies = energies.iter().find(|energies| is_then(&energies.stamp)).ok_or("no energies at that time")?;
+        let recorded = [("crank.rate_rad_per_s", Some(angles.links[0].rate_rad_per_s)), ("kinetic_j", energies.kinetic_j)];
+        for (name, value) in recorded {
+            let (shown, value) = (block["signals"][name].as_f64().ok_or(name)?, value.ok_or(name)?);
+            assert!((shown - value).abs() <= 1e-12 * value.abs(), "{name} at {at_s} s: {shown} for {value}");
+        }
+    }
     Ok(())
 }
 

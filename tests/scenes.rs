@@ -227,7 +227,11 @@ fn regress_overrides_of_lists_are_refused_in_words() {
     for (given, expected) in [
         ("pulse.0=1", "pulse.0 is a table: set one of its keys"),
         ("pulse.3.torque_nm=5", "`pulse` has entries 0 to 0, and none numbered 3"),
-        ("nosuch.0.key=1", "`nosuch` has no entries"),
+        ("nosuch.0.key=1", "--set nosuch.0.key=1: nosuch: unknown key (known here: crank, "),
+        ("pulses.0.torque_nm=5", "pulses: unknown key; did you mean `pulse`?"),
+        ("levels.0.name=x", "levels: unknown key; did you mean `level`?"),
+        ("level.0.name=x", "`level` has no entries; give all of them, as in --set 'level=[{ … }]'"),
+        ("crank.0=5", "crank: must be a table"),
         ("crank=1", "crank = 1: must be a table"),
         ("rod.elements=\"four\"", "must be a whole number"),
         ("rod.axial=1", "must be true or false"),
@@ -351,6 +355,7 @@ fn regress_a_refused_override_names_the_option_and_a_remedy() {
         ("mass_kg = 0.2", "mass_kg = 0,2", "scene.toml:25: not TOML: a number has a decimal point, not a comma: 0.2"),
         ("width_m = 0.01", "width_m = 0,01", "scene.toml:6: not TOML: a number has a decimal point, not a comma: 0.01"),
         ("[[pulse]]", "[pulse]", "scene.toml:27: pulse: must be a list, each entry in a table [[pulse]]"),
+        ("[[pulse]]", "[pulse]\n[pulse]", "scene.toml:28: not TOML: [pulse] is there twice: each entry of a list is a table"),
     ] {
         assert!(refused(&with(line, instead)).starts_with(expected), "{}", refused(&with(line, instead)));
     }

@@ -180,6 +180,10 @@ fn prop_bad_specifications_are_refused_by_name() {
         (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
         (format!("{SCENE}{random}{ROD}{ROD}"), "test:10: vary.1 (rod.length_m): varies already"),
         (
+            format!("{SCENE}{random}{}", ROD.replace("[[vary]]", "[vary]").repeat(2)),
+            "test:10: [vary] is there twice: each entry of a list is a table [[vary]]",
+        ),
+        (
             format!("{SCENE}{random}{}", ROD.replace("1.2", "2")),
             "test:6: vary.0 (rod.length_m): min = 2.0, max = 1.8: min must be a number below max",
         ),

@@ -82,6 +82,42 @@ fn regress_a_what_if_with_other_steps_reports_what_its_original_lacks() -> Outco
     Ok(())
 }
 
+/// The largest difference of the driving torque that a what-if with these changes reports, N·m.
+fn torque_difference_nm(file: &Path, name: &str, changes: &[&str]) -> Outcome<f64> {
+    let overrides = changes.iter().map(|change| (*change).to_owned()).collect();
+    let change = Change { overrides, ..Change::default() };
+    let outcome = what_if(&RecordedSession::open(file)?, &change, &file.with_file_name(name), &|_| {})?;
+    Ok(outcome.deviation.largest.get("driving torque, N·m").ok_or("no driving torque was compared")?.value)
+}
+
+/// The recorded torques are means over 4 or 6 ms, those of longer steps over up to 24 ms.
+#[test]
+fn regress_driving_torques_of_other_steps_are_compared_over_the_same_time() -> Outcome {
+    let service = Service::start(SceneSource::open("crank-slider", &[])?, Pace::Max, Some(1.0), PublishRate::Hz(200.0))?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run.mcap");
+    for step_s in ["0.001", "0.003", "0.004"] {
+        let step = format!("solver.step_s={step_s}");
+        let difference_nm = torque_difference_nm(&file, &format!("{step_s}.mcap"), &[&step])?;
+        assert!(difference_nm < 1e-12, "{step_s}: {difference_nm:e}");
+        // One more newton metre in the mean of the pulse is up to two at its peak.
+        let difference_nm = torque_difference_nm(&file, &format!("{step_s}-pulse.mcap"), &[&step, "pulse.0.torque_nm=21"])?;
+        assert!((1.5..=2.0).contains(&difference_nm), "{step_s}: {difference_nm:e}");
+    }
+    Ok(())
+}
+
+/// The pulse ends among the lost samples. The next recorded torque is a mean since the last of them.
+#[test]
+fn regress_a_driving_torque_after_lost_samples_is_not_compared() -> Outcome {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::Hz(300.0))?.finish()?;
+    let file = folder.path().join("run.mcap");
+    let less =
+        rewritten(&file, "less.mcap", &|n, message| as_is(n, message).filter(|_| !(100..130).contains(&n)), &str::to_owned)?;
+    assert_eq!(torque_difference_nm(&less, "heavy.mcap", &["slider.mass_kg=2"])?, 0.0);
+    Ok(())
+}
+
 #[test]
 fn regress_a_what_if_that_diverges_says_what_was_compared() -> Outcome {
     let folder = tempfile::tempdir()?;

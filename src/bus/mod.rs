@@ -18,6 +18,7 @@ mod session;
 mod snapshot_cache;
 mod subscription_state;
 mod subscriptions;
+mod topic_queue;
 mod zenoh_messages;
 
 pub use crate::wire::Topic;
@@ -37,6 +38,7 @@ pub use service_endpoint::ServiceEndpoint;
 pub use session::BusOptions;
 pub use snapshot_cache::SnapshotEntry;
 pub use subscriptions::subscribed_sessions;
+pub use topic_queue::TopicQueue;
 /// An open session on the bus.
 pub use zenoh::Session;
 

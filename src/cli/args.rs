@@ -2,6 +2,7 @@
 
 use clap_complete::engine::ArgValueCompleter;
 
+use std::any::TypeId;
 use std::io::{ErrorKind, Write as _};
 use std::process::ExitCode;
 
@@ -99,11 +100,18 @@ fn names(command: &clap::Command) -> String {
     format!("the commands are {}", names.join(", "))
 }
 
-/// Accepts negative numbers as values, so that each option can refuse them with its own message.
+/// Accepts negative numbers as values, so that each option can refuse them with its own message; numeric options also accept them with
+/// a unit: `-5Nm`.
 fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
-    command
-        .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
-        .mut_subcommands(numbers_may_be_negative)
+    let accept = |arg: clap::Arg| {
+        let is_numeric = arg.get_value_parser().type_id() == TypeId::of::<f64>();
+        match arg.get_action().takes_values() {
+            true if is_numeric => arg.allow_hyphen_values(true),
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        }
+    };
+    command.mut_args(accept).mut_subcommands(numbers_may_be_negative)
 }
 
 #[derive(Debug, Subcommand)]
@@ -241,6 +249,30 @@ mod tests {
             let words = std::iter::once("flexcrank").chain(line.split(' '));
             let kind = numbers_may_be_negative(Cli::command()).try_get_matches_from(words).err().map(|error| error.kind());
             assert_eq!(kind, Some(ErrorKind::ValueValidation), "{line}");
+        }
+    }
+
+    #[test]
+    fn regress_a_negative_number_with_its_unit_is_refused_as_a_value() {
+        let parse = |line: &str| {
+            let words = std::iter::once("flexcrank").chain(line.split(' '));
+            numbers_may_be_negative(Cli::command()).try_get_matches_from(words)
+        };
+        for (line, why) in [
+            ("pulse --torque -5Nm --duration 1", "'-5Nm' for '--torque <NM>': a number in N·m without its unit, such as -2.5"),
+            ("pulse --torque --duration 1", "'--duration' for '--torque <NM>': a number in N·m without its unit, such as -2.5"),
+            ("setpoint --torque -5Nm --hold 1", "'-5Nm' for '--torque <NM>': a number in N·m without its unit"),
+            ("setpoint --torque 5 --hold -1s", "'-1s' for '--hold <TIME>': a time from 1us to 60s"),
+            ("linearise --angle -30deg", "'-30deg' for '--angle <DEG>': a number of degrees without its unit"),
+            ("modes --angle -30deg", "degrees without their unit: a number, or FROM:TO:STEP"),
+        ] {
+            let said = parse(line).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(said.contains(why), "{line}: {said}");
+        }
+        for line in
+            ["pulse --torque -5 --duration 1", "modes --angle -5:5:1", "modes --speed -20:20:5", "run --scene-updates --no-bus"]
+        {
+            assert_eq!(parse(line).err().map(|error| error.to_string()), None, "{line}");
         }
     }
 

@@ -14,8 +14,10 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
+use super::progress;
+use super::suspect_numbers::suspect_numbers;
 use crate::runtime::{beyond_range, unbalanced};
-use crate::scene::{Drive, IntegratorKind, Link, ModelKind, Motion, Scene, SceneSource, builtin};
+use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene, SceneSource, builtin};
 use crate::simulation::{Diverged, EnergyVerdict, Simulation};
 use crate::small_motion::{NoModes, Vibrations};
 use crate::study::{Shortening, shortenings, usual_until_s};
@@ -26,20 +28,24 @@ Examples:
   flexcrank check mine.toml
   flexcrank check crank-slider --set solver.model=finite-element --set rod.elements=16 --json
 
-Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. The scene is \
-    run over 2 s, a second after its last pulse, or two turns of its drive, for at most 20,000 steps or 2 s of computing: that shows the \
-    cost of a step on this machine, and the balance of energies. The suggested step resolves the lowest frequency, and a turn at the \
-    speed of the start or the drive, finely enough for about 0.1 % of error, and such a run with it keeps the balance within \
-    solver.balance_tolerance; `trade` measures which step suffices.
+Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \
+    that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
+
+The scene is run over 2 s, a second after its last pulse, or two turns of its drive, for at most 20,000 steps or 2 s of computing: \
+    that shows the cost of a step on this machine, and the balance of energies. The suggested step resolves the lowest frequency, and \
+    a turn at the speed of the start or the drive, finely enough for about 0.1 % of error, and such a run with it keeps the balance \
+    within solver.balance_tolerance; `trade` measures which step suffices.
 
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
     `axial = true` is recommended from 10 % of the largest deflection on.
 
---json prints one object: scene, model, integrator, step_s, unknowns, vibrations, lowest_hz, highest_hz, balance_error (largest, over \
-    the energy in play), out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, \
-    suggested_step_s, reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
+--json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from rest), \
+    lowest_hz, highest_hz, balance_error (largest, over the energy in play), out_of_range (largest deflection over length, if the \
+    model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, force_n, shortening_m, \
+    deflection_m, recommends_axial); null for what does not exist.
 
-Exit codes: 0 the scene is sound, 2 it is refused, 4 it diverges, 6 its energy balance leaves solver.balance_tolerance.";
+Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
+    diverges, 6 its energy balance leaves solver.balance_tolerance.";
 
 /// Shortest measurement of the cost.
 const MEASURED: Duration = Duration::from_millis(300);
@@ -78,6 +84,7 @@ struct Checked {
     step_s: f64,
     unknowns: Option<usize>,
     vibrations: Option<usize>,
+    falling: Option<usize>,
     lowest_hz: Option<f64>,
     highest_hz: Option<f64>,
     balance_error: Option<f64>,
@@ -103,11 +110,13 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let scene = &source.scene;
     let mut simulation = build(&source)?;
+    let bar = progress::elapsed("running the scene");
     let found = Vibrations::of_scene(scene);
     let vibrations = found.as_ref().copied().unwrap_or_default();
     let frequencies_hz = vibrations.and_then(|vibrations| vibrations.frequencies_hz);
     let trial = Trial::of(&mut simulation, usual_until_s(scene), MEASURED);
     let slowest = slowest_motion(scene, frequencies_hz.map(|[lowest_hz, _]| lowest_hz));
+    bar.set_message("looking for a step that suffices");
     let (suggested_step_s, reason) = kept_balance(scene, &trial, suggestion(scene, slowest));
     let checked = Checked {
         scene: source.origin.clone(),
@@ -116,6 +125,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         step_s: scene.solver.step_s,
         unknowns: simulation.unknowns(),
         vibrations: vibrations.map(|vibrations| vibrations.count),
+        falling: vibrations.map(|vibrations| vibrations.falling),
         lowest_hz: frequencies_hz.map(|[lowest_hz, _]| lowest_hz),
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         balance_error: trial.balance_error,
@@ -126,6 +136,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         reason,
         shortening: shortening(scene),
     };
+    bar.finish_and_clear();
     if args.json {
         print_json(&checked)?
     } else {
@@ -135,7 +146,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         let [step, period] = [scene.solver.step_s, period_s].map(figure);
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: expect wrong motion");
     }
-    scene.chain().iter().flat_map(|chain| &chain.links).filter_map(no_slender_bar).for_each(|warning| say!("warning: {warning}"));
+    suspect_numbers(scene).iter().for_each(|warning| say!("warning: {warning}"));
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}"));
     match trial.verdict {
@@ -151,18 +162,6 @@ pub(super) fn check(args: &Args) -> CommandResult {
     }
 }
 
-/// A warning of a section that is thicker than its link is long, as with sizes in mm. A rectangle of the height h has the second moment
-/// of area `A h²/12`.
-fn no_slender_bar(link: &Link) -> Option<String> {
-    let bar = link.bar.filter(|_| !link.rigid)?;
-    let height_m = (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt();
-    let [height, length] = [height_m, link.length_m].map(figure);
-    let warning = || {
-        format!("the {} is no slender bar: its section is some {height} m thick, and it is {length} m long", link.name.as_str())
-    };
-    (height_m > link.length_m).then(warning)
-}
-
 /// A run of the scene.
 struct Trial {
     /// Mean wall time of a step, s; `None` if it diverged.
@@ -171,6 +170,8 @@ struct Trial {
     balance_error: Option<f64>,
     /// Largest deflection over length that was out of the model's range; `None` if none was.
     out_of_range: Option<f64>,
+    /// Simulated time at which a run that took too long was ended, s.
+    cut_off_s: Option<f64>,
     verdict: Result<EnergyVerdict, Diverged>,
 }
 
@@ -203,11 +204,13 @@ impl Trial {
                 out_of_range = [out_of_range, bent].into_iter().flatten().reduce(f64::max);
             }
         }
+        let cut_off_s = (taken.is_ok() && simulation.time_s() < until_s).then(|| simulation.time_s());
         let (verdict, ledger) = judged.unwrap_or_else(|| (simulation.energy_verdict(), simulation.ledger()));
         let is_judged = verdict != EnergyVerdict::NotJudged && ledger.in_play_j > 0.0;
         Trial {
             step_cost_s: taken.is_ok().then(|| cost.as_secs_f64() / f64::from(steps.max(1))),
             out_of_range,
+            cut_off_s,
             balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),
             verdict: taken.map(|()| verdict),
         }
@@ -320,18 +323,17 @@ impl Checked {
         };
         writeln!(out, "{scene}: {finding}")?;
         writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
-        let free = match unknowns.zip(*vibrations).map_or(0, |(unknowns, count)| unknowns.saturating_sub(count)) {
-            0 => String::new(),
-            1 => "; 1 unknown moves freely".to_owned(),
-            free => format!("; {free} unknowns move freely, or nearly so"),
+        let others = match (*unknowns, *vibrations, self.falling) {
+            (Some(unknowns), Some(vibrations), Some(falling)) => not_vibrating(unknowns, vibrations, falling),
+            _ => String::new(),
         };
         let unknowns = unknowns.map_or("not counted for this model".to_owned(), |count| format!("{count} (degrees of freedom)"));
         writeln!(out, "  unknowns     {unknowns}")?;
         let frequencies = match (self.lowest_hz, self.highest_hz, vibrations) {
             (Some(lowest_hz), Some(highest_hz), Some(count)) => {
-                format!("{} Hz to {} Hz, {count} in all{free}", figure(lowest_hz), figure(highest_hz))
+                format!("{} Hz to {} Hz, {count} in all{others}", figure(lowest_hz), figure(highest_hz))
             }
-            (_, _, Some(_)) => "nothing vibrates".to_owned(),
+            (_, _, Some(_)) => format!("nothing vibrates{others}"),
             _ => match no_modes {
                 Some(NoModes::NotSuited(_)) => "not computed for this model".to_owned(),
                 Some(none) => format!("not computed: {none}"),
@@ -341,13 +343,28 @@ impl Checked {
         writeln!(out, "  frequencies  {frequencies}")?;
         let balance =
             self.balance_error.map_or("not judged".to_owned(), |error| format!("within {error:.1e} of the energy in play"));
-        writeln!(out, "  balance      {balance}")?;
+        let part = trial.cut_off_s.map_or(String::new(), |time_s| format!("; of the first {} s alone", figure(time_s)));
+        writeln!(out, "  balance      {balance}{part}")?;
         if let (Some(cost_s), Some(factor)) = (self.step_cost_s, self.real_time_factor) {
             writeln!(out, "  cost         {:.1} µs a step, {} times real time", 1e6 * cost_s, figure(factor))?;
         }
         let suggested = self.suggested_step_s.map_or("none".to_owned(), |step_s| format!("{step_s} s"));
         writeln!(out, "  suggested    {suggested}: {reason}")?;
         self.shortening.iter().try_for_each(|line| writeln!(out, "  shortening   {line}"))
+    }
+}
+
+/// The unknowns that do not vibrate, as a remark behind the frequencies.
+fn not_vibrating(unknowns: usize, vibrations: usize, falling: usize) -> String {
+    let free = match unknowns.saturating_sub(vibrations + falling) {
+        0 => String::new(),
+        1 => "; 1 unknown moves freely".to_owned(),
+        free => format!("; {free} unknowns move freely, or nearly so"),
+    };
+    match falling {
+        0 => free,
+        1 => format!("{free}; 1 unknown falls away from rest"),
+        falling => format!("{free}; {falling} unknowns fall away from rest"),
     }
 }
 

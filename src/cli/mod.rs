@@ -60,6 +60,7 @@ mod stability;
 mod state_space_file;
 mod status_line;
 mod supervise;
+mod suspect_numbers;
 mod sweep;
 mod thesis_figures;
 mod trade;

@@ -66,10 +66,10 @@ pub(super) struct Args {
     #[command(flatten)]
     pub subject: SubjectArgs,
     /// Crank angles, degrees. Default: that of the scene's start.
-    #[arg(long, value_name = "DEG|FROM:TO:STEP", value_parser = Values::degrees)]
+    #[arg(long, value_name = "DEG|FROM:TO:STEP", allow_hyphen_values = true, value_parser = Values::degrees)]
     pub angle: Option<Values>,
     /// Crank speeds, rad/s.
-    #[arg(long, value_name = "RAD/S|FROM:TO:STEP", value_parser = Values::parse)]
+    #[arg(long, value_name = "RAD/S|FROM:TO:STEP", allow_hyphen_values = true, value_parser = Values::parse)]
     pub speed: Option<Values>,
     /// Modes about the periodic motion at these speeds: how much each grows or fades in a turn, by itself and as the scene's
     /// integrator computes it at its step. The crank is moved at that speed if it is held, else a constant torque sustains it.

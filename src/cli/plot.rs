@@ -41,7 +41,7 @@ pub(super) struct Args {
     /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column.
     #[arg(long, value_name = "COLUMN", requires = "y")]
     pub x: Option<String>,
-    /// Draw these columns in one figure, instead of the default figures.
+    /// Draw these columns in one figure instead: named as by export, with or without the name of the list.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub y: Vec<String>,
     /// Title of the figures.
@@ -56,10 +56,11 @@ pub(super) struct Args {
     /// Lay the files over one another: a panel for each signal, a curve for each file.
     #[arg(long, conflicts_with_all = ["animation", "thesis"])]
     pub overlay: bool,
-    /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long; SPEED in recorded seconds per second.
-    #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = playing_speed)]
+    /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long. SPEED is in recorded seconds per second;
+    /// without it, a turn takes two seconds or more.
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, value_parser = playing_speed)]
     #[arg(conflicts_with_all = ["x", "y", "title"])]
-    pub animation: Option<f64>,
+    pub animation: Option<Option<f64>>,
     /// List the figures, by file name and title, and draw none.
     #[arg(long)]
     pub list: bool,
@@ -99,25 +100,26 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         tell_apart(&mut sources);
     }
     let into_file = args.output.extension().is_some() && !args.output.is_dir();
-    // The default figures of recordings are shown on a page, with the mechanism.
-    let paged = !into_file && args.y.is_empty() && args.animation.is_none();
+    // The default figures of recordings come with pictures of the mechanism, and in a folder with a page.
+    let default_figures = args.y.is_empty() && args.animation.is_none();
     let mut entries = Vec::new();
     match args.animation {
         None => {
             for together in sources.chunks(if args.overlay { sources.len() } else { 1 }) {
-                for source in together.iter().filter(|source| source.recorded && paged) {
-                    let table = source.displacements();
-                    // A scene without links has neither strobe figure nor animation.
-                    let Ok(strobe) = MechanismPicture::strobe(&source.stem, table) else { continue };
-                    let animation = MechanismPicture::animation(&source.stem, table, None)?;
-                    entries.extend([mechanism(source, "strobe", strobe), mechanism(source, "animation", animation)]);
+                for source in together.iter().filter(|source| source.recorded && default_figures) {
+                    // A scene without links has neither strobe figure nor animation, and a single position no animation.
+                    let strobe = MechanismPicture::strobe(&source.stem, &source.tables);
+                    let animation = MechanismPicture::animation(&source.stem, &source.tables, None);
+                    entries.extend(strobe.map(|strobe| mechanism(source, "strobe", strobe)));
+                    entries.extend(animation.map(|animation| mechanism(source, "animation", animation)));
                 }
                 entries.extend(figures(args, together)?);
             }
         }
-        speed @ Some(_) => {
+        Some(speed) => {
             for source in &sources {
-                let animation = MechanismPicture::animation(&source.stem, source.displacements(), speed)?;
+                let animation = MechanismPicture::animation(&source.stem, &source.tables, speed)?;
+                animation.warning.iter().for_each(|warning| say!("warning: {warning}"));
                 entries.push(mechanism(source, "animation", animation));
             }
         }
@@ -130,10 +132,10 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     }
     if into_file {
         write_file(args, &entries)?;
-    } else {
-        write_folder(args, &entries)?;
+        return Ok(status(&sources));
     }
-    let facts: Vec<String> = sources.iter().filter(|source| source.recorded && paged).map(Source::facts).collect();
+    write_folder(args, &entries)?;
+    let facts: Vec<String> = sources.iter().filter(|source| source.recorded && default_figures).map(Source::facts).collect();
     if !facts.is_empty() {
         let page = args.output.join("index.html");
         let title = args.title.clone().unwrap_or_else(|| stems(&sources));

@@ -19,7 +19,8 @@ pub(super) struct Source {
     path: PathBuf,
     /// Its name in figures and in the names of their files: the file's name without ending.
     pub stem: String,
-    tables: Vec<Named>,
+    /// Topics of a recording, or the one table of a CSV file.
+    pub tables: Vec<Named>,
     /// Whether it is a recording.
     pub recorded: bool,
     /// Whether it is complete.
@@ -60,7 +61,7 @@ impl Source {
     }
 
     /// Its topic `displacements`; empty if there is none.
-    pub fn displacements(&self) -> &Table {
+    fn displacements(&self) -> &Table {
         self.topic("displacements")
     }
 

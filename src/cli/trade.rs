@@ -36,10 +36,10 @@ Examples:
   flexcrank trade --levels 4 --real-time-factor 5 --write levels.toml
   flexcrank trade ref-r2s --models modal --steps 1e-3,5e-4 --fixed-cost
 
-Errors are relative: crank angle in rad, slider over its stroke, deflection of each link's middle and joint forces \
-    over their peaks, energy balance over the largest kinetic and strain energy; the largest over the run's instants. \
-    Energy errors grow over time: if energy is among the outputs, --tolerance also checks the choice over ten minutes \
-    of the scene, and --budget does not bound that check.
+Errors are relative: crank angle in rad, slider over its stroke (a free end over the chain's length), deflection of \
+    each link's middle and joint forces over their peaks, energy balance over the largest kinetic and strain energy; the \
+    largest over the run's instants. Energy errors grow over time: if energy is among the outputs, --tolerance also \
+    checks the choice over ten minutes of the scene, and --budget does not bound that check.
 
 Levels of detail are settings between which a running service can switch. --levels prints them as [[level]] tables, or with --write \
     writes the scene with them. All reach --real-time-factor. The first is the best of those, within --tolerance if that is given; \
@@ -69,7 +69,7 @@ struct OutputArgs {
     /// name is replaced.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Print all columns: 170 characters a line.
+    /// Print all columns: 180 characters a line.
     #[arg(long, conflicts_with = "json")]
     wide: bool,
     /// Print each row of the complete table as one line of JSON, instead of the table.

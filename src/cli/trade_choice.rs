@@ -79,11 +79,11 @@ fn commented(scene: &SceneSource) -> String {
 
 /// The settings as TOML, with their measured errors and speed.
 fn sections(chosen: &Chosen, keys: &[String]) -> String {
-    let error = chosen.row.outcome.as_ref().map_or(f64::NAN, |measured| measured.error);
+    let (mark, error) = chosen.row.outcome.as_ref().map_or(("", f64::NAN), |measured| (measured.mark, measured.error));
     let trial = &chosen.trial;
     let mut text = format!(
-        "# error {:.2e} at {:.4} times real time; on another speed and pulse {:.2e} at {:.4}\n",
-        error, chosen.real_time_factor, trial.error, trial.real_time_factor
+        "# error {mark}{error:.2e} at {:.4} times real time; on another speed and pulse {:.2e} at {:.4}\n",
+        chosen.real_time_factor, trial.error, trial.real_time_factor
     );
     if let Some(error) = trial.long_energy {
         text += &format!("# energy balance over ten minutes: {error:.2e}\n");

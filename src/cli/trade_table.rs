@@ -7,7 +7,7 @@ use super::failure::CommandResult;
 use super::output::output;
 use crate::study::trade::{Configuration, Corrections, Measured, OutputGroup, Row, Study};
 
-const HEAD: [&str; 20] = [
+const HEAD: [&str; 21] = [
     "",
     "model",
     "integrator",
@@ -18,6 +18,7 @@ const HEAD: [&str; 20] = [
     "steps/s",
     "p99.9 µs",
     "worst µs",
+    "error",
     "angle",
     "slider",
     "deflection",
@@ -34,7 +35,7 @@ const HEAD: [&str; 20] = [
 pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResult<()> {
     let row = |(row, measured): (&Row, &Measured)| {
         let all = line(study, row, measured);
-        let cells = if wide { all } else { narrow(&all, measured.error) };
+        let cells = if wide { all } else { narrow(&all) };
         with_corrections(cells, study, wide, || corrections(measured))
     };
     let head = if wide { &HEAD[..] } else { &NARROW_HEAD[..] };
@@ -55,7 +56,11 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     }
     writeln!(out, "\nfront, by {}:", words(&study.outputs))?;
     for (row, measured) in study.front() {
-        writeln!(out, "  {:>9.2e} s/s  error {:.1e}  {}", measured.timing.seconds_per_s, measured.error, row.configuration)?;
+        writeln!(
+            out,
+            "  {:>9.2e} s/s  error {}{:.1e}  {}",
+            measured.timing.seconds_per_s, measured.mark, measured.error, row.configuration
+        )?;
     }
     if study.left_out > 0 {
         writeln!(out, "{} finer configurations were skipped: --budget allows no more", study.left_out)?;
@@ -89,7 +94,7 @@ fn corrections(measured: &Measured) -> String {
 const NARROW_HEAD: [&str; 8] = ["", "model", "integrator", "links", "step s", "s/s", "error", "angle"];
 
 /// The cells that fit 80 columns: configuration, cost, the largest error that counts, and that of the crank angle. `row` has all.
-fn narrow(row: &[String], error: f64) -> Vec<String> {
+fn narrow(row: &[String]) -> Vec<String> {
     let cell = |head: &str| HEAD.iter().position(|other| *other == head).and_then(|place| row.get(place)).cloned();
     let short = |head: &str| {
         let cell = cell(head).unwrap_or_default();
@@ -97,20 +102,14 @@ fn narrow(row: &[String], error: f64) -> Vec<String> {
             .iter()
             .fold(cell, |cell, (long, short)| cell.replace(long, short))
     };
-    let error = format!("{error:.1e}");
-    NARROW_HEAD.iter().map(|head| if *head == "error" { error.clone() } else { short(head) }).collect()
+    NARROW_HEAD.iter().map(|head| short(head)).collect()
 }
 
 /// One row of the table: a configuration with its measurements.
 fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
     let Configuration { family, step_s } = &row.configuration;
     let error = |output: OutputGroup| {
-        let (error, estimate) = (m.errors.of(output), study.reference.estimate.of(output));
-        match error {
-            error if error < estimate => format!("<{estimate:.1e}"),
-            error if error < 10.0 * estimate => format!("~{error:.1e}"),
-            error => format!("{error:.1e}"),
-        }
+        format!("{}{:.1e}", study.reference.mark(&m.errors, output), study.reference.bounded_error(&m.errors, &[output]))
     };
     let timing = &m.timing;
     let spread = 50.0 * (timing.slowest_per_s - timing.quickest_per_s) / timing.seconds_per_s;
@@ -128,6 +127,7 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
         format!("{:.0}", 1.0 / (step_s * timing.seconds_per_s)),
         format!("{:.1}", 1e6 * timing.step_p999_s),
         format!("{:.0}", 1e6 * timing.step_worst_s),
+        format!("{}{:.1e}", m.mark, m.error),
         angle,
         slider,
         deflection,
@@ -166,7 +166,7 @@ mod tests {
             _ => "<1.2e-8",
         };
         let row: Vec<String> = HEAD.iter().map(|head| longest(head).to_owned()).collect();
-        let cells = narrow(&row, 1.2e-8);
+        let cells = narrow(&row);
         let width: usize = cells.iter().zip(NARROW_HEAD).map(|(cell, head)| 2 + cell.chars().count().max(head.len())).sum();
         assert!(width <= 80, "{width}: {cells:?}");
         assert_eq!(cells[1..4], ["FE", "gen.-alpha", "16 el., crank rigid"]);

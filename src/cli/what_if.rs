@@ -14,7 +14,7 @@ use super::folders::{must_have_folder, must_hold_recordings};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
-use super::values::{finite, positive_time, time};
+use super::values::{positive_time, time, torque};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
 use crate::runtime::unbalanced;
@@ -47,12 +47,16 @@ pub(super) struct Args {
 }
 
 fn added_pulse(text: &str) -> Result<AddedPulse, String> {
-    let added = || {
-        let [start, torque, duration] = text.split(':').collect::<Vec<_>>().try_into().ok()?;
-        let start_s = time(start).ok()?;
-        Some(AddedPulse { start_s, torque_nm: finite(torque)?, duration_s: positive_time(duration).ok()? })
+    let parts: Vec<&str> = text.split(':').collect();
+    let [start, given, duration] = parts[..] else {
+        return Err("three numbers START:TORQUE:DURATION, such as 3.0:5:100ms".to_owned());
     };
-    added().ok_or_else(|| "three numbers START:TORQUE:DURATION, such as 3.0:5:0.1; START from 0, DURATION above 0".to_owned())
+    let name = |part: &'static str| move |problem: String| format!("{part} must be {problem}");
+    Ok(AddedPulse {
+        start_s: time(start).map_err(name("START"))?,
+        torque_nm: torque(given).map_err(name("TORQUE"))?,
+        duration_s: positive_time(duration).map_err(name("DURATION"))?,
+    })
 }
 
 pub(super) fn what_if(args: Args) -> CommandResult {
@@ -108,4 +112,23 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     }
     let lossy = source.cut_off.is_some() || !source.damage.is_empty();
     Ok(if lossy { ExitStatus::Lossy } else { ExitStatus::Success })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_the_wrong_part_of_an_added_pulse_is_named() {
+        assert_eq!(added_pulse("3:-5:100ms"), Ok(AddedPulse { start_s: 3.0, torque_nm: -5.0, duration_s: 0.1 }));
+        for (text, problem) in [
+            ("-1:5:0.1", "START must be a time from 0 to 1e9 s"),
+            ("3:5Nm:0.1", "TORQUE must be a number in N·m without its unit"),
+            ("3:5:100mm", "DURATION must be a time from 1ns to 1e9 s"),
+            ("3:5", "three numbers START:TORQUE:DURATION"),
+        ] {
+            let refused = added_pulse(text).err().unwrap_or_default();
+            assert!(refused.starts_with(problem), "{text}: {refused}");
+        }
+    }
 }

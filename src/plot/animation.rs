@@ -13,7 +13,9 @@ pub(super) fn draw(title: &str, motion: &Motion, playing_s: f64, lettering: Lett
     let scale = Scale::fitting(motion, [MARGIN, MARGIN], WIDTH - 2.0 * MARGIN);
     let mut canvas = Canvas::new(title, [WIDTH, (scale.height + 2.0 * MARGIN).ceil()], lettering);
     let pivot = scale.at([0.0, 0.0]);
-    canvas.line(&[[0.0, pivot[1]], [WIDTH, pivot[1]]], GRID, 1.0, "6 5");
+    if motion.links.iter().any(|link| scale.slides(link)) {
+        canvas.line(&[[0.0, pivot[1]], [WIDTH, pivot[1]]], GRID, 1.0, "6 5");
+    }
     for (index, link) in motion.links.iter().enumerate() {
         if link.name == "crank" {
             canvas.line(&scale.ends(link), GRID, 1.0, "");

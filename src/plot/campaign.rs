@@ -119,6 +119,9 @@ fn by_size(values: &[f64], mut rows: Vec<usize>) -> Vec<Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lettering::text_width;
+    use super::super::output::Picture as _;
+    use super::super::style::sheet;
     use super::*;
 
     fn coordinate(name: &str, values: Vec<f64>, is_log: bool) -> Coordinate {
@@ -149,5 +152,45 @@ mod tests {
         let series = &figure.panels[0].series;
         assert_eq!(series.iter().map(|series| series.xs.len()).collect::<Vec<_>>(), [40; 4]);
         assert!(series[0].ys[..3] == [1.0, 0.0, 0.0] && series[0].ys[3].is_nan() && figure.x.names == ["a", "b", "scalar"]);
+    }
+
+    /// Left and right ends of the names under a figure's frame, px, from the left.
+    fn ends_of_names(figure: &Figure) -> Vec<[f64; 2]> {
+        let svg = figure.to_svg();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let ends = document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| {
+            let name = figure.x.names.iter().find(|name| node.text() == Some(name.as_str()))?;
+            let number = |attribute: &str| node.attribute(attribute).unwrap().parse::<f64>().unwrap();
+            let (x, half) = (number("x"), text_width(name, number("font-size")) / 2.0);
+            Some([x - half, x + half])
+        });
+        ends.collect()
+    }
+
+    #[test]
+    fn regress_long_names_lie_on_the_sheet_and_clear_of_one_another() {
+        let (common, long, longest) = ("rod.section.height_m", "slider.friction_n_s_per_m", "a name for a sentence ".repeat(9));
+        let values: Vec<f64> = (0..8).map(|row| f64::from(row % 2)).collect();
+        let key = |name: &str| coordinate(name, values.clone(), false);
+        for (names, shown) in [
+            (vec![common], 2),
+            (vec![common; 3], 4),
+            (vec![long; 2], 3),
+            (vec![long; 3], 4),
+            (vec![long; 12], 4),
+            (vec![longest.trim(); 2], 1),
+        ] {
+            let places = Points { keys: names.iter().map(|name| key(name)).collect(), scalars: vec![key("y")] };
+            let words = names.iter().map(|name| (*name).to_owned()).collect();
+            let rows: Vec<f64> = (0_u32..).take(names.len()).map(f64::from).collect();
+            let listed = Coordinate { words, ..coordinate("key", rows.clone(), false) };
+            let listed = Points { keys: vec![listed], scalars: vec![coordinate("y", rows, false)] };
+            let drawn = ends_of_names(&parallel(&places, 0));
+            assert_eq!(drawn.len(), shown, "{names:?}");
+            for ends in [drawn, ends_of_names(&over_key(&listed, 0, 0))] {
+                assert!(ends.iter().all(|[left, right]| *left >= 0.0 && *right <= sheet::WIDTH), "{names:?}: {ends:?}");
+                assert!(ends.windows(2).all(|pair| pair[0][1] < pair[1][0]), "{names:?}: {ends:?}");
+            }
+        }
     }
 }

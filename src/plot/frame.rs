@@ -4,7 +4,7 @@
 use super::canvas::{Align, Canvas};
 use super::figure::{Axis, Scale};
 use super::lettering::{fitted_em, text_width};
-use super::style::{GRID, INK, text};
+use super::style::{GRID, INK, sheet, text};
 use super::ticks::{self, Ticks, superscript};
 
 /// Room between ticks' texts and what is beside them, px.
@@ -114,12 +114,13 @@ impl Frame {
         let (x_ticks, y_ticks) = (x.ticks(&self.x, self.width, X), y.ticks(&self.y, self.height, Y));
         let across = |value: f64| self.x.part(value).map(|part| self.left + part * self.width);
         let up = |value: f64| self.y.part(value).map(|part| bottom - part * self.height);
+        let room = (sheet::WIDTH - 2.0 * sheet::EDGE) / x_ticks.major.len().max(1) as f64;
         for (value, label) in &x_ticks.major {
             let Some(at) = across(*value) else { continue };
             canvas.line(&[[at, self.top], [at, bottom]], GRID, 1.0, "");
             canvas.line(&[[at, bottom], [at, bottom + 4.0]], INK, 1.0, "");
             if labelled {
-                canvas.text(label, [at, bottom + 15.0], Align::Centre, text::TICK, INK);
+                write_under(canvas, label, [at, bottom + 15.0], room);
             }
         }
         for (value, label) in &y_ticks.major {
@@ -141,6 +142,13 @@ impl Frame {
             beside[0] += LABEL_LINE;
         }
     }
+}
+
+/// Writes the text of a tick centred under it, or further inwards where the text would leave the sheet.
+fn write_under(canvas: &mut Canvas, label: &str, [x, y]: [f64; 2], room: f64) {
+    let half = text_width(label, text::TICK).min(room) / 2.0;
+    let on_sheet = x.min(sheet::WIDTH - sheet::EDGE - half).max(sheet::EDGE + half);
+    canvas.fitted(label, [on_sheet, y], Align::Centre, text::TICK, room);
 }
 
 /// Room for the label of a vertical axis of this height, px.
@@ -176,9 +184,13 @@ impl Axis {
             return if self.unit == "°" { span.ticks_in_degrees(most) } else { span.ticks(most) };
         }
         let widest = self.names.iter().map(|name| text_width(name, text::TICK)).fold(0.0, f64::max);
-        let room = if along == X { widest + GAP } else { NAME_ROOM };
-        let every = (self.names.len() as f64 * room / length).ceil().max(1.0) as usize;
-        let names = self.names.iter().enumerate().step_by(every);
+        let apart = length / (span.high - span.low);
+        // An outer name moves inwards by what would leave the sheet.
+        let beside = sheet::RIGHT - sheet::EDGE + apart * (-span.low).max(0.0);
+        let room = if along == X { widest + (widest / 2.0 - beside).max(0.0) + GAP } else { NAME_ROOM };
+        let every = (room / apart).ceil().max(1.0) as usize;
+        let shown = |place: usize| (span.low..=span.high).contains(&(place as f64));
+        let names = self.names.iter().enumerate().filter(|(place, _)| shown(*place)).step_by(every);
         Ticks { major: names.map(|(place, name)| (place as f64, name.clone())).collect(), ..Ticks::default() }
     }
 

@@ -20,6 +20,8 @@ pub(super) struct Motion {
     pub links: Vec<Link>,
     /// Number of instants.
     pub instants: usize,
+    /// Whether the rod's end may be a slider.
+    has_slider: bool,
     /// The factor by which bending is magnified.
     magnified: f64,
 }
@@ -38,38 +40,49 @@ pub(super) fn times(displacements: &Table) -> &[f64] {
     &times[..end]
 }
 
-/// The row in which the first link has turned once; none if it does not.
-pub(super) fn turned(displacements: &Table) -> Option<usize> {
-    let rows: Vec<usize> = (0..times(displacements).len()).collect();
-    let link = LINKS.iter().find_map(|link| link_at(displacements, link, &rows))?;
+/// The turning of the first link from the first row up to every row of the first epoch, rad; empty if there is no link.
+pub(super) fn turning_rad(displacements: &Table) -> Vec<f64> {
+    let rows: Vec<f64> = (0..times(displacements).len()).map(|row| row as f64).collect();
+    let Some(link) = LINKS.iter().find_map(|link| link_at(displacements, link, &rows)) else { return Vec::new() };
     let angles = link.instants.iter().filter_map(|nodes| {
         let (first, last) = (nodes.first()?, nodes.last()?);
         Some((last[1] - first[1]).atan2(last[0] - first[0]))
     });
     let (mut before, mut sum) = (None, 0.0_f64);
-    angles.into_iter().position(|angle| {
+    let turning = angles.map(|angle| {
         let step = angle - before.replace(angle).unwrap_or(angle);
         sum += step - TAU * (step / TAU).round();
-        sum.abs() >= TAU
-    })
+        sum
+    });
+    turning.collect()
+}
+
+/// The row in which a link has turned once; none if it does not.
+pub(super) fn turned(turning_rad: &[f64]) -> Option<usize> {
+    turning_rad.iter().position(|turned_rad| turned_rad.abs() >= TAU)
+}
+
+/// The refusal of a recording without links.
+pub(super) fn no_link(place: &str) -> PlotError {
+    PlotError::Request(format!("{place}: no link to animate"))
 }
 
 impl Motion {
-    /// The mechanism in these rows of the topic `displacements`.
+    /// The mechanism at these places between the rows of the topic `displacements`.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded.
-    pub fn new(place: &str, displacements: &Table, rows: &[usize]) -> Result<Self, PlotError> {
-        let mut links: Vec<Link> = LINKS.iter().filter_map(|link| link_at(displacements, link, rows)).collect();
-        if rows.is_empty() || links.is_empty() {
-            return Err(PlotError::Request(format!("{place}: no link to animate")));
+    pub fn new(place: &str, displacements: &Table, places: &[f64], has_slider: bool) -> Result<Self, PlotError> {
+        let mut links: Vec<Link> = LINKS.iter().filter_map(|link| link_at(displacements, link, places)).collect();
+        if places.is_empty() || links.is_empty() {
+            return Err(no_link(place));
         }
         let bent = links.iter().flat_map(|link| &link.instants).flat_map(|nodes| offsets(nodes));
         let worst = bent.fold(0.0, |most: f64, offset| most.max(offset.abs()));
         let factor = FACTORS.into_iter().rev().find(|factor| worst > 0.0 && factor * worst <= BENDING);
         let magnified = factor.unwrap_or(1.0);
         links.iter_mut().flat_map(|link| &mut link.instants).for_each(|nodes| magnify(nodes, magnified));
-        Ok(Motion { links, instants: rows.len(), magnified })
+        Ok(Motion { links, instants: places.len(), has_slider, magnified })
     }
 
     /// The magnification in words, after other words.
@@ -78,7 +91,7 @@ impl Motion {
     }
 }
 
-fn link_at(table: &Table, name: &'static str, rows: &[usize]) -> Option<Link> {
+fn link_at(table: &Table, name: &'static str, places: &[f64]) -> Option<Link> {
     let node = |index: usize| {
         let column = |axis: &str| table.column(&format!("nodes.{name}.{index}.{axis}_m"));
         Some((column("x")?, column("y")?))
@@ -87,9 +100,17 @@ fn link_at(table: &Table, name: &'static str, rows: &[usize]) -> Option<Link> {
     if nodes.len() < 2 {
         return None;
     }
-    let place = |(x, y): &(&[f64], &[f64]), row: usize| Some([*x.get(row)?, *y.get(row)?]).filter(|[x, y]| (x + y).is_finite());
-    let instant = |&row: &usize| nodes.iter().map(|node| place(node, row)).collect::<Option<Vec<_>>>();
-    Some(Link { name, instants: rows.iter().map(instant).collect::<Option<_>>()? })
+    let position = |(x, y): &(&[f64], &[f64]), place: f64| {
+        Some([between(x, place)?, between(y, place)?]).filter(|[x, y]| (x + y).is_finite())
+    };
+    let instant = |&place: &f64| nodes.iter().map(|node| position(node, place)).collect::<Option<Vec<_>>>();
+    Some(Link { name, instants: places.iter().map(instant).collect::<Option<_>>()? })
+}
+
+/// The value at a place between rows: at 3.5, the mean of rows 3 and 4.
+pub(super) fn between(values: &[f64], place: f64) -> Option<f64> {
+    let (low, high) = (values.get(place.floor() as usize)?, values.get(place.ceil() as usize)?);
+    Some(low + place.fract() * (high - low))
 }
 
 /// Offsets of the nodes from the chord, over its length.
@@ -116,6 +137,7 @@ pub(super) struct Scale {
     top_m: f64,
     px_per_m: f64,
     origin: [f64; 2],
+    has_slider: bool,
     pub height: f64,
 }
 
@@ -126,7 +148,8 @@ impl Scale {
         let least = |axis: usize| all().map(|node| node[axis]).fold(f64::INFINITY, f64::min);
         let most = |axis: usize| all().map(|node| node[axis]).fold(f64::NEG_INFINITY, f64::max);
         let px_per_m = width / (most(0) - least(0)).max(most(1) - least(1)).max(1e-12);
-        Scale { left_m: least(0), top_m: most(1), px_per_m, origin, height: (most(1) - least(1)) * px_per_m }
+        let height = (most(1) - least(1)) * px_per_m;
+        Scale { left_m: least(0), top_m: most(1), px_per_m, origin, has_slider: motion.has_slider, height }
     }
 
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -141,7 +164,7 @@ impl Scale {
     /// Whether a link's end slides along the horizontal through the pivot.
     pub fn slides(&self, link: &Link) -> bool {
         let pivot = self.at([0.0, 0.0]);
-        link.name == "rod" && self.ends(link).iter().all(|end| (end[1] - pivot[1]).abs() < 0.5)
+        self.has_slider && link.name == "rod" && self.ends(link).iter().all(|end| (end[1] - pivot[1]).abs() < 0.5)
     }
 
     /// A smooth curve through the nodes, as path data: Catmull and Rom's spline, as cubic Béziers.

@@ -2,25 +2,24 @@
 
 use super::canvas::Lettering;
 use super::error::PlotError;
-use super::mechanism::{Motion, times, turned};
+use super::mechanism::{Motion, no_link, times, turned, turning_rad};
 use super::output::{Format, Picture};
+use super::playback::Playback;
+use super::recorded::{find_topic, has_slider};
+use super::selection::Named;
 use super::{animation, strobe};
 use crate::study::Table;
 
 /// Number of positions in a strobe figure.
 const POSITIONS: usize = 12;
-/// Pictures of an animation per second of playing; the viewer moves evenly from one to the next.
-const PICTURES_HZ: f64 = 15.0;
-/// Longest time of playing, s: a file in a README should stay small.
-const LONGEST_S: f64 = 10.0;
-/// Time in which a turn can be followed by eye, s.
-const TURN_S: f64 = 2.0;
 
 /// A mechanism at several instants, or moving.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MechanismPicture {
     /// Instants, speed and magnification, in words.
     pub caption: String,
+    /// The reason why the motion is hardly seen at this speed, and a speed at which it is; `None` where it is seen.
+    pub warning: Option<String>,
     title: String,
     motion: Motion,
     /// Time of playing; `None` for a still picture.
@@ -28,12 +27,13 @@ pub struct MechanismPicture {
 }
 
 impl MechanismPicture {
-    /// Positions of the topic `displacements` at even instants of its first turn, or of its whole time if nothing turns.
+    /// Recorded positions at even instants of the first turn, or of the whole time if nothing turns.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded.
-    pub fn strobe(place: &str, displacements: &Table) -> Result<Self, PlotError> {
-        let (times, turn) = (times(displacements), turned(displacements));
+    pub fn strobe(place: &str, topics: &[Named]) -> Result<Self, PlotError> {
+        let displacements = displacements(place, topics)?;
+        let (times, turn) = (times(displacements), turned(&turning_rad(displacements)));
         let start = times.first().copied().unwrap_or_default();
         let end = turn.map_or(times.last(), |row| times.get(row)).copied().unwrap_or_default();
         // After a turn the mechanism is where it was.
@@ -42,41 +42,48 @@ impl MechanismPicture {
         let row = |number: usize| times.partition_point(|time| *time < start + apart_s * number as f64 - 1e-9);
         let mut rows: Vec<usize> = (0..POSITIONS).map(row).filter(|row| *row < times.len()).collect();
         rows.dedup();
-        let motion = Motion::new(place, displacements, &rows)?;
+        let places: Vec<f64> = rows.iter().map(|row| *row as f64).collect();
+        let motion = Motion::new(place, displacements, &places, has_slider(topics))?;
         let last = rows.last().map_or(start, |row| times[*row]);
         let caption = format!(
             "{} positions in {during}, from {start:.3} s (pale) to {last:.3} s (dark), {apart_s:.3} s apart{}",
             rows.len(),
             motion.magnification()
         );
-        Ok(MechanismPicture { title: format!("{place}: the mechanism at even instants"), caption, motion, playing_s: None })
+        let title = format!("{place}: the mechanism at even instants");
+        Ok(MechanismPicture { caption, warning: None, title, motion, playing_s: None })
     }
 
-    /// The topic `displacements` moving, at `speed` recorded seconds per second; without a speed, at the highest of the usual
-    /// ones at which a turn takes two seconds or more.
+    /// The recorded mechanism moving, at `speed` recorded seconds per second; without a speed, at the highest of the usual ones
+    /// at which the motion is seen and a turn takes two seconds or more.
     ///
     /// # Errors
-    /// [`PlotError::Request`] when no link is recorded.
-    pub fn animation(place: &str, displacements: &Table, speed: Option<f64>) -> Result<Self, PlotError> {
-        let times = times(displacements);
-        let slow = || {
-            let turn_s = turned(displacements).map_or(TURN_S, |row| times[row] - times[0]);
-            [1.0, 0.5, 0.25, 0.1, 0.05, 0.025].into_iter().find(|speed| turn_s / speed >= TURN_S).unwrap_or(0.01)
-        };
-        let speed = speed.unwrap_or_else(slow);
-        let start = times.first().copied().unwrap_or_default();
-        let row = |picture: u32| {
-            let at = start + f64::from(picture) * speed / PICTURES_HZ;
-            times.partition_point(|time| *time < at - 1e-9)
-        };
-        let pictures = 0..=(LONGEST_S * PICTURES_HZ) as u32;
-        let rows: Vec<usize> = pictures.map(row).take_while(|row| *row < times.len()).collect();
-        let motion = Motion::new(place, displacements, &rows)?;
-        let recorded_s = rows.last().map_or(0.0, |last| times[*last] - start);
-        let caption = format!("{recorded_s:.2} s at {speed} times the real speed{}", motion.magnification());
+    /// [`PlotError::Request`] when no link is recorded, and when there would be a single picture.
+    pub fn animation(place: &str, topics: &[Named], speed: Option<f64>) -> Result<Self, PlotError> {
+        let displacements = displacements(place, topics)?;
+        let (times, turning_rad) = (times(displacements), turning_rad(displacements));
+        let suitable = Playback::suitable(times, &turning_rad);
+        let asked = speed.map(|speed| Playback::at(speed, times));
+        let playback = asked.as_ref().unwrap_or(&suitable);
+        let motion = Motion::new(place, displacements, &playback.places, has_slider(topics))?;
+        let warning = playback.shortcoming(&turning_rad).map(|shortcoming| match suitable.shortcoming(&turning_rad) {
+            None => format!("{place}: {shortcoming}; --animation={} shows the motion", suitable.speed),
+            Some(_) => format!("{place}: {shortcoming}"),
+        });
+        if playback.places.len() < 2 {
+            return Err(PlotError::Request(warning.unwrap_or_default()));
+        }
+        let (speed, recorded_s) = (playback.speed, playback.recorded_s);
+        let digits = if recorded_s < 0.1 - 1e-9 { 4 } else { 2 };
+        let caption = format!("{recorded_s:.digits$} s at {speed} times the real speed{}", motion.magnification());
         let title = format!("{place}: the mechanism, moving");
-        Ok(MechanismPicture { title, caption, motion, playing_s: Some(recorded_s / speed) })
+        Ok(MechanismPicture { caption, warning, title, motion, playing_s: Some(recorded_s / speed) })
     }
+}
+
+/// The positions in a recording.
+fn displacements<'a>(place: &str, topics: &'a [Named]) -> Result<&'a Table, PlotError> {
+    find_topic(topics, "displacements").map(|topic| &topic.table).ok_or_else(|| no_link(place))
 }
 
 impl Picture for MechanismPicture {

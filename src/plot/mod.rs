@@ -27,6 +27,7 @@ mod numbered;
 mod output;
 mod page;
 mod panels;
+mod playback;
 mod quantity;
 mod recorded;
 mod rows;

@@ -24,12 +24,11 @@ impl Figure {
                 }
             }
         }
-        let several = panels.len() > 1;
         for panel in &mut panels {
             if panel.y.label.is_empty() && panel.series.len() > 1 {
                 panel.y.label = last_words(&panel.series);
             }
-            if let ([series], true) = (panel.series.as_slice(), several || panel.y.label.is_empty()) {
+            if let [series] = panel.series.as_slice() {
                 panel.y = panel.y.of(&series.label);
             }
         }

@@ -55,7 +55,7 @@ fn words(stem: &str) -> String {
 }
 
 /// Columns in words, as a title: at most three.
-pub(super) fn title(columns: &[String]) -> String {
+pub(super) fn title(columns: &[&str]) -> String {
     let mut labels: Vec<String> = columns.iter().map(|column| axis(column).label).collect();
     if labels.len() > 3 {
         let more = format!("{} more", labels.len() - 2);

@@ -15,8 +15,7 @@ const TIME: &str = "time";
 ///
 /// Figures over time are shaded where the run was below its best level of detail.
 pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
-    let named = |name: &str| topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name));
-    let topic = |name: &str| named(name).map(|topic| &topic.table);
+    let topic = |name: &str| find_topic(topics, name).map(|topic| &topic.table);
     let mut figures = Vec::new();
     if let Some(table) = topic("angles") {
         let angle = |field: &str| in_list(table, "links", field);
@@ -26,7 +25,7 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
         figures.push(over_time("accelerations", "Chord accelerations", table, axis, angle("acceleration_rad_per_s2")));
     }
     if let Some(table) = topic("displacements") {
-        figures.extend(ends(table));
+        figures.extend(ends(table, has_slider(topics)));
         let axis = Axis::new("deflection", "m");
         figures.push(over_time("deflections", "Largest deflections from the chord", table, axis, deflections(table)));
     }
@@ -51,12 +50,22 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
         let energies = kinds.into_iter().filter_map(energy).collect();
         figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    let bands = named("angles").map(|angles| band::levels(angles, &time(&angles.table))).unwrap_or_default();
+    let bands = find_topic(topics, "angles").map(|angles| band::levels(angles, &time(&angles.table))).unwrap_or_default();
     for figure in figures.iter_mut().filter(|(_, figure)| figure.x.label == TIME).map(|(_, figure)| figure) {
         figure.bands.clone_from(&bands);
     }
     figures.retain(|(_, figure)| figure.panels.iter().any(|panel| !panel.series.is_empty()));
     figures
+}
+
+/// The topic of a recording whose name ends with this part.
+pub(super) fn find_topic<'a>(topics: &'a [Named], name: &str) -> Option<&'a Named> {
+    topics.iter().find(|topic| topic.name.rsplit('/').next() == Some(name))
+}
+
+/// Whether a recorded chain has a slider: its loads have the slider's resistance. Without loads, a slider is taken for granted.
+pub(super) fn has_slider(topics: &[Named]) -> bool {
+    find_topic(topics, "loads").is_none_or(|loads| loads.table.column("resistance_n").is_some())
 }
 
 /// Simulated time, or after a reset, which starts it again, time since the recording began.
@@ -100,15 +109,22 @@ fn last_node(table: &Table, link: &str) -> Option<String> {
     last.map(|index| format!("nodes.{link}.{index}"))
 }
 
-/// The slider's position and velocity and the crank pin's path; of one beam, its end's.
-fn ends(table: &Table) -> Vec<(String, Figure)> {
+/// Motion of the slider, of free ends and of masses, and the paths of the crank pin and of free ends.
+fn ends(table: &Table, has_slider: bool) -> Vec<(String, Figure)> {
     let mut figures = Vec::new();
     let column = |node: &str, field: &str| table.column(&format!("{node}.{field}")).unwrap_or_default();
-    if let Some(slider) = last_node(table, "rod") {
+    let both = |node: &str, x: &str, y: &str| vec![("x".to_owned(), column(node, x)), ("y".to_owned(), column(node, y))];
+    let (slider, free_end) = if has_slider { (last_node(table, "rod"), None) } else { (None, last_node(table, "rod")) };
+    if let Some(slider) = slider {
         let x = vec![(String::new(), column(&slider, "x_m"))];
         figures.push(over_time("slider-position", "Slider position", table, Axis::new("x of the slider", "m"), x));
         let v = vec![(String::new(), column(&slider, "vx_m_per_s"))];
         figures.push(over_time("slider-velocity", "Slider velocity", table, Axis::new("velocity of the slider", "m/s"), v));
+    }
+    if let Some(end) = &free_end {
+        let (position, velocity) = (both(end, "x_m", "y_m"), both(end, "vx_m_per_s", "vy_m_per_s"));
+        figures.push(over_time("end-position", "Position of the rod's end", table, Axis::new("position", "m"), position));
+        figures.push(over_time("end-velocity", "Velocity of the rod's end", table, Axis::new("velocity", "m/s"), velocity));
     }
     let masses = |field: &str, suffix: &str| -> Vec<(String, &[f64])> {
         // Nodes are counted from 0, masses in scenes from 1.
@@ -122,13 +138,17 @@ fn ends(table: &Table) -> Vec<(String, Figure)> {
     let velocities = masses("vx_m_per_s", "");
     figures.push(over_time("mass-velocities", "Velocities of the masses", table, Axis::new("velocity", "m/s"), velocities));
     if let Some(end) = last_node(table, "beam") {
-        let xy = vec![("x".to_owned(), column(&end, "dx_m")), ("y".to_owned(), column(&end, "dy_m"))];
+        let xy = both(&end, "dx_m", "dy_m");
         figures.push(over_time("end", "Displacement of the beam's end", table, Axis::new("displacement", "m"), xy));
     }
-    for (link, title) in [("crank", "Path of the crank pin"), ("beam", "Path of the beam's end")] {
-        if let Some(end) = last_node(table, link) {
+    for (file, title, node) in [
+        ("path", "Path of the crank pin", last_node(table, "crank")),
+        ("end-path", "Path of the rod's end", free_end),
+        ("path", "Path of the beam's end", last_node(table, "beam")),
+    ] {
+        if let Some(node) = node {
             let path = Figure { equal_aspect: true, ..Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m")) };
-            figures.push(("path".to_owned(), path.line("", column(&end, "x_m"), column(&end, "y_m"))));
+            figures.push((file.to_owned(), path.line("", column(&node, "x_m"), column(&node, "y_m"))));
         }
     }
     figures

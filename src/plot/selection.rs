@@ -19,7 +19,7 @@ pub struct Named {
 }
 
 /// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit. Its title names the
-/// columns.
+/// columns, each of which may be given without the name of its list: `pivot.fx_n`.
 ///
 /// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
 /// curve for each ratio. Other tables with several rows at one x give a curve for each word of a column that tells the rows apart,
@@ -28,7 +28,9 @@ pub struct Named {
 /// # Errors
 /// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
 pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
-    let mut figure = Figure { title: quantity::title(ys), ..Figure::default() };
+    let x = x.map(|x| full_name(tables, x));
+    let ys: Vec<&str> = ys.iter().map(|y| full_name(tables, y)).collect();
+    let mut figure = Figure { title: quantity::title(&ys), ..Figure::default() };
     for y in ys {
         let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(tables, y))?.table;
         let x = x.or_else(|| numbers(table).next()).unwrap_or_default();
@@ -59,6 +61,17 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
         }
     }
     Ok(figure)
+}
+
+/// The name of a column that may be given without the name of its list, as in `watch`: `joints.pivot.fx_n` for `pivot.fx_n`.
+/// Other names, and those that several lists have, are returned unchanged.
+fn full_name<'a>(tables: &'a [Named], given: &'a str) -> &'a str {
+    let names = || tables.iter().flat_map(|named| named.table.columns()).map(|(name, _)| name);
+    let mut in_lists = names().filter(|name| name.split_once('.').is_some_and(|(_, rest)| rest == given));
+    match in_lists.next() {
+        Some(full) if !names().any(|name| name == given) && in_lists.all(|other| other == full) => full,
+        _ => given,
+    }
 }
 
 /// One figure for each unit among the columns beside the first, over the first, without a title; each with the name of its first

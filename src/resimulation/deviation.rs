@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::difference::Difference;
+use super::difference::{Difference, Field};
 use crate::wire::{Angles, Displacements, Energies, Loads, Message};
 
 /// First and largest differences between a recorded session and its re-simulation.
@@ -28,6 +28,21 @@ pub struct LargestDifference {
 impl Deviation {
     /// Compares a recorded message with the re-simulated one.
     pub(super) fn compare(&mut self, recorded: &Message, computed: &Message, session_s: f64) {
+        self.until_s = session_s;
+        let (was, is) = (recorded.encode_to_vec(), computed.encode_to_vec());
+        if was == is {
+            return;
+        }
+        self.first.get_or_insert_with(|| {
+            let (topic, stamp) = (recorded.topic(), recorded.stamp().unwrap_or_default());
+            Difference {
+                topic: topic.chunk().to_owned(),
+                instant: (stamp.epoch, stamp.step),
+                sim_time_s: stamp.sim_time_s,
+                field: Field::first(topic.schema(), &was, &is),
+                after: None,
+            }
+        });
         match (recorded, computed) {
             (Message::Displacements(was), Message::Displacements(is)) => self.displacements(was, is, session_s),
             (Message::Angles(was), Message::Angles(is)) => self.angles(was, is, session_s),

@@ -111,10 +111,13 @@ impl MissingSteps {
         match event {
             // Samples are expected from here on, in a new epoch.
             Message::Checkpoint(_) => {
+                let begins_run = self.begins_with_run && !self.begun;
                 let fresh = |track: &&mut TopicTrack| track.last.is_none_or(|(epoch, _)| epoch != at.0);
-                let start_is_due = at.1 == 0 && (at.0 > 0 && self.begun || self.begins_with_run && !self.begun);
                 self.tracks.iter_mut().filter(fresh).for_each(|track| {
-                    (track.last, track.start_is_due) = (Some(at), start_is_due);
+                    // A recording that a command started after a reset begins after the first state of that epoch.
+                    let begins_epoch = at.0 > 0 && track.last.is_some();
+                    track.start_is_due = at.1 == 0 && (begins_epoch || begins_run);
+                    track.last = Some(at);
                 });
             }
             // Everything due before the status was published before it.

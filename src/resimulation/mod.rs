@@ -12,6 +12,7 @@ mod missing_steps;
 mod physics;
 mod recheck;
 mod recorded_session;
+mod recorded_torque;
 mod resimulator;
 mod resume;
 mod run_counts;

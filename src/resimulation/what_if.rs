@@ -8,9 +8,9 @@ use prost::Message as _;
 use super::ResimulationError;
 use super::change::{AddedPulse, Change};
 use super::deviation::Deviation;
-use super::difference::{Difference, Field};
-use super::event::{decode, resets, schema, topic};
+use super::event::{decode, resets};
 use super::recorded_session::{ORIGINAL_TIMES, RecordedSession};
+use super::recorded_torque::RecordedTorque;
 use super::resimulator::{ResimulationFault, Resimulator};
 use super::source_losses::SourceLosses;
 use super::timeline::{Timeline, steps_s};
@@ -61,17 +61,24 @@ pub fn what_if(
     }
     let mut pulses = change.pulses.clone();
     pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    // Before any file or folder is made.
+    // Before any file is made.
     let first = change.beginning(source, pulses.first())?;
-    let mut name = path.as_os_str().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = PathBuf::from(name);
+    let part = unfinished_path(path);
     let unfinished = Unfinished::at(part.clone()).map_err(RecordingError::new_file(path))?;
     let computed = compute(source, (change, pulses, first), &part, progress);
     let mut outcome = computed.map_err(|failed| failed.of_file(&part, path))?;
+    path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(RecordingError::new_file(path))?;
     unfinished.finish(path, true).map_err(RecordingError::new_file(path))?;
     outcome.written.iter_mut().for_each(|written| written.path = path.to_owned());
     Ok(outcome)
+}
+
+/// The place of the unfinished file: in the nearest folder that exists, so that a refusal leaves no folder behind.
+fn unfinished_path(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let folder = path.ancestors().skip(1).find(|folder| folder.as_os_str().is_empty() || folder.is_dir());
+    folder.unwrap_or(Path::new("")).join(name)
 }
 
 /// `pulses`: those added, in order; `first`: the number of messages before the checkpoint to start from.
@@ -104,6 +111,7 @@ fn compute(
         losses: SourceLosses::default(),
         same_steps,
         timeline: Timeline::new(source),
+        torque: RecordedTorque::new(source),
         resimulator,
         recorder,
         pulses,
@@ -156,6 +164,7 @@ struct Attempt<'a> {
     /// Whether steps are as long as in the old recording, at each level: then the same steps have samples.
     same_steps: bool,
     timeline: Timeline,
+    torque: RecordedTorque,
     resimulator: Resimulator,
     recorder: Recorder,
     pulses: Vec<AddedPulse>,
@@ -194,6 +203,9 @@ impl Attempt<'_> {
         if stamp.epoch == self.resimulator.instant().0 {
             self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
+        if let Message::Loads(loads) = &event {
+            self.torque.add(loads, &self.timeline);
+        }
         // Steps of another size are matched by time.
         let steps = self.resimulator.steps_at(stamp.epoch, stamp.sim_time_s);
         let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
@@ -202,10 +214,10 @@ impl Attempt<'_> {
         }
         self.resimulator.go_to((stamp.epoch, step as u64), |_| {})?;
         gap.iter().for_each(|gap| self.record(Topic::Gaps, gap.encode_to_vec(), message));
-        match &event {
-            Message::Commands(command) => self.command(command, message),
-            _ => self.compare(&event, message),
+        if let Message::Commands(command) = &event {
+            return self.command(command, message);
         }
+        self.compare(event, message)
     }
 
     fn begin(&mut self, checkpoint: &Checkpoint, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
@@ -222,6 +234,7 @@ impl Attempt<'_> {
             return Err(unlike("its checkpoint is not one of its scene"));
         }
         self.from_s = Some(self.resimulator.stamp().session_s());
+        self.torque.begin(checkpoint.stamp.unwrap_or_default());
         self.write_in_place_of(event, message)?;
         Ok(())
     }
@@ -338,29 +351,16 @@ impl Attempt<'_> {
         self.record(Topic::Commands, applied.encode_to_vec(), message);
     }
 
-    fn compare(&mut self, event: &Message, message: &RecordedMessage) -> Result<(), Stopped> {
-        let (Some(computed), Some(stamp)) = (self.write_in_place_of(event, message)?, event.stamp()) else { return Ok(()) };
+    fn compare(&mut self, mut recorded: Message, message: &RecordedMessage) -> Result<(), Stopped> {
+        let computed = self.write_in_place_of(&recorded, message)?;
+        let (Some(computed), Some(stamp)) = (computed, recorded.stamp()) else { return Ok(()) };
+        if matches!(recorded, Message::Checkpoint(_)) {
+            return Ok(());
+        }
         // Steps of another size have other numbers at the same time.
         let computed = computed.with_stamp(stamp);
-        let payload = computed.encode_to_vec();
-        if matches!(event, Message::Checkpoint(_)) {
-            return Ok(());
-        }
-        let session_s = self.resimulator.stamp().session_s();
-        self.deviation.until_s = session_s;
-        if payload == message.data.as_ref() {
-            return Ok(());
-        }
-        if self.deviation.first.is_none() {
-            self.deviation.first = Some(Difference {
-                topic: topic(message).to_owned(),
-                instant: (stamp.epoch, stamp.step),
-                sim_time_s: stamp.sim_time_s,
-                field: Field::first(schema(message), &message.data, &payload),
-                after: None,
-            });
-        }
-        self.deviation.compare(event, &computed, session_s);
+        self.torque.match_period(&mut recorded, &computed);
+        self.deviation.compare(&recorded, &computed, self.resimulator.stamp().session_s());
         Ok(())
     }
 

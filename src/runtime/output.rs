@@ -48,7 +48,8 @@ pub enum Output {
 
 /// The reply to a command.
 pub struct Answer {
-    /// The reply. If the request starts or stops a recording, it is the reply if that succeeds: the output thread decides.
+    /// The reply. If the request starts or stops a recording, it is the reply if that succeeds: the output thread decides, and replies
+    /// after the status that follows.
     pub reply: Reply,
     /// Sends the reply; `None` if nobody asked.
     pub reply_to: Option<ReplyTo>,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 
-use super::SceneError;
+use super::{SceneError, parse};
 use crate::decimal_comma::decimal_comma_hint;
 
 /// The text of a scene, where it came from, and what the command line changed.
@@ -103,12 +103,22 @@ fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
     SceneError::whole(place_at(origin, text, error.span()), syntax_problem(text, error))
 }
 
-/// The reason why a text is no TOML. A number with a decimal comma or with its unit gets a hint.
+/// The reason why a text is no TOML. A number with a decimal comma or with its unit, or a table that is there twice, gets a hint.
 fn syntax_problem(text: &str, error: &TomlError) -> String {
     let span = error.span().unwrap_or_default();
     let line = text.lines().nth(lines_before(text, &span));
-    let hint = line.and_then(decimal_comma_in).or_else(|| unit_hint(value_at(text, span.start)));
-    format!("not TOML: {}", hint.unwrap_or_else(|| error.message().trim().replace('\n', " ")))
+    let message = error.message().trim().replace('\n', " ");
+    let hint = match message.as_str() {
+        "duplicate key" => line.and_then(repeated_table_hint),
+        _ => line.and_then(decimal_comma_in).or_else(|| unit_hint(value_at(text, span.start))),
+    };
+    format!("not TOML: {}", hint.unwrap_or(message))
+}
+
+/// A hint at a second `[name]`, where a scene has a list of such tables.
+fn repeated_table_hint(line: &str) -> Option<String> {
+    let name = line.trim_start().strip_prefix('[')?.split(']').next()?.trim();
+    parse::refused_list(name).is_none().then(|| format!("[{name}] is there twice: each entry of a list is a table [[{name}]]"))
 }
 
 /// A hint at the first number with a decimal comma in a line of `KEY = VALUE`, or in a value.
@@ -184,12 +194,13 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
         return Err(format!("no key has more than {MOST_PARTS} parts"));
     }
     let mut parts = path.split('.').peekable();
-    let mut parent = "";
+    let mut passed = 0;
     while let Some(part) = parts.next() {
-        if part.is_empty() {
+        let parent = path.get(..passed).unwrap_or_default();
+        let indexed = part.parse::<usize>();
+        if part.is_empty() || parent.is_empty() && indexed.is_ok() {
             return Err("expected KEY=VALUE with a KEY such as rod.length_m".to_owned());
         }
-        let indexed = part.parse::<usize>();
         let next = match indexed {
             Ok(index) => {
                 let entries = entries(item);
@@ -197,7 +208,9 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
                     return Err(format!("{path} is a table: set one of its keys, such as {path}.KEY={value}"));
                 }
                 let missing = || match entries {
-                    0 => format!("`{parent}` has no entries; give all of them, as in --set '{parent}=[{{ … }}]'"),
+                    0 => parse::refused_list(parent).unwrap_or_else(|| {
+                        format!("`{parent}` has no entries; give all of them, as in --set '{parent}=[{{ … }}]'")
+                    }),
                     entries => format!("`{parent}` has entries 0 to {}, and none numbered {index}", entries - 1),
                 };
                 item.get_mut(index).ok_or_else(missing)?
@@ -218,7 +231,8 @@ fn set(mut item: &mut Item, path: &str, value: Value) -> Result<(), String> {
             *next = Item::Value(value);
             return Ok(());
         }
-        (item, parent) = (next, part);
+        item = next;
+        passed += usize::from(passed > 0) + part.len();
     }
     Err("expected KEY=VALUE".to_owned())
 }

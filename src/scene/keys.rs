@@ -126,14 +126,20 @@ pub(super) const BASE_DAMPER: Number =
 pub(super) const GRAVITY_X: Number = number("x_m_per_s2", "m/s²", [-1e9, 1e9], Value(0.0), "acceleration of gravity along x");
 pub(super) const GRAVITY_Y: Number =
     number("y_m_per_s2", "m/s²", [-1e9, 1e9], Value(0.0), "acceleration of gravity along y; −9.81 on Earth");
-pub(super) const START_ANGLE: Number =
-    number("angle_rad", "rad", [-1e6, 1e6], Value(0.0), "crank angle from x, counter-clockwise; not with `drive.table`");
+pub(super) const START_ANGLE: Number = number(
+    "angle_rad",
+    "rad",
+    [-1e6, 1e6],
+    Value(0.0),
+    "crank angle from x, counter-clockwise; the rod of a double pendulum starts in line with the crank; not with `drive.table`",
+);
 pub(super) const START_RATE: Number = number(
     "rate_rad_per_s",
     "rad/s",
     [-1e6, 1e6],
     Value(0.0),
-    "crank rate; with `drive.ramp` the rate that it begins with; no other `[drive]` allows another rate",
+    "crank rate, also that of the rod of a double pendulum; with `drive.ramp` the rate that it begins with; no other `[drive]` \
+     allows another rate",
 );
 pub(super) const STATIC_EQUILIBRIUM: Boolean = Boolean {
     name: "static_equilibrium",

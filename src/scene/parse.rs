@@ -37,6 +37,23 @@ fn refusal(text: &SceneText, read: &str, error: &toml::de::Error) -> SceneError 
     text.refuse(&key, problem)
 }
 
+/// The refusal of a list under a dotted path, where a scene has no list: its key is unknown, or holds something else.
+pub(super) fn refused_list(path: &str) -> Option<String> {
+    // `pulse.0.name` becomes `"pulse" = [{ "name" = [] }]`.
+    let nested = path.rsplit('.').fold("[]".to_owned(), |inner, part| match part.parse::<usize>() {
+        Ok(_) => format!("[{inner}]"),
+        Err(_) => format!("{{ {part:?} = {inner} }}"),
+    });
+    let text = nested.strip_prefix('{')?.strip_suffix('}')?.trim();
+    let error = toml::from_str::<raw::Scene>(text).err()?;
+    let problem = describe(error.message());
+    if let Some(given) = error.message().strip_prefix("unknown field `").and_then(|rest| rest.split('`').next()) {
+        return Some(format!("{given}: {problem}"));
+    }
+    let is_of_list = error.span().and_then(|span| text.get(span.start..)).is_some_and(|rest| rest.starts_with("[]"));
+    is_of_list.then(|| format!("{path}: {problem}"))
+}
+
 /// The keys of a table of the scene, as a hint.
 fn known_keys(table: &str) -> String {
     let title = format!("[{table}]");
@@ -64,7 +81,9 @@ fn in_words(message: &str) -> String {
     if message == "wanted string or table" {
         return "must be a word in quotes".to_owned();
     }
-    let Some((_, expected)) = message.strip_prefix("invalid type: ").and_then(|rest| rest.rsplit_once(", expected ")) else {
+    // An empty list in place of a table has an invalid length.
+    let mismatch = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid length "));
+    let Some((_, expected)) = mismatch.and_then(|rest| rest.rsplit_once(", expected ")) else {
         return message.to_owned();
     };
     let needed = match expected {

@@ -336,6 +336,7 @@ fn output_worker(
         recordings: RecordingHistory::default(),
         beside: Beside { modes, best_level: None },
         statistics: OutputStatistics::new()?,
+        replies_after_status: Vec::new(),
         drops: DropLedger::default(),
         advances: AdvanceAnswers::default(),
         scene_update_timer: live.scene_updates_hz.map(SceneUpdateTimer::new),

@@ -16,8 +16,8 @@ use super::scene_update_timer::SceneUpdateTimer;
 use crate::bus::{BusError, Name, ServiceEndpoint, SnapshotEntry};
 use crate::recording::{self, EndReason, Recorder, RecordingError, SessionInfo, Settings, Written, paths};
 use crate::runtime::{
-    Action, Advanced, Answer, DurationHistogram, MissedSamples, Output, Reply, Request, Response, RunStatus, SceneInForce,
-    SharedState, StateAfter,
+    Action, Advanced, Answer, DurationHistogram, MissedSamples, Output, Reply, ReplyTo, Request, Response, RunStatus,
+    SceneInForce, SharedState, StateAfter,
 };
 use crate::simulation::{PerTelemetry, Sample, Stamp};
 use crate::wire::{self, Angles, AppliedCommand, Gap, Message, Overruns, Status, Topic};
@@ -53,6 +53,8 @@ pub(super) struct OutputWorker {
     pub recordings: RecordingHistory,
     pub beside: Beside,
     pub statistics: OutputStatistics,
+    /// Replies to commands that start or stop a recording. They are sent after the next status, which names the recording.
+    pub replies_after_status: Vec<(Reply, ReplyTo)>,
     pub drops: DropLedger,
     /// Answers retries of advances.
     pub advances: AdvanceAnswers,
@@ -195,6 +197,7 @@ impl OutputWorker {
         (self.on_status)(&status);
         let payload = status.encode_to_vec();
         self.publish_and_record(Topic::Status, &stamp, payload.clone().into(), || payload);
+        self.replies_after_status.drain(..).for_each(|(reply, reply_to)| reply_to(reply.into()));
     }
 
     /// Publishes and records a message that the snapshot does not hold.
@@ -312,6 +315,9 @@ impl OutputWorker {
             (Some(reply_to), None) if reply.accepted => self.advances.reply_to_retry(reply.clone(), reply_to),
             // It is answered when its steps are taken.
             (Some(_), Some(Request::Advance(_))) if reply.accepted => {}
+            (Some(reply_to), Some(request)) if request.is_of_recording() => {
+                self.replies_after_status.push((reply.clone(), reply_to));
+            }
             (Some(reply_to), _) => reply_to(reply.clone().into()),
         }
         if let Some(request) = request.filter(|_| reply.accepted) {

@@ -5,7 +5,7 @@ use super::engine::Engine;
 use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
 use super::step_limit::{StepLimit, step_limit};
-use super::{BuildError, PulseRefused};
+use super::{BuildError, PulseRefused, start_refusal};
 use crate::integrate::{Esdirk, FixedCost, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
 use crate::mechanics::{
     ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NoEquilibrium, NodeObservation, Observation,
@@ -44,7 +44,7 @@ fn rigid(chain: &Chain, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>
 
 fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, BuildError> {
     let refuse = |key, why| BuildError { key, model: scene.solver.model.as_str(), why };
-    let no_equilibrium = |NoEquilibrium| refuse("start.static_equilibrium", "no static equilibrium was found".into());
+    let no_equilibrium = |NoEquilibrium| refuse("start.static_equilibrium", start_refusal::no_equilibrium(scene).into());
     if scene.solver.integrator == IntegratorKind::RungeKutta {
         let (input, n) = (law.input(0.0), mechanism.degrees_of_freedom());
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);

@@ -55,7 +55,7 @@ pub struct DeliveredImpulse {
 
 impl DeliveredImpulse {
     /// Mean torque, N·m; `None` if no time has passed.
-    fn mean_nm(self) -> Option<f64> {
+    pub(crate) fn mean_nm(self) -> Option<f64> {
         (self.over_s > 0.0).then(|| self.impulse_nm_s / self.over_s)
     }
 }

@@ -30,6 +30,7 @@ mod rate;
 mod sample;
 mod sample_context;
 mod setpoint;
+mod start_refusal;
 mod state;
 mod step_grid;
 mod step_limit;
@@ -142,7 +143,7 @@ impl Simulation {
         simulation.begin().map_err(|_| BuildError {
             key: "start",
             model: scene.solver.model.as_str(),
-            why: "its start has no finite accelerations: the position is singular, or constant loads bend a link too far".into(),
+            why: start_refusal::no_accelerations(scene).into(),
         })?;
         Ok(simulation)
     }

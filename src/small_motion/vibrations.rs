@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::linearised::Linearised;
-use super::spectrum::lowest;
+use super::spectrum::{Eigenpair, lowest};
 use super::{NoModes, Subject};
 use crate::scene::Scene;
 
@@ -12,14 +12,16 @@ const MOST_UNKNOWNS: usize = 250;
 /// Eigenvalues among which the lowest frequency is looked for: beside the highest, it is lost in rounding.
 const NEAR: usize = 8;
 
-/// Undamped vibrations about the scene's start, at rest there, bent by weight and constant loads: of the eigenvalues λ of
-/// `λ² M + K`, a pair `±i ω` is a vibration of the natural frequency ω.
+/// Undamped vibrations about the scene's start, at rest there, bent by weight and constant loads. Each unknown has a pair of the
+/// eigenvalues λ of `λ² M + K`: `±i ω` is a vibration of the natural frequency ω, 0 is free motion, a real pair `±λ` is a fall.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Vibrations {
     /// Lowest and highest natural frequency, Hz; `None` if nothing vibrates.
     pub frequencies_hz: Option<[f64; 2]>,
     /// Number of vibrations.
     pub count: usize,
+    /// Number of unknowns that fall: once moved from rest, they go on, as a beam does that stands on its end.
+    pub falling: usize,
 }
 
 impl Vibrations {
@@ -43,21 +45,28 @@ impl Vibrations {
             return Err(NoModes::Singular);
         }
         let system = Linearised { damping: damped.damping.combine(0.0, &damped.damping, 0.0), ..damped };
-        let frequencies_hz = |count: usize| -> Result<Vec<f64>, NoModes> {
-            let pairs = lowest(&system, count)?;
-            Ok(pairs.iter().map(|pair| pair.value.im / TAU).filter(|hz| *hz > 0.0).collect())
-        };
-        let all = frequencies_hz(unknowns)?;
-        let highest_hz = all.iter().copied().fold(0.0, f64::max);
-        // Where free motion and slower ones fill the first few, the lowest of all.
-        let near = frequencies_hz(NEAR.min(unknowns))?.into_iter().chain(all.first().copied());
-        let lowest_hz = near.reduce(f64::min);
-        Ok(Some(Vibrations { frequencies_hz: lowest_hz.map(|lowest_hz| [lowest_hz, highest_hz]), count: all.len() }))
+        // Both eigenvalues of a fall are found, and one of any other pair.
+        let pairs = lowest(&system, 2 * unknowns)?;
+        let all = frequencies_hz(&pairs);
+        // Where free motion and falls fill the first few, the lowest of all.
+        let near = frequencies_hz(&lowest(&system, NEAR.min(2 * unknowns))?);
+        let lowest_hz = near.first().or(all.first());
+        Ok(Some(Vibrations {
+            frequencies_hz: lowest_hz.zip(all.last()).map(|(lowest_hz, highest_hz)| [*lowest_hz, *highest_hz]),
+            count: all.len(),
+            falling: pairs.iter().filter(|pair| pair.value.im == 0.0 && pair.value.re > 0.0).count(),
+        }))
     }
+}
+
+/// Frequencies of the vibrations among the pairs, in their order: the lowest first.
+fn frequencies_hz(pairs: &[Eigenpair]) -> Vec<f64> {
+    pairs.iter().map(|pair| pair.value.im / TAU).filter(|hz| *hz > 0.0).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{NormalMode, NormalModes};
     use super::*;
     use crate::scene::SceneSource;
 
@@ -108,6 +117,48 @@ mod tests {
             assert!((soft_hz * 1e3 / stiff_hz - 1.0).abs() < 0.01, "{soft_hz} for {stiff_hz}");
         }
         assert_eq!(vibrations("crank-slider", &["solver.model=rigid"])?.0.frequencies_hz, None);
+        Ok(())
+    }
+
+    /// Above its balance a chain falls: one unknown, whose two eigenvalues are real. It must not hide the highest vibration.
+    #[test]
+    fn regress_standing_and_hanging_chains_have_the_vibrations_that_modes_finds() -> Result<(), Box<dyn std::error::Error>> {
+        let beam = [
+            "beam.area_m2=1e-4",
+            "beam.second_moment_m4=8.333e-10",
+            "beam.elements=4",
+            "base.torsion_spring_nm_per_rad=0.0",
+            "solver.integrator=generalized-alpha",
+        ];
+        let crank_slider = ["solver.integrator=generalized-alpha"];
+        let fine = ["solver.integrator=generalized-alpha", "crank.elements=8", "rod.elements=8"];
+        let cases = [
+            ("thesis-beam", &beam[..], vec![1.5, -1.5]),
+            ("crank-slider", &crank_slider[..], vec![0.7, 1.0, 2.5, -0.7, -1.0, -2.5]),
+            ("crank-slider", &fine[..], vec![-1.3]),
+        ];
+        for (name, overrides, angles_rad) in cases {
+            for angle_rad in angles_rad {
+                for model in ["modal", "finite-element"] {
+                    let own = [format!("solver.model={model}"), format!("start.angle_rad={angle_rad:?}")];
+                    let given = [overrides, &own.each_ref().map(String::as_str), &["gravity.y_m_per_s2=-9.81"]].concat();
+                    let (found, unknowns) = vibrations(name, &given)?;
+                    let scene = SceneSource::open(name, &given.iter().map(|&given| given.to_owned()).collect::<Vec<_>>())?.scene;
+                    let modes = |count: usize| -> Result<Vec<f64>, NoModes> {
+                        let modes = NormalModes::new(&scene, angle_rad, count)?;
+                        Ok(modes.modes().iter().map(NormalMode::frequency_hz).filter(|hz| *hz > 0.0).collect())
+                    };
+                    let (near, all) = (modes(NEAR)?, modes(2 * unknowns)?);
+                    let said = format!("{name}, {model} at {angle_rad}: {found:?} of {unknowns}");
+                    assert_eq!([found.count, found.falling], [all.len(), usize::from(angle_rad > 0.0)], "{said}");
+                    assert_eq!(found.count + found.falling, unknowns, "{said}");
+                    let [lowest_hz, highest_hz] = found.frequencies_hz.ok_or("nothing vibrates")?;
+                    for (found_hz, hz) in [(lowest_hz, near.first()), (highest_hz, all.last())] {
+                        assert!((found_hz / hz.ok_or("no mode")? - 1.0).abs() < 1e-6, "{said}: {found_hz} for {hz:?}");
+                    }
+                }
+            }
+        }
         Ok(())
     }
 }

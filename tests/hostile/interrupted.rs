@@ -38,6 +38,7 @@ fn regress_ctrl_c_leaves_no_unfinished_file_and_says_so() -> Outcome {
         &["export", "long.mcap", "--ros2", "bag.mcap"],
         &["recover", "long.mcap", "-o", "whole.mcap"],
         &["what-if", "long.mcap", "--set", "rod.density_kg_per_m3=2700", "--record", "other.mcap"],
+        &["what-if", "long.mcap", "--set", "rod.density_kg_per_m3=2700"],
         &["cycle", "--points", "1000000", "--csv", "turn.csv"],
     ] {
         let mut child = flexcrank(words);
@@ -55,6 +56,7 @@ fn regress_ctrl_c_leaves_no_unfinished_file_and_says_so() -> Outcome {
         let mut left = files(at)?;
         left.sort();
         assert_eq!(left, there, "{words:?}");
+        assert!(!at.join("recordings").exists(), "{words:?} leaves no folder");
     }
     assert_eq!(std::fs::read(at.join("turn.csv"))?, b"mine", "a table stays as it was");
     Ok(())

@@ -24,15 +24,20 @@ fn regress_a_what_if_that_is_refused_leaves_nothing() -> Outcome {
     for (pulse, why) in
         [("300:5:0.1", "t = 300 s is not in the recording"), ("3:1e9:0.1", "the pulse added at t = 3 s is refused")]
     {
-        let (code, said) = ended(folder.path(), &["what-if", &sample, "--add-pulse", pulse, "--record", "w.mcap"])?;
-        assert!(code == Some(2) && said.contains(why) && !said.contains("recorded pulse"), "{pulse}: {code:?} {said}");
-        assert!(files(folder.path())?.is_empty(), "{:?}", files(folder.path())?);
+        for record in [&["--record", "w.mcap"][..], &[]] {
+            let words = [&["what-if", &sample, "--add-pulse", pulse][..], record].concat();
+            let (code, said) = ended(folder.path(), &words)?;
+            assert!(code == Some(2) && said.contains(why) && !said.contains("recorded pulse"), "{words:?}: {code:?} {said}");
+            assert!(files(folder.path())?.is_empty(), "{words:?}: {:?}", files(folder.path())?);
+        }
     }
     let (code, said) = ended(folder.path(), &["what-if", &sample, "--add-pulse", "3:5:0.1", "--record", "w.mcap"])?;
     assert_eq!((code, files(folder.path())?), (Some(0), vec!["w.mcap".to_owned()]), "{said}");
     let (code, said) = ended(folder.path(), &["what-if", &sample, "--add-pulse", "3:5:0.1", "--record", "w.mcap"])?;
     assert!(code == Some(1) && said.contains("exists already"), "{said}");
     assert_eq!(ended(folder.path(), &["verify", "w.mcap"])?.0, Some(0));
+    assert_eq!(ended(folder.path(), &["what-if", &sample, "--add-pulse", "3:5:0.1"])?.0, Some(0));
+    assert_eq!(files(&folder.path().join("recordings"))?.len(), 1, "in the default folder, which is made");
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-"""The guide's controller as printed, in lock-step and in real time; and how often Python can advance a service."""
+"""The guide's pulse and controller as printed, the latter in lock-step and in real time; and how often Python can advance a service."""
 
 import json
 import signal
@@ -20,16 +20,36 @@ def endpoints():
     return next((service["endpoints"] for service in services if service["name"] == "crank"), [])
 
 
+def listing(number, most_lines):
+    """The guide's listing of this number, from 0."""
+    text = Path("src/guide/bus.md").read_text().split("```python\n")[1 + number].split("```")[0]
+    expect(f"listing {number} of the guide has at most {most_lines} lines", len(text.strip().splitlines()) <= most_lines)
+    return text
+
+
+def pulsed(folder):
+    """Runs the guide's program that sends a pulse, with a service."""
+    process = subprocess.Popen([BINARY, "run", "--no-record"], cwd=folder)
+    try:
+        wait_for(endpoints, "the service is found")
+        command = [sys.executable, "-c", listing(0, 15), endpoints()[0]]
+        sent = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
+        expect("the guide's pulse is accepted", sent.stdout.startswith("accepted: true\neffective_step: "), sent.stdout + sent.stderr)
+        process.send_signal(signal.SIGINT)
+        expect("Ctrl-C ends cleanly", process.wait(PATIENCE_S) == 0)
+    finally:
+        process.kill()
+        process.wait()
+
+
 def controlled(folder, pace, within):
-    """Runs the guide's program with a service at this pace, and verifies the recording."""
-    listing = Path("src/guide/bus.md").read_text().split("```python\n")[1].split("```")[0]
-    expect("the guide's controller has at most 25 lines", len(listing.strip().splitlines()) <= 25)
+    """Runs the guide's controller with a service at this pace, and verifies the recording."""
     record = f"{folder}/{pace}.mcap"
     arguments = ["run", "--pace", pace, "--record", record, "--set", "pulse=[]", "--set", RESISTANCE]
     process = subprocess.Popen([BINARY, *arguments], cwd=folder)
     try:
         wait_for(endpoints, "the service is found")
-        command = [sys.executable, "-c", listing, endpoints()[0]]
+        command = [sys.executable, "-c", listing(1, 25), endpoints()[0]]
         printed = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE_S)
         speed = float(printed.stdout.split()[0]) if printed.returncode == 0 else printed.stderr
         expect(f"the controller holds 10 rad/s, {pace}", printed.returncode == 0 and abs(speed - 10) < within, speed)
@@ -65,6 +85,7 @@ def round_trips():
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
+        pulsed(folder)
         controlled(folder, "lockstep", 0.1)
         controlled(folder, "real", 0.5)
     round_trips()

@@ -245,6 +245,24 @@ fn prop_no_equilibrium_within_reach_is_refused() {
         let far = scene(&text, &[model, "start.angle_rad=1e5"]);
         let refused = Simulation::new(&far).err().unwrap();
         assert_eq!(refused.key, "start.static_equilibrium", "{model}: {refused}");
+        assert!(refused.to_string().contains("many turns from where the base spring balances"), "{model}: {refused}");
+    }
+}
+
+/// A modulus in GPa and a length in mm leave a rod far too soft for its weight; a large load needs no weight for that.
+#[test]
+fn regress_a_link_too_soft_for_its_loads_is_named_where_no_start_is_found() {
+    let rod = "Check rod.youngs_modulus_pa, rod.length_m and its section";
+    for (model, given, key, remedy) in [
+        (MODAL, "rod.youngs_modulus_pa=210", "start", rod),
+        (FINITE, "rod.youngs_modulus_pa=210", "start.static_equilibrium", rod),
+        (MODAL, "rod.length_m=420", "start.static_equilibrium", rod),
+        (MODAL, "slider.resistance_n=1e4", "start.static_equilibrium", "then the loads: gravity, slider.resistance_n"),
+    ] {
+        let soft = scene("crank-slider", &[model, given, "gravity.y_m_per_s2=-9.81", "start.static_equilibrium=true"]);
+        let refused = Simulation::new(&soft).err().unwrap();
+        assert_eq!(refused.key, key, "{model}, {given}: {refused}");
+        assert!(refused.to_string().contains(remedy), "{model}, {given}: {refused}");
     }
 }
 

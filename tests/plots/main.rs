@@ -1,6 +1,7 @@
 //! `flexcrank plot` as its users meet it: files, what is in them, what is refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
 
+mod animations;
 mod maps;
 mod pictures;
 mod recording;

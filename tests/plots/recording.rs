@@ -1,19 +1,18 @@
 //! Recordings.
 
 use std::collections::BTreeSet;
-use std::f64::consts::TAU;
 use std::fs::read_to_string;
 use std::path::Path;
 use std::process::Command;
 
-use flexcrank::plot::{Axis, Figure, Format, Mark, MechanismPicture, Named, Picture as _, overlaid, recorded};
+use flexcrank::plot::{Axis, Figure, Format, Mark, Named, Picture as _, overlaid, recorded};
 use flexcrank::scene::SceneSource;
 use flexcrank::study::Table;
 
 use super::{complaint, plot, texts};
 
 /// Runs a scene into a recording, with every step unless `more` has a rate.
-fn record(folder: &Path, scene: &str, until: &str, file: &str, more: &[&str]) {
+pub(super) fn record(folder: &Path, scene: &str, until: &str, file: &str, more: &[&str]) {
     let mut run = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
     run.args(["run", scene, "--pace", "max", "--until", until, "--record", file, "--force"]);
     if !more.contains(&"--publish-hz") {
@@ -208,6 +207,43 @@ fn regress_paths_that_are_polygons_are_named() {
     }
 }
 
+#[test]
+fn regress_a_free_end_is_no_slider() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let link = "length_m = 1.0\nmass_kg = 1.0\nrigid = true";
+    let around = "[tip]\nmass_kg = 0.5\n[gravity]\ny_m_per_s2 = -9.81\n[solver]\nmodel = \"rigid\"\n";
+    std::fs::write(at.join("pendulum.toml"), format!("[crank]\n{link}\n[rod]\n{link}\n{around}")).unwrap();
+    record(at, "pendulum.toml", "0.5", "run.mcap", &[]);
+    let output = plot(at, &["run.mcap", "-o", "out", "--format", "svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    for (name, expected) in [
+        ("end-position", ["Position of the rod's end: run", "position (m)", "x", "y"]),
+        ("end-velocity", ["Velocity of the rod's end: run", "velocity (m/s)", "x", "y"]),
+        ("path", ["Path of the crank pin: run", "x (m)", "y (m)", "0"]),
+        ("end-path", ["Path of the rod's end: run", "x (m)", "y (m)", "0"]),
+    ] {
+        let drawn = texts(&read_to_string(at.join(format!("out/run-{name}.svg"))).unwrap());
+        assert!(expected.iter().all(|text| drawn.iter().any(|other| other == text)), "{name}: {drawn:?}");
+    }
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!printed.contains("slider"), "{printed}");
+}
+
+#[test]
+fn regress_a_file_is_refused_as_many_figures_as_are_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "0.1", "run.mcap", &[]);
+    let listed = String::from_utf8(plot(at, &["run.mcap", "--list"]).stdout).unwrap().lines().count();
+    for file in ["x.png", "x.svg"] {
+        let output = plot(at, &["run.mcap", "-o", file]);
+        assert_eq!(output.status.code(), Some(2));
+        let why = format!("{file} would hold {listed} figures");
+        assert!(complaint(&output).contains(&why), "{why}: {}", complaint(&output));
+    }
+}
+
 /// The node that bends most has another number in another mesh.
 #[test]
 fn regress_largest_deflections_of_other_nodes_share_a_panel() {
@@ -219,6 +255,18 @@ fn regress_largest_deflections_of_other_nodes_share_a_panel() {
     let drawn = texts(&read_to_string(at.join("out/overlay-deflections.svg")).unwrap());
     let panels = drawn.iter().filter(|text| text.starts_with("rod deflection")).count();
     assert!(panels == 1 && ["coarse", "fine"].iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
+}
+
+#[test]
+fn regress_a_single_signal_is_named_at_its_axis() {
+    let mut displacements = topic("displacements", 50);
+    for (node, deflection_m) in [("crank.1", 0.0), ("rod.1", 1e-3)] {
+        displacements.table.push(format!("nodes.{node}.deflection_m"), vec![deflection_m; 50]);
+    }
+    // Only the rod bends.
+    let (_, figure) = recorded(&[displacements]).into_iter().find(|(file, _)| file == "deflections").unwrap();
+    let drawn = texts(&figure.to_svg());
+    assert!(drawn.iter().any(|text| text == "rod deflection (10⁻³ m)"), "{drawn:?}");
 }
 
 #[test]
@@ -276,37 +324,4 @@ fn prop_times_below_the_best_level_are_shaded_and_named() {
     assert!([fair, "level rough"].iter().all(|label| drawn.iter().any(|text| text == label)), "{drawn:?}");
     angles.table = topic("angles", 10).table;
     assert!(recorded(&[angles]).iter().all(|(_, figure)| figure.bands.is_empty()), "a scene without levels");
-}
-
-/// A beam of length 2 that turns once in a second, bent to the left by 1 % of its length.
-fn turning() -> Table {
-    let times: Vec<f64> = (0..=100).map(|k| 0.01 * f64::from(k)).collect();
-    let mut table = Table::default();
-    table.push("stamp.sim_time_s".to_owned(), times.clone());
-    for (index, [along, aside]) in [[0.0, 0.0], [1.0, 0.02], [2.0, 0.0]].into_iter().enumerate() {
-        let x = times.iter().map(|t| along * (TAU * t).cos() - aside * (TAU * t).sin()).collect();
-        let y = times.iter().map(|t| along * (TAU * t).sin() + aside * (TAU * t).cos()).collect();
-        table.push(format!("nodes.beam.{index}.x_m"), x);
-        table.push(format!("nodes.beam.{index}.y_m"), y);
-    }
-    table
-}
-
-#[test]
-fn prop_bending_is_magnified_and_the_time_kept() {
-    let animation = MechanismPicture::animation("turning", &turning(), Some(0.5)).unwrap();
-    assert_eq!(animation.caption, "1.00 s at 0.5 times the real speed, bending drawn 10 times as large", "1 % is drawn as 10 %");
-    let svg = animation.to_svg();
-    assert!(svg.contains("dur=\"2.00s\""), "a second at half speed");
-    let values = svg.split("attributeName=\"d\"").nth(1).and_then(|rest| rest.split("values=").nth(1)).unwrap();
-    assert_eq!(values.split('"').nth(1).unwrap().split(';').count(), 31, "15 pictures a second, both ends included");
-    assert_eq!(animation.formats(&[Format::Png]), [Format::Svg]);
-    let slow = MechanismPicture::animation("turning", &turning(), None).unwrap();
-    assert!(slow.caption.starts_with("1.00 s at 0.5 times"), "a turn takes two seconds: {}", slow.caption);
-}
-
-#[test]
-fn prop_a_table_without_links_is_refused() {
-    assert!(MechanismPicture::animation("nothing", &Table::default(), Some(1.0)).is_err());
-    assert!(MechanismPicture::strobe("nothing", &Table::default()).is_err());
 }

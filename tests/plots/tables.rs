@@ -206,6 +206,19 @@ fn prop_undrawable_input_is_refused() {
 }
 
 #[test]
+fn regress_a_column_is_found_without_the_name_of_its_list() {
+    let mut table = Table::default();
+    for name in ["stamp.sim_time_s", "joints.pivot.fx_n", "joints.pivot.fy_n", "nodes.rod.0.turn_rad", "links.rod.0.turn_rad"] {
+        table.push(name, vec![0.0, 1.0]);
+    }
+    let tables = [Named { name: "loads".to_owned(), table, ..Named::default() }];
+    let drawn = |name: &str| figure(&tables, Some("stamp.sim_time_s"), &[name.to_owned()]);
+    assert_eq!(drawn("pivot.fx_n").unwrap(), drawn("joints.pivot.fx_n").unwrap());
+    assert!(drawn("rod.0.turn_rad").is_err(), "either may be meant");
+    assert!(drawn("fx_n").is_err(), "of some joint");
+}
+
+#[test]
 fn val_names_are_read_as_quantities() {
     for (column, label, unit) in [
         ("piston_acceleration_m_per_s2", "piston acceleration", "m/s²"),

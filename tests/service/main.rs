@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use common::{Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
 use flexcrank::recording::{Export, Messages, export};
+use flexcrank::resimulation::{RecordedSession, verify};
 use flexcrank::runtime::{Ending, Pace};
 use flexcrank::scene::SceneSource;
 use flexcrank::service::SecondRun;
@@ -189,6 +190,31 @@ fn prop_recordings_start_and_stop_by_name() -> Outcome {
         assert!(recording?.messages > 0);
     }
     assert!(Messages::open(&folder.path().join("take-2.mcap"))?.next().is_some());
+    Ok(())
+}
+
+/// The second recording begins in the middle of the run, the third at the start of an epoch.
+#[test]
+fn regress_the_status_names_the_recording_when_the_reply_has_come() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(1.0), None, PublishRate::Hz(200.0))?;
+    let say = |action| client::control(&service.client, &service.name, &control(action));
+    let recording = || -> Outcome<Option<String>> {
+        let snapshot = client::snapshot(&service.client, &service.name).ok_or("no snapshot")?;
+        Ok(snapshot.status.ok_or("no status")?.recording)
+    };
+    for name in ["second", "third"] {
+        assert!(say(Action::StopRecording(wire::StopRecording {}))?.accepted);
+        assert_eq!(recording()?, None);
+        if name == "third" {
+            assert!(say(Action::Pause(wire::Pause {}))?.accepted && say(Action::Reset(wire::Reset {}))?.accepted);
+        }
+        assert!(say(Action::StartRecording(wire::StartRecording { name: name.to_owned() }))?.accepted);
+        assert_eq!(recording()?.map(|path| path.ends_with(&format!("{name}.mcap"))), Some(true), "{name}");
+    }
+    let (_, folder) = service.stop()?;
+    for name in ["run.mcap", "second.mcap", "third.mcap"] {
+        assert_eq!(verify(&RecordedSession::open(&folder.path().join(name))?, &|_, _| {})?.findings, [], "{name}");
+    }
     Ok(())
 }
 

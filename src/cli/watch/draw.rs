@@ -57,8 +57,8 @@ fn headline(view: &View) -> Line<'_> {
         return line;
     };
     line.push_span(Span::styled(state(status), Style::new().fg(colour(status.state())).bold()));
-    if let Some(stamp) = &status.stamp {
-        line.push_span(format!("  t {:.2} s", stamp.sim_time_s));
+    if let Some(time_s) = view.time_s() {
+        line.push_span(format!("  t {time_s:.2} s"));
     }
     if view.silence.as_secs_f64() > SILENCE_S {
         line.push_span(format!("  silent for {:.0} s", view.silence.as_secs_f64()).red().bold());

@@ -7,10 +7,10 @@ mod chart;
 mod draw;
 mod mechanism;
 mod plain;
+mod samples;
 mod signals;
 mod state;
 mod strip;
-mod subscribers;
 #[cfg(test)]
 mod tests;
 
@@ -32,15 +32,16 @@ use super::failure::{CommandResult, Failure};
 use super::replies::{format_reply, fresh_id};
 use super::signals::{Interruption, interrupted};
 use super::values::{positive_time, torque};
-use crate::bus::{self, Name, Session, client};
+use crate::bus::{self, Name, Session, Topic, TopicQueue, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
-use crate::wire::{self, CommandReply, Control, control};
+use crate::wire::{self, CommandReply, Control, Message, control};
 use state::{KeyRequest, View};
-use subscribers::Subscribers;
 
 /// Time between two frames: short enough to look smooth, long enough for a slow connection.
 const FRAME: Duration = Duration::from_millis(66);
+/// Topics that are shown.
+const TOPICS: &[Topic] = &[Topic::Displacements, Topic::Angles, Topic::Loads, Topic::Energies, Topic::Shadow, Topic::Status];
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -74,7 +75,8 @@ pub(super) struct Args {
     /// Print lines, as without a terminal: no charts, no keys.
     #[arg(long, conflicts_with_all = ["signals", "torque", "duration"])]
     pub plain: bool,
-    /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, and all signals by name.
+    /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, and all signals at that time,
+    /// by name.
     #[arg(long, requires = "plain")]
     pub json: bool,
     #[command(flatten)]
@@ -96,9 +98,9 @@ pub(super) fn watch(args: &Args) -> CommandResult {
 }
 
 fn show(session: &Session, args: &Args, plain: bool) -> CommandResult {
-    let subscribers = Subscribers::subscribe(session, &args.name)?;
+    let queue = TopicQueue::subscribe(session, &args.name, TOPICS)?;
     if plain {
-        plain::print(&subscribers, client::snapshot(session, &args.name).unwrap_or_default(), args)?;
+        plain::print(&queue, client::snapshot(session, &args.name).unwrap_or_default(), args)?;
         return Ok(ExitStatus::Success);
     }
     let mut view = View::new(args.name.clone(), args.signals.clone());
@@ -118,7 +120,7 @@ fn show(session: &Session, args: &Args, plain: bool) -> CommandResult {
     let events = listener()?;
     let mut heard = Instant::now();
     while !over.load(Ordering::Relaxed) {
-        if take(&subscribers, &mut view) {
+        if take(&queue, &mut view) {
             heard = Instant::now();
         }
         view.silence = heard.elapsed();
@@ -158,14 +160,14 @@ impl Drop for Screen {
     }
 }
 
-/// Adds new messages to the view, loads first, because they show whether there is a slider. Returns whether a status arrived.
-fn take(subscribers: &Subscribers, view: &mut View) -> bool {
-    subscribers.loads().for_each(|loads| view.loads(&loads));
-    subscribers.energies().for_each(|energies| view.energies(&energies));
-    subscribers.angles().for_each(|angles| view.angles(&angles));
-    subscribers.displacements().for_each(|displacements| view.displacements(displacements));
-    subscribers.shadows().for_each(|shadow| view.shadow(shadow));
-    subscribers.statuses().map(|status| view.status(status)).count() > 0
+/// Adds new messages to the view. Returns whether a status arrived.
+fn take(queue: &TopicQueue, view: &mut View) -> bool {
+    let mut heard = false;
+    for message in queue.new_messages() {
+        heard |= matches!(message, Message::Status(_));
+        view.message(message);
+    }
+    heard
 }
 
 /// Reads terminal events on a thread of its own: on a terminal that is gone, reading returns its end forever.

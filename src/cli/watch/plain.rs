@@ -13,10 +13,10 @@ use super::super::failure::CommandResult;
 use super::super::output::of_standard_output;
 use super::super::signals::interrupted;
 use super::Args;
-use super::signals::Signals;
-use super::subscribers::Subscribers;
+use super::samples::{FullestInstant, Samples};
+use crate::bus::TopicQueue;
 use crate::cli::status_line::{describe, state_word};
-use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Snapshot, Status, status::State};
+use crate::wire::{Energies, Message, Shadow, Snapshot, Status, status::State};
 
 /// Time between two looks at new messages.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -25,20 +25,24 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// Silence after which a service is gone.
 const GONE: Duration = Duration::from_secs(3);
 
-/// The newest message of each topic, and all signals by name.
+/// The samples of one instant, and the newest message of the other topics.
 #[derive(Default)]
 struct Seen {
-    angles: Option<Angles>,
-    displacements: Option<Displacements>,
-    loads: Option<Loads>,
-    energies: Option<Energies>,
+    samples: FullestInstant,
     shadow: Option<Shadow>,
     status: Option<Status>,
-    signals: Signals,
+}
+
+/// The content of a block of lines, or of a line of JSON.
+struct Block<'a> {
+    samples: &'a Samples,
+    /// If there are samples, it has their time, and no energies, which would be those of an earlier instant.
+    status: Option<Status>,
+    shadow: Option<&'a Shadow>,
 }
 
 /// Prints until the service has ended or a signal arrives.
-pub(super) fn print(subscribers: &Subscribers, snapshot: Snapshot, args: &Args) -> CommandResult<()> {
+pub(super) fn print(queue: &TopicQueue, snapshot: Snapshot, args: &Args) -> CommandResult<()> {
     let over = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&over);
     // Signals are handled as long as the runtime lives.
@@ -54,7 +58,7 @@ pub(super) fn print(subscribers: &Subscribers, snapshot: Snapshot, args: &Args) 
         if over.load(Ordering::Relaxed) {
             return Ok(());
         }
-        if let Some(status) = seen.take(subscribers) {
+        if let Some(status) = seen.take(queue) {
             heard = Instant::now();
             if [State::Finished, State::Diverged].contains(&status) {
                 break;
@@ -82,66 +86,112 @@ struct Line<'a> {
     message: Option<&'a str>,
     /// Whether the service has ended; this is the last line then.
     ended: bool,
-    signals: BTreeMap<&'a str, f64>,
+    signals: BTreeMap<String, f64>,
 }
 
 impl From<Snapshot> for Seen {
     fn from(snapshot: Snapshot) -> Self {
         let Snapshot { displacements, angles, loads, energies, .. } = snapshot;
-        let mut signals = Signals::default();
-        // Loads first, because they show whether there is a slider.
-        loads.iter().for_each(|loads| signals.loads(loads));
-        energies.iter().for_each(|energies| signals.energies(energies));
-        angles.iter().for_each(|angles| signals.angles(angles));
-        displacements.iter().for_each(|displacements| signals.displacements(displacements));
-        Seen { displacements, angles, loads, energies, signals, ..Seen::default() }
+        let messages = [
+            displacements.map(|message| Message::Displacements(message.into())),
+            angles.map(|message| Message::Angles(message.into())),
+            loads.map(|message| Message::Loads(message.into())),
+            energies.map(|message| Message::Energies(message.into())),
+        ];
+        let mut messages: Vec<Message> = messages.into_iter().flatten().collect();
+        messages.sort_by_key(|message| message.stamp().map(|stamp| (stamp.epoch, stamp.step)));
+        let mut seen = Seen::default();
+        messages.into_iter().for_each(|message| seen.samples.add(message));
+        seen
     }
 }
 
 impl Seen {
     /// Takes all new messages; returns the state in the newest status, if one came.
-    fn take(&mut self, subscribers: &Subscribers) -> Option<State> {
-        self.loads = subscribers.loads().inspect(|loads| self.signals.loads(loads)).last().or(self.loads.take());
-        self.energies = subscribers.energies().inspect(|all| self.signals.energies(all)).last().or(self.energies.take());
-        self.angles = subscribers.angles().inspect(|angles| self.signals.angles(angles)).last().or(self.angles.take());
-        self.shadow = subscribers.shadows().inspect(|shadow| self.signals.shadow(shadow)).last().or(self.shadow.take());
-        let displacements = subscribers.displacements().inspect(|all| self.signals.displacements(all)).last();
-        self.displacements = displacements.or(self.displacements.take());
-        let status = subscribers.statuses().inspect(|status| self.signals.status(status)).last()?;
-        let state = status.state();
-        self.status = Some(status);
-        Some(state)
+    fn take(&mut self, queue: &TopicQueue) -> Option<State> {
+        let mut state = None;
+        for message in queue.new_messages() {
+            match message {
+                Message::Status(status) => {
+                    state = Some(status.state());
+                    self.status(*status);
+                }
+                Message::Shadow(shadow) => self.shadow = Some(*shadow),
+                sample => self.samples.add(sample),
+            }
+        }
+        state
     }
 
-    fn print(&self, json: bool, ended: bool) -> CommandResult<()> {
-        let text =
-            if json { serde_json::to_string(&self.line(ended)).map_err(std::io::Error::from)? } else { self.lines().join("\n") };
+    fn status(&mut self, status: Status) {
+        self.samples.begin_epoch(status.stamp.map_or(0, |stamp| stamp.epoch));
+        self.status = Some(status);
+    }
+
+    fn print(&mut self, json: bool, ended: bool) -> CommandResult<()> {
+        let block = self.block();
+        let text = match json {
+            true => serde_json::to_string(&block.line(ended)).map_err(std::io::Error::from)?,
+            false => block.lines().join("\n"),
+        };
         Ok(writeln!(std::io::stdout(), "{text}").map_err(of_standard_output)?)
     }
 
+    fn block(&mut self) -> Block<'_> {
+        let samples = self.samples.look();
+        let status = self.status.clone().map(|status| match samples.stamp {
+            Some(_) => Status {
+                stamp: samples.stamp,
+                kinetic_j: None,
+                strain_j: None,
+                potential_j: None,
+                work_in_j: None,
+                dissipated_j: None,
+                balance_error_j: None,
+                ..status
+            },
+            None => status,
+        });
+        Block { samples, status, shadow: self.shadow.as_ref() }
+    }
+}
+
+impl Block<'_> {
     fn line(&self, ended: bool) -> Line<'_> {
         let status = self.status.as_ref();
-        let now = |name| Some((name, self.signals.find(name)?.now));
+        let stamp = self.samples.stamp.or(status.and_then(|status| status.stamp));
         Line {
             state: status.map(|status| state_word(status).to_lowercase()),
-            sim_time_s: status.and_then(|status| Some(status.stamp.as_ref()?.sim_time_s)),
+            sim_time_s: stamp.map(|stamp| stamp.sim_time_s),
             real_time_factor: status.and_then(|status| status.real_time_factor),
             message: status.map(|status| status.message.as_str()).filter(|message| !message.is_empty()),
             ended,
-            signals: self.signals.names().filter_map(now).collect(),
+            signals: self.signals(),
         }
     }
 
+    /// All signals. Those of a shadow may be of another instant, and have its time.
+    fn signals(&self) -> BTreeMap<String, f64> {
+        let mut all = self.samples.signals();
+        self.status.iter().for_each(|status| all.status(status));
+        self.shadow.iter().for_each(|shadow| all.shadow(shadow));
+        let now = |name: &str| Some((name.to_owned(), all.find(name)?.now));
+        let mut signals: BTreeMap<String, f64> = all.names().filter_map(now).collect();
+        signals.extend(self.shadow.and_then(|shadow| Some(("shadow.sim_time_s".to_owned(), shadow.stamp?.sim_time_s))));
+        signals
+    }
+
     fn lines(&self) -> Vec<String> {
+        let Samples { angles, displacements, loads, energies, .. } = self.samples;
         let mut lines = Vec::new();
         lines.extend(self.status.as_ref().map(|status| describe(status, None)));
-        for link in self.angles.iter().flat_map(|angles| &angles.links) {
+        for link in angles.iter().flat_map(|angles| &angles.links) {
             lines.push(format!(
                 "{:<12} angle {:>12.6} rad   rate {:>12.6} rad/s   turns {}",
                 link.link, link.chord_rad, link.rate_rad_per_s, link.revolutions
             ));
         }
-        for node in self.displacements.iter().flat_map(|all| &all.nodes).filter(|node| node.index > 0) {
+        for node in displacements.iter().flat_map(|all| &all.nodes).filter(|node| node.index > 0) {
             lines.push(format!(
                 "{:<12} x {:>14.6} m     y {:>14.6} m",
                 format!("{} node {}", node.link, node.index),
@@ -149,20 +199,62 @@ impl Seen {
                 node.y_m
             ));
         }
-        if let Some(loads) = &self.loads {
+        if let Some(loads) = loads {
             lines.push(format!("{:<12} {:>18.6} N·m", "torque", loads.driving_torque_nm));
             for joint in &loads.joints {
                 lines.push(format!("{:<12} x {:>14.4} N     y {:>14.4} N", joint.joint, joint.fx_n, joint.fy_n));
             }
         }
-        if let Some(Energies { kinetic_j, strain_j, potential_j, balance_error_j, .. }) = &self.energies {
+        if let Some(Energies { kinetic_j, strain_j, potential_j, balance_error_j, .. }) = energies {
             let total_j: f64 = [kinetic_j, strain_j, potential_j].into_iter().flatten().sum();
             lines.push(format!("{:<12} {total_j:>18.6} J     balance {:>8.0e} J", "energy", balance_error_j.unwrap_or(0.0)));
         }
-        if let Some(shadow) = &self.shadow {
+        if let Some(shadow) = self.shadow {
             let of = format!("shadow {}", shadow.model);
-            lines.push(format!("{of:<12} angle {:>12.1e} rad   end {:>13.1e} m", shadow.angle_rad, shadow.end_x_m));
+            let at = shadow.stamp.map_or(String::new(), |stamp| format!("   at t {:.3} s", stamp.sim_time_s));
+            lines.push(format!("{of:<12} angle {:>12.1e} rad   end {:>13.1e} m{at}", shadow.angle_rad, shadow.end_x_m));
         }
         lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::{Angles, LinkAngle, Stamp};
+
+    fn at(sim_time_s: f64, step: u64, epoch: u64) -> Option<Stamp> {
+        Some(Stamp { step, sim_time_s, epoch, ..Stamp::default() })
+    }
+
+    #[test]
+    fn regress_a_block_has_one_time_and_one_energy() {
+        let mut seen = Seen::default();
+        let status = Status { stamp: at(1.0, 100, 0), state: State::Running.into(), kinetic_j: Some(5.0), ..Status::default() };
+        seen.status(status.clone());
+        assert_eq!(seen.block().lines(), ["RUNNING  t 1.000 s  energy 5.000 J"], "as of a start that fails");
+        let link = LinkAngle { link: "crank".to_owned(), chord_rad: 2.5, ..LinkAngle::default() };
+        seen.samples.add(Message::Angles(Box::new(Angles { stamp: at(1.3, 130, 0), links: vec![link], ..Angles::default() })));
+        assert_eq!(seen.block().signals().get("kinetic_j"), None, "of another instant");
+        let energies = Energies { stamp: at(1.3, 130, 0), kinetic_j: Some(7.0), ..Energies::default() };
+        seen.samples.add(Message::Energies(Box::new(energies)));
+        let block = seen.block();
+        let (line, lines) = (block.line(false), block.lines());
+        assert_eq!(line.sim_time_s, Some(1.3));
+        assert_eq!(["kinetic_j", "crank.chord_rad"].map(|name| line.signals.get(name).copied()), [Some(7.0), Some(2.5)]);
+        assert_eq!(lines[0], "RUNNING  t 1.300 s");
+        assert!(lines.iter().any(|line| line.starts_with("energy") && line.contains(" 7.000000 J")), "{lines:?}");
+        seen.status(Status { stamp: at(0.0, 0, 1), ..status });
+        assert_eq!(seen.block().lines(), ["RUNNING  t 0.000 s  energy 5.000 J"], "a reset while paused has no samples");
+    }
+
+    #[test]
+    fn prop_a_shadow_has_its_own_time() {
+        let mut seen = Seen::default();
+        let shadow = Shadow { stamp: at(1.25, 125, 0), model: "modal".to_owned(), angle_rad: 1e-3, ..Shadow::default() };
+        seen.shadow = Some(shadow);
+        let block = seen.block();
+        assert_eq!(block.signals().get("shadow.sim_time_s"), Some(&1.25));
+        assert!(block.lines().iter().any(|line| line.ends_with(" m   at t 1.250 s")), "{:?}", block.lines());
     }
 }

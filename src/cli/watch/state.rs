@@ -7,7 +7,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use super::bending::Magnification;
 use super::signals::Signals;
 use crate::bus::Name;
-use crate::wire::{self, Angles, Displacements, Energies, Loads, Shadow, Snapshot, Status, status::State};
+use crate::wire::{self, Angles, Displacements, Energies, Loads, Message, Shadow, Snapshot, Stamp, Status, status::State};
 
 /// Time spans of the charts, s.
 const WINDOWS_S: [f64; 4] = [1.0, 3.0, 10.0, super::strip::KEPT_S];
@@ -26,6 +26,8 @@ pub(super) enum KeyRequest {
 pub(super) struct View {
     pub name: Name,
     pub status: Option<Status>,
+    /// Stamp of the newest sample.
+    sampled: Option<Stamp>,
     pub displacements: Option<Displacements>,
     /// The newest difference of a second model or the best level.
     pub shadow: Option<Shadow>,
@@ -49,6 +51,7 @@ impl View {
         View {
             name,
             status: None,
+            sampled: None,
             displacements: None,
             shadow: None,
             signals: Signals::default(),
@@ -62,7 +65,7 @@ impl View {
         }
     }
 
-    /// Sets the state from a snapshot.
+    /// Sets the state from a snapshot, loads first, because they show whether there is a slider.
     pub(super) fn snapshot(&mut self, snapshot: Snapshot) {
         let Snapshot { displacements, angles, loads, energies, status, .. } = snapshot;
         loads.iter().for_each(|loads| self.loads(loads));
@@ -72,19 +75,36 @@ impl View {
         status.into_iter().for_each(|status| self.status(status));
     }
 
+    /// Adds a message.
+    pub(super) fn message(&mut self, message: Message) {
+        match message {
+            Message::Displacements(displacements) => self.displacements(*displacements),
+            Message::Angles(angles) => self.angles(&angles),
+            Message::Loads(loads) => self.loads(&loads),
+            Message::Energies(energies) => self.energies(&energies),
+            Message::Shadow(shadow) => self.shadow(*shadow),
+            Message::Status(status) => self.status(*status),
+            _ => {}
+        }
+    }
+
     pub(super) fn angles(&mut self, angles: &Angles) {
+        self.sampled = angles.stamp;
         self.signals.angles(angles);
     }
 
     pub(super) fn loads(&mut self, loads: &Loads) {
+        self.sampled = loads.stamp;
         self.signals.loads(loads);
     }
 
     pub(super) fn energies(&mut self, energies: &Energies) {
+        self.sampled = energies.stamp;
         self.signals.energies(energies);
     }
 
     pub(super) fn displacements(&mut self, displacements: Displacements) {
+        self.sampled = displacements.stamp;
         self.signals.displacements(&displacements);
         let bending = wire::by_link(&displacements.nodes).map(wire::bending).fold(0.0, f64::max);
         self.magnification.look(bending);
@@ -99,6 +119,14 @@ impl View {
     pub(super) fn status(&mut self, status: Status) {
         self.signals.status(&status);
         self.status = Some(status);
+    }
+
+    /// Simulated time of the newest sample, or of a status that is newer; of a replay, its place in the recording, s.
+    pub(super) fn time_s(&self) -> Option<f64> {
+        let status = self.status.as_ref()?;
+        let sampled = self.sampled.filter(|_| status.replay.is_none());
+        let newest = [status.stamp, sampled].into_iter().flatten().max_by_key(|stamp| (stamp.epoch, stamp.step))?;
+        Some(newest.sim_time_s)
     }
 
     /// Signals in the charts, from the top.

@@ -11,7 +11,7 @@ use super::draw::draw;
 use super::state::{KeyRequest, View};
 use crate::bus::Name;
 use crate::recording::Messages;
-use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Shadow, Stamp, Status, status::State};
+use crate::wire::{Angles, Displacements, Energies, Loads, NodeState, Replay, Shadow, Stamp, Status, status::State};
 
 type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
@@ -194,6 +194,23 @@ fn val_the_difference_of_a_shadow_is_shown_and_can_be_charted() -> Outcome {
     let lines = picture(&mut view, 80, 24)?;
     assert!(lines[0].contains("shadow modal -3.2e-3 rad"), "{}", lines[0]);
     assert_eq!(view.signals.find("shadow.angle_rad").map(|strip| strip.now), Some(-3.2e-3));
+    Ok(())
+}
+
+#[test]
+fn regress_the_first_line_has_the_time_of_what_is_drawn() -> Outcome {
+    let mut view = view(&[])?;
+    let at = |step, sim_time_s| Some(Stamp { step, sim_time_s, ..Stamp::default() });
+    view.status(Status { stamp: at(100, 1.0), ..Status::default() });
+    assert!(picture(&mut view, 80, 24)?[0].contains("  t 1.00 s"));
+    view.angles(&Angles { stamp: at(130, 1.3), ..Angles::default() });
+    assert!(picture(&mut view, 80, 24)?[0].contains("  t 1.30 s"));
+    view.status(Status { stamp: at(132, 1.32), state: State::Paused.into(), ..Status::default() });
+    assert!(picture(&mut view, 80, 24)?[0].contains("  t 1.32 s"));
+    // The recording begins in the middle of a session.
+    let replay = Some(Replay { duration_s: 6.0, ..Replay::default() });
+    view.status(Status { stamp: at(0, 0.5), replay, ..Status::default() });
+    assert!(picture(&mut view, 80, 24)?[0].contains("  t 0.50 s of 6.00 s"));
     Ok(())
 }
 

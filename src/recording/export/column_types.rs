@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_a_column_is_selected_by_its_name_or_a_prefix() {
+    fn prop_a_column_is_selected_by_its_name_or_the_group_before_a_dot() {
         let select = |wanted: &str| {
             let mut topics = BTreeMap::from([
                 ("angles".to_owned(), topic(&["links.crank.chord_rad", "links.rod.chord_rad"])),

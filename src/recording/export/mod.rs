@@ -30,7 +30,8 @@ pub struct Export {
     pub to_s: Option<f64>,
     /// Keep one row per topic in each period of this length, s: the first.
     pub every_s: Option<f64>,
-    /// Columns of tables by name or prefix (`links` for `links.crank.chord_rad`); empty exports all. Times are always included.
+    /// Columns of tables: names, or groups before a dot (`links.crank` for `links.crank.chord_rad`); empty exports all. Times are
+    /// always included.
     pub columns: Vec<String>,
 }
 

@@ -50,6 +50,7 @@ impl Stepper {
         }
         let resets = reply.accepted && matches!(request, Request::Control(Action::Reset));
         let records = matches!(request, Request::Control(Action::StartRecording { .. }));
+        let is_of_recording = request.is_of_recording();
         if matches!(request, Request::Control(Action::StopRecording)) {
             // The recording ends with the state in full.
             self.checkpoint();
@@ -63,7 +64,10 @@ impl Stepper {
         if resets {
             // The start was observed when the simulation was built, so it can be observed again.
             let _ = self.publish(true.into());
-            // As at the start of the run: the balance of the first steps says little, with so little energy in play.
+        }
+        if resets || is_of_recording {
+            // After a reset: the balance of the first steps says little, with so little energy in play. After a recording has
+            // started or stopped: clients look for its name in the status, and get their reply after it.
             self.status(self.phase(), None);
         }
     }

@@ -136,7 +136,9 @@ impl Spec {
         }
         let raw: RawSpec = toml::from_str(text).map_err(|error| SpecError {
             place: error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start)),
-            problem: error.span().map(|span| named(text, span)).unwrap_or_default() + &toml_problem(error.message()),
+            problem: repeated_table_problem(text, &error).unwrap_or_else(|| {
+                error.span().map(|span| named(text, span)).unwrap_or_default() + &toml_problem(error.message())
+            }),
         })?;
         raw.validate().map_err(|refused| SpecError { place: refused.place(origin, text), problem: refused.problem })
     }
@@ -173,6 +175,15 @@ fn named(text: &str, span: Range<usize>) -> String {
         None if before.is_empty() && !part.contains('=') => format!("{}: ", Shown(part, 100)),
         None => String::new(),
     }
+}
+
+/// The problem with a second `[name]`, where a campaign has a list of such tables.
+fn repeated_table_problem(text: &str, error: &toml::de::Error) -> Option<String> {
+    let start = error.span().filter(|_| error.message() == "duplicate key")?.start;
+    let begin = text.get(..start)?.rfind('\n').map_or(0, |line_break| line_break + 1);
+    let is_there = |name: &&str| text.get(begin..).is_some_and(|line| line.trim_start().starts_with(&format!("[{name}]")));
+    let name = ["vary", "pulse"].into_iter().find(is_there)?;
+    Some(format!("[{name}] is there twice: each entry of a list is a table [[{name}]]"))
 }
 
 /// A refusal of the whole specification, or of a key that varies.

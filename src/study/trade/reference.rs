@@ -102,6 +102,22 @@ impl Reference {
     pub fn bounded_error(&self, errors: &Errors, outputs: &[OutputGroup]) -> f64 {
         outputs.iter().map(|output| errors.of(*output).max(self.estimate.of(*output))).fold(0.0, f64::max)
     }
+
+    /// The mark of the error of one output: `<` below the reference's own uncertainty, `~` less than ten times as large, else none.
+    pub fn mark(&self, errors: &Errors, output: OutputGroup) -> &'static str {
+        match (errors.of(output), self.estimate.of(output)) {
+            (error, estimate) if error < estimate => "<",
+            (error, estimate) if error < WELL_RESOLVED * estimate => "~",
+            _ => "",
+        }
+    }
+
+    /// The mark of [`Reference::bounded_error`]: that of the output with the largest.
+    pub(super) fn bounded_mark(&self, errors: &Errors, outputs: &[OutputGroup]) -> &'static str {
+        let bounded = |output: &OutputGroup| self.bounded_error(errors, &[*output]);
+        let largest = outputs.iter().max_by(|one, other| bounded(one).total_cmp(&bounded(other)));
+        largest.map_or("", |output| self.mark(errors, *output))
+    }
 }
 
 fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
@@ -118,4 +134,38 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
 /// Approximate run time on a typical machine, s.
 pub(super) fn nominal_s(configuration: &Configuration, grid: &Grid) -> f64 {
     1e-6 * configuration.family.nominal_step_us() * grid.until_s() / configuration.step_s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+
+    #[test]
+    fn regress_the_largest_error_bears_the_mark_of_its_output() {
+        let source = SceneSource::open("ref-r2s", &[]).unwrap();
+        let grid = Grid::new(1.0, None).unwrap();
+        let errors = |[angle, slider]: [f64; 2]| {
+            let mut relative = [0.0; CHANNELS.len()];
+            [relative[0], relative[1]] = [angle, slider];
+            Errors { rms: relative, max: relative, relative, energy: 0.0 }
+        };
+        let reference = Reference {
+            configuration: level(source.scene.chain().unwrap(), &grid, 0),
+            estimate: errors([1e-4, 1e-6]),
+            effort: RunEffort::default(),
+            cut_short: false,
+            samples: Vec::new(),
+            scales: [1.0; CHANNELS.len()],
+        };
+        let compared = [OutputGroup::Angle, OutputGroup::Slider];
+        for (error, bounded, mark) in
+            [([5e-5, 5e-5], 1e-4, "<"), ([2e-4, 5e-5], 2e-4, "~"), ([2e-3, 5e-5], 2e-3, ""), ([5e-5, 5e-4], 5e-4, "")]
+        {
+            let errors = errors(error);
+            assert_eq!(reference.bounded_error(&errors, &compared), bounded);
+            assert_eq!(reference.bounded_mark(&errors, &compared), mark, "{error:?}");
+        }
+        assert_eq!(reference.mark(&errors([0.0; 2]), OutputGroup::Energy), "");
+    }
 }

@@ -28,6 +28,8 @@ pub struct Measured {
     pub errors: Errors,
     /// Largest relative error among the outputs that count, not below the reference's own uncertainty.
     pub error: f64,
+    /// The mark of this error: `<` if it is the reference's uncertainty, `~` if it is less than ten times as large, else none.
+    pub mark: &'static str,
     /// Order observed between the next longer step of the family and this one.
     pub order: Option<f64>,
     /// Order observed between the next coarser mesh at the same step and this one.
@@ -111,22 +113,21 @@ impl Sweep<'_> {
         }
     }
 
-    /// Whether the cost of making these links rigid is known and too high: two resolutions of the same model ended at the same
-    /// error, which finer ones and other integrators would only confirm.
+    /// Whether the cost of making these links rigid, which the scene's are not, is known and too high: two resolutions of the same model
+    /// ended at the same error, which finer ones and other integrators would only confirm. An error that still fell with the step is
+    /// no such end.
     fn is_settled(&self, family: &Family) -> bool {
-        if !(family.rigid.contains(&true) && family.rigid.contains(&false)) {
+        let links = self.scene.chain().map(|chain| chain.links.as_slice()).unwrap_or_default();
+        if family.rigid.iter().zip(links).all(|(rigid, link)| *rigid == link.rigid) {
             return false;
         }
         let mut ends: Vec<(usize, f64)> = Vec::new();
-        for row in &self.rows {
-            let other = &row.configuration.family;
-            let Some(measured) = row.outcome.as_ref().ok().filter(|_| other.model == family.model && other.has_links_of(family))
-            else {
-                continue;
-            };
+        for rows in self.rows.chunk_by(|one, next| one.configuration.family == next.configuration.family) {
+            let [Row { configuration: Configuration { family: other, .. }, .. }, ..] = rows else { continue };
+            let Some(error) = end(rows).filter(|_| other.model == family.model && other.has_links_of(family)) else { continue };
             match ends.iter_mut().find(|(resolution, _)| *resolution == other.resolution) {
-                Some((_, least)) => *least = least.min(measured.error),
-                None => ends.push((other.resolution, measured.error)),
+                Some((_, least)) => *least = least.min(error),
+                None => ends.push((other.resolution, error)),
             }
         }
         ends.sort_by_key(|(resolution, _)| *resolution);
@@ -201,6 +202,7 @@ impl Sweep<'_> {
         let elements = |row: &Row| family.resolution as f64 / row.configuration.family.resolution as f64;
         Ok(Measured {
             error: self.reference.bounded_error(&errors, self.outputs),
+            mark: self.reference.bounded_mark(&errors, self.outputs),
             errors,
             order: longer.and_then(|row| order(row, row.configuration.step_s / step_s)),
             mesh_order: meshed.and_then(|row| order(row, elements(row))),
@@ -212,5 +214,14 @@ impl Sweep<'_> {
             corrections: Corrections::NotAsked,
             on_front: false,
         })
+    }
+}
+
+/// The smallest error of a family's rows, if the last step gained nothing over the one before: the rest is not the step's.
+fn end(rows: &[Row]) -> Option<f64> {
+    let errors: Vec<f64> = rows.iter().filter_map(|row| Some(row.outcome.as_ref().ok()?.error)).collect();
+    match errors.as_slice() {
+        [.., before, last] if *last > NO_GAIN * before => errors.into_iter().reduce(f64::min),
+        _ => None,
     }
 }

@@ -1,0 +1,153 @@
+//! Animations of the mechanism.
+
+use std::f64::consts::TAU;
+use std::fs::read_to_string;
+
+use flexcrank::plot::{Format, MechanismPicture, Named, Picture as _};
+use flexcrank::study::Table;
+
+use super::recording::record;
+use super::{complaint, plot};
+
+/// The positions of a beam of length 2 that makes so many `turns` up to a time, bent to the left by 1 % of its length.
+fn turning(turns: impl Fn(f64) -> f64, for_s: f64, intervals: u32) -> [Named; 1] {
+    let times: Vec<f64> = (0..=intervals).map(|k| for_s * f64::from(k) / f64::from(intervals.max(1))).collect();
+    let mut table = Table::default();
+    table.push("stamp.sim_time_s".to_owned(), times.clone());
+    let angles: Vec<f64> = times.iter().map(|time| TAU * turns(*time)).collect();
+    for (index, [along, aside]) in [[0.0, 0.0], [1.0, 0.02], [2.0, 0.0]].into_iter().enumerate() {
+        let x = angles.iter().map(|angle| along * angle.cos() - aside * angle.sin()).collect();
+        let y = angles.iter().map(|angle| along * angle.sin() + aside * angle.cos()).collect();
+        table.push(format!("nodes.beam.{index}.x_m"), x);
+        table.push(format!("nodes.beam.{index}.y_m"), y);
+    }
+    [Named { name: "displacements".to_owned(), table, ..Named::default() }]
+}
+
+/// The shapes of the first link in the pictures of an animation.
+fn pictures(svg: &str) -> Vec<String> {
+    let values = svg.split("attributeName=\"d\"").nth(1).and_then(|rest| rest.split("values=").nth(1)).unwrap();
+    values.split('"').nth(1).unwrap().split(';').map(str::to_owned).collect()
+}
+
+#[test]
+fn prop_bending_is_magnified_and_the_time_kept() {
+    let evenly = turning(|time| time, 1.0, 100);
+    let animation = MechanismPicture::animation("turning", &evenly, Some(0.5)).unwrap();
+    assert_eq!(animation.caption, "1.00 s at 0.5 times the real speed, bending drawn 10 times as large", "1 % is drawn as 10 %");
+    let svg = animation.to_svg();
+    assert!(svg.contains("dur=\"2.00s\""), "a second at half speed");
+    assert_eq!(pictures(&svg).len(), 31, "15 pictures a second, both ends included");
+    assert_eq!(animation.formats(&[Format::Png]), [Format::Svg]);
+}
+
+#[test]
+fn prop_a_table_without_links_is_refused() {
+    assert!(MechanismPicture::animation("nothing", &[], Some(1.0)).is_err());
+    assert!(MechanismPicture::strobe("nothing", &[Named::default()]).is_err());
+}
+
+#[test]
+fn regress_an_animation_without_a_speed_plays_at_one_at_which_the_motion_is_seen() {
+    let evenly: fn(f64) -> f64 = |time| time;
+    for (turns, for_s, intervals, begins, duration, count) in [
+        (evenly, 1.0, 100, "1.00 s at 0.5 times", "2.00s", 31),
+        (|time| time / 10.0, 4.0, 400, "4.00 s at 1 times", "4.00s", 61),
+        // Less than a turn, and fewer samples than pictures.
+        (|time| 2.0 * time, 0.05, 10, "0.0500 s at 0.025 times", "2.00s", 31),
+        (|time| 50.0 * time, 0.09, 450, "0.0900 s at 0.01 times", "9.00s", 136),
+        // Ever faster: at 0.5, there would be three pictures a turn in the end.
+        (|time| time * time, 5.0, 5000, "2.50 s at 0.25 times", "10.00s", 151),
+    ] {
+        let animation = MechanismPicture::animation("turning", &turning(turns, for_s, intervals), None).unwrap();
+        assert!(animation.caption.starts_with(begins), "{begins}: {}", animation.caption);
+        assert_eq!(animation.warning, None, "{begins}");
+        let svg = animation.to_svg();
+        assert!(svg.contains(&format!("dur=\"{duration}\"")), "{begins}");
+        let pictures = pictures(&svg);
+        assert_eq!(pictures.len(), count, "{begins}");
+        assert!(pictures.windows(2).all(|pair| pair[0] != pair[1]), "{begins}: it never stops");
+    }
+}
+
+#[test]
+fn regress_a_speed_that_shows_no_motion_is_named_with_one_that_does() {
+    let fast = turning(|time| 50.0 * time, 0.1, 500);
+    let helps = "; --animation=0.01 shows the motion";
+    for (speed, said) in [
+        (1.0, Some("at 1 times the real speed, there are only 3 pictures")),
+        (0.25, Some("at 0.25 times the real speed, there are only 7 pictures")),
+        (0.1, Some("at 0.1 times the real speed, the mechanism turns by up to 2.1 rad from picture to picture")),
+        (0.02, None),
+    ] {
+        let animation = MechanismPicture::animation("fast", &fast, Some(speed)).unwrap();
+        assert_eq!(animation.warning, said.map(|said| format!("fast: {said}{helps}")));
+        assert!(animation.caption.starts_with("0.10 s"), "the whole: {}", animation.caption);
+    }
+    let refused = |topics: &[Named], speed| MechanismPicture::animation("fast", topics, speed).unwrap_err().to_string();
+    assert_eq!(refused(&fast, Some(2.0)), format!("fast: at 2 times the real speed, there is only one picture{helps}"));
+    let still = turning(|time| time, 1.0, 0);
+    assert_eq!(refused(&still, None), "fast: only one position was recorded in this time");
+}
+
+#[test]
+fn regress_a_short_range_is_animated_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "1", "run.mcap", &[]);
+    let range = |to: &str, more: &str| plot(at, &["run.mcap", "--from", "0.5", "--to", to, "-o", "moving.svg", more]);
+    let chosen = range("0.55", "--animation");
+    let printed = String::from_utf8_lossy(&chosen.stdout).into_owned();
+    assert!(printed.starts_with("moving.svg (0.0500 s at 0.025 times the real speed, bending"), "{printed}");
+    assert_eq!((chosen.status.code(), complaint(&chosen).as_str()), (Some(0), ""));
+    for (speed, code, said) in [
+        ("--animation=0.1", 0, "warning: run: at 0.1 times the real speed, there are only 9 pictures"),
+        ("--animation=1", 2, "run: at 1 times the real speed, there is only one picture"),
+    ] {
+        let output = range("0.55", speed);
+        let said = format!("{said}; --animation=0.025 shows the motion");
+        assert!(complaint(&output).contains(&said), "{said}: {}", complaint(&output));
+        assert_eq!(output.status.code(), Some(code), "{speed}");
+    }
+    let single = range("0.501", "--animation");
+    assert_eq!(single.status.code(), Some(2), "{}", complaint(&single));
+    let figures = plot(at, &["run.mcap", "--from", "0.5", "--to", "0.501", "-o", "out", "--format", "svg"]);
+    assert_eq!(figures.status.code(), Some(0), "{}", complaint(&figures));
+    assert!(at.join("out/run-strobe.svg").exists() && !at.join("out/run-animation.svg").exists());
+    let page = read_to_string(at.join("out/index.html")).unwrap();
+    assert!(page.contains("run-strobe.svg") && !page.contains("run-animation.svg"), "{page}");
+}
+
+/// The positions of a straight chain that turns about its pivot, or rests on the horizontal through it.
+fn chain(turns: bool) -> Named {
+    let times: Vec<f64> = (0..=100).map(|k| 0.01 * f64::from(k)).collect();
+    let mut table = Table::default();
+    table.push("stamp.sim_time_s", times.clone());
+    for (node, distance) in [("crank.0", 0.0), ("crank.1", 1.0), ("rod.0", 1.0), ("rod.1", 2.0)] {
+        let angle = |time: &f64| if turns { *time } else { 0.0 };
+        table.push(format!("nodes.{node}.x_m"), times.iter().map(|time| distance * angle(time).cos()).collect());
+        table.push(format!("nodes.{node}.y_m"), times.iter().map(|time| distance * angle(time).sin()).collect());
+    }
+    Named { name: "displacements".to_owned(), table, ..Named::default() }
+}
+
+#[test]
+fn regress_the_guide_of_the_slider_is_drawn_only_where_there_is_a_slider() {
+    let loads = |column: &str| {
+        let mut table = Table::default();
+        table.push(column, vec![0.0]);
+        Named { name: "loads".to_owned(), table, ..Named::default() }
+    };
+    for (topics, guides) in [
+        (vec![chain(false), loads("resistance_n")], 1),
+        (vec![chain(false)], 1),
+        (vec![chain(false), loads("driving_torque_nm")], 0),
+        (vec![chain(true)], 0),
+        (turning(|time| time, 1.0, 100).to_vec(), 0),
+    ] {
+        let strobe = MechanismPicture::strobe("chain", &topics).unwrap().to_svg();
+        let animation = MechanismPicture::animation("chain", &topics, None).unwrap().to_svg();
+        let count = |svg: &str| svg.matches("stroke-dasharray").count();
+        assert_eq!([count(&strobe), count(&animation)], [guides; 2]);
+    }
+}
