@@ -39,6 +39,24 @@ pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a 
     nearest(given, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
 }
 
+/// The column that is most like `given`, or that holds what `watch` calls `slider.x_m` and `slider.vx_m_per_s`.
+#[cfg(feature = "service")]
+pub(crate) fn nearest_column<'a>(given: &str, columns: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let columns: Vec<&'a str> = columns.into_iter().collect();
+    column_of_slider(given, &columns).or_else(|| nearest(given, columns))
+}
+
+/// The column of the rod's last node for `slider.x_m`.
+#[cfg(feature = "service")]
+fn column_of_slider<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
+    let wanted = given.strip_prefix("slider.")?;
+    let node = |column: &str| -> Option<u32> {
+        let (node, field) = column.strip_prefix("nodes.rod.")?.split_once('.')?;
+        if field == wanted { node.parse().ok() } else { None }
+    };
+    columns.iter().filter_map(|column| Some((node(column)?, *column))).max().map(|(_, column)| column)
+}
+
 /// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
 #[cfg(feature = "service")]
 pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
@@ -61,7 +79,7 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
 
 #[cfg(all(test, feature = "service"))]
 mod tests {
-    use super::{columns_by_topic, nearest};
+    use super::{columns_by_topic, nearest, nearest_column};
 
     #[test]
     fn val_columns_are_listed_by_topic() {
@@ -71,6 +89,18 @@ mod tests {
         let listed = topics.map(|(topic, names)| (format!("flexcrank/crank/{topic}"), names));
         let listed = columns_by_topic(listed.iter().map(|(topic, names)| (topic.as_str(), names.iter().copied())));
         assert_eq!(listed, "\n  loads: driving_torque_nm, elements.rod.N.axial_n\n  status: state");
+    }
+
+    #[test]
+    fn regress_the_slider_of_watch_is_the_last_node_of_the_rod() {
+        let columns = ["nodes.crank.10.x_m", "nodes.rod.0.x_m", "nodes.rod.10.x_m", "nodes.rod.9.x_m", "nodes.rod.10.vx_m_per_s"];
+        for (given, column) in [
+            ("slider.x_m", Some("nodes.rod.10.x_m")),
+            ("slider.vx_m_per_s", Some("nodes.rod.10.vx_m_per_s")),
+            ("slider.mass", None),
+        ] {
+            assert_eq!(nearest_column(given, columns), column, "{given}");
+        }
     }
 
     #[test]

@@ -7,6 +7,11 @@ pub(crate) fn shown_s(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }
 
+/// An energy, with six decimals or, below a millijoule, with three digits.
+pub(crate) fn shown_j(energy_j: f64) -> String {
+    if energy_j.abs() < 1e-3 && energy_j != 0.0 { format!("{energy_j:.2e}") } else { format!("{energy_j:.6}") }
+}
+
 /// Text from outside in a message: with control characters escaped, and cut after so many characters.
 pub(crate) struct Shown<'a>(pub &'a str, pub usize);
 

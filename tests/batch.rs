@@ -184,6 +184,14 @@ fn regress_check_judges_the_balance_and_suggests_a_step_that_keeps_it() -> Tried
     Ok(())
 }
 
+#[test]
+fn prop_a_step_that_does_not_resolve_a_turn_is_warned_of_as_wrong_motion() -> Tried {
+    let checked = flexcrank(&["check", "thesis-compressor", "--set", "solver.step_s=0.05"]).output()?;
+    let said = String::from_utf8(checked.stderr)?;
+    assert!(said.contains("does not resolve the turn, 0.04 s: expect wrong motion"), "{said}");
+    Ok(())
+}
+
 /// A modulus in a wrong unit: the rod is as soft as rubber.
 #[test]
 fn regress_a_link_that_bends_too_far_is_told_by_check_and_at_the_end_of_a_run() -> Tried {

@@ -113,7 +113,8 @@ pub struct Loads {
     pub stamp: ::core::option::Option<Stamp>,
     /// Torque on the first link at the pivot, positive counter-clockwise: its exact mean since the previous sample, which is one
     /// step if every step is published. The sum of torque times time between samples is therefore the angular impulse delivered, at
-    /// any publishing rate.
+    /// any publishing rate. Where the scene prescribes the motion, it is the torque at the sample's instant: publish every step and
+    /// sum to get its impulse.
     #[prost(double, tag = "2")]
     pub driving_torque_nm: f64,
     /// Resistance on the slider, positive along -x.
@@ -180,6 +181,7 @@ pub struct Energies {
     pub strain_j: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "4")]
     pub potential_j: ::core::option::Option<f64>,
+    /// Work of torque, prescribed motion and constant forces, less the work that the slider's resistance takes.
     #[prost(double, optional, tag = "5")]
     pub work_in_j: ::core::option::Option<f64>,
     #[prost(double, optional, tag = "6")]
@@ -711,7 +713,7 @@ pub struct AdvanceReply {
     /// The state after the steps; absent if the advance was refused, or was answered too long ago to be stored.
     #[prost(message, optional, tag = "2")]
     pub angles: ::core::option::Option<Angles>,
-    /// driving_torque_nm is the exact mean over the steps.
+    /// driving_torque_nm is the exact mean over the steps; of a prescribed motion, the torque at the end of the last one.
     #[prost(message, optional, tag = "3")]
     pub loads: ::core::option::Option<Loads>,
     #[prost(message, optional, tag = "4")]

@@ -43,8 +43,10 @@ The state is at rest at a crank angle, bent by weight and constant loads, in bal
     weight may also turn steadily (--speed): the frequencies are those in the frame that turns along. An instant of a recording \
     counts as though it stood still: in motion, only what vibrates much faster than the mechanism moves means something.
 
-A mode is named by the part that holds most of its strain energy, and numbered in the order of frequency. Along a sweep it is followed \
-    by its shape and keeps its name. `rigid` is the part of its kinetic energy in turning of the chain as it is.
+A mode is named by the part that holds most of its strain energy, and numbered in the order of |λ|, the size of its eigenvalue: \
+    2π × frequency for a vibration without damping. A mode that only decays has 0 Hz, and stands where its |λ| puts it. `trade` and \
+    `check` list vibrations without damping: where damping is strong, their numbers may differ. Along a sweep a mode is followed by \
+    its shape and keeps its name. `rigid` is the part of its kinetic energy in turning of the chain as it is.
 
 Exit codes: 0 done, 1 failed at some points, 2 usage, bad scene, or a state that has no modes, 130 interrupted: the rows done are \
     written.";

@@ -8,6 +8,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_have_folder};
 use super::output::output;
+use super::overlay::overlaid;
 use super::plot_source::Source;
 use super::progress::{bar, over_parts};
 use super::thesis_figures::write_thesis;
@@ -227,20 +228,13 @@ fn stems(sources: &[Source]) -> String {
 
 /// The figures of files, laid over one another part by part if there are several files.
 fn figures(args: &Args, sources: &[Source]) -> CommandResult<Vec<Entry>> {
-    let (all, overlay) = (stems(sources), sources.len() > 1);
-    let mut parts: Vec<(String, Vec<(String, Figure)>)> = Vec::new();
-    for source in sources {
-        for (part, figure) in source.figures(args.x.as_deref(), &args.y)? {
-            let figure = (source.stem.clone(), figure);
-            match parts.iter_mut().find(|(other, _)| *other == part) {
-                Some((_, figures)) => figures.push(figure),
-                None => parts.push((part, vec![figure])),
-            }
-        }
-    }
+    let (all, x) = (stems(sources), args.x.as_deref());
+    let (parts, overlay) = match sources {
+        [source] => (source.figures(x, &args.y)?, false),
+        several => (overlaid(several, x, &args.y)?, true),
+    };
     let one = parts.len() == 1;
-    let entry = |(part, mut figures): (String, Vec<(String, Figure)>)| {
-        let mut figure = if overlay { plot::overlaid(&figures) } else { figures.remove(0).1 };
+    let entry = |(part, mut figure): (String, Figure)| {
         figure.title = match (&args.title, figure.title) {
             (None, words) if words.is_empty() => all.clone(),
             // The legend names files that lie over one another.

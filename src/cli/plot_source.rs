@@ -16,7 +16,8 @@ const PARQUET: &[u8] = b"PAR1";
 
 /// A file and its numbers.
 pub(super) struct Source {
-    path: PathBuf,
+    /// Its path.
+    pub path: PathBuf,
     /// Its name in figures and in the names of their files: the file's name without ending.
     pub stem: String,
     /// Topics of a recording, or the one table of a CSV file.
@@ -94,10 +95,20 @@ impl Source {
 
     /// Its figures, each with the name of its part of the file. Their titles do not name the file.
     pub fn figures(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {
-        self.drawn(x, ys).map_err(|refused| match refused {
+        self.drawn(x, ys).map_err(|refused| self.with_path(refused))
+    }
+
+    /// The full name of a column that may be given without the name of its list.
+    pub fn column_name<'a>(&'a self, given: &'a str) -> Result<&'a str, PlotError> {
+        plot::column_name(&self.tables, given).map_err(|refused| self.with_path(refused))
+    }
+
+    /// A refusal that names the file.
+    fn with_path(&self, refused: PlotError) -> PlotError {
+        match refused {
             PlotError::Request(why) => PlotError::Request(format!("{}: {why}", self.path.display())),
             refused => refused,
-        })
+        }
     }
 
     fn drawn(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {

@@ -36,10 +36,11 @@ Examples:
   flexcrank trade --levels 4 --real-time-factor 5 --write levels.toml
   flexcrank trade ref-r2s --models modal --steps 1e-3,5e-4 --fixed-cost
 
-Errors are relative: crank angle in rad, slider over its stroke (a free end over the chain's length), deflection of \
-    each link's middle and joint forces over their peaks, energy balance over the largest kinetic and strain energy; the \
-    largest over the run's instants. Energy errors grow over time: if energy is among the outputs, --tolerance also \
-    checks the choice over ten minutes of the scene, and --budget does not bound that check.
+Errors are relative: crank angle in rad, slider over its stroke (a free end over the chain's length), deflection of each link's \
+    middle and joint forces over their peaks, energy balance over the largest kinetic and strain energy. Each is the largest over the \
+    instants at which runs are compared, which the first line of the output names. A spike between two instants is not seen. A run \
+    has some 80 to 200 of them: with a shorter --until they are closer. Energy errors grow over time: if energy is among the outputs, \
+    --tolerance also checks the choice over ten minutes of the scene, and --budget does not bound that check.
 
 Levels of detail are settings between which a running service can switch. --levels prints them as [[level]] tables, or with --write \
     writes the scene with them. All reach --real-time-factor. The first is the best of those, within --tolerance if that is given; \
@@ -53,11 +54,12 @@ Columns (all with --wide, --csv and --json): error is the largest that counts. s
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
     less than ten times as large.
 
-Vibrations, after the table: energy is the mean part of a mode in the energy of all vibrations, moving the same of what moves, output \
-    the most by which its vibration changes an output that counts. Those that change an output by more than --tolerance, or 1e-3, are a \
-    reason to look, not a measurement: the errors in the table are measured. A configuration loses one by its model if it has no such \
-    mode or one off by a tenth, and by its step if that moves the eigenvalue by a tenth. lost_modes, worst_mode, \
-    worst_frequency_error and worst_damping_error are columns of --csv and --json.";
+Vibrations, after the table, are those without damping, numbered by frequency. energy is the mean part of a mode in the energy of \
+    all vibrations, moving the same of what moves, output the most by which its vibration changes an output that counts: for forces, \
+    by the forces that it exerts at the joints. Energy is not judged there. Those that change an output by more than --tolerance, or \
+    1e-3, are a reason to look, not a measurement: the errors in the table are measured. \
+    A configuration loses one by its model if it has no such mode or one off by a tenth, and by its step if that moves the eigenvalue \
+    by a tenth. lost_modes, worst_mode, worst_frequency_error and worst_damping_error are columns of --csv and --json.";
 
 /// A vibration that changes outputs by less than this is not missed, unless another tolerance is asked for.
 const MISSED: f64 = 1e-3;
@@ -116,7 +118,7 @@ pub(super) struct Args {
     /// Choose this many levels of detail, 2 to 8, from the best setting that is fast enough to the cheapest that is of use.
     #[arg(long, value_name = "N", value_parser = levels)]
     levels: Option<usize>,
-    /// Simulated seconds per second that the choice, or every level, must reach.
+    /// Simulated seconds per second that the choice, or every level, must reach, by its slowest repeat.
     #[arg(long, value_name = "FACTOR", default_value = "1", requires = "choice", value_parser = positive)]
     real_time_factor: f64,
     /// Write a copy of the scene with the chosen settings or levels; the file must not exist.
@@ -234,7 +236,7 @@ fn lost_modes(args: &Args, scene: &Scene, study: &Study) -> Option<LostModes> {
         return None;
     }
     let tolerance = args.tolerance.unwrap_or(MISSED);
-    LostModes::new(scene, study, tolerance).map_err(|none| say!("no vibrations: {none}")).ok()
+    LostModes::new(scene, study, tolerance).map_err(|none| say!("no list of vibrations: {none}")).ok()
 }
 
 /// Prints the study, as a table or as JSON.

@@ -82,7 +82,7 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     let (mark, error) = chosen.row.outcome.as_ref().map_or(("", f64::NAN), |measured| (measured.mark, measured.error));
     let trial = &chosen.trial;
     let mut text = format!(
-        "# error {mark}{error:.2e} at {:.4} times real time; on another speed and pulse {:.2e} at {:.4}\n",
+        "# error {mark}{error:.2e} at {:.4} times real time by its slowest repeat; on another speed and pulse {:.2e} at {:.4}\n",
         chosen.real_time_factor, trial.error, trial.real_time_factor
     );
     if let Some(error) = trial.long_energy {

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::aligned_table::print;
 use super::failure::CommandResult;
 use super::output::output;
-use crate::study::trade::{ExcitedMode, LostModes, Reason, Row, Study};
+use crate::study::trade::{ExcitedMode, LostModes, OutputGroup, Reason, Row, Study};
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;
@@ -19,6 +19,9 @@ pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()>
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(excitation.modes.iter().map(line)).collect();
     print(&rows, 1)?;
     sentences(modes).iter().try_for_each(|sentence| writeln!(out, "{}", wrapped(sentence, 2)))?;
+    if study.outputs.contains(&OutputGroup::Energy) {
+        writeln!(out, "energy is not judged here")?;
+    }
     writeln!(out, "\nvibrations that the front loses:")?;
     for (row, _) in study.front() {
         writeln!(out, "  {}", row.configuration)?;

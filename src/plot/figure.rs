@@ -17,6 +17,9 @@ pub struct Figure {
     pub bands: Vec<Band>,
     /// Points that are numbered in place and listed beside the panel, joined by a line.
     pub numbered: Vec<Numbered>,
+    /// Files whose curves lie over one another, each labelled with its file, in the order of their colours. One legend above all
+    /// panels names those that are shown, also a single one.
+    pub files: Vec<String>,
 }
 
 /// Curves over one vertical axis.

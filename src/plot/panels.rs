@@ -1,6 +1,6 @@
-//! Panels of a figure: signals that would look flat beside others apart, recordings over one another.
+//! Panels of a figure: signals that would look flat beside others get panels of their own.
 
-use super::figure::{Axis, Figure, Mark, Panel, Series};
+use super::figure::{Axis, Figure, Panel, Series};
 
 /// A curve that spans less than this part of its panel looks flat.
 const FLAT: f64 = 0.1;
@@ -36,41 +36,9 @@ impl Figure {
     }
 }
 
-/// Lays figures of several recordings over one another: a panel for each signal, a curve for each recording, under its name. The
-/// curve of the first is wide and pale. Title and horizontal axis are those of the first. Bands are left out: each recording has
-/// its own.
-pub fn overlaid(figures: &[(String, Figure)]) -> Figure {
-    let mut overlaid = Figure {
-        panels: Vec::new(),
-        signals: false,
-        bands: Vec::new(),
-        ..figures.first().map_or_else(Figure::default, |(_, figure)| figure.clone())
-    };
-    let mut signals: Vec<(&Axis, &str)> = Vec::new();
-    for (place, (name, figure)) in figures.iter().enumerate() {
-        for (panel, series) in figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
-            let signal = (&panel.y, series.label.as_str());
-            let at = signals.iter().position(|other| *other == signal).unwrap_or_else(|| {
-                signals.push(signal);
-                overlaid.panels.push(Panel { y: panel.y.of(&series.label), series: Vec::new() });
-                signals.len() - 1
-            });
-            let mark = match (place, series.mark) {
-                // Where recordings agree, the wide line is seen on either side of the thin one.
-                (0, Mark::Line) => Mark::Wide,
-                // The gaps show the second.
-                (2.., Mark::Line) => Mark::Dashes,
-                (_, mark) => mark,
-            };
-            overlaid.panels[at].series.push(Series { label: name.clone(), mark, ..series.clone() });
-        }
-    }
-    overlaid
-}
-
 impl Axis {
     /// The axis of one signal alone: `crank chord angle`.
-    fn of(&self, signal: &str) -> Axis {
+    pub(super) fn of(&self, signal: &str) -> Axis {
         Axis { label: format!("{signal} {}", self.label).trim().to_owned(), ..self.clone() }
     }
 }

@@ -34,7 +34,7 @@ const FIELDS: [(&str, &str); 19] = [
     ("kinetic", "kinetic energy"),
     ("strain", "strain energy"),
     ("potential", "potential energy"),
-    ("work_in", "energy put in"),
+    ("work_in", "net energy put in"),
     ("dissipated", "dissipated energy"),
     ("changed", "energy of changes"),
     ("balance_error", "error of the energy balance"),
@@ -55,7 +55,7 @@ fn words(stem: &str) -> String {
 }
 
 /// Columns in words, as a title: at most three.
-pub(super) fn title(columns: &[&str]) -> String {
+pub fn title(columns: &[&str]) -> String {
     let mut labels: Vec<String> = columns.iter().map(|column| axis(column).label).collect();
     if labels.len() > 3 {
         let more = format!("{} more", labels.len() - 2);

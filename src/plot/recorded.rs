@@ -43,7 +43,7 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
             ("kinetic", "kinetic_j"),
             ("strain", "strain_j"),
             ("potential", "potential_j"),
-            ("supplied", "work_in_j"),
+            ("net supplied", "work_in_j"),
             ("dissipated", "dissipated_j"),
         ];
         let energy = |(kind, column): (&str, &str)| Some((kind.to_owned(), table.column(column)?));

@@ -4,7 +4,7 @@ use super::error::PlotError;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
 use super::quantity;
 use super::rows::{Rows, SIMULATED_TIME, numbers};
-use crate::nearest::{columns_by_topic, nearest};
+use crate::nearest::{columns_by_topic, nearest_column};
 use crate::study::Table;
 
 /// A table and its name in errors.
@@ -74,6 +74,16 @@ fn full_name<'a>(tables: &'a [Named], given: &'a str) -> &'a str {
     }
 }
 
+/// The full name of a column that may be given without the name of its list.
+///
+/// # Errors
+/// [`PlotError::Request`] for a name that is not there.
+pub fn column_name<'a>(tables: &'a [Named], given: &'a str) -> Result<&'a str, PlotError> {
+    let name = full_name(tables, given);
+    let is_there = tables.iter().any(|named| named.table.column(name).is_some());
+    if is_there { Ok(name) } else { Err(unknown(tables, given)) }
+}
+
 /// One figure for each unit among the columns beside the first, over the first, without a title; each with the name of its first
 /// column, or none where it shows everything.
 /// Where every column is several curves, a figure for each column.
@@ -130,7 +140,7 @@ fn at_rows(column: &[f64], rows: &[usize]) -> Vec<f64> {
 fn unknown(tables: &[Named], name: &str) -> PlotError {
     let columns: Vec<(&str, Vec<&str>)> =
         tables.iter().map(|named| (named.name.as_str(), named.table.columns().map(|(column, _)| column).collect())).collect();
-    let hint = match nearest(name, columns.iter().flat_map(|(_, names)| names.iter().copied())) {
+    let hint = match nearest_column(name, columns.iter().flat_map(|(_, names)| names.iter().copied())) {
         Some(near) => format!("; did you mean `{near}`?"),
         None => format!("; there are{}", columns_by_topic(columns)),
     };

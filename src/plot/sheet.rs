@@ -30,7 +30,7 @@ impl Picture for Figure {
 
     fn draw(&self, lettering: Lettering) -> String {
         let panels = self.drawn_panels();
-        let mut labels: Vec<&str> = Vec::new();
+        let mut labels: Vec<&str> = self.files.iter().map(String::as_str).collect();
         for series in panels.iter().flat_map(|panel| &panel.series) {
             if !labels.contains(&series.label.as_str()) {
                 labels.push(&series.label);
@@ -39,12 +39,12 @@ impl Picture for Figure {
         let colour = |label: &str| Colour::curve(labels.iter().position(|other| *other == label).unwrap_or_default());
         let (mut frames, mut legends) = (self.frames(&panels), Vec::new());
         let (mut top, mut before) = (TOP, Vec::new());
-        let mut bands = band::labels(&self.bands);
+        let mut of_all_panels = [self.shown_files(&panels), band::labels(&self.bands)].concat();
         for (panel, frame) in panels.iter().zip(&mut frames) {
             let own: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
-            let shown = if own.len() > 1 && own != before { own.as_slice() } else { &[] };
-            // The first panel explains the bands of all.
-            let shown = [shown, &std::mem::take(&mut bands)].concat();
+            let shown = if self.files.is_empty() && own.len() > 1 && own != before { own.as_slice() } else { &[] };
+            // The legend of the first panel explains files and bands of all.
+            let shown = [shown, &std::mem::take(&mut of_all_panels)].concat();
             let legend = Legend::new(&shown, frame.left, WIDTH - EDGE);
             frame.top = top + legend.height();
             top = frame.top + frame.height + BETWEEN;
@@ -61,7 +61,8 @@ impl Picture for Figure {
                 curve::draw(&mut canvas, frame, series, colour(&series.label));
             }
             legend.draw(&mut canvas, frame.top - legend.height() - 4.0, |canvas, entry, at| {
-                match panel.series.iter().find(|series| series.label == shown[entry]) {
+                let mut curves = panel.series.iter().chain(panels.iter().flat_map(|panel| &panel.series));
+                match curves.find(|series| series.label == shown[entry]) {
                     Some(series) => curve::draw_sample(canvas, at, SAMPLE, series.mark, colour(&series.label)),
                     None => band::draw_sample(canvas, at, &self.bands, shown[entry]),
                 }
@@ -75,6 +76,12 @@ impl Picture for Figure {
 }
 
 impl Figure {
+    /// The files that have a curve in one of the panels.
+    fn shown_files(&self, panels: &[Panel]) -> Vec<&str> {
+        let is_shown = |file: &&str| panels.iter().flat_map(|panel| &panel.series).any(|series| series.label == *file);
+        self.files.iter().map(String::as_str).filter(is_shown).collect()
+    }
+
     /// The frames of panels, one under the other.
     fn frames(&self, panels: &[Panel]) -> Vec<Frame> {
         let shown = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());

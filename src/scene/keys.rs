@@ -144,7 +144,8 @@ pub(super) const START_RATE: Number = number(
 pub(super) const STATIC_EQUILIBRIUM: Boolean = Boolean {
     name: "static_equilibrium",
     default: false,
-    meaning: "whether links start bent by weight and constant loads, at rest in equilibrium",
+    meaning: "whether links start bent by weight and constant loads, at rest in equilibrium; for a beam or a crank-slider, not \
+              for an open chain of two links, nor with `incremental`",
 };
 pub(super) const DRIVE_SPEED: Number =
     number("speed_rad_per_s", "rad/s", [-1e6, 1e6], Absent, "constant speed from the start angle");

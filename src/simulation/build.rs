@@ -71,7 +71,7 @@ fn beyond(limit: &StepLimit, solver: &Solver) -> String {
     let suggested_s = (0.9 * longest_s / digit).floor() * digit;
     format!(
         "solver.step_s = {} is beyond the stability limit of runge-kutta, {longest_s:.2e} s (its fastest motion at the start: \
-         {fastest_per_s:.2e} rad/s); solver.step_s={suggested_s:.0e} would do, or an implicit integrator",
+         {fastest_per_s:.2e} rad/s); solver.step_s={suggested_s:.0e} is within it; or take an implicit integrator",
         solver.step_s
     )
 }

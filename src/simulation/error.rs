@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::integrate::StepError;
-use crate::shown::shown_s;
+use crate::shown::{shown_j, shown_s};
 
 /// The scene asks for what its model cannot compute.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -24,7 +24,7 @@ pub enum Cause {
     #[error("{0}")]
     Step(#[from] StepError),
     /// There is more energy than was ever put in.
-    #[error("energy {energy_j:.6} J is over {factor} times the {accounted_j:.6} J that was there and put in")]
+    #[error("energy {} J is over {factor} times the {} J that was there and put in", shown_j(*energy_j), shown_j(*accounted_j))]
     EnergyGrew {
         /// Kinetic and strain energy now, J.
         energy_j: f64,
@@ -34,7 +34,7 @@ pub enum Cause {
         factor: f64,
     },
     /// A step's balance moved by a large part of the energy in play.
-    #[error("the energy balance moved by {moved_j:.6} J in this step, where {accounted_j:.6} J were there and put in")]
+    #[error("the energy balance moved by {} J in this step, where {} J were there and put in", shown_j(*moved_j), shown_j(*accounted_j))]
     BalanceMoved {
         /// Change of the balance in the step, J.
         moved_j: f64,
@@ -42,7 +42,7 @@ pub enum Cause {
         accounted_j: f64,
     },
     /// A step dissipated more than there was.
-    #[error("this step dissipated {dissipated_j:.6} J, where {accounted_j:.6} J were there and put in")]
+    #[error("this step dissipated {} J, where {} J were there and put in", shown_j(*dissipated_j), shown_j(*accounted_j))]
     Dissipated {
         /// Dissipation in the step, J.
         dissipated_j: f64,
@@ -53,7 +53,7 @@ pub enum Cause {
 
 /// The simulation stopped; its last good state is still there.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("diverged in step {step} at t = {} s (energy {energy_j:.6} J before it): {cause}", shown_s(*sim_time_s))]
+#[error("diverged in step {step} at t = {} s (energy {} J before it): {cause}", shown_s(*sim_time_s), shown_j(*energy_j))]
 pub struct Diverged {
     /// The step that failed.
     pub step: u64,

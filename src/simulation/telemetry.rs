@@ -9,7 +9,7 @@ pub struct PerTelemetry<T> {
     pub displacements: T,
     /// Angles of the links.
     pub angles: T,
-    /// Loads and forces; the driving torque is the mean since the previous message.
+    /// Loads and forces; the driving torque is the mean since the previous message, of a prescribed motion that of the instant.
     pub loads: T,
     /// Energies and works.
     pub energies: T,

@@ -56,7 +56,7 @@ pub use parts::Part;
 pub use periodic_modes::{PeriodicMode, PeriodicModes, SchemeMotion, SchemeStep};
 pub use point::Point;
 pub use report::{LiveModes, ModeReport};
-pub use shape::{LinkShape, likeness};
+pub use shape::{JointForces, LinkShape, likeness};
 pub use spectrum::{Eigenpair, lowest};
 pub use state_space::StateSpace;
 pub use subject::{Crank, Subject};

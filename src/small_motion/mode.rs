@@ -47,7 +47,7 @@ pub enum Kind {
 /// One mode of small motion, `δq = Re(φ e^(λt))`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mode {
-    /// The kind, and the number of the mode among those of this kind, from 1 in order of frequency.
+    /// The kind, and the number of the mode among those of this kind, from 1 in the order of |λ|.
     pub kind: Kind,
     /// See `kind`.
     pub number: usize,

@@ -9,6 +9,7 @@ use super::linearised::Linearised;
 use super::modal_equation::ModalEquation;
 use super::mode::{Kind, Mode, modes};
 use super::point::Point;
+use super::shape::{Figure, JointForces};
 use super::subject::Subject;
 use super::{LinkShape, NoModes};
 use crate::scene::{End, Scene, System};
@@ -30,6 +31,8 @@ pub struct NormalMode {
     pub mode: Mode,
     /// Its equation.
     pub equation: ModalEquation,
+    /// Forces at the joints in its free vibration without damping, over its displacement, N/m.
+    pub joint_forces: JointForces,
     shape: Vec<f64>,
 }
 
@@ -55,7 +58,9 @@ impl NormalModes {
         let point = undamped.at_rest(angle_rad)?;
         let found = modes(&undamped, &point, count)?;
         let Linearised { mass, damping, .. } = Linearised::new(damped.mechanism().as_mut(), &point);
-        let modes = found.into_iter().map(|mode| NormalMode::new(mode, &mass, &damping)).collect();
+        let (mut mechanism, mut figure) = (undamped.mechanism(), Figure::new(&undamped));
+        let mut joint_forces = |shape: &[f64], square: f64| figure.joint_forces(mechanism.as_mut(), &point, shape, square);
+        let modes = found.into_iter().map(|mode| NormalMode::new(mode, &mass, &damping, &mut joint_forces)).collect();
         Ok(NormalModes { point, mass, modes })
     }
 
@@ -91,7 +96,7 @@ impl NormalModes {
 }
 
 impl NormalMode {
-    fn new(mode: Mode, mass: &Band, damping: &Band) -> Self {
+    fn new(mode: Mode, mass: &Band, damping: &Band, joint_forces: &mut dyn FnMut(&[f64], f64) -> JointForces) -> Self {
         let real: Vec<f64> = mode.shape.iter().map(|x| x.re).collect();
         let product = |band: &Band, x: &[f64]| -> f64 { band.times(x).iter().zip(x).map(|(p, x)| p * x).sum() };
         let norm = product(mass, &real).sqrt();
@@ -104,7 +109,7 @@ impl NormalMode {
         }
         mode.links.iter_mut().flat_map(|link| &mut link.turn).for_each(|turn| *turn = Complex::from(turn.re / norm));
         mode.shape = DVector::from_iterator(shape.len(), shape.iter().map(|x| Complex::from(*x)));
-        NormalMode { mode, equation, shape }
+        NormalMode { mode, equation, joint_forces: joint_forces(&shape, equation.stiffness), shape }
     }
 
     /// Whether links or base are strained in it; otherwise the chain turns or swings as it is.
@@ -251,6 +256,26 @@ mod tests {
             let all_j: f64 = energies.iter().sum();
             assert!(energies[1] > least * all_j, "{rate_rad_per_s} rad/s, {steps}: {energies:?}");
             assert!((energies[1] / strain_j - 1.0).abs() < 5.0 * (1.0 - least) + 1e-5, "{energies:?} of {strain_j}");
+        }
+        Ok(())
+    }
+
+    /// A cantilever of the mass m in `φ = cosh βx − cos βx − σ (sinh βx − sin βx)`, scaled to `∫ φ² dm = 1`: the root bears
+    /// `ω² ∫ φ dm = ω² 2 σ √m / (β L)` (Blevins, *Formulas for Natural Frequency and Mode Shape*).
+    #[test]
+    fn val_the_force_at_the_root_of_a_cantilever_that_vibrates() -> Tested {
+        let mass_kg: f64 = 7700.0 * 0.01 * 0.5;
+        let closed_forms = [(0.734_095_514, 1.875_104_07), (1.018_467_319, 4.694_091_13)];
+        for model in [["solver.model=finite-element", "beam.elements=8"], ["solver.model=modal", "beam.modes=8"]] {
+            let clamped = ["solver.integrator=generalized-alpha", "pulse=[]", "drive.speed_rad_per_s=0"];
+            let overrides: Vec<String> = model.into_iter().chain(clamped).map(str::to_owned).collect();
+            let modes = NormalModes::new(&SceneSource::open("thesis-beam", &overrides)?.scene, 0.0, 2)?;
+            for (mode, (sigma, beta)) in modes.modes().iter().zip(closed_forms) {
+                let exact = mode.equation.stiffness * 2.0 * sigma * mass_kg.sqrt() / beta;
+                let [[x, y], others @ ..] = mode.joint_forces;
+                assert!((x.hypot(y) / exact - 1.0).abs() < 1e-3, "{model:?}, {}: {x} {y} for {exact}", mode.mode.name());
+                assert_eq!(others, [[0.0; 2]; 2]);
+            }
         }
         Ok(())
     }

@@ -7,6 +7,9 @@ use super::subject::Subject;
 use crate::mechanics::{LinkObservation, Mechanism, NodeObservation, Observation};
 use crate::scene::LinkName;
 
+/// Forces at the pivot, the crank pin and the slider pin (x, y); 0 where there is no such joint.
+pub type JointForces = [[f64; 2]; 3];
+
 /// Displacement of the coordinates by which the shape is found, m or rad; what it adds to a linear change is its square.
 const SMALL: f64 = 1e-5;
 
@@ -86,6 +89,37 @@ impl Figure {
             LinkShape { link: name, at_m, displacement, turn, chord_rad: still[k].chord_rad, mass_kg }
         };
         (0..self.names.len()).map(link).collect()
+    }
+
+    /// Forces at the joints in a free vibration of the shape φ and the squared frequency ω², over its displacement x, N/m:
+    ///
+    /// ```text
+    /// (F(q₀ + ε φ, v₀, a₀ − ω² ε φ) − F(q₀ − ε φ, v₀, a₀ + ω² ε φ)) / 2ε
+    /// ```
+    ///
+    /// with the forces `F(q, v, a)` that the model shows: the acceleration of a free vibration is `ẍ = −ω² x`.
+    pub(super) fn joint_forces(
+        &mut self,
+        mechanism: &mut dyn Mechanism,
+        point: &Point,
+        shape: &[f64],
+        square: f64,
+    ) -> JointForces {
+        if self.names.is_empty() {
+            return JointForces::default();
+        }
+        let largest = shape.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let scale = SMALL / largest.max(f64::MIN_POSITIVE);
+        let [ahead, behind] = [scale, -scale].map(|scale| {
+            let mut moved = point.clone();
+            moved.q.iter_mut().zip(shape).for_each(|(q, x)| *q += scale * x);
+            moved.a.iter_mut().zip(shape).for_each(|(a, x)| *a -= square * scale * x);
+            mechanism.observe(&moved.input, &moved.q, &moved.v, &moved.a, &mut self.observation);
+            let Observation { pivot_n, crank_pin_n, slider_pin_n, .. } = self.observation;
+            [pivot_n, crank_pin_n, slider_pin_n].map(Option::unwrap_or_default)
+        });
+        let half = 0.5 / scale;
+        std::array::from_fn(|joint| [0, 1].map(|c| half * (ahead[joint][c] - behind[joint][c])))
     }
 
     /// Axial force of every link's elements, N; empty where the model does not know them.

@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::linearised::Linearised;
+use super::mode::{Identifier, Kind};
+use super::parts::Part;
 use super::spectrum::{Eigenpair, lowest};
 use super::{NoModes, Subject};
 use crate::scene::Scene;
@@ -18,6 +20,9 @@ const NEAR: usize = 8;
 pub struct Vibrations {
     /// Lowest and highest natural frequency, Hz; `None` if nothing vibrates.
     pub frequencies_hz: Option<[f64; 2]>,
+    /// Lowest natural frequency of a mode that is named after the bending of a link, Hz; `None` if no link bends. A chain that swings,
+    /// or that a base spring holds, has lower ones.
+    pub lowest_bending_hz: Option<f64>,
     /// Number of vibrations.
     pub count: usize,
     /// Number of unknowns that fall: once moved from rest, they go on, as a beam does that stands on its end.
@@ -40,23 +45,29 @@ impl Vibrations {
         if unknowns > MOST_UNKNOWNS {
             return Ok(None);
         }
-        let damped = Linearised::new(subject.mechanism().as_mut(), &point);
-        if !damped.is_finite() {
-            return Err(NoModes::Singular);
-        }
-        let system = Linearised { damping: damped.damping.combine(0.0, &damped.damping, 0.0), ..damped };
+        let mut identifier = Identifier::new(&subject, &point)?;
+        let damping = &identifier.system.damping;
+        let system = Linearised { damping: damping.combine(0.0, damping, 0.0), ..identifier.system.clone() };
         // Both eigenvalues of a fall are found, and one of any other pair.
         let pairs = lowest(&system, 2 * unknowns)?;
         let all = frequencies_hz(&pairs);
         // Where free motion and falls fill the first few, the lowest of all.
-        let near = frequencies_hz(&lowest(&system, NEAR.min(2 * unknowns))?);
+        let near_pairs = lowest(&system, NEAR.min(2 * unknowns))?;
+        let near = frequencies_hz(&near_pairs);
         let lowest_hz = near.first().or(all.first());
+        let bending = near_pairs.iter().chain(&pairs).find(|pair| bends(&mut identifier, pair));
         Ok(Some(Vibrations {
             frequencies_hz: lowest_hz.zip(all.last()).map(|(lowest_hz, highest_hz)| [*lowest_hz, *highest_hz]),
+            lowest_bending_hz: bending.map(|pair| pair.value.im / TAU),
             count: all.len(),
             falling: pairs.iter().filter(|pair| pair.value.im == 0.0 && pair.value.re > 0.0).count(),
         }))
     }
+}
+
+/// Whether a pair is a vibration that bends a link, as [`super::Mode`] names it.
+fn bends(identifier: &mut Identifier, pair: &Eigenpair) -> bool {
+    pair.value.im > 0.0 && matches!(identifier.identify(pair.value, pair.vector.clone()).kind, Kind::Vibration(Part::Bending(_)))
 }
 
 /// Frequencies of the vibrations among the pairs, in their order: the lowest first.
@@ -86,6 +97,22 @@ mod tests {
         let lowest_hz = found.frequencies_hz.ok_or("nothing vibrates")?[0];
         let exact_hz = 1.875_104_07_f64.powi(2) * f64::sqrt(2.1e11 * 1e-5 / (7700.0 * 0.01)) / (TAU * 0.25);
         assert!((lowest_hz / exact_hz - 1.0).abs() < 1e-5, "{lowest_hz} for {exact_hz}");
+        Ok(())
+    }
+
+    /// A beam of the moment of inertia I about its hinge, on a spring of 10 N·m/rad: it turns at ω = √(k/I), and bends as one that
+    /// is hinged at one end: β₁ L = 3.92660231.
+    #[test]
+    fn regress_the_lowest_bending_frequency_is_none_of_a_base_spring() -> Result<(), Box<dyn std::error::Error>> {
+        let beam = ["solver.model=finite-element", "solver.integrator=generalized-alpha", "beam.elements=8", "pulse=[]"];
+        let (found, _) = vibrations("thesis-beam", &beam)?;
+        let turning_hz = f64::sqrt(10.0 / (7700.0 * 0.01 * 0.5_f64.powi(3) / 3.0)) / TAU;
+        let bending_hz = 3.926_602_31_f64.powi(2) * f64::sqrt(2.1e11 * 1e-5 / (7700.0 * 0.01)) / (TAU * 0.25);
+        let lowest_hz = found.frequencies_hz.ok_or("nothing vibrates")?[0];
+        let found_hz = found.lowest_bending_hz.ok_or("nothing bends")?;
+        assert!((lowest_hz / turning_hz - 1.0).abs() < 1e-4, "{lowest_hz} for {turning_hz}");
+        assert!((found_hz / bending_hz - 1.0).abs() < 1e-4, "{found_hz} for {bending_hz}");
+        assert_eq!(vibrations("crank-slider", &["solver.model=rigid"])?.0.lowest_bending_hz, None);
         Ok(())
     }
 

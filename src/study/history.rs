@@ -20,10 +20,10 @@ type Value = (String, Box<dyn Fn(&Observation) -> Option<f64>>);
 
 /// Runs a scene until `until_s`; one row a step, the start first.
 ///
-/// Columns: `time_s`; `driving_torque_nm`, its mean over the step that ends there; then for every link (`crank`, `rod`, `beam`)
-/// `…_angle_rad` and `…_rate_rad_per_s` of its chord, and `…_start_…` and `…_end_…` of its ends: `x_m`, `y_m`, `vx_m_per_s`,
-/// `vy_m_per_s`, and the tangent's `rotation_rad`. An oscillator has, for every mass from 1: `mass1_x_m`, `mass1_vx_m_per_s` and
-/// `mass1_exact_x_m`, the exact solution. Values unknown to the model are NaN.
+/// Columns: `time_s`; `driving_torque_nm`, its mean over the step that ends there, or under a prescribed motion its value there; then
+/// for every link (`crank`, `rod`, `beam`) `…_angle_rad` and `…_rate_rad_per_s` of its chord, and `…_start_…` and `…_end_…` of its
+/// ends: `x_m`, `y_m`, `vx_m_per_s`, `vy_m_per_s`, and the tangent's `rotation_rad`. An oscillator has, for every mass from 1:
+/// `mass1_x_m`, `mass1_vx_m_per_s` and `mass1_exact_x_m`, the exact solution. Values unknown to the model are NaN.
 ///
 /// # Errors
 /// [`HistoryError`] when the scene cannot be computed, or not to the end.

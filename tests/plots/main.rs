@@ -3,6 +3,7 @@
 
 mod animations;
 mod maps;
+mod overlays;
 mod pictures;
 mod recording;
 mod tables;

@@ -273,9 +273,10 @@ fn regress_a_single_signal_is_named_at_its_axis() {
 fn regress_the_earlier_of_two_recordings_is_seen_where_they_agree() {
     let path = |name: &str| {
         let figure = Figure::new("Path", Axis::new("x", "m"), Axis::new("y", "m"));
-        (name.to_owned(), Figure { equal_aspect: true, ..figure }.line("", &[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]))
+        let figure = Figure { equal_aspect: true, ..figure }.line("", &[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]);
+        (name.to_owned(), vec![("path".to_owned(), figure)])
     };
-    let svg = overlaid(&[path("before"), path("after")]).to_svg();
+    let svg = overlaid(&[path("before"), path("after")])[0].1.to_svg();
     let document = roxmltree::Document::parse(&svg).unwrap();
     let width = |colour: &str| -> f64 {
         let curve = document.descendants().find(|node| node.attribute("stroke") == Some(colour)).unwrap();

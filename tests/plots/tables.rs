@@ -219,6 +219,17 @@ fn regress_a_column_is_found_without_the_name_of_its_list() {
 }
 
 #[test]
+fn regress_the_slider_of_watch_is_refused_with_the_name_of_its_column() {
+    let mut table = Table::default();
+    for name in ["stamp.sim_time_s", "nodes.rod.0.x_m", "nodes.rod.4.x_m"] {
+        table.push(name, vec![0.0, 1.0]);
+    }
+    let tables = [Named { name: "displacements".to_owned(), table, ..Named::default() }];
+    let refused = figure(&tables, None, &["slider.x_m".to_owned()]).unwrap_err().to_string();
+    assert!(refused.contains("did you mean `nodes.rod.4.x_m`?"), "{refused}");
+}
+
+#[test]
 fn val_names_are_read_as_quantities() {
     for (column, label, unit) in [
         ("piston_acceleration_m_per_s2", "piston acceleration", "m/s²"),

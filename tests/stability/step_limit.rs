@@ -72,7 +72,7 @@ fn prop_a_scene_below_the_explicit_step_limit_runs_and_one_beyond_is_refused() -
         }
         assert_eq!(simulation.energy_verdict(), EnergyVerdict::Balanced, "{scene} {given:?}");
         let refused = explicit(scene, 1.2 * limit_s, given).err().ok_or("beyond the limit")?.to_string();
-        for part in ["solver.step_s = ", "beyond the stability limit of runge-kutta", "would do"] {
+        for part in ["solver.step_s = ", "beyond the stability limit of runge-kutta", "is within it; or take"] {
             assert!(refused.contains(part), "{refused}");
         }
         let suggested = refused.split("solver.step_s=").nth(1).and_then(|rest| rest.split(' ').next()).ok_or("no suggestion")?;

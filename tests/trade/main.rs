@@ -5,6 +5,7 @@
 mod levels;
 mod rigid_links;
 mod shortening;
+mod vibrations;
 
 use std::path::Path;
 use std::process::Command;

@@ -63,7 +63,8 @@ pub(super) struct Args {
     /// Name of the service.
     #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
-    /// Draw these signals over time: named as by export, with or without the name of the list.
+    /// Draw these signals over time: named as by export, with or without the name of the list. slider.x_m and
+    /// slider.vx_m_per_s are names of watch alone, for the last node of the rod.
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
     pub signals: Vec<String>,
     /// Mean torque of the pulse that the key p sends, N·m.

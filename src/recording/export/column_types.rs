@@ -5,7 +5,7 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 
-use crate::nearest::{columns_by_topic, nearest};
+use crate::nearest::{columns_by_topic, nearest_column};
 use crate::recording::RecordingError;
 use crate::recording::rows::{FieldValue, TIMES, place_of};
 
@@ -66,7 +66,7 @@ pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String], 
     for wanted in wanted {
         let names = || topics.values().flat_map(Columns::keys).map(String::as_str);
         if !names().any(|name| is_part(name, wanted)) {
-            let nearest = nearest(wanted, names()).map(str::to_owned);
+            let nearest = nearest_column(wanted, names()).map(str::to_owned);
             let columns =
                 columns_by_topic(topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str))));
             return Err(RecordingError::Column { columns, path: recording.to_owned(), wanted: wanted.clone(), nearest });

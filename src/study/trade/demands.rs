@@ -86,12 +86,12 @@ impl fmt::Display for Refusal {
                 }
             }
             Refusal::Speed { best, times } => {
-                write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow")
+                write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow by its slowest repeat")
             }
             Refusal::Both { accurate, speed_times, fast, error_times } => write!(
                 f,
-                "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow; \
-                 at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
+                "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow \
+                 by its slowest repeat; at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
             ),
             Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
             Refusal::NoVerification(failed) => write!(f, "verification fails: no reference at another speed and pulse: {failed}"),
@@ -105,7 +105,7 @@ impl fmt::Display for Unverified {
         let Unverified { last, error_times, speed_times, .. } = self;
         let run = if self.over_ten_minutes { "in energy over ten minutes" } else { "on another speed and pulse" };
         let error = format!("has {error_times:.3} times the tolerance there");
-        let time = format!("needs {speed_times:.3} times the time allowed");
+        let time = format!("needs in its slowest repeat {speed_times:.3} times the time allowed");
         let looser = match (self.reference, self.left_out) {
             (true, _) => "a looser --tolerance, or a larger --budget, which refines the reference",
             (false, true) => "a looser --tolerance, or a larger --budget, which measures finer configurations",
@@ -143,7 +143,7 @@ mod tests {
             Refusal::Verification(Unverified { last, error_times, speed_times, over_ten_minutes, reference, left_out })
         };
         let [other, energy] = ["on another speed and pulse", "in energy over ten minutes"];
-        let [error, time] = ["has 1.055 times the tolerance there", "needs 1.200 times the time allowed"];
+        let [error, time] = ["has 1.055 times the tolerance there", "needs in its slowest repeat 1.200 times the time allowed"];
         let [looser, slower] = ["choose a looser --tolerance", "a smaller --real-time-factor"];
         let budget = "or a larger --budget, which";
         for (times, facts, run, said) in [

@@ -42,12 +42,14 @@ pub struct ExcitedMode {
     /// Twice its kinetic energy as a part of the same: a vibration has as much as `energy_part`, a deflection that only follows its
     /// load next to none.
     pub moving_part: f64,
-    /// The most by which its vibration changes an output that counts, relative as errors are; see [`NormalMode::vibrating`].
+    /// The most by which its vibration changes an output that counts, relative as errors are; see [`NormalMode::vibrating`], and for
+    /// forces [`NormalMode::joint_forces`]. The balance of energy is not among these outputs.
     pub output_part: f64,
     /// That output.
     pub output: OutputGroup,
     /// The most by which its displacement changes one, what follows the load among it. Only deflections of the link that it is named
-    /// after count: those of the other one follow in that link's own modes.
+    /// after count: those of the other one follow in that link's own modes. Forces change by its acceleration alone, and so by no more
+    /// than in its vibration.
     pub following_part: f64,
     /// Its eigenvalue with damping, 1/s.
     pub eigenvalue: Complex<f64>,
@@ -67,6 +69,9 @@ pub enum NoExcitation {
     /// All links are rigid.
     #[error("nothing vibrates: the links are rigid")]
     Rigid,
+    /// No output that counts is one that a vibration is known to change.
+    #[error("energy is not judged here")]
+    NotJudged,
 }
 
 /// The vibrations of a scene.
@@ -104,7 +109,7 @@ impl Excitation {
     /// Centrifugal stiffening of the turning chain is left out.
     ///
     /// # Errors
-    /// [`NoExcitation`] where nothing vibrates, or the run fails.
+    /// [`NoExcitation`] where nothing vibrates, energy alone counts, or the run fails.
     pub(super) fn new(
         scene: &Scene,
         grid: &Grid,
@@ -114,6 +119,9 @@ impl Excitation {
         let chain = scene.chain().ok_or(NoExcitation::Rigid)?;
         if chain.links.iter().all(|link| link.rigid) {
             return Err(NoExcitation::Rigid);
+        }
+        if !CHANNELS.iter().any(|channel| outputs.contains(&channel.output)) {
+            return Err(NoExcitation::NotJudged);
         }
         let instants = instants(scene, chain, grid)?;
         let Some(start) = instants.first() else { return Err(NoModes::Singular.into()) };
@@ -160,10 +168,15 @@ impl Sums {
             sums.kinetic_j += 0.5 * amplitude.velocity.powi(2);
             let links = on_nodes(mode);
             let is_own = own_channels(mode.mode.kind, &links);
-            for (k, (unit, scale)) in outputs_of(&links).iter().zip(scales).enumerate() {
-                sums.vibrating[k] = sums.vibrating[k].max(mode.vibrating(amplitude) * unit / scale);
+            for (k, (unit, scale)) in outputs_of(mode, &links).iter().zip(scales).enumerate() {
+                let vibrating = mode.vibrating(amplitude) * unit / scale;
+                let all = match CHANNELS[k].output {
+                    OutputGroup::Forces => vibrating,
+                    _ => amplitude.displacement.abs() * unit / scale,
+                };
+                sums.vibrating[k] = sums.vibrating[k].max(vibrating);
                 if is_own[k] {
-                    sums.all[k] = sums.all[k].max(amplitude.displacement.abs() * unit / scale);
+                    sums.all[k] = sums.all[k].max(all);
                 }
             }
         }
@@ -178,12 +191,13 @@ fn worst(changes: &[f64; CHANNELS.len()], outputs: &[OutputGroup]) -> (OutputGro
     most.map_or((OutputGroup::Deflection, 0.0), |(channel, part)| (channel.output, *part))
 }
 
-/// Changes of the channels by a unit of a mode: chord angle, place of the end, deflections. Forces are not among them.
-fn outputs_of(links: &[LinkShape]) -> [f64; CHANNELS.len()] {
+/// Changes of the channels by a unit of a mode: chord angle, place of the end, deflections, and joint forces in its free vibration.
+fn outputs_of(mode: &NormalMode, links: &[LinkShape]) -> [f64; CHANNELS.len()] {
     let bow = |i: usize| links.get(i).map_or(0.0, |link| link.bow().abs());
     let end = links.last().and_then(|link| link.displacement.last());
     let end_m = end.map_or(0.0, |[along, across]| along.re.hypot(across.re));
-    [links.first().map_or(0.0, |link| link.chord_turn().abs()), end_m, bow(0), bow(1), 0.0, 0.0, 0.0]
+    let [pivot, crank_pin, slider_pin] = mode.joint_forces.map(|[x, y]| x.hypot(y));
+    [links.first().map_or(0.0, |link| link.chord_turn().abs()), end_m, bow(0), bow(1), pivot, crank_pin, slider_pin]
 }
 
 /// Whether a channel is none of the other link's deflection.

@@ -48,7 +48,9 @@ pub enum Unfit {
     #[error("on another speed and pulse: {0}")]
     Run(#[from] Failed),
     /// It is too slow there, or of no use.
-    #[error("on another speed and pulse it has an error of {error:.2e} at {real_time_factor:.4} times real time")]
+    #[error(
+        "on another speed and pulse it has an error of {error:.2e} at {real_time_factor:.4} times real time by its slowest repeat"
+    )]
     Demands {
         /// Its largest error there.
         error: f64,

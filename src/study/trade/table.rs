@@ -7,7 +7,8 @@ use super::sweep::{Measured, Row};
 use super::{Study, WELL_RESOLVED};
 use crate::study::Table;
 
-/// Every configuration with everything measured of it; what failed has empty measurements. Vibrations are empty without `modes`.
+/// Every configuration with everything measured of it; what failed has empty measurements. Without `modes`, as after an interruption, it has
+/// no columns of vibrations.
 pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
     let mut table = Table::default();
     let words = |of: &dyn Fn(&Row) -> String| study.rows.iter().map(of).collect::<Vec<_>>();
@@ -53,20 +54,19 @@ pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
     }
     table.push("estimated_error_angle_rad", numbers(&|m| m.estimated_angle_rad.unwrap_or(f64::NAN)));
     table.push("relative_error_energy", numbers(&|m| m.errors.energy));
-    push_modes(&mut table, study.rows.len(), modes);
+    if let Some(modes) = modes {
+        push_modes(&mut table, study.rows.len(), modes);
+    }
     table
 }
 
 /// The vibrations that each configuration loses, and its errors in the one that it computes worst.
-fn push_modes(table: &mut Table, rows: usize, modes: Option<&LostModes>) {
-    let words = |of: &dyn Fn(&LostModes, usize) -> String| -> Vec<String> {
-        (0..rows).map(|row| modes.map_or(String::new(), |modes| of(modes, row))).collect()
-    };
-    table.push_words("lost_modes", words(&|modes, row| modes.lost(row).join(", ")));
-    let name = |modes: &LostModes, row| modes.worst(row).map_or(String::new(), |(mode, _)| mode.name.clone());
-    table.push_words("worst_mode", words(&name));
+fn push_modes(table: &mut Table, rows: usize, modes: &LostModes) {
+    table.push_words("lost_modes", (0..rows).map(|row| modes.lost(row).join(", ")).collect());
+    let name = |row| modes.worst(row).map_or(String::new(), |(mode, _)| mode.name.clone());
+    table.push_words("worst_mode", (0..rows).map(name).collect());
     let worst = |of: &dyn Fn(&ModeError) -> f64| -> Vec<f64> {
-        (0..rows).map(|row| modes.and_then(|modes| modes.worst(row)).map_or(f64::NAN, |(_, error)| of(error))).collect()
+        (0..rows).map(|row| modes.worst(row).map_or(f64::NAN, |(_, error)| of(error))).collect()
     };
     table.push("worst_frequency_error", worst(&|error| error.frequency));
     table.push("worst_damping_error", worst(&|error| error.damping));

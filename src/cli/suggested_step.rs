@@ -1,0 +1,184 @@
+//! The step that `check` suggests.
+
+use std::f64::consts::TAU;
+use std::time::{Duration, Instant};
+
+use super::aligned_table::figure;
+use super::trial_run::{LONGEST, Trial};
+use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene};
+use crate::simulation::{Diverged, EnergyVerdict, Simulation};
+use crate::small_motion::Vibrations;
+use crate::study::usual_until_s;
+
+/// Fewer steps of a run show nothing of it.
+const LEAST_STEPS_OF_RUN: f64 = 100.0;
+/// Most times that a suggested step is halved.
+const HALVINGS: u32 = 7;
+
+/// A step for about 0.1 % of error with which a run of the scene keeps its energy balance, s, if there is one; and the reason.
+/// `own` is the run with the scene's own step.
+pub(super) fn suggested_step(scene: &Scene, vibrations: Option<Vibrations>, own: &Trial) -> (Option<f64>, String) {
+    kept_balance(scene, own, suggestion(scene, slowest_bending(scene, vibrations)))
+}
+
+/// The suggestion, with a step halved until a run of the scene keeps its energy balance.
+fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>, String)) -> (Option<f64>, String) {
+    let until_s = usual_until_s(scene);
+    let least = || format!("at least {LEAST_STEPS_OF_RUN} steps in a run of {} s", figure(until_s));
+    let (first_s, reason) = match suggested_s {
+        Some(step_s) if step_s * LEAST_STEPS_OF_RUN <= until_s => (step_s, reason),
+        None if scene.solver.model == ModelKind::Incremental => return (None, reason),
+        _ => (one_digit(until_s / LEAST_STEPS_OF_RUN), least()),
+    };
+    let (begun, mut step_s, mut tried_s) = (Instant::now(), first_s, first_s);
+    for _ in 0..HALVINGS {
+        tried_s = step_s;
+        let mut shorter = scene.clone();
+        shorter.solver.step_s = step_s;
+        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO).verdict);
+        if trial.is_ok_and(|verdict| is_kept(&verdict)) {
+            let longer = format!("{reason}; {} s would suffice for that, but does not keep the energy balance", figure(first_s));
+            return (Some(step_s), if step_s == first_s { reason } else { longer });
+        }
+        if begun.elapsed() >= LONGEST {
+            break;
+        }
+        step_s = one_digit(0.5 * step_s);
+    }
+    let none = format!("no step from {} s down to {} s keeps the energy balance", figure(first_s), figure(tried_s));
+    match is_kept(&own.verdict) {
+        true => (Some(scene.solver.step_s), format!("the scene's own: {none}")),
+        false => (None, none),
+    }
+}
+
+/// Whether a run kept its energy balance, or is not judged by it.
+fn is_kept(verdict: &Result<EnergyVerdict, Diverged>) -> bool {
+    matches!(verdict, Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged))
+}
+
+/// A step for about 0.1 % of error, s, with its reason.
+///
+/// A method of second order with a step h stretches the period of a vibration by about (ω h)²/12: 0.1 % at 2π/(ω h) = 57 steps. A
+/// method of fourth order errs by about (ω h)⁴/120 and less: 0.1 % at 11 steps. Both are rounded up, to 60 and 12.
+fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, String) {
+    if scene.solver.model == ModelKind::Incremental {
+        return (None, "the incremental model is of first order, so that its error only falls with the step itself".to_owned());
+    }
+    let steps = if scene.solver.integrator.order() >= 4 { 12.0 } else { 60.0 };
+    let Some((period_s, what)) = slowest else {
+        return (None, "nothing is known to vibrate or turn at the start".to_owned());
+    };
+    let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
+    let limit = if explicit { "; runge-kutta also has a stability limit, which refuses longer steps" } else { "" };
+    (Some(one_digit(period_s / steps)), format!("at least {steps} steps per {what} ({} s){limit}", figure(period_s)))
+}
+
+/// Period of the lowest frequency, or of a turn if that is shorter, s, with its name.
+pub(super) fn slowest_motion(scene: &Scene, vibrations: Option<Vibrations>) -> Option<(f64, &'static str)> {
+    let lowest = vibrations.and_then(|found| found.frequencies_hz);
+    let vibration = lowest.map(|[lowest_hz, _]| (1.0 / lowest_hz, "period of the lowest frequency"));
+    or_turn(scene, vibration)
+}
+
+/// The same of the lowest frequency at which a link bends. A chain that swings, or that a base spring holds, has a lower one: a step
+/// for that does not resolve deflections.
+fn slowest_bending(scene: &Scene, vibrations: Option<Vibrations>) -> Option<(f64, &'static str)> {
+    match vibrations {
+        Some(Vibrations { frequencies_hz: Some([lowest_hz, _]), lowest_bending_hz: Some(bending_hz), .. })
+            if bending_hz > lowest_hz =>
+        {
+            or_turn(scene, Some((1.0 / bending_hz, "period of the lowest bending frequency")))
+        }
+        _ => slowest_motion(scene, vibrations),
+    }
+}
+
+/// The shorter of a vibration's period and a turn, s, with its name.
+fn or_turn(scene: &Scene, vibration: Option<(f64, &'static str)>) -> Option<(f64, &'static str)> {
+    let turn = Some(speed_rad_per_s(scene)).filter(|speed| *speed > 0.0).map(|speed| (TAU / speed, "turn"));
+    vibration.into_iter().chain(turn).min_by(|one, other| one.0.total_cmp(&other.0))
+}
+
+/// The largest angular speed that the scene prescribes or starts with, rad/s.
+pub(super) fn speed_rad_per_s(scene: &Scene) -> f64 {
+    let start = scene.chain().map_or(0.0, |chain| chain.start.rate_rad_per_s.abs());
+    match &scene.drive {
+        Drive::Motion(Motion::Speed(rad_per_s)) => start.max(rad_per_s.abs()),
+        Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => start.max(to_rad_per_s.abs()),
+        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => start,
+    }
+}
+
+/// The next smaller number with one digit: 0.0037 becomes 0.003.
+fn one_digit(value: f64) -> f64 {
+    let power = 10.0_f64.powf(value.log10().floor());
+    let text = format!("{:e}", (value / power).floor() * power);
+    // Parsing back removes what the multiplication added.
+    let (digit, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let digit = digit.parse::<f64>().unwrap_or(1.0).round();
+    format!("{digit}e{exponent}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+
+    type Tested = Result<(), Box<dyn std::error::Error>>;
+
+    /// Two tubes that hang from a pivot. They swing at 0.44 Hz; the rod bends at 31.7 Hz.
+    const PENDULUM: &str = r#"
+[crank]
+length_m = 0.6
+section = { shape = "tube", outer_m = 0.016, inner_m = 0.014 }
+density_kg_per_m3 = 1600.0
+youngs_modulus_pa = 1.2e11
+
+[rod]
+length_m = 0.9
+section = { shape = "round", diameter_m = 0.006 }
+density_kg_per_m3 = 1600.0
+youngs_modulus_pa = 1.2e11
+
+[tip]
+mass_kg = 0.05
+
+[gravity]
+y_m_per_s2 = -9.81
+
+[start]
+angle_rad = -1.5707963267948966
+"#;
+
+    #[test]
+    fn val_a_suggested_step_has_one_digit() {
+        for (value, digit) in [(0.0037, 0.003), (9.99e-5, 9e-5), (0.001, 0.001), (2.5, 2.0)] {
+            assert_eq!(one_digit(value), digit);
+        }
+    }
+
+    #[test]
+    fn regress_the_suggested_step_of_a_pendulum_resolves_the_bending_of_its_links() -> Tested {
+        for (integrator, steps, step_s) in [("generalized-alpha", 60, 5e-4), ("esdirk", 12, 2e-3)] {
+            let own = ["solver.model=modal".to_owned(), format!("solver.integrator={integrator}")];
+            let scene = SceneSource::parse("pendulum", PENDULUM, &own)?.scene;
+            let vibrations = Vibrations::of_scene(&scene)?;
+            let (suggested_s, reason) = suggestion(&scene, slowest_bending(&scene, vibrations));
+            let beginning = format!("at least {steps} steps per period of the lowest bending frequency (0.0315");
+            assert!(suggested_s == Some(step_s) && reason.starts_with(&beginning), "{suggested_s:?}: {reason}");
+            let (period_s, name) = slowest_motion(&scene, vibrations).ok_or("nothing swings")?;
+            assert!((2.0..2.5).contains(&period_s) && name == "period of the lowest frequency", "{name}: {period_s}");
+        }
+        Ok(())
+    }
+
+    /// No frequency is lower than that of the rod's bending.
+    #[test]
+    fn prop_the_lowest_bending_frequency_has_no_other_name_where_it_is_the_lowest_of_all() -> Tested {
+        let scene = SceneSource::open("crank-slider", &[])?.scene;
+        let vibrations = Vibrations::of_scene(&scene)?;
+        assert_eq!(slowest_bending(&scene, vibrations), slowest_motion(&scene, vibrations));
+        Ok(())
+    }
+}

@@ -1,0 +1,70 @@
+//! Figures of several files, laid over one another.
+
+use super::figure::{Figure, Mark, Panel, Series};
+
+/// Lays the figures of files over one another: a panel for each signal, a curve for each file, under its name. The curve of the
+/// first file is wide and pale.
+///
+/// Figures of one name and title share a figure. If a name has several titles, the later ones get a number: `path-2`. The
+/// horizontal axis is that of the first file with the figure. Bands and numbered points are left out: each file has its own.
+pub fn overlaid(files: &[(String, Vec<(String, Figure)>)]) -> Vec<(String, Figure)> {
+    let names: Vec<String> = files.iter().map(|(file, _)| file.clone()).collect();
+    let mut laid: Vec<(&str, Figure)> = Vec::new();
+    for (place, (_, figures)) in files.iter().enumerate() {
+        for (name, figure) in figures {
+            let same = laid.iter().position(|(other, overlay)| *other == name.as_str() && overlay.title == figure.title);
+            let at = same.unwrap_or_else(|| {
+                laid.push((name.as_str(), without_curves(figure, &names)));
+                laid.len() - 1
+            });
+            add_curves(&mut laid[at].1, figure, place);
+        }
+    }
+    with_distinct_names(laid)
+}
+
+/// An overlay of files without curves yet, with the title and the horizontal axis of a figure.
+fn without_curves(figure: &Figure, files: &[String]) -> Figure {
+    Figure {
+        title: figure.title.clone(),
+        x: figure.x.clone(),
+        equal_aspect: figure.equal_aspect,
+        files: files.to_vec(),
+        ..Figure::default()
+    }
+}
+
+/// Adds the curves of the file at `place` to the panels of their signals.
+fn add_curves(overlay: &mut Figure, figure: &Figure, place: usize) {
+    for (panel, series) in figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
+        let y = panel.y.of(&series.label);
+        let at = overlay.panels.iter().position(|other| other.y == y).unwrap_or_else(|| {
+            overlay.panels.push(Panel { y, series: Vec::new() });
+            overlay.panels.len() - 1
+        });
+        let mark = match (place, series.mark) {
+            // Where files agree, the wide line is seen on either side of the thin one.
+            (0, Mark::Line) => Mark::Wide,
+            // The gaps show the second.
+            (2.., Mark::Line) => Mark::Dashes,
+            (_, mark) => mark,
+        };
+        let label = overlay.files[place].clone();
+        overlay.panels[at].series.push(Series { label, mark, ..series.clone() });
+    }
+}
+
+/// The figures under distinct names: later ones of a name get a number.
+fn with_distinct_names(figures: Vec<(&str, Figure)>) -> Vec<(String, Figure)> {
+    let mut named: Vec<(String, Figure)> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
+    for (name, figure) in figures {
+        let distinct = match names.iter().filter(|other| **other == name).count() {
+            0 => name.to_owned(),
+            before => format!("{name}-{}", before + 1),
+        };
+        names.push(name);
+        named.push((distinct, figure));
+    }
+    named
+}

@@ -1,0 +1,83 @@
+//! Files over one another.
+
+use std::fs::read_to_string;
+
+use flexcrank::plot::{Axis, Figure, Picture as _, overlaid};
+
+use super::recording::record;
+use super::{complaint, plot, texts};
+
+/// Figures of a recording: the angles of its links, and a path of this title.
+fn recording(file: &str, links: &[&str], path: &str) -> (String, Vec<(String, Figure)>) {
+    let values = [0.0, 1.0];
+    let angles = Figure::new("Chord angles", Axis::new("time", "s"), Axis::new("chord angle", "rad"));
+    let angles = links.iter().fold(angles, |figure, link| figure.line(*link, &values, &values));
+    let path = Figure::new(path, Axis::new("x", "m"), Axis::new("y", "m")).line("", &values, &values);
+    (file.to_owned(), vec![("angles".to_owned(), angles), ("path".to_owned(), path)])
+}
+
+#[test]
+fn regress_a_file_has_its_name_and_its_style_in_every_figure() {
+    let [beam, pin] = ["Path of the beam's end", "Path of the crank pin"];
+    let links = ["crank", "rod"];
+    let files = [recording("arm", &["beam"], beam), recording("heavy", &links, pin), recording("light", &links, pin)];
+    let figures = overlaid(&files);
+    let titles: Vec<[&str; 2]> = figures.iter().map(|(name, figure)| [name.as_str(), figure.title.as_str()]).collect();
+    assert_eq!(titles, [["angles", "Chord angles"], ["path", beam], ["path-2", pin]]);
+    let styles = [
+        ("arm", "stroke=\"#0072b2\" stroke-width=\"5\" stroke-opacity=\"0.4\"", [2, 2, 0]),
+        ("heavy", "stroke=\"#d55e00\" stroke-width=\"1.9\"/>", [3, 0, 2]),
+        ("light", "stroke=\"#009e73\" stroke-width=\"1.9\" stroke-dasharray=\"6 4\"", [3, 0, 2]),
+    ];
+    for (place, (name, figure)) in figures.iter().enumerate() {
+        let svg = figure.to_svg();
+        let drawn = texts(&svg);
+        for (file, style, curves) in styles {
+            let named = drawn.iter().filter(|text| *text == file).count();
+            assert_eq!(named, usize::from(curves[place] > 0), "one legend that names {file} in {name}: {drawn:?}");
+            assert_eq!(svg.matches(style).count(), curves[place], "{file} in {name}, and its sample in the legend: {svg}");
+        }
+    }
+}
+
+#[test]
+fn regress_recordings_of_different_mechanisms_share_figures_of_one_title_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "thesis-beam", "0.1", "beam.mcap", &[]);
+    record(at, "crank-slider", "0.1", "crank.mcap", &[]);
+    let output = plot(at, &["beam.mcap", "crank.mcap", "--overlay", "-o", "out", "--format", "svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    for (name, title, files) in [
+        ("angles", "Chord angles", ["beam", "crank"].as_slice()),
+        ("end", "Displacement of the beam's end", &["beam"]),
+        ("path", "Path of the beam's end", &["beam"]),
+        ("path-2", "Path of the crank pin", &["crank"]),
+        ("slider-position", "Slider position", &["crank"]),
+    ] {
+        let drawn = texts(&read_to_string(at.join(format!("out/overlay-{name}.svg"))).unwrap());
+        assert!(drawn.iter().any(|text| text == title), "{name}: {drawn:?}");
+        for file in ["beam", "crank"] {
+            assert_eq!(drawn.iter().any(|text| text == file), files.contains(&file), "{file} in {name}: {drawn:?}");
+        }
+    }
+}
+
+#[test]
+fn regress_a_column_that_one_file_has_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.csv"), "time_s,torque_nm\n0,1\n1,2\n").unwrap();
+    std::fs::write(at.join("b.csv"), "time_s,angle_rad\n0,0\n1,3\n").unwrap();
+    let overlay = |columns: &str| plot(at, &["a.csv", "b.csv", "--overlay", "--y", columns, "-o", "one.svg"]);
+    let output = overlay("torque_nm,angle_rad");
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    assert_eq!(complaint(&output), "a.csv: no column `angle_rad`\nb.csv: no column `torque_nm`\n");
+    let drawn = texts(&read_to_string(at.join("one.svg")).unwrap());
+    for text in ["Torque, angle", "torque (N·m)", "angle (rad)", "a", "b"] {
+        assert_eq!(drawn.iter().filter(|other| *other == text).count(), 1, "{text} in {drawn:?}");
+    }
+    let output = overlay("torque_nm,angel_rad");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("no column `angel_rad`"), "{}", complaint(&output));
+}
