@@ -36,6 +36,11 @@ pub(super) fn interruption_leaves(what: String) {
     *left() = Some(what);
 }
 
+/// An interruption from now on leaves files, if any.
+pub(super) fn interruption_leaves_files() {
+    *left() = None;
+}
+
 fn left() -> MutexGuard<'static, Option<String>> {
     LEFT.lock().unwrap_or_else(PoisonError::into_inner)
 }

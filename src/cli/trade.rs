@@ -13,7 +13,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::must_be_writable;
 use super::output::print_json;
 use super::progress::bar;
-use super::signals::{Interruption, interruption_leaves};
+use super::signals::{Interruption, interruption_leaves, interruption_leaves_files};
 use super::trade_choice::{decide, decide_levels};
 use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
@@ -176,8 +176,11 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     let interruption = Interruption::watch()?;
     let families = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
     let mut study = study(&source.scene, &question(args), &mut |progress| {
-        // Without a reference, there is nothing to keep.
         interruption.keeps(!progress.reference);
+        match progress.reference {
+            true => interruption_leaves("nothing was written: only the reference was being computed".to_owned()),
+            false => interruption_leaves_files(),
+        }
         show(&families, &progress);
         if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;

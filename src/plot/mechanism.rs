@@ -11,6 +11,8 @@ use crate::study::Table;
 const LINKS: [&str; 3] = ["crank", "rod", "beam"];
 /// Bending is drawn magnified until it reaches this part of the link's length.
 const BENDING: f64 = 0.12;
+/// Bending of less than this part of the length is rounding, as of rigid links.
+const ROUNDING: f64 = 1e-9;
 /// The factors of magnification.
 const FACTORS: [f64; 10] = [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 500.0, 1000.0];
 
@@ -79,7 +81,7 @@ impl Motion {
         }
         let bent = links.iter().flat_map(|link| &link.instants).flat_map(|nodes| offsets(nodes));
         let worst = bent.fold(0.0, |most: f64, offset| most.max(offset.abs()));
-        let factor = FACTORS.into_iter().rev().find(|factor| worst > 0.0 && factor * worst <= BENDING);
+        let factor = FACTORS.into_iter().rev().find(|factor| worst > ROUNDING && factor * worst <= BENDING);
         let magnified = factor.unwrap_or(1.0);
         links.iter_mut().flat_map(|link| &mut link.instants).for_each(|nodes| magnify(nodes, magnified));
         Ok(Motion { links, instants: places.len(), has_slider, magnified })

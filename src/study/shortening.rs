@@ -42,7 +42,12 @@ pub enum NoShortening {
 impl Shortening {
     /// Whether it is too large to leave out. A link that bends by less than a millionth of its length counts as bent by that.
     pub fn matters(&self) -> bool {
-        self.shortening_m > MATTERS * self.deflection_m.max(STRAIGHT * self.length_m)
+        self.exceeds(MATTERS)
+    }
+
+    /// Whether it is more than this part of the deflection.
+    pub fn exceeds(&self, part: f64) -> bool {
+        self.shortening_m > part * self.deflection_m.max(STRAIGHT * self.length_m)
     }
 }
 

@@ -11,11 +11,16 @@ use super::{complaint, plot};
 
 /// The positions of a beam of length 2 that makes so many `turns` up to a time, bent to the left by 1 % of its length.
 fn turning(turns: impl Fn(f64) -> f64, for_s: f64, intervals: u32) -> [Named; 1] {
+    beam([[0.0, 0.0], [1.0, 0.02], [2.0, 0.0]], turns, for_s, intervals)
+}
+
+/// The positions of a beam with its nodes at these places along it and beside it.
+fn beam(nodes: [[f64; 2]; 3], turns: impl Fn(f64) -> f64, for_s: f64, intervals: u32) -> [Named; 1] {
     let times: Vec<f64> = (0..=intervals).map(|k| for_s * f64::from(k) / f64::from(intervals.max(1))).collect();
     let mut table = Table::default();
     table.push("stamp.sim_time_s".to_owned(), times.clone());
     let angles: Vec<f64> = times.iter().map(|time| TAU * turns(*time)).collect();
-    for (index, [along, aside]) in [[0.0, 0.0], [1.0, 0.02], [2.0, 0.0]].into_iter().enumerate() {
+    for (index, [along, aside]) in nodes.into_iter().enumerate() {
         let x = angles.iter().map(|angle| along * angle.cos() - aside * angle.sin()).collect();
         let y = angles.iter().map(|angle| along * angle.sin() + aside * angle.cos()).collect();
         table.push(format!("nodes.beam.{index}.x_m"), x);
@@ -28,6 +33,13 @@ fn turning(turns: impl Fn(f64) -> f64, for_s: f64, intervals: u32) -> [Named; 1]
 fn pictures(svg: &str) -> Vec<String> {
     let values = svg.split("attributeName=\"d\"").nth(1).and_then(|rest| rest.split("values=").nth(1)).unwrap();
     values.split('"').nth(1).unwrap().split(';').map(str::to_owned).collect()
+}
+
+#[test]
+fn regress_the_rounding_of_a_rigid_link_is_no_bending() {
+    let straight = beam([[0.0, 0.0], [0.7, 0.0], [2.1, 0.0]], |time| time, 1.0, 100);
+    let animation = MechanismPicture::animation("straight", &straight, Some(0.5)).unwrap();
+    assert_eq!(animation.caption, "1.00 s at 0.5 times the real speed");
 }
 
 #[test]

@@ -138,7 +138,7 @@ pub fn study(
     let steps_s = descending(&question.selection.steps_s);
     let until_s = question.until_s.unwrap_or_else(|| usual_until_s(scene));
     let grid = Grid::new(until_s, (!steps_s.is_empty()).then_some(&steps_s))?;
-    let families = question.selection.families(scene);
+    let families = question.selection.families(scene, question.enough);
     if families.is_empty() {
         return Err(TradeError::Nothing);
     }

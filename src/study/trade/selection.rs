@@ -3,7 +3,7 @@
 use super::configuration::{Axial, Family};
 use crate::scene::{IntegratorKind, Link, ModelKind, Scene};
 use crate::simulation::Simulation;
-use crate::study::shortenings;
+use crate::study::{MATTERS, shortenings};
 
 /// The selected families; an empty list selects everything that suits.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,8 +27,9 @@ const MODES: [usize; 4] = [1, 2, 3, 4];
 const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
 
 impl Selection {
-    /// Families that can compute the scene, the cheaper before the dearer.
-    pub(super) fn families(&self, scene: &Scene) -> Vec<Family> {
+    /// Families that can compute the scene, the cheaper before the dearer. Links stretch, too, where their loads shorten them by more
+    /// than the tolerance `enough`, or a tenth, of their deflection.
+    pub(super) fn families(&self, scene: &Scene, enough: Option<f64>) -> Vec<Family> {
         let mut families = Vec::new();
         for model in MODELS.into_iter().filter(|model| asked(&self.models, *model)) {
             let sizes: &[usize] = match model {
@@ -36,7 +37,7 @@ impl Selection {
                 ModelKind::FiniteElement => or(&self.elements, &ELEMENTS),
                 _ => &[0],
             };
-            for (rigid, axial) in self.patterns(scene, model) {
+            for (rigid, axial) in self.patterns(scene, model, enough) {
                 for integrator in model.integrators().iter().filter(|integrator| asked(&self.integrators, **integrator)) {
                     let family = |size: &usize| {
                         let (rigid, axial) = (rigid.clone(), axial.clone());
@@ -52,7 +53,7 @@ impl Selection {
 
     /// Patterns of rigid and of stretching links: the scene's own, with more rigid links if selected; and of all these those with links that
     /// stretch because their loads would shorten them too much otherwise.
-    fn patterns(&self, scene: &Scene, model: ModelKind) -> Vec<(Vec<bool>, Vec<Axial>)> {
+    fn patterns(&self, scene: &Scene, model: ModelKind, enough: Option<f64>) -> Vec<(Vec<bool>, Vec<Axial>)> {
         let Some(chain) = scene.chain() else { return Vec::new() };
         let asked: Vec<bool> = chain.links.iter().map(|link| link.rigid).collect();
         let meshed = matches!(model, ModelKind::Modal | ModelKind::FiniteElement);
@@ -64,7 +65,8 @@ impl Selection {
         let mut patterns: Vec<_> = patterns.into_iter().map(|rigid| (rigid, own.clone())).collect();
         if model == ModelKind::Modal {
             let shortened = shortenings(scene).unwrap_or_default();
-            let is_short = |link: &Link| shortened.iter().any(|shortened| shortened.link == link.name && shortened.matters());
+            let part = enough.unwrap_or(MATTERS).min(MATTERS);
+            let is_short = |link: &Link| shortened.iter().any(|shortened| shortened.link == link.name && shortened.exceeds(part));
             let stretching = |(rigid, axial): &(Vec<bool>, Vec<Axial>)| {
                 let links = chain.links.iter().zip(rigid).zip(axial);
                 let axial: Vec<Axial> =
@@ -92,4 +94,28 @@ fn asked<T: PartialEq>(list: &[T], item: T) -> bool {
 
 fn or<'a>(list: &'a [usize], usual: &'a [usize]) -> &'a [usize] {
     if list.is_empty() { usual } else { list }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+
+    #[test]
+    fn regress_links_stretch_where_they_shorten_by_more_than_the_tolerance() {
+        let stiff = ["rod.axial=false", "crank.axial=false", "rod.section.height_m=0.03"].map(str::to_owned);
+        let scene = SceneSource::open("crank-slider", &stiff).unwrap().scene;
+        let selection = Selection {
+            models: vec![ModelKind::Modal],
+            integrators: vec![IntegratorKind::Esdirk],
+            modes: vec![1],
+            ..Selection::default()
+        };
+        // The rod shortens by a thousandth of its deflection, the crank by half of that.
+        for (enough, rods) in [(None, 0), (Some(2e-3), 0), (Some(8e-4), 1)] {
+            let families = selection.families(&scene, enough);
+            let stretching = families.iter().filter(|family| family.axial[1] == Axial::Added);
+            assert_eq!((stretching.count(), families.len()), (rods, 1 + rods), "{enough:?}");
+        }
+    }
 }
