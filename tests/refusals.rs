@@ -98,7 +98,7 @@ fn regress_a_file_that_is_no_recording_is_said_to_be_none() -> Result<(), Box<dy
 fn regress_a_scene_in_place_of_a_recording_is_told_its_commands() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let [scene, out] = ["mine.toml", "out"].map(|name| folder.path().join(name).display().to_string());
-    std::fs::write(&scene, flexcrank(&["scenes", "crank-slider"])?.1)?;
+    std::fs::write(&scene, flexcrank(&["scenes", "crank-slider"])?.1.replace("[crank]", "[crank] # steel"))?;
     let hint = format!(", but a scene: `flexcrank check {scene}` checks it, `flexcrank run {scene}` runs it");
     for command in ["info", "verify", "replay", "plot"] {
         refused(&[command, &scene], 1, &[&hint])?;

@@ -63,7 +63,8 @@ pub struct SceneSource {
 pub(crate) fn scene_hint(path: &Path) -> Option<String> {
     let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) && path.is_file();
     let bytes = is_toml.then(|| text_file::beginning(path, SIZE_LIMIT))?.ok()?;
-    let has_mechanism = |line: &str| ["[crank]", "[beam]", "[oscillator]"].contains(&line.trim());
+    let before_comment = |line: &str| line.split('#').next().unwrap_or_default().trim().to_owned();
+    let has_mechanism = |line: &str| ["[crank]", "[beam]", "[oscillator]"].contains(&before_comment(line).as_str());
     let name = path.display();
     let hint = || format!("a scene: `flexcrank check {name}` checks it, `flexcrank run {name}` runs it");
     String::from_utf8_lossy(&bytes).lines().any(has_mechanism).then(hint)

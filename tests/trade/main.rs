@@ -333,13 +333,19 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
         },
         step_s: 1e-3,
     };
-    let refusal = |reference| {
+    let refusal = |reference, finer_budget_s| {
         let best = best.clone();
-        Refusal::Tolerance { best, times: 2.078, output: OutputGroup::Deflection, reference }.to_string()
+        Refusal::Tolerance { best, times: 2.078, output: OutputGroup::Deflection, reference, finer_budget_s }.to_string()
     };
-    let remedy = ", where the reference itself is not known so well (see its estimate): a larger --budget refines it";
-    assert!(refusal(true).ends_with(remedy), "{}", refusal(true));
-    assert!(refusal(false).ends_with("is 2.078 times over it in deflection"), "{}", refusal(false));
+    let unknown = ", where the reference itself is not known so well (see its estimate)";
+    for (reference, finer_budget_s, remedy) in [
+        (true, Some(601.0), format!("{unknown}: --budget 11min refines it once more")),
+        (true, None, format!("{unknown}, at its finest")),
+        (false, Some(601.0), "is 2.078 times over it in deflection".to_owned()),
+    ] {
+        let refusal = refusal(reference, finer_budget_s);
+        assert!(refusal.ends_with(&remedy), "{refusal}");
+    }
 }
 
 #[test]

@@ -96,5 +96,6 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
         times: measured.error / demands.tolerance,
         output,
         reference: study.reference.estimate.of(output) > demands.tolerance,
+        finer_budget_s: study.reference.finer_budget_s,
     }
 }

@@ -28,6 +28,8 @@ pub enum Refusal {
         output: OutputGroup,
         /// Whether it is the reference that is not known well enough.
         reference: bool,
+        /// Time budget of a study that refines it once more, s; `None` if no study does.
+        finer_budget_s: Option<f64>,
     },
     /// The speed is reached by none, at any accuracy.
     Speed {
@@ -75,14 +77,15 @@ pub struct Unverified {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Tolerance { best, times, output, reference } => {
+            Refusal::Tolerance { best, times, output, reference, finer_budget_s } => {
                 write!(f, "the tolerance fails: the best, {best}, is {times:.3} times over it in {}", output.as_str())?;
-                if *reference {
-                    f.write_str(
-                        ", where the reference itself is not known so well (see its estimate): a larger --budget refines it",
-                    )
-                } else {
-                    Ok(())
+                if !reference {
+                    return Ok(());
+                }
+                f.write_str(", where the reference itself is not known so well (see its estimate)")?;
+                match finer_budget_s {
+                    Some(budget_s) => write!(f, ": --budget {}min refines it once more", (budget_s / 60.0).ceil()),
+                    None => f.write_str(", at its finest"),
                 }
             }
             Refusal::Speed { best, times } => {

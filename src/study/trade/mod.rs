@@ -31,6 +31,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::scene::Scene;
+use crate::small_motion::Vibrations;
 use crate::study::duration::usual_until_s;
 
 pub use choice::{Choice, Chosen, choose};
@@ -121,6 +122,10 @@ pub enum TradeError {
 
 /// Part of the budget that one run of the reference may take, nominally.
 const REFERENCE_PART: f64 = 0.15;
+/// Steps in a period of a vibration from which on errors fall with the step.
+const LEAST_STEPS: f64 = 12.0;
+/// Elements a link with which the lowest frequency is found.
+const BENDING_ELEMENTS: usize = 4;
 /// Agreement required of the reference if no accuracy is requested.
 const FINE: f64 = 1e-7;
 
@@ -156,6 +161,7 @@ pub fn study(
         reference: &reference,
         outputs: &question.outputs,
         prune: steps_s.is_empty(),
+        resolving_step_s: resolving_step_s(scene, &reference.configuration),
         steps_s: if steps_s.is_empty() { grid.usual_steps_s() } else { steps_s },
         enough: question.enough.unwrap_or(0.0),
         budget_s: (1.0 - 2.0 * REFERENCE_PART) * question.budget_s,
@@ -193,6 +199,15 @@ impl Study {
     pub fn measured(&self) -> impl Iterator<Item = (&Row, &Measured)> {
         self.rows.iter().filter_map(|row| Some((row, row.outcome.as_ref().ok()?)))
     }
+}
+
+/// The longest step with [`LEAST_STEPS`] in a period of the lowest frequency at which a link bends, s; infinite if none does, or if
+/// frequencies are not found.
+fn resolving_step_s(scene: &Scene, reference: &Configuration) -> f64 {
+    let family = Family { resolution: BENDING_ELEMENTS, ..reference.family.clone() };
+    let found = Vibrations::of_scene(&family.scene(scene, reference.step_s)).ok().flatten();
+    let lowest_hz = found.and_then(|vibrations| vibrations.lowest_bending_hz);
+    lowest_hz.map_or(f64::INFINITY, |hz| 1.0 / (LEAST_STEPS * hz))
 }
 
 /// Marks the front.

@@ -1,5 +1,6 @@
 //! The reference of all measurements: the finite-element model, refined until it agrees with itself.
 
+use super::REFERENCE_PART;
 use super::configuration::{Axial, Configuration, Family};
 use super::effort::RunEffort;
 use super::errors::Errors;
@@ -35,6 +36,8 @@ pub struct Reference {
     pub effort: RunEffort,
     /// Whether the clock prevented a refinement that the nominal cost allowed: another run may refine further.
     pub cut_short: bool,
+    /// Time budget of a study that refines it once more, s; `None` if no study does.
+    pub finer_budget_s: Option<f64>,
     pub(super) samples: Vec<Sample>,
     pub(super) scales: [f64; CHANNELS.len()],
 }
@@ -61,11 +64,13 @@ impl Reference {
             Failed::from(BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() });
         for k in 0..=REFINEMENTS {
             let configuration = level(chain, grid, k);
-            if k >= LEAST && nominal_s(&configuration, grid) > share_s {
-                break;
-            }
-            if k >= LEAST && DEARER * last_s > SLOWER * share_s {
-                best.iter_mut().for_each(|best| best.cut_short = true);
+            // The share that a refinement needs by its nominal cost, and by the time of the last run.
+            let needed_s = [nominal_s(&configuration, grid), DEARER * last_s / SLOWER];
+            if k >= LEAST && needed_s.iter().any(|needed_s| *needed_s > share_s) {
+                if let Some(best) = &mut best {
+                    best.cut_short = needed_s[0] <= share_s;
+                    best.finer_budget_s = Some(needed_s[0].max(needed_s[1]) / REFERENCE_PART);
+                }
                 break;
             }
             progress(&configuration);
@@ -84,8 +89,8 @@ impl Reference {
             let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
             let Some(estimate) = estimate else { continue };
             let agreed = estimate.worst(outputs) <= target;
-            best =
-                Some(Reference { configuration, estimate, effort: run.effort, cut_short: false, samples: run.samples, scales });
+            let (effort, samples) = (run.effort, run.samples);
+            best = Some(Reference { configuration, estimate, effort, cut_short: false, finer_budget_s: None, samples, scales });
             if agreed {
                 break;
             }
@@ -155,6 +160,7 @@ mod tests {
             estimate: errors([1e-4, 1e-6]),
             effort: RunEffort::default(),
             cut_short: false,
+            finer_budget_s: None,
             samples: Vec::new(),
             scales: [1.0; CHANNELS.len()],
         };

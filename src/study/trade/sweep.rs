@@ -68,6 +68,9 @@ pub(super) struct Sweep<'a> {
     pub steps_s: Vec<f64>,
     /// Whether families end early: not when their steps were asked for.
     pub prune: bool,
+    /// Longest step that resolves the lowest frequency at which a link bends, s. At longer ones, errors stand still or jump
+    /// without having begun to fall.
+    pub resolving_step_s: f64,
     /// Errors below this are of no use.
     pub enough: f64,
     pub budget_s: f64,
@@ -105,7 +108,8 @@ impl Sweep<'_> {
             let Ok(measured) = &last.outcome else { continue };
             let error = measured.error;
             let gained = measured.order.is_none() || error < NO_GAIN * self.error_before(first).unwrap_or(f64::INFINITY);
-            idle = if gained { 0 } else { idle + 1 };
+            let resolves = family.model == ModelKind::Rigid || step_s <= self.resolving_step_s;
+            idle = if gained || !resolves { 0 } else { idle + 1 };
             if self.prune && (idle >= 2 || error <= self.enough || self.is_hopeless(family, error, step_s, &steps_s[place + 1..]))
             {
                 return;
