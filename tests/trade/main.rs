@@ -4,6 +4,7 @@
 
 mod levels;
 mod rigid_links;
+mod rows;
 mod shortening;
 mod vibrations;
 
