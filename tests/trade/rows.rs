@@ -47,7 +47,8 @@ fn regress_a_row_goes_on_until_its_steps_resolve_bending() {
         modes: vec![1],
         ..Selection::default()
     };
-    let study = answer(&source, &Question { until_s: Some(0.3), ..ask(selection, &[OutputGroup::Forces], 30.0) });
+    let outputs = [OutputGroup::Deflection, OutputGroup::Forces];
+    let study = answer(&source, &Question { until_s: Some(0.3), enough: Some(2e-2), ..ask(selection, &outputs, 60.0) });
     let least = study.measured().map(|(_, measured)| measured.error).fold(f64::INFINITY, f64::min);
-    assert!(least < 0.05, "{least}");
+    assert!(least < 0.1, "{least}");
 }
