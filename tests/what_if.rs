@@ -140,6 +140,22 @@ fn regress_a_what_if_that_diverges_says_what_was_compared() -> Outcome {
     Ok(())
 }
 
+/// A rod a seventh as stiff bends out of the range of its model: a run says so, and a what-if as well.
+#[test]
+fn regress_a_what_if_says_when_a_link_bends_too_far() -> Outcome {
+    let flexible = scene(&["solver.model=modal", "solver.integrator=esdirk"])?;
+    let (_, folder) = Service::start(flexible, Pace::Max, Some(1.0), PublishRate::Hz(500.0))?.finish()?;
+    for (change, is_told) in [("rod.youngs_modulus_pa=3e10", true), ("rod.youngs_modulus_pa=2e11", false)] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        command.args(["what-if", "run.mcap", "--set", change, "--record", &format!("{is_told}.mcap")]);
+        let ended = command.current_dir(folder.path()).stdin(Stdio::null()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert_eq!(said.contains("warning: out of the model's range: a link was bent by "), is_told, "{change}: {said}");
+        assert_eq!(ended.status.code(), Some(0), "{change}: {said}");
+    }
+    Ok(())
+}
+
 #[test]
 fn regress_a_what_if_that_cannot_be_recorded_names_the_option_and_makes_no_folder() -> Outcome {
     let folder = tempfile::tempdir()?;

@@ -17,7 +17,7 @@ use super::progress::over_file;
 use super::values::{positive_time, time, torque};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
-use crate::runtime::unbalanced;
+use crate::runtime::{beyond_range, unbalanced};
 use crate::shown::{shown_s, shown_sentence};
 use crate::simulation::EnergyVerdict;
 
@@ -75,7 +75,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
 }
 
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
-    let WhatIfOutcome { from_s, deviation, diverged, verdict, written, source } = outcome;
+    let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source } = outcome;
     let mut out = output();
     writeln!(out, "re-simulated from t = {from_s} s")?;
     for Written { path, messages, .. } in written {
@@ -102,6 +102,7 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     if source.cut_off.is_some() {
         say!("warning: the recording ends early; everything before was re-simulated");
     }
+    beyond_range(*worst_out_of_range).iter().for_each(|bent| say!("warning: {bent}"));
     if let Some(diverged) = diverged {
         say!("error: {diverged}");
         return Ok(ExitStatus::Diverged);

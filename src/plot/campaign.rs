@@ -6,12 +6,12 @@ use crate::study::sweep::{Coordinate, Points};
 /// Most runs drawn as points or lines: more cannot be told apart.
 const MOST_POINTS: usize = 2000;
 const MOST_LINES: usize = 200;
-/// Intervals of a range in which means are taken.
+/// Intervals of a range in which means are taken, if a key has more values than these.
 const INTERVALS: usize = 16;
 /// Groups of runs by the size of the scalar, each in a colour of its own.
 const GROUPS: usize = 4;
 
-/// A scalar over a key: runs as points, their mean and the mean ± a standard deviation over intervals of the key.
+/// A scalar over a key: runs as points, their mean and the mean ± a standard deviation at values or over intervals of the key.
 pub fn over_key(points: &Points, scalar: usize, key: usize) -> Figure {
     let (xs, ys) = (&points.keys[key], &points.scalars[scalar]);
     let mut x = axis(xs);
@@ -69,28 +69,33 @@ fn every(values: &[f64], most: usize) -> Vec<f64> {
     places(values.len(), most).into_iter().map(|place| values[place]).collect()
 }
 
-/// Centre, mean and standard deviation in each interval of the key, or for each of its listed values.
+/// Place, mean and standard deviation: at each value of the key or, if it has more than [`INTERVALS`], in each interval, at the mean place
+/// of its runs.
 fn marginal(key: &Coordinate, values: &[f64]) -> Vec<[f64; 3]> {
+    let positions: Vec<f64> = key.values.iter().map(|value| position(key, *value)).collect();
+    let mut distinct = positions.clone();
+    distinct.sort_by(f64::total_cmp);
+    distinct.dedup();
+    let by_value = !key.words.is_empty() || distinct.len() <= INTERVALS;
     let (low, high) = bounds(key);
-    let listed = key.words.len();
-    let intervals = if listed > 0 { listed } else { INTERVALS };
-    let mut sums = vec![[0.0; 3]; intervals];
-    for (row, value) in values.iter().enumerate() {
-        let place =
-            if listed > 0 { key.values[row] } else { (position(key, key.values[row]) - low) / (high - low) * intervals as f64 };
-        let [count, sum, square] = &mut sums[(place as usize).min(intervals - 1)];
+    let group = |position: f64| match by_value {
+        true => distinct.partition_point(|other| *other < position),
+        false => (((position - low) / (high - low) * INTERVALS as f64) as usize).min(INTERVALS - 1),
+    };
+    let mut sums = vec![[0.0; 4]; if by_value { distinct.len() } else { INTERVALS }];
+    for (position, value) in positions.iter().zip(values) {
+        let [count, places, sum, square] = &mut sums[group(*position)];
         *count += 1.0;
+        *places += position;
         *sum += value;
         *square += value * value;
     }
-    let width = (high - low) / intervals as f64;
-    let centre = |place: usize| if listed > 0 { place as f64 } else { low + width * (place as f64 + 0.5) };
     let back = |position: f64| if key.is_log { position.exp() } else { position };
-    let bin = |(place, [count, sum, square]): (usize, &[f64; 3])| {
+    let effect = |[count, places, sum, square]: &[f64; 4]| {
         let mean = sum / count;
-        (*count > 0.0).then(|| [back(centre(place)), mean, (square / count - mean * mean).max(0.0).sqrt()])
+        (*count > 0.0).then(|| [back(places / count), mean, (square / count - mean * mean).max(0.0).sqrt()])
     };
-    sums.iter().enumerate().filter_map(bin).collect()
+    sums.iter().filter_map(effect).collect()
 }
 
 fn position(column: &Coordinate, value: f64) -> f64 {
@@ -142,6 +147,12 @@ mod tests {
         );
         let listed = Coordinate { words: vec!["x".to_owned(), "y".to_owned()], values: vec![0.0, 1.0, 1.0], ..key };
         assert_eq!(marginal(&listed, &[5.0, 1.0, 3.0]), [[0.0, 5.0, 0.0], [1.0, 2.0, 1.0]]);
+    }
+
+    #[test]
+    fn regress_the_mean_of_a_grid_stands_at_its_values() {
+        let key = coordinate("a", vec![4.0, 5.0, 8.0, 4.0, 5.0, 8.0], false);
+        assert_eq!(marginal(&key, &[1.0, 2.0, 7.0, 3.0, 2.0, 9.0]), [[4.0, 2.0, 1.0], [5.0, 2.0, 0.0], [8.0, 8.0, 1.0]]);
     }
 
     #[test]

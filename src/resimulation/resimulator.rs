@@ -27,6 +27,8 @@ pub(super) struct Resimulator {
     sample: Sample,
     /// The instant of the sample's observation.
     observed: Option<EpochStep>,
+    /// Largest bending beyond the model's range in any observation, relative to the link's length; 0 if there was none.
+    worst_out_of_range: f64,
 }
 
 /// An epoch, and the step within it.
@@ -75,7 +77,7 @@ impl Resimulator {
         let simulation = Simulation::new(&scene.source.scene)?;
         let sample = simulation.blank_sample();
         let context = SceneInForce::new(scene.clone(), &simulation).context;
-        Ok(Resimulator { first, scene, simulation, context, epoch_start_s: 0.0, sample, observed: None })
+        Ok(Resimulator { first, scene, simulation, context, epoch_start_s: 0.0, sample, observed: None, worst_out_of_range: 0.0 })
     }
 
     /// The text of the scene, without the changes of its level.
@@ -203,6 +205,11 @@ impl Resimulator {
         self.sample.observation.out_of_range
     }
 
+    /// Largest bending beyond the model's range in any observation, relative to the link's length; 0 if there was none.
+    pub(super) fn worst_out_of_range(&self) -> f64 {
+        self.worst_out_of_range
+    }
+
     /// Draws the present state for viewers; `time_ns` is their playback time.
     pub(super) fn draw(&mut self, time_ns: u64) -> Result<Vec<u8>, Diverged> {
         self.observe()?;
@@ -253,6 +260,7 @@ impl Resimulator {
             let stamp = self.stamp();
             self.simulation.sample(&mut self.sample, stamp)?;
             self.observed = Some(self.instant());
+            self.worst_out_of_range = self.worst_out_of_range.max(self.out_of_range().unwrap_or(0.0));
         }
         Ok(&self.sample)
     }

@@ -38,6 +38,8 @@ pub struct WhatIfOutcome {
     pub diverged: Option<Diverged>,
     /// Verdict on the energy balance of the last epoch.
     pub verdict: EnergyVerdict,
+    /// Largest deflection beyond the model's range in the samples, over the link's length; 0 if none was.
+    pub worst_out_of_range: f64,
     /// The new recording.
     pub written: Vec<Written>,
     /// Structure of the old recording, as far as it was read: whether it is damaged, or ends early.
@@ -132,6 +134,7 @@ fn compute(
     })?;
     let end = end.and_then(|()| attempt.all_added());
     let verdict = attempt.resimulator.simulation().energy_verdict();
+    let worst_out_of_range = attempt.resimulator.worst_out_of_range();
     let Attempt { recorder, deviation, from_s, .. } = attempt;
     let written = recorder.finish(EndReason::Resimulated).into_iter().collect::<Result<_, _>>()?;
     let diverged = match end {
@@ -142,7 +145,8 @@ fn compute(
         }
         Err(Stopped::Other(error)) => return Err(error),
     };
-    Ok(WhatIfOutcome { from_s: from_s.unwrap_or(0.0), deviation, diverged, verdict, written, source: structure })
+    let from_s = from_s.unwrap_or(0.0);
+    Ok(WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source: structure })
 }
 
 /// Why a re-simulation stopped.
