@@ -23,6 +23,7 @@ pub mod guide;
 pub mod integrate;
 pub mod mechanics;
 mod nearest;
+mod percent;
 #[cfg(feature = "service")]
 pub mod plot;
 #[cfg(feature = "service")]

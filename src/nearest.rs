@@ -5,6 +5,11 @@ use crate::shown::{shown_name, shown_names};
 
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;
+/// Similarity of two words that differ by one letter, or by neighbours that changed places. That of Jaro and Winkler is too
+/// small in short ones: 0.56 of `amr` and `arm`.
+const SLIP: f64 = 0.85;
+/// Shorter words differ by one letter without being alike.
+const SHORTEST_SLIP: usize = 3;
 
 /// The one of `names` that is most like `given`, if any is like it. Names that have all its words come before others: `crank_mean_rate`
 /// for `crank_rate`, and not `crank_mass`. The only one of them need not be like it: `y_m_per_s2` for `y`.
@@ -22,11 +27,16 @@ pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>)
 /// Similarity of two names. Names in one table share all but their last part, so that one has to be alike by itself, or to have its
 /// words: `links.crank.angle` is not `links.crank.revolutions`.
 fn likeness(given: &str, name: &str) -> f64 {
-    let whole = strsim::jaro_winkler(given, name);
+    let whole = likeness_of_words(given, name);
     match (given.rsplit_once('.'), name.rsplit_once('.')) {
-        (Some((_, given)), Some((_, name))) if !has_words_of(given, name) => whole.min(strsim::jaro_winkler(given, name)),
+        (Some((_, given)), Some((_, name))) if !has_words_of(given, name) => whole.min(likeness_of_words(given, name)),
         _ => whole,
     }
+}
+
+fn likeness_of_words(given: &str, name: &str) -> f64 {
+    let is_slip = given.chars().count() >= SHORTEST_SLIP && strsim::osa_distance(given, name) == 1;
+    strsim::jaro_winkler(given, name).max(if is_slip { SLIP } else { 0.0 })
 }
 
 /// Whether `name` has every word of `given`: the parts between `_` and `.`.
@@ -39,11 +49,12 @@ pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a 
     nearest(given, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
 }
 
-/// The column that is most like `given`, or that holds what `watch` calls `slider.x_m` and `slider.vx_m_per_s`.
+/// The column that holds what `watch` calls `slider.x_m` and `slider.vx_m_per_s`, that of the middle of a link, or else the one that
+/// is most like `given`.
 #[cfg(feature = "service")]
 pub(crate) fn nearest_column<'a>(given: &str, columns: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let columns: Vec<&'a str> = columns.into_iter().collect();
-    column_of_slider(given, &columns).or_else(|| nearest(given, columns))
+    column_of_slider(given, &columns).or_else(|| middle_column(given, &columns)).or_else(|| nearest(given, columns))
 }
 
 /// The column of the rod's last node for `slider.x_m`.
@@ -57,14 +68,31 @@ fn column_of_slider<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
     columns.iter().filter_map(|column| Some((node(column)?, *column))).max().map(|(_, column)| column)
 }
 
+/// The middle one of the columns with all words of `given`, where their numbers alone tell them apart:
+/// `nodes.rod.2.deflection_m` for `rod.deflection`; also for `links.rod.deflection`, whose list is another.
+#[cfg(feature = "service")]
+fn middle_column<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
+    let without_list = given.split_once('.').map(|(_, rest)| rest);
+    [Some(given), without_list].into_iter().flatten().find_map(|words| {
+        let with_words: Vec<&'a str> = columns.iter().copied().filter(|column| has_words_of(words, column)).collect();
+        let middle = *with_words.get(with_words.len() / 2)?;
+        with_words.iter().all(|column| without_numbers(column) == without_numbers(middle)).then_some(middle)
+    })
+}
+
+/// A name with N for each number: `nodes.rod.N.x_m`.
+#[cfg(feature = "service")]
+fn without_numbers(name: &str) -> String {
+    let parts = name.split('.').map(|part| if part.bytes().all(|byte| byte.is_ascii_digit()) { "N" } else { part });
+    parts.collect::<Vec<_>>().join(".")
+}
+
 /// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
 #[cfg(feature = "service")]
 pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
     let is_data = |name: &&str| !name.starts_with("stamp.") && !["log_time", "publish_time"].contains(name);
-    let numbered = |part: &'a str| if part.bytes().all(|byte| byte.is_ascii_digit()) { "N" } else { part };
-    let plain = |name: &'a str| name.split('.').map(numbered).collect::<Vec<_>>().join(".");
     let line = |(topic, names): (&str, N)| {
-        let mut names: Vec<String> = names.into_iter().filter(is_data).map(plain).collect();
+        let mut names: Vec<String> = names.into_iter().filter(is_data).map(without_numbers).collect();
         names.retain(|name| !name.ends_with(".N"));
         names.sort();
         names.dedup();
@@ -100,6 +128,33 @@ mod tests {
             ("slider.mass", None),
         ] {
             assert_eq!(nearest_column(given, columns), column, "{given}");
+        }
+    }
+
+    #[test]
+    fn regress_a_column_of_a_link_under_the_name_of_another_list_is_that_of_its_middle() {
+        let columns = ["log_time", "links.rod.chord_rad", "kinetic_j", "estimated_deflection_error_m"].map(str::to_owned);
+        let nodes = (0..=8).flat_map(|node| ["crank", "rod"].map(|link| format!("nodes.{link}.{node}.deflection_m")));
+        let elements = (0..8).map(|element| format!("elements.rod.{element}.axial_n"));
+        let columns: Vec<String> = columns.into_iter().chain(nodes).chain(elements).collect();
+        for (given, column) in [
+            ("links.rod.deflection", Some("nodes.rod.4.deflection_m")),
+            ("rod.deflection_m", Some("nodes.rod.4.deflection_m")),
+            ("links.rod.axial", Some("elements.rod.4.axial_n")),
+            ("links.crank.2.deflection", Some("nodes.crank.2.deflection_m")),
+            ("links.kinetic", Some("kinetic_j")),
+            ("deflection", None),
+            ("links.rod.angle", None),
+            ("xyz", None),
+        ] {
+            assert_eq!(nearest_column(given, columns.iter().map(String::as_str)), column, "{given}");
+        }
+    }
+
+    #[test]
+    fn regress_one_slip_in_a_short_name_is_near() {
+        for (given, near) in [("amr", Some("arm")), ("arn", Some("arm")), ("am", None), ("leg", None)] {
+            assert_eq!(nearest(given, ["arm"]), near, "{given}");
         }
     }
 

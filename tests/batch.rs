@@ -125,28 +125,6 @@ fn regress_lines_on_standard_error_are_json_if_the_log_is() -> Tried {
 }
 
 #[test]
-fn prop_quiet_leaves_results_and_errors() -> Tried {
-    let said = |arguments: &[&str]| -> Result<(Option<i32>, String, String), Box<dyn Error>> {
-        let ended = flexcrank(arguments).output()?;
-        Ok((ended.status.code(), String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?))
-    };
-    let folder = tempfile::tempdir()?;
-    let tables = folder.path().join("t");
-    let tables = tables.to_str().ok_or("a path that is no text")?;
-    let run = ["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.1"];
-    assert_eq!(said(&[&["-q"], run.as_slice()].concat())?, (Some(0), String::new(), String::new()));
-    let (code, out, err) = said(&["export", TRUNCATED, "--csv", tables, "--quiet"])?;
-    assert!(code == Some(3) && out.contains("angles.csv (") && err.is_empty(), "the exit code tells of the loss: {out}{err}");
-    let (code, _, err) = said(&["-q", "info", "nosuch.mcap"])?;
-    assert!(code == Some(1) && err.starts_with("error: nosuch.mcap: "), "{err}");
-    assert_eq!(said(&[&["-q", "-v"], run.as_slice()].concat())?.0, Some(2), "one or the other");
-    let open = ["run", "--no-record", "--pace", "max", "--until", "0.1", "--name", "heard", "--listen", "tcp/127.0.0.1:0"];
-    let lines = |more: &[&str]| said(&[more, open.as_slice()].concat()).map(|(_, _, err)| err.lines().count());
-    assert!(lines(&["-v"])? > lines(&[])?, "zenoh says more");
-    Ok(())
-}
-
-#[test]
 fn regress_a_run_that_ends_badly_names_a_remedy_and_says_nothing_twice() -> Tried {
     let run = ["run", "--no-bus", "--no-record", "--no-realtime", "--pace", "max"];
     let [untrusted, both, of_first_order] = [
@@ -206,6 +184,11 @@ fn regress_a_link_that_bends_too_far_is_told_by_check_and_at_the_end_of_a_run() 
     let loaded = [&["check"][..], &soft, &["--set", "slider.resistance_n=20", "--set", "start.angle_rad=0.5"]].concat();
     let out = String::from_utf8(flexcrank(&loaded).output()?.stdout)?;
     assert!(out.contains("frequencies  not computed: the position is singular") && out.contains("does it buckle?"), "{out}");
+    let refused =
+        ["--set", "rod.youngs_modulus_pa=210", "--set", "gravity.y_m_per_s2=-9.81", "--set", "start.static_equilibrium=true"];
+    let checked = flexcrank(&[&["check"][..], &refused].concat()).output()?;
+    let said = String::from_utf8(checked.stderr)?;
+    assert!(checked.status.code() == Some(2) && said.starts_with("warning: rod.youngs_modulus_pa = 210 is softer"), "{said}");
     Ok(())
 }
 

@@ -171,6 +171,39 @@ fn regress_watched_values_are_printed_as_json() -> Tried {
     Ok(())
 }
 
+#[test]
+fn regress_only_the_chosen_signals_are_watched_in_lines_and_a_wrong_name_is_refused() -> Tried {
+    let service = Service::start("chosen", &["--no-record"])?;
+    let first_two = |more: &[&str]| -> Tried<Vec<String>> {
+        let names = "links.crank.chord_rad,kinetic_j";
+        let watch = ["watch", "chosen", "--connect", &service.endpoint, "--plain", "--signals", names];
+        let mut watch = flexcrank(&[&watch, more].concat()).spawn()?;
+        let lines = BufReader::new(watch.stdout.take().ok_or("no standard output")?).lines().take(2);
+        let lines = lines.collect::<std::io::Result<Vec<String>>>();
+        watch.kill()?;
+        watch.wait()?;
+        Ok(lines?)
+    };
+    for line in first_two(&[])? {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let names = [words.first(), words.get(4), words.get(6)].map(|word| word.copied().unwrap_or_default());
+        assert!(words.len() == 8 && names == ["RUNNING", "links.crank.chord_rad", "kinetic_j"], "{line}");
+    }
+    let lines = first_two(&["--json"])?;
+    assert!(lines.last().is_some_and(|line| line.contains("\"links.crank.chord_rad\":")), "{lines:?}");
+    for line in lines {
+        let line: Value = serde_json::from_str(&line)?;
+        let signals = line["signals"].as_object().ok_or("no signals")?;
+        assert!(signals.keys().all(|name| ["links.crank.chord_rad", "kinetic_j"].contains(&name.as_str())), "{line}");
+        assert!(line["sim_time_s"].is_f64(), "{line}");
+    }
+    let wrong = service.ask(&["watch", "chosen", "--plain", "--signals", "kinetic_j,crank.rate_rad_per_z"])?;
+    let said = String::from_utf8(wrong.stderr)?;
+    let refusal = "error: no signal `crank.rate_rad_per_z`; did you mean `crank.rate_rad_per_s`?\n";
+    assert!(wrong.status.code() == Some(2) && said.ends_with(refusal) && wrong.stdout.is_empty(), "{said}");
+    Ok(())
+}
+
 /// Energies are published at every tenth sample of the angles, and statuses at other instants.
 #[test]
 fn regress_watched_values_are_those_recorded_at_the_printed_time() -> Tried {
@@ -197,6 +230,21 @@ fn regress_watched_values_are_those_recorded_at_the_printed_time() -> Tried {
             let (shown, value) = (block["signals"][name].as_f64().ok_or(name)?, value.ok_or(name)?);
             assert!((shown - value).abs() <= 1e-12 * value.abs(), "{name} at {at_s} s: {shown} for {value}");
         }
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_misspelt_name_of_a_service_is_told_the_one_that_runs() -> Tried {
+    let service = Service::start("arm", &["--no-record"])?;
+    for (name, said) in [
+        ("amr", "(running: arm); did you mean `arm`? `flexcrank run --name amr` starts another\n"),
+        ("leg", "(running: arm): start it with `flexcrank run --name leg`\n"),
+    ] {
+        let ended = service.ask(&["watch", name, "--plain"])?;
+        let told = String::from_utf8(ended.stderr)?;
+        let expected = format!("error: no service named `{name}` answers {said}");
+        assert_eq!((ended.status.code(), told), (Some(1), expected));
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `linearise`, `response` and `modes` as their users run them: files that are whole, refusals that help, modes that keep their names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::path::Path;
 use std::process::Command;
@@ -190,6 +190,18 @@ fn frequencies(folder: &Path, line: &str, angle_deg: f64) -> Result<BTreeMap<Str
     let here = rows.iter().filter(|row| row["angle_deg"] == angle_deg);
     let named = |row: &Value| Some((row["mode"].as_str()?.to_owned(), row["frequency_hz"].as_f64()?));
     here.map(|row| named(row).ok_or_else(|| format!("{row}").into())).collect()
+}
+
+/// A free crank with a damper keeps its angle, and loses its speed.
+#[test]
+fn regress_no_two_modes_have_the_same_name() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (code, found, said) = flexcrank(folder.path(), "modes crank-slider --set base.damper_nm_s_per_rad=0.1 --json")?;
+    assert_eq!((code, said.as_str()), (Some(0), ""));
+    let rows = found.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>()?;
+    let names: BTreeSet<&str> = rows.iter().filter_map(|row| row["mode"].as_str()).collect();
+    assert!(names.len() == rows.len() && names.contains("chain rotation 2"), "{names:?}");
+    Ok(())
 }
 
 #[test]

@@ -12,11 +12,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use flexcrank::study::Table;
-use flexcrank::study::sweep::{Campaign, Ending, NoIndices, Shard, Spec, SweepError, Worked, merge, sensitivity, work};
+use flexcrank::study::sweep::{Campaign, Ending, NoIndices, Shard, Spec, SweepError, Worked, merge, points, sensitivity, work};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-const SCENE: &str = "scene = \"thesis-crank-slider\"\nset = [\"solver.model=rigid\"]\nuntil_s = 2\n";
+const SCENE: &str =
+    "scene = \"thesis-crank-slider\"\nset = [\"solver.model=rigid\", \"solver.integrator=runge-kutta\"]\nuntil_s = 2\n";
 const ROD: &str = "[[vary]]\nkey = \"rod.length_m\"\nmin = 1.2\nmax = 1.8\n";
 const PULSE: &str = "[[vary]]\nkey = \"pulse.1.torque_nm\"\nmin = -1\nmax = 1\n\
     [[pulse]]\nstart_s = 0.5\ntorque_nm = 0.0\nduration_s = 0.5\n";
@@ -184,6 +185,15 @@ fn prop_bad_specifications_are_refused_by_name() {
             "test:10: [vary] is there twice: each entry of a list is a table [[vary]]",
         ),
         (
+            format!("{SCENE}{random}{}", ROD.replace("[[vary]]", "[vary]")),
+            "test:6: vary: must be a list, each entry in a table [[vary]]",
+        ),
+        (
+            format!("{SCENE}{random}{ROD}{}", PULSE.replace("[[pulse]]", "[pulse]")),
+            "test:14: pulse: must be a list, each entry in a table [[pulse]]",
+        ),
+        (format!("{SCENE}{random}vary = 3\n"), "test:6: vary: must be a list"),
+        (
             format!("{SCENE}{random}{}", ROD.replace("1.2", "2")),
             "test:6: vary.0 (rod.length_m): min = 2.0, max = 1.8: min must be a number below max",
         ),
@@ -294,5 +304,79 @@ fn regress_runs_that_do_not_end_well_are_warned_of() -> Outcome {
     let seconds = printed.split("computed in ").nth(1).and_then(|rest| rest.split(" s,").next()).unwrap_or_default();
     let digits: String = seconds.split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).collect();
     assert!(!digits.is_empty() && digits.trim_matches('0').len() <= 3, "{printed}");
+    Ok(())
+}
+
+/// Steps of 0.02 s and 0.03 s do not resolve the bending: a single run of them ends with exit code 6.
+const STEPS: &str = "scene = \"crank-slider\"\nuntil_s = 2\nmethod = \"grid\"\n\
+    [[vary]]\nkey = \"solver.step_s\"\nvalues = [0.002, 0.02, 0.03]\n\
+    [[vary]]\nkey = \"slider.mass_kg\"\nvalues = [0.1, 0.2, 0.3]\n";
+
+#[test]
+fn regress_runs_that_are_not_to_be_trusted_are_counted_apart_and_not_drawn() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), STEPS)?;
+    let (code, printed, said) = flexcrank(at, &["sweep", "s.toml"])?;
+    let counts = "\n         3  done\n         6  done, not to be trusted: the energy balance is off\n";
+    assert!(code == Some(0) && printed.ends_with(counts), "{printed}");
+    let warning = "warning: 6 runs ended unbalanced, such as run 3: not to be trusted: the energy balance was off by ";
+    let remedy = "not to be trusted: `flexcrank check SCENE` suggests a step; `flexcrank trade SCENE` chooses one; SCENE is the \
+        campaign's scene with the values of run 3\n";
+    assert!(said.starts_with(warning) && said.ends_with(remedy), "{said}");
+    let drawn = flexcrank(at, &["sweep", "s.toml", "--plot", "plots", "--scalars", "pivot_peak_force_n"])?;
+    assert!(drawn.0 == Some(0) && drawn.2.starts_with("warning: 6 runs not drawn: "), "{drawn:?}");
+    let campaign = Campaign::open(&at.join("s.toml"))?;
+    let points = points(&campaign, &at.join("s.sweep"), &["pivot_peak_force_n".to_owned()])?;
+    assert_eq!((points.keys[0].values.clone(), points.left_out), (vec![0.002; 3], 6));
+    Ok(())
+}
+
+#[test]
+fn regress_samples_of_runs_that_are_not_to_be_trusted_have_no_indices() -> Outcome {
+    // The thesis's integrator takes energy away in steps of 0.1 s.
+    let two_point = SCENE.replace("runge-kutta", "two-point");
+    let (campaign, folder) = (campaign(&format!("{two_point}method = \"sobol\"\nsamples = 2\n{ROD}"))?, tempfile::tempdir()?);
+    run(&campaign, folder.path(), None)?;
+    let merged = merge(&campaign, folder.path(), &folder.path().join("table.parquet"))?;
+    assert_eq!((merged.rows, merged.untrusted.map(|untrusted| untrusted.count)), (6, Some(6)));
+    assert!(sensitivity(&campaign, folder.path(), &[])?.is_empty());
+    Ok(())
+}
+
+#[test]
+fn regress_a_listed_value_that_its_key_never_allows_is_warned_of_before() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    // A rod of 0.4 m is long enough for a crank of 0.3 m.
+    let text = "scene = \"crank-slider\"\nset = [\"solver.model=rigid\"]\nuntil_s = 0.01\nmethod = \"grid\"\n\
+        [[vary]]\nkey = \"slider.mass_kg\"\nvalues = [0.1, -3]\n[[vary]]\nkey = \"rod.length_m\"\nvalues = [1.5, 0.4]\n\
+        [[vary]]\nkey = \"crank.length_m\"\nvalues = [0.5, 0.3]\n";
+    fs::write(folder.path().join("s.toml"), text)?;
+    let (code, _, said) = flexcrank(folder.path(), &["sweep", "s.toml"])?;
+    let warning = "warning: slider.mass_kg = -3: must be a number from 0 to 1e9; its 4 runs will be refused\n";
+    assert!(code == Some(0) && said.starts_with(warning) && said.matches("will be refused").count() == 1, "{said}");
+    assert!(said.contains("warning: 5 runs ended as refused"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_scene_and_a_campaign_are_told_the_command_of_the_other() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), format!("{SCENE}method = \"sobol\"\nsamples = 2\n{ROD}"))?;
+    let (_, scene, _) = flexcrank(at, &["scenes", "thesis-beam"])?;
+    let (mechanism, _) = scene.split_once("[solver]").ok_or("no [solver]")?;
+    fs::write(at.join("mine.toml"), mechanism)?;
+    for words in [&["run", "s.toml", "--no-bus"][..], &["check", "s.toml", "--set", "rod.length_m=1"], &["trade", "s.toml"]] {
+        let (code, _, said) = flexcrank(at, words)?;
+        let hint = "error: s.toml: is a campaign, not a scene: `flexcrank sweep s.toml` runs it\n";
+        assert!(code == Some(2) && said == hint, "{words:?}: {said}");
+    }
+    for name in ["mine.toml", "thesis-beam"] {
+        let (code, _, said) = flexcrank(at, &["sweep", name])?;
+        let hint = format!("error: {name}: is a scene, not a campaign: `flexcrank run {name}` runs it; ");
+        assert!(code == Some(2) && said.starts_with(&hint), "{said}");
+    }
+    assert_eq!(fs::read_dir(at)?.count(), 2, "nothing is made");
     Ok(())
 }

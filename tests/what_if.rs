@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::cell::Cell;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -115,6 +116,90 @@ fn regress_a_driving_torque_after_lost_samples_is_not_compared() -> Outcome {
     let less =
         rewritten(&file, "less.mcap", &|n, message| as_is(n, message).filter(|_| !(100..130).contains(&n)), &str::to_owned)?;
     assert_eq!(torque_difference_nm(&less, "heavy.mcap", &["slider.mass_kg=2"])?, 0.0);
+    Ok(())
+}
+
+/// Runs `what-if` in a folder: exit code, standard output and standard error.
+fn told(folder: &Path, words: &[&str]) -> Outcome<(Option<i32>, String, String)> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    let ended = command.arg("what-if").args(words).current_dir(folder).stdin(Stdio::null()).output()?;
+    Ok((ended.status.code(), String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?))
+}
+
+/// Four of five samples of the loads are lost: before each of the others, samples are missing.
+#[test]
+fn regress_a_driving_torque_that_is_never_compared_is_not_the_same() -> Outcome {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::Hz(300.0))?.finish()?;
+    let loads = Cell::new(0_u32);
+    let is_kept = |topic: &str| {
+        let is_loads = topic.ends_with("/loads");
+        loads.set(loads.get() + u32::from(is_loads));
+        !is_loads || loads.get().is_multiple_of(5)
+    };
+    let file = folder.path().join("run.mcap");
+    rewritten(&file, "less.mcap", &|n, message| as_is(n, message).filter(|_| is_kept(&message.channel.topic)), &str::to_owned)?;
+    let (code, printed, said) = told(folder.path(), &["less.mcap", "--set", "slider.mass_kg=2", "--record", "heavy.mcap"])?;
+    assert_eq!(code, Some(0), "{said}");
+    let torque = printed.lines().find(|line| line.contains("driving torque")).unwrap_or_default();
+    assert!(torque.contains(" was not compared: "), "{printed}");
+    Ok(())
+}
+
+/// The only step ends between two samples.
+#[test]
+fn regress_a_what_if_whose_steps_reach_no_sample_claims_no_agreement() -> Outcome {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::Hz(300.0))?.finish()?;
+    let (code, printed, said) = told(folder.path(), &["run.mcap", "--set", "solver.step_s=0.7777", "--record", "long.mcap"])?;
+    assert_eq!(code, Some(0), "{said}");
+    let compared = "only the beginning was compared: the changed session's steps reach no later sample";
+    assert_eq!(printed.lines().last(), Some(compared), "{printed}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_what_if_that_ends_badly_names_a_remedy() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");
+    let remedy = "`flexcrank check SCENE` suggests a step; `flexcrank trade SCENE` chooses one; SCENE is the recorded scene with";
+    for (step, code, line) in [("0.1", 6, format!("not to be trusted: {remedy}")), ("5.0", 4, remedy.to_owned())] {
+        let change = format!("solver.step_s={step}");
+        let (ended, _, said) = told(folder.path(), &[sample, "--set", &change, "--record", &format!("{step}.mcap")])?;
+        let last = said.lines().last().unwrap_or_default();
+        assert!(ended == Some(code) && last.starts_with(&line), "{step}: {ended:?} {said}");
+    }
+    Ok(())
+}
+
+/// The recorded pulse is within the limit of its own scene.
+#[test]
+fn regress_a_change_that_refuses_a_recorded_torque_is_not_blamed_on_the_recording() -> Outcome {
+    let service = Service::start(scene(&[])?, Pace::Factor(20.0), None, PublishRate::Hz(200.0))?;
+    let listener = Listener::new(&service.client, &service.name)?;
+    let pulse = wire::TorquePulse { torque_nm: 5.0, duration_s: 0.1, ..wire::TorquePulse::default() };
+    assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+    listener.wait_for(Topic::Angles, 100, Duration::from_secs(60))?;
+    let (_, folder) = service.stop()?;
+    let change = ["run.mcap", "--set", "commands.torque_limit_nm=2", "--record", "limited.mcap"];
+    let (code, _, said) = told(folder.path(), &change)?;
+    let refusal = "error: run.mcap: the change does not suit the recorded session: at t = ";
+    assert!(code == Some(2) && said.starts_with(refusal), "{code:?} {said}");
+    let why = " s, a recorded torque would be refused: |torque_nm| = 5 is over the scene's limit of 2 N·m on the mean torque";
+    assert!(said.contains(why), "{said}");
+    assert!(!folder.path().join("limited.mcap").exists());
+    Ok(())
+}
+
+#[test]
+fn regress_a_what_if_warns_of_numbers_that_the_change_makes_suspect() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");
+    let warned = |change: &str, name: &str| -> Outcome<usize> {
+        let (_, _, said) = told(folder.path(), &[sample, "--set", change, "--record", name])?;
+        Ok(said.lines().filter(|line| line.starts_with("warning: start.angle_rad")).count())
+    };
+    assert_eq!((warned("start.angle_rad=180", "degrees.mcap")?, warned("slider.mass_kg=2", "heavy.mcap")?), (1, 0));
+    let (_, _, said) = told(folder.path(), &["degrees.mcap", "--set", "slider.mass_kg=2", "--record", "both.mcap"])?;
+    assert!(!said.contains("radians"), "the recorded scene had it already: {said}");
     Ok(())
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::keys::Name;
 use super::zenoh_messages::message_of;
+use crate::nearest::nearest;
 use crate::shown::shown_sentence;
 
 /// The bus could not be opened, or a request on it failed.
@@ -50,7 +51,7 @@ pub enum BusError {
     )]
     NoLocalService,
     /// No service has this name.
-    #[error("no service named `{name}` answers{}: start it with `flexcrank run --name {name}`", others(.found))]
+    #[error("no service named `{name}` answers{}", others(name, found))]
     NoSuchService {
         /// The requested name.
         name: Name,
@@ -86,13 +87,13 @@ pub enum BusError {
     },
 }
 
-fn others(found: &[Name]) -> String {
-    match found {
-        [] => String::new(),
-        found => {
-            let names: Vec<String> = found.iter().map(Name::to_string).collect();
-            format!(" (running: {})", names.join(", "))
-        }
+/// The services found, and a way on: the one that was probably meant, or a start.
+fn others(name: &Name, found: &[Name]) -> String {
+    let found: Vec<String> = found.iter().map(Name::to_string).collect();
+    let running = if found.is_empty() { String::new() } else { format!(" (running: {})", found.join(", ")) };
+    match nearest(&name.to_string(), found.iter().map(String::as_str)) {
+        Some(near) => format!("{running}; did you mean `{near}`? `flexcrank run --name {name}` starts another"),
+        None => format!("{running}: start it with `flexcrank run --name {name}`"),
     }
 }
 

@@ -3,6 +3,7 @@
 use std::io::{self, Write as _};
 
 use super::output::output;
+pub(super) use crate::shown::figure;
 use crate::shown::shown_name;
 
 /// Prints rows in aligned columns: those before column `figures` to the left, the others to the right. A cell may be a name from outside.
@@ -60,23 +61,9 @@ fn narrowed(rows: &[Vec<String>]) -> Vec<Vec<String>> {
     rows.iter().map(|row| row.iter().zip(&widths).map(cut).collect()).collect()
 }
 
-/// Formats with six significant digits, and a power of ten only where needed.
-pub(super) fn figure(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude == 0.0 {
-        return "0".to_owned();
-    }
-    if !(1e-4..1e7).contains(&magnitude) {
-        return format!("{value:.5e}");
-    }
-    let digits = (5 - magnitude.log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{figure, narrowed};
+    use super::narrowed;
 
     #[test]
     fn prop_narrow_tables_keep_the_ends_of_long_cells() {
@@ -87,19 +74,5 @@ mod tests {
         assert!(length <= 80 && rows[1][2].starts_with('…') && rows[1][2].ends_with("T120000Z.mcap"), "{rows:?}");
         assert_eq!(rows[1][..2], row(["crank", "crank-slider", ""])[..2]);
         assert_eq!(narrowed(&[row(["a", "b", "c"])]), [row(["a", "b", "c"])]);
-    }
-
-    #[test]
-    fn val_figures_have_six_digits() {
-        for (value, text) in [
-            (0.0, "0"),
-            (-0.25, "-0.25"),
-            (157.07963267948966, "157.08"),
-            (1234567.0, "1234567"),
-            (1e-13, "1.00000e-13"),
-            (0.00123456789, "0.00123457"),
-        ] {
-            assert_eq!(figure(value), text);
-        }
     }
 }

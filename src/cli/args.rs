@@ -3,6 +3,7 @@
 use clap_complete::engine::ArgValueCompleter;
 
 use std::any::TypeId;
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write as _};
 use std::process::ExitCode;
 
@@ -12,6 +13,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use super::failure::Failure;
 use super::output::of_standard_output;
+use super::values::{finite, seconds};
 use crate::decimal_comma::decimal_comma_hint;
 
 const EXAMPLES: &str = "\
@@ -48,9 +50,9 @@ impl Cli {
 
     /// Parses the arguments of the process. Help and errors are printed, and end in their exit code.
     pub(super) fn of_process() -> Result<Cli, ExitCode> {
-        let mut command = Cli::complete_command();
-        let parsed = command.try_get_matches_from_mut(std::env::args_os());
-        parsed.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|error| print(with_tips(error, &command)))
+        let (mut command, words) = (Cli::complete_command(), std::env::args_os().collect::<Vec<_>>());
+        let parsed = command.try_get_matches_from_mut(&words);
+        parsed.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|error| print(with_tips(error, &command, &words)))
     }
 }
 
@@ -63,18 +65,20 @@ fn print(error: clap::Error) -> ExitCode {
     }
 }
 
-/// Adds a way on to an error of the arguments: the commands there are, the place of a scene and of options, or a decimal point.
-fn with_tips(mut error: clap::Error, root: &clap::Command) -> clap::Error {
-    let words = std::env::args_os().skip(1);
-    let innermost = words.fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
+/// Adds a way on to an error of the arguments: the commands there are, the place of a scene and of options, a decimal point, or a
+/// value in one word.
+fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -> clap::Error {
+    let innermost = words.iter().skip(1).fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
     let command = if innermost.has_subcommands() { innermost } else { root };
     let given = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].iter().find_map(|kind| error.get(*kind));
     let given = given.map(ToString::to_string).unwrap_or_default();
     let (is_option, is_root) = (given.starts_with('-'), innermost.get_name() == root.get_name());
+    let joined = in_one_word(&given, innermost, words);
     let tip = match error.kind() {
         Kind::InvalidSubcommand | Kind::UnknownArgument if is_root && (is_option || given.contains(['.', '/'])) => {
             Some(format!("scenes and options of a run stand after `run`: flexcrank run {given}"))
         }
+        Kind::UnknownArgument if joined.is_some() => joined,
         // After other arguments, a word that is no command counts as one argument too many.
         Kind::InvalidSubcommand => Some(names(command)),
         Kind::UnknownArgument if !is_option && innermost.has_subcommands() => Some(names(command)),
@@ -92,6 +96,21 @@ fn with_tips(mut error: clap::Error, root: &clap::Command) -> clap::Error {
         None => {}
     }
     error
+}
+
+/// A tip for a word that belongs to the one before it: the unit of a time, or the value of an option that needs an equals sign.
+fn in_one_word(given: &str, command: &clap::Command, words: &[OsString]) -> Option<String> {
+    let needs_equals = |option: &str| {
+        let long = option.strip_prefix("--");
+        long.is_some() && command.get_arguments().any(|arg| arg.get_long() == long && arg.is_require_equals_set())
+    };
+    words.windows(2).filter(|pair| pair[1] == *given).find_map(|pair| match pair[0].to_str()? {
+        number if finite(number).is_some() && seconds(&format!("{number}{given}")).is_some() => {
+            Some(format!("a time is written without a space: {number}{given}"))
+        }
+        option if needs_equals(option) => Some(format!("the value follows an equals sign: {option}={given}")),
+        _ => None,
+    })
 }
 
 /// The commands of a command.
@@ -232,9 +251,11 @@ impl Default for Command {
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsString;
+
     use clap::error::ErrorKind;
 
-    use super::{Cli, CommandFactory as _, numbers_may_be_negative};
+    use super::{Cli, CommandFactory as _, numbers_may_be_negative, with_tips};
 
     #[test]
     fn prop_the_command_line_is_sound() {
@@ -273,6 +294,27 @@ mod tests {
             ["pulse --torque -5 --duration 1", "modes --angle -5:5:1", "modes --speed -20:20:5", "run --scene-updates --no-bus"]
         {
             assert_eq!(parse(line).err().map(|error| error.to_string()), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn regress_a_value_in_two_words_is_refused_with_the_word_to_write() {
+        for (line, tip) in [
+            ("pulse crank --torque 5 --duration 50 ms", "a time is written without a space: 50ms"),
+            ("trade crank-slider --budget 4 m", "a time is written without a space: 4m"),
+            ("run crank-slider --until 1.5 min --no-record", ""),
+            ("setpoint crank --hold 10 ms --torque 5", "a time is written without a space: 10ms"),
+            ("list --wait 3s", "the value follows an equals sign: --wait=3s"),
+            ("control crank pause --wait 3s", "the value follows an equals sign: --wait=3s"),
+            ("pulse crank --torque 5 Nm --duration 1", ""),
+            ("guide bus ms", ""),
+        ] {
+            let words: Vec<OsString> = std::iter::once("flexcrank").chain(line.split(' ')).map(OsString::from).collect();
+            let mut command = Cli::complete_command();
+            let refused = command.try_get_matches_from_mut(&words).err();
+            let said = refused.map(|error| with_tips(error, &command, &words).to_string()).unwrap_or_default();
+            let found = said.split_once("tip: ").and_then(|(_, tip)| tip.lines().next()).unwrap_or_default();
+            assert_eq!(found, tip, "{line}: {said}");
         }
     }
 

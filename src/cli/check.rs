@@ -15,6 +15,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
 use super::progress;
+use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{slowest_motion, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
 use super::trial_run::Trial;
@@ -39,13 +40,16 @@ The scene is run over 2 s, a second after its last pulse, or two turns of its dr
     error. Such a run takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance; `trade` measures which \
     step suffices.
 
+A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
+    at which a link bends.
+
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
     `axial = true` is recommended from 10 % of the largest deflection on.
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from rest), \
-    lowest_hz, highest_hz, balance_error (largest, over the energy in play), out_of_range (largest deflection over length, if the \
-    model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, force_n, shortening_m, \
-    deflection_m, recommends_axial); null for what does not exist.
+    lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
+    out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, \
+    reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
     diverges, 6 its energy balance leaves solver.balance_tolerance.";
@@ -80,6 +84,7 @@ struct Checked {
     falling: Option<usize>,
     lowest_hz: Option<f64>,
     highest_hz: Option<f64>,
+    lowest_bending_hz: Option<f64>,
     balance_error: Option<f64>,
     out_of_range: Option<f64>,
     step_cost_s: Option<f64>,
@@ -102,7 +107,8 @@ struct ShorteningLine {
 pub(super) fn check(args: &Args) -> CommandResult {
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let scene = &source.scene;
-    let mut simulation = build(&source)?;
+    let warn_of_suspects = || suspect_numbers(&source).iter().for_each(|warning| say!("warning: {warning}"));
+    let mut simulation = build(&source).inspect_err(|_| warn_of_suspects())?;
     let bar = progress::elapsed("running the scene");
     let found = Vibrations::of_scene(scene);
     let vibrations = found.as_ref().copied().unwrap_or_default();
@@ -121,6 +127,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         falling: vibrations.map(|vibrations| vibrations.falling),
         lowest_hz: frequencies_hz.map(|[lowest_hz, _]| lowest_hz),
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
+        lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
         balance_error: trial.balance_error,
         out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
@@ -141,7 +148,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         let outcome = if wrong_turn { "expect wrong motion" } else { "a vibration of that frequency comes out wrong" };
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: {outcome}");
     }
-    suspect_numbers(scene).iter().for_each(|warning| say!("warning: {warning}"));
+    warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}"));
     match trial.verdict {
@@ -150,7 +157,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
             Ok(ExitStatus::Diverged)
         }
         Ok(EnergyVerdict::Unbalanced { worst_j, in_play_j }) => {
-            say!("warning: {}", unbalanced(worst_j, in_play_j));
+            say_reason!("warning: {}", unbalanced(worst_j, in_play_j));
             Ok(ExitStatus::Untrusted)
         }
         Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => Ok(ExitStatus::Success),
@@ -211,6 +218,9 @@ impl Checked {
         }
         let suggested = self.suggested_step_s.map_or("none".to_owned(), |step_s| format!("{step_s} s"));
         writeln!(out, "  suggested    {suggested}: {reason}")?;
+        if let Some(remark) = self.lowest_bending_hz.and_then(|bending_hz| bending_beyond_default(bending_hz, *step_s)) {
+            writeln!(out, "  published    {remark}")?;
+        }
         self.shortening.iter().try_for_each(|line| writeln!(out, "  shortening   {line}"))
     }
 }

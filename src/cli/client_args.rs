@@ -5,18 +5,19 @@ use std::time::{Duration, Instant};
 use super::bus_args::BusArgs;
 use super::failure::{CommandResult, Failure};
 use super::signals::interruption_leaves;
-use super::values::positive_time;
+use super::values::{positive_time, seconds};
 use crate::bus::{self, BusError, Name, Session, client};
 
 /// Time between two looks for a service that is not there yet.
 const RETRY_PERIOD: Duration = Duration::from_millis(100);
+/// Longest wait where `--wait` states none, s.
+const USUAL_WAIT_S: f64 = 60.0;
 
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(super) struct ClientArgs {
     /// Wait until the service is on the bus, at most this time (a minute if none is given), instead of failing.
-    #[arg(long, global = true, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "1min")]
-    #[arg(value_parser = positive_time)]
-    wait: Option<f64>,
+    #[arg(long, global = true, value_name = "TIME", num_args = 0..=1, require_equals = true, value_parser = positive_time)]
+    wait: Option<Option<f64>>,
     #[command(flatten)]
     pub bus: BusArgs,
 }
@@ -24,15 +25,25 @@ pub(super) struct ClientArgs {
 impl ClientArgs {
     /// Opens a session on which the service is present.
     pub(super) fn open(&self, name: &Name) -> CommandResult<Session> {
+        self.refuse_time_as_name(name)?;
         self.waiting_for(&format!("`{name}`"), || self.try_open(name))
+    }
+
+    /// Refuses a name that was meant as the time to wait: `--wait 3s`.
+    fn refuse_time_as_name(&self, name: &Name) -> CommandResult<()> {
+        if self.wait == Some(None) && seconds(&name.to_string()).is_some() {
+            let why = format!("`{name}` is read as the name of a service: --wait={name} waits that long");
+            return Err(Failure::Usage(format!("{why}; --wait=1min waits for a service of this name")));
+        }
+        Ok(())
     }
 
     /// Tries until it succeeds, or fails for a reason that waiting does not mend, or the time to wait is over.
     pub(super) fn waiting_for<T>(&self, awaited: &str, attempt: impl Fn() -> Result<T, BusError>) -> CommandResult<T> {
-        let begun = Instant::now();
+        let (begun, longest_s) = (Instant::now(), self.wait.map(|given_s| given_s.unwrap_or(USUAL_WAIT_S)));
         interruption_leaves("nothing was sent".to_owned());
         loop {
-            match (attempt(), self.wait) {
+            match (attempt(), longest_s) {
                 (Err(error), Some(wait_s)) if may_appear(&error) => {
                     if begun.elapsed().as_secs_f64() > wait_s {
                         return Err(Failure::Failed(format!("{awaited} did not appear in {wait_s} s: {error}")));

@@ -99,7 +99,9 @@ usage! {
     NoModes: |error| !matches!(error, NoModes::NotFound),
     NotSuited: |_| true,
     PlotError: |error| matches!(error, PlotError::Request(_)),
-    RecordingError: |error| matches!(error, RecordingError::Column { .. } | RecordingError::Outside { .. }),
+    RecordingError: |error| {
+        matches!(error, RecordingError::Column { .. } | RecordingError::Absent { .. } | RecordingError::Outside { .. })
+    },
     ResimulationError: ResimulationError::is_usage,
     ServiceError: |error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }),
     StepError: |_| false,

@@ -5,6 +5,7 @@ use super::failure::{CommandResult, Failure};
 use super::progress::elapsed;
 use super::small_motion_args::{Chosen, SubjectArgs};
 use super::values::finite;
+use crate::shown::shown_s;
 use crate::small_motion::{NoModes, Point, StateSpace};
 
 /// Most states: matrices of this size have 32 MB each.
@@ -66,7 +67,7 @@ impl LinearArgs {
             (false, false) => ", crank free",
         };
         let at = match (&chosen.instant, self.speed) {
-            (Some((_, time_s)), _) => format!(" at t = {time_s} s"),
+            (Some((_, time_s)), _) => format!(" at t = {} s", shown_s(*time_s)),
             _ if chosen.subject.is_oscillator() => String::new(),
             (None, speed) => {
                 let turning = speed.map(|speed| format!(", turning at {} rad/s", figure(speed))).unwrap_or_default();

@@ -33,7 +33,8 @@ pub(super) enum Format {
 /// Amount of logging.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub(super) struct Volume {
-    /// Print results and errors only: no progress, no warnings, no lines about the start and the end.
+    /// Print only results, errors, and the reason for an exit code other than 0: no progress, no other warnings, no lines about
+    /// the start and the end.
     #[arg(long, short, global = true, conflicts_with = "verbose")]
     quiet: bool,
     /// Log more, also of the bus; twice: for debugging. RUST_LOG goes before.
@@ -55,20 +56,24 @@ impl Volume {
 /// Whether lines are JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
 
-/// Whether only errors are shown.
+/// Whether only errors and reasons are shown.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Whether only errors are shown, and no progress.
+/// Whether only errors and reasons are shown, and no progress.
 pub(super) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints a line to standard error in the log format, at the level that its first word shows. Failure is ignored: if the terminal
-/// is gone, the command still runs to its end.
+/// Prints a line as [`say_reason`] does; with `--quiet`, only an error.
 pub(super) fn say(line: &str) {
-    if is_quiet() && !line.starts_with("error: ") {
-        return;
+    if !is_quiet() || line.starts_with("error: ") {
+        say_reason(line);
     }
+}
+
+/// Prints a line to standard error in the log format, at the level that its first word shows, also with `--quiet`. Failure is
+/// ignored: if the terminal is gone, the command still runs to its end.
+pub(super) fn say_reason(line: &str) {
     let line = if JSON.load(Ordering::Relaxed) { as_json(line) } else { line.to_owned() };
     // In one piece, so that the lines of programs beside each other do not mix.
     messages().write_all(format!("{line}\n").as_bytes()).unwrap_or(());

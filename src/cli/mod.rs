@@ -5,6 +5,11 @@ macro_rules! say {
     ($($said:tt)*) => { $crate::cli::log::say(&format!($($said)*)) };
 }
 
+/// Prints the reason for an exit code other than 0, like `say!`, but also with `--quiet`.
+macro_rules! say_reason {
+    ($($said:tt)*) => { $crate::cli::log::say_reason(&format!($($said)*)) };
+}
+
 mod aligned_table;
 mod args;
 mod async_runtime;
@@ -52,6 +57,7 @@ mod run;
 mod run_args;
 mod run_conclusion;
 mod run_levels;
+mod sample_intervals;
 mod sequence;
 mod service_names;
 mod setpoint;
@@ -60,6 +66,7 @@ mod small_motion_args;
 mod stability;
 mod state_space_file;
 mod status_line;
+mod suggested_rate;
 mod suggested_step;
 mod supervise;
 mod suspect_numbers;
@@ -73,6 +80,7 @@ mod trial_run;
 mod turning;
 mod values;
 mod verify;
+mod vibration_sampling;
 mod watch;
 mod what_if;
 mod written;

@@ -193,7 +193,7 @@ impl Swept {
             say!("warning: at {}{unit}: {refusal}", figure(*value));
         }
         if interruption.is_asked() && done + self.refusals.len() < self.values.len() {
-            say!("warning: interrupted: {done} of {} points were done", self.values.len());
+            say_reason!("warning: interrupted: {done} of {} points were done", self.values.len());
             return Ok(ExitStatus::Interrupted);
         }
         if self.refusals.is_empty() {

@@ -308,7 +308,7 @@ impl Chart<'_> {
         let refused: usize = refusals.iter().map(|(_, speeds)| speeds.len()).sum();
         let (all, done) = (self.rows.len() * self.speeds.len(), self.motions().count());
         if interruption.is_asked() && done + refused < all {
-            say!("warning: interrupted: {done} of {all} motions were found");
+            say_reason!("warning: interrupted: {done} of {all} motions were found");
             return Ok(ExitStatus::Interrupted);
         }
         match refused {

@@ -93,10 +93,12 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let sources = args.files.iter().enumerate().map(open).collect::<CommandResult<Vec<_>>>();
     bar.finish_and_clear();
     let mut sources = sources?;
-    if args.y.is_empty() {
-        let sentences = |source: &Source| [source.straight_links(), source.coarse_turning()];
-        sources.iter().flat_map(sentences).flatten().for_each(|sentence| say!("{sentence}"));
-    }
+    let sentences = |source: &Source| {
+        let of_figures = || [source.straight_links(), source.coarse_turning(), source.interrupted_study()];
+        let of_all = args.y.is_empty().then(of_figures).into_iter().flatten();
+        of_all.chain([source.rare_samples(&args.y)]).flatten()
+    };
+    sources.iter().flat_map(sentences).for_each(|sentence| say!("{sentence}"));
     if args.overlay {
         tell_apart(&mut sources);
     }
@@ -180,7 +182,11 @@ fn write_file(args: &Args, entries: &[Entry]) -> CommandResult<()> {
     };
     let [entry] = entries else {
         let count = entries.len();
-        let one = if args.y.is_empty() { "choose one figure with --y" } else { "lay the files over one another with --overlay" };
+        let one = match (args.y.is_empty(), args.overlay) {
+            (true, _) => "choose one figure with --y",
+            (false, false) => "lay the files over one another with --overlay",
+            (false, true) => "choose one horizontal axis with --x",
+        };
         return Err(refused(format!("{name} would hold {count} figures: name a folder with -o, or {one}")));
     };
     if entry.picture.formats(&[format]) != [format] {

@@ -3,12 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::failure::{CommandResult, Failure};
+use super::sample_intervals::regular_s;
 use super::turning::coarse_turning;
+use super::vibration_sampling::rare_samples;
 use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
 use crate::scene::{ModelKind, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
+use crate::study::trade::INTERRUPTED;
 use crate::text_file;
 
 /// The first bytes of a Parquet file.
@@ -77,6 +80,19 @@ impl Source {
         Some(format!("{}: {sentence}", self.path.display()))
     }
 
+    /// A sentence about vibrations of links that the samples are too rare to show; `None` if they do, or if neither deflections nor
+    /// forces are among the columns that are drawn. Without columns, everything is drawn.
+    pub fn rare_samples(&self, ys: &[String]) -> Option<String> {
+        let loads = self.topic("loads");
+        // Either topic may have a rate of its own.
+        let are_loads_as_rare = regular_s(loads) >= regular_s(self.displacements());
+        let is_load = |name: &str| are_loads_as_rare && !name.starts_with("stamp.") && loads.column(name).is_some();
+        let vibrates = |name: &str| name.ends_with(".deflection_m") || is_load(name);
+        let is_drawn = ys.is_empty() || ys.iter().any(|given| self.column_name(given).is_ok_and(vibrates));
+        let sentence = is_drawn.then(|| rare_samples(self.displacements()))??;
+        Some(format!("{}: {sentence}", self.path.display()))
+    }
+
     /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if
     /// there are none.
     pub fn straight_links(&self) -> Option<String> {
@@ -91,6 +107,13 @@ impl Source {
         let (file, links) = (self.path.display(), straight.join(" and "));
         let why = "there are no nodes between the pins; elements = 4 in the scene publishes some";
         (!straight.is_empty()).then(|| format!("{file}: no deflections of {links}: {why}"))
+    }
+
+    /// A sentence about a table of `trade` that is a part; `None` of any other file.
+    pub fn interrupted_study(&self) -> Option<String> {
+        let table = &self.tables.first()?.table;
+        let is_part = !self.recorded && table.column(INTERRUPTED).is_some() && plot::work_precision(table).is_some();
+        is_part.then(|| format!("{}: a part of the configurations, because `trade` was interrupted", self.path.display()))
     }
 
     /// Its figures, each with the name of its part of the file. Their titles do not name the file.
@@ -166,7 +189,7 @@ fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, 
         say!("warning: {} is not protobuf and was left out", shown_name(&topic));
     }
     if contents.cut_off {
-        say!("warning: {} ends early; everything before is drawn", file.display());
+        say_reason!("warning: {} ends early; everything before is drawn", file.display());
     }
     let named = |topic: TopicColumns| {
         let mut table = Table::default();

@@ -43,7 +43,7 @@ pub(super) struct Args {
     /// Name of the service.
     #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
-    /// Mean torque, N·m, positive counter-clockwise.
+    /// Mean torque, N·m, positive counter-clockwise. The scene's commands.torque_limit_nm limits it.
     #[arg(long, value_name = "NM", requires = "duration", value_parser = torque)]
     pub torque: Option<f64>,
     /// Duration.
@@ -55,7 +55,8 @@ pub(super) struct Args {
     /// Simulated time until the pulse begins.
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = pulse_delay)]
     pub delay: f64,
-    /// Shape of the pulse; both shapes have the impulse torque × duration.
+    /// Shape of the pulse; both shapes have the impulse torque × duration: rectangular peaks at the torque, raised-cosine at
+    /// twice that.
     #[arg(long, default_value = "rectangular")]
     pub shape: Shape,
     /// Id of the command; a retry under the same id is not applied again.

@@ -41,7 +41,7 @@ pub(super) fn recover(args: &Args) -> CommandResult {
         return Ok(ExitStatus::Success);
     }
     for line in describe(&loss, span_s) {
-        say!("lost: {line}");
+        say_reason!("lost: {line}");
     }
     Ok(ExitStatus::Lossy)
 }

@@ -172,7 +172,7 @@ pub(super) fn replay(args: ReplayArgs) -> CommandResult {
     // A replay without an end is over when it is interrupted.
     let early = was_interrupted.get() && !endless;
     if early {
-        say!("interrupted before the end of the recording");
+        say_reason!("interrupted before the end of the recording");
     }
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
@@ -188,10 +188,10 @@ fn conclude(report: &ReplayReport) -> ExitStatus {
         say!("warning: fell behind by more than a second {} times, without catching up", report.slips);
     }
     for topic in &report.left_out {
-        say!("warning: left out {topic}");
+        say_reason!("warning: left out {topic}");
     }
     if report.cut_off {
-        say!("warning: the recording ends early; everything before was replayed");
+        say_reason!("warning: the recording ends early; everything before was replayed");
     }
     if report.cut_off || !report.left_out.is_empty() { ExitStatus::Lossy } else { ExitStatus::Success }
 }

@@ -21,6 +21,7 @@ use super::service_names::{ServiceNames, on_the_bus};
 use super::signals::interrupted;
 use super::status_line::StatusLine;
 use super::supervise::supervise;
+use super::suspect_numbers::suspect_numbers;
 use crate::bus::{self, BusOptions, Name, Session};
 use crate::recording::{RecordingError, Split, paths};
 use crate::resimulation::BestLevelRun;
@@ -71,6 +72,9 @@ pub(super) fn run(mut args: Args) -> CommandResult {
     let done = conclude(&reports, &status_line.warnings(), remedy);
     let unfinished = reports.iter().any(|report| report.ending == Ending::Stopped);
     let early = args.until.is_some() && was_interrupted.get() && unfinished;
+    if early {
+        say_reason!("interrupted before --until");
+    }
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
 }
 
@@ -139,6 +143,8 @@ fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
     let mut all = Vec::new();
     for scene in &args.scene {
         let scene = SceneSource::open(scene, &args.overrides)?;
+        let whose = if args.scene.len() > 1 { format!("{}: ", scene.origin) } else { String::new() };
+        suspect_numbers(&scene).iter().for_each(|warning| say!("warning: {whose}{warning}"));
         let scene = if args.fixed_cost { with_fixed_cost(&scene)? } else { scene };
         for _ in 0..args.count {
             let simulation = build(&scene)?;

@@ -58,6 +58,7 @@ pub(super) struct Args {
     pub until: Option<f64>,
     /// Publishing rate: samples per simulated second, or all; or by topic (displacements, angles, loads, energies):
     /// 50,angles=all,energies=10. Energies have the rate of loads unless named. Default: 200, or the rate of the resumed session.
+    /// A vibration needs some 10 samples in a period: `check` names the rate for a link that bends faster than the default shows.
     #[arg(long, value_name = "HZ")]
     pub publish_hz: Option<PublishRates>,
     /// Policy for deadlines missed by more than a step: catch-up; skip (move the deadlines and report it); stop, with exit code 5; or

@@ -52,7 +52,7 @@ fn warn_of_losses(reports: &[LiveReport]) {
     let dropped: Vec<u64> = reports.iter().map(|report| report.dropped).filter(|dropped| *dropped > 0).collect();
     if !dropped.is_empty() {
         let (samples, services) = (dropped.iter().sum::<u64>(), dropped.len());
-        say!("warning: {} {LOST}, of {services} services", counted(samples, "sample"));
+        say_reason!("warning: {} {LOST}, of {services} services", counted(samples, "sample"));
     }
 }
 
@@ -86,7 +86,7 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
     };
     let mut lossy = report.dropped > 0;
     if lossy && !many {
-        say!("warning: {} {LOST}", counted(report.dropped, "sample"));
+        say_reason!("warning: {} {LOST}", counted(report.dropped, "sample"));
     }
     if report.unconverged > 0 {
         say!(
@@ -95,8 +95,9 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
         );
     }
     for recording in &report.recordings {
-        lossy |= recording.as_ref().map_or(true, |written| written.limited);
-        if !many || recording.is_err() {
+        let is_part = recording.as_ref().map_or(true, |written| written.limited);
+        lossy |= is_part;
+        if !many || is_part {
             report_recording(recording, &whose);
         }
     }
@@ -111,7 +112,7 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
         let warning = unbalanced(worst_j, in_play_j);
         // The same words may stand there since they were first true.
         if warning != warned {
-            say!("warning: {whose}{warning}");
+            say_reason!("warning: {whose}{warning}");
         }
         done = ExitStatus::Untrusted;
     }
@@ -120,10 +121,10 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
 
 fn report_recording(recording: &Result<Written, RecordingError>, whose: &str) {
     match recording {
-        Ok(Written { path, messages, limited }) => {
-            let early = if *limited { ", and then stopped: --max-recording-size" } else { "" };
-            say!("recorded {messages} messages to {}{early}", path.display());
+        Ok(Written { path, messages, limited: true }) => {
+            say_reason!("recorded {messages} messages to {}, and then stopped: --max-recording-size", path.display());
         }
+        Ok(Written { path, messages, .. }) => say!("recorded {messages} messages to {}", path.display()),
         Err(error) => say!("error: {whose}recording: {error}"),
     }
 }

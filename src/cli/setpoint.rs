@@ -27,7 +27,8 @@ pub(super) struct Args {
     /// Name of the service.
     #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
-    /// Torque, N·m, positive counter-clockwise. It adds to pulses and to the scene's constant torque.
+    /// Torque, N·m, positive counter-clockwise; the scene's commands.torque_limit_nm limits it. It adds to pulses and to the
+    /// scene's constant torque.
     #[arg(long, value_name = "NM", value_parser = torque)]
     pub torque: f64,
     /// Longest simulated time that the torque holds, 1us to 60s.

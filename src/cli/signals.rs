@@ -94,9 +94,9 @@ fn end() -> ! {
         let _ = io::stderr().write_all(b"\r\x1b[K");
     }
     match (discard_unfinished(), left().as_deref()) {
-        (_, Some(what)) => say!("interrupted: {what}"),
-        ([0, _], None) => say!("interrupted: nothing was written"),
-        ([finished, _], None) => say!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
+        (_, Some(what)) => say_reason!("interrupted: {what}"),
+        ([0, _], None) => say_reason!("interrupted: nothing was written"),
+        ([finished, _], None) => say_reason!("interrupted: {} written, the rest not", counted(finished as u64, "file")),
     }
     std::process::exit(130)
 }

@@ -310,7 +310,7 @@ fn conclude(swept: &[Swept]) -> CommandResult {
         say!("{}: {} (--set {})", end.category.as_str(), end.message, cell.overrides.join(" --set "));
     }
     if bad == 0 && counts[Category::NotRun.number()] > 0 {
-        say!("warning: interrupted: {} of {total} cells were not run", counts[Category::NotRun.number()]);
+        say_reason!("warning: interrupted: {} of {total} cells were not run", counts[Category::NotRun.number()]);
         return Ok(ExitStatus::Interrupted);
     }
     if bad > 0 { Err(Failure::Failed(format!("{bad} of {total} cells did not end cleanly"))) } else { Ok(ExitStatus::Success) }

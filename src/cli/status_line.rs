@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
+use super::log::is_quiet;
 use super::progress::visible;
 use crate::service::OnStatus;
 use crate::wire::{Status, status::State};
@@ -62,8 +63,8 @@ impl StatusLine {
         }
         let many = newest.len() > 1;
         let Some((kept, warned)) = newest.get_mut(index) else { return };
-        // Only the first warning is printed.
-        if status.state() == State::Running && !status.message.is_empty() && warned.is_empty() {
+        // Only the first warning is printed; with `--quiet`, the end of the run prints what its exit code is due to.
+        if status.state() == State::Running && !status.message.is_empty() && warned.is_empty() && !is_quiet() {
             warned.clone_from(&status.message);
             let whose = if many { format!("{name}: ") } else { String::new() };
             self.line.suspend(|| say!("warning: {whose}{}", status.message));
@@ -95,9 +96,14 @@ pub(super) fn state_word(status: &Status) -> &'static str {
     if paused { State::Paused.as_str_name() } else { status.state().as_str_name() }
 }
 
+/// State and simulated time, as a status line begins.
+pub(super) fn state_and_time(status: &Status) -> String {
+    let time_s = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
+    format!("{:<8} t {time_s:.3} s", state_word(status))
+}
+
 /// Formats a status as one line of at most 80 characters; of a run with an end, with the part that is done.
 pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
-    let time = status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s);
     let energy_j = status.kinetic_j.map(|kinetic_j| kinetic_j + status.strain_j.unwrap_or(0.0));
     let parts = [
         left(status, until_s),
@@ -107,7 +113,7 @@ pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
         status.sample_age_p99_s.map(|age_s| format!("age p99 {}", milliseconds(age_s))),
         energy_j.map(|energy_j| format!("energy {} J", significant(energy_j))),
     ];
-    let mut line = format!("{:<8} t {time:.3} s", state_word(status));
+    let mut line = state_and_time(status);
     for part in parts.into_iter().flatten() {
         if line.chars().count() + 2 + part.chars().count() <= WIDTH {
             line = format!("{line}  {part}");

@@ -37,7 +37,7 @@ fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>,
         shorter.solver.step_s = step_s;
         let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO).verdict);
         if trial.is_ok_and(|verdict| is_kept(&verdict)) {
-            let longer = format!("{reason}; {} s would suffice for that, but does not keep the energy balance", figure(first_s));
+            let longer = format!("{reason}; {first_s} s would suffice for that, but does not keep the energy balance");
             return (Some(step_s), if step_s == first_s { reason } else { longer });
         }
         if begun.elapsed() >= LONGEST {
@@ -45,7 +45,7 @@ fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>,
         }
         step_s = one_digit(0.5 * step_s);
     }
-    let none = format!("no step from {} s down to {} s keeps the energy balance", figure(first_s), figure(tried_s));
+    let none = format!("no step from {first_s} s down to {tried_s} s keeps the energy balance");
     match is_kept(&own.verdict) {
         true => (Some(scene.solver.step_s), format!("the scene's own: {none}")),
         false => (None, none),

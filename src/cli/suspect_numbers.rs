@@ -3,16 +3,38 @@
 use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
-use crate::scene::{Link, Scene};
+use crate::scene::{Link, Scene, SceneSource, builtin};
 
 /// Links are rarely this many times as long as one another.
 const LENGTH_RATIO: f64 = 100.0;
+/// No material is softer, Pa: the softest foams have this modulus.
+const SOFTEST_PA: f64 = 1e4;
+/// No material is stiffer, Pa: diamond has 1.2e12.
+const STIFFEST_PA: f64 = 1.3e12;
+/// Materials of this modulus, Pa, are far denser than [`LIGHTEST_KG_PER_M3`].
+const STIFF_PA: f64 = 1e9;
+/// Only foams and other soft materials are lighter, kg/m³. The densest material has 22.6 g/cm³.
+const LIGHTEST_KG_PER_M3: f64 = 25.0;
+/// Densities up to here, kg/m³, stand for none, in models of links without mass.
+const NO_DENSITY_KG_PER_M3: f64 = 1.0;
 
-/// The warnings of a scene.
-pub(super) fn suspect_numbers(scene: &Scene) -> Vec<String> {
+/// The warnings of a scene; of a built-in one, those of what was changed in it: the thesis's crank is a metre thick.
+pub(super) fn suspect_numbers(source: &SceneSource) -> Vec<String> {
+    let built_in = builtin::find(&source.origin).and_then(|found| SceneSource::parse(found.name, found.text, &[]));
+    built_in.map_or_else(|_| of_scene(&source.scene), |before| newly_suspect(&before.scene, &source.scene))
+}
+
+/// The warnings of a changed scene that it did not have before.
+pub(super) fn newly_suspect(before: &Scene, after: &Scene) -> Vec<String> {
+    let known = of_scene(before);
+    of_scene(after).into_iter().filter(|warning| !known.contains(warning)).collect()
+}
+
+fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
-    let bars = chain.links.iter().filter_map(no_slender_bar);
-    bars.chain(unlike_lengths(&chain.links)).chain(many_turns(chain.start.angle_rad)).collect()
+    let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link)];
+    let of_links = chain.links.iter().flat_map(of_link).flatten();
+    of_links.chain(unlike_lengths(&chain.links)).chain(many_turns(chain.start.angle_rad)).collect()
 }
 
 /// A warning of a section that is thicker than its link is long, as with sizes in mm. A rectangle of the height h has the second
@@ -25,6 +47,42 @@ fn no_slender_bar(link: &Link) -> Option<String> {
         format!("the {} is no slender bar: its section is some {height} m thick, and it is {length} m long", link.name.as_str())
     };
     (height_m > link.length_m).then(warning)
+}
+
+/// A warning of a modulus below that of any material, as with one in GPa or MPa.
+fn soft_material(link: &Link) -> Option<String> {
+    let given_pa = link.bar.filter(|_| !link.rigid)?.youngs_modulus_pa;
+    let (unit, exponent, _) = meant_modulus(given_pa)?;
+    let (name, given) = (link.name.as_str(), figure(given_pa));
+    Some(format!(
+        "{name}.youngs_modulus_pa = {given} is softer than any material: moduli are in Pa, and {given} {unit} is \
+         {given}e{exponent}"
+    ))
+}
+
+/// The unit that a modulus is probably in if no material is so soft, its power of ten, and the modulus in Pa. A rigid link may
+/// have none, which is 0.
+fn meant_modulus(given_pa: f64) -> Option<(&'static str, i32, f64)> {
+    let in_unit = |(unit, exponent)| (unit, exponent, given_pa * 10.0_f64.powi(exponent));
+    let is_soft = given_pa > 0.0 && given_pa < SOFTEST_PA;
+    [("GPa", 9), ("MPa", 6)].map(in_unit).into_iter().find(|(.., meant_pa)| is_soft && *meant_pa <= STIFFEST_PA)
+}
+
+/// A warning of a stiff material that is as light as a foam, as with a density in g/cm³.
+fn light_material(link: &Link) -> Option<String> {
+    let bar = link.bar?;
+    let modulus_pa = meant_modulus(bar.youngs_modulus_pa).map_or(bar.youngs_modulus_pa, |(.., meant_pa)| meant_pa);
+    let given = bar.density_kg_per_m3;
+    let is_light = given > NO_DENSITY_KG_PER_M3 && given < LIGHTEST_KG_PER_M3;
+    let warning = || {
+        let [given, meant] = [given, 1e3 * given].map(figure);
+        format!(
+            "{}.density_kg_per_m3 = {given} is lighter than any stiff material: densities are in kg/m³, and {given} g/cm³ is \
+             {meant}",
+            link.name.as_str()
+        )
+    };
+    (is_light && modulus_pa >= STIFF_PA).then(warning)
 }
 
 /// A warning of a link that is far longer than the other, as with a length in mm.
@@ -56,7 +114,7 @@ mod tests {
 
     fn warnings(scene: &str, overrides: &[&str]) -> Result<Vec<String>, SceneError> {
         let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
-        Ok(suspect_numbers(&SceneSource::open(scene, &overrides)?.scene))
+        Ok(suspect_numbers(&SceneSource::open(scene, &overrides)?))
     }
 
     #[test]
@@ -65,14 +123,50 @@ mod tests {
             ("rod.length_m=420", "the rod is 420 m long, 840 times as long as the crank (0.5 m): lengths are in m"),
             ("start.angle_rad=-90", "start.angle_rad = -90 is 14.3 turns: angles are in radians"),
             ("rod.section.height_m=20", "the rod is no slender bar: its section is some 20 m thick, and it is 1.5 m long"),
+            (
+                "rod.youngs_modulus_pa=210",
+                "rod.youngs_modulus_pa = 210 is softer than any material: moduli are in Pa, and 210 GPa is 210e9",
+            ),
+            (
+                "rod.youngs_modulus_pa=3200",
+                "rod.youngs_modulus_pa = 3200 is softer than any material: moduli are in Pa, and 3200 MPa is 3200e6",
+            ),
+            (
+                "rod.density_kg_per_m3=7.85",
+                "rod.density_kg_per_m3 = 7.85 is lighter than any stiff material: densities are in kg/m³, and 7.85 g/cm³ is 7850",
+            ),
         ] {
             assert_eq!(warnings("crank-slider", &[given])?, [warning]);
         }
         assert_eq!(warnings("crank-slider", &["rod.length_m=40", "start.angle_rad=-6.28"])?, [""; 0]);
+        let both = warnings("crank-slider", &["rod.youngs_modulus_pa=70", "rod.density_kg_per_m3=2.7"])?;
+        assert!(both.len() == 2 && both[0].ends_with("70 GPa is 70e9") && both[1].ends_with("2.7 g/cm³ is 2700"), "{both:?}");
         for scene in builtin::BUILTIN {
-            let said = warnings(scene.name, &[])?;
-            // The thesis's crank is a metre thick.
-            assert!(said.iter().all(|warning| warning.starts_with("the crank is no slender bar")), "{}: {said:?}", scene.name);
+            assert_eq!(warnings(scene.name, &[])?, [""; 0], "{}", scene.name);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn prop_what_a_built_in_scene_has_by_itself_is_suspect_in_a_copy_alone() -> Result<(), SceneError> {
+        let thesis = "thesis-crank-slider";
+        assert_eq!(warnings(thesis, &["start.angle_rad=180"])?, ["start.angle_rad = 180 is 28.6 turns: angles are in radians"]);
+        let copied = suspect_numbers(&SceneSource::parse("mine.toml", builtin::find(thesis)?.text, &[])?);
+        assert!(copied.len() == 1 && copied[0].starts_with("the crank is no slender bar"), "{copied:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn prop_soft_foams_and_links_without_mass_are_not_suspect() -> Result<(), SceneError> {
+        for given in [
+            ["rod.youngs_modulus_pa=1e4", "rod.density_kg_per_m3=5"],
+            ["rod.youngs_modulus_pa=1e7", "rod.density_kg_per_m3=20"],
+            ["rod.youngs_modulus_pa=2.1e11", "rod.density_kg_per_m3=1"],
+            ["rod.youngs_modulus_pa=2.1e11", "rod.density_kg_per_m3=1e-6"],
+            ["rod.youngs_modulus_pa=3.5e9", "rod.density_kg_per_m3=40"],
+            ["rod.youngs_modulus_pa=210", "rod.rigid=true"],
+        ] {
+            assert_eq!(warnings("crank-slider", &given)?, [""; 0], "{given:?}");
         }
         Ok(())
     }

@@ -12,12 +12,15 @@ use super::folders::{make_folder, may_be_folder, must_be_writable};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::bar;
+use super::run_conclusion::step_remedy;
 use super::signals::{Interruption, interruption_leaves};
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
+use crate::runtime::unbalanced;
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
-    Campaign, Ending, Merged, Shard, Spec, TableFormat, Worked, has_rows, merge, points, sensitivity, sensitivity_table, work,
+    Campaign, Ending, Merged, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows, merge, points, sensitivity,
+    sensitivity_table, work,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -96,6 +99,7 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
         Some(shard) => Some(shard),
         None => Shard::of_environment(|name| std::env::var(name).ok())?,
     };
+    warn_of_refused_values(&campaign);
     interruption_leaves("the rows so far are kept".to_owned());
     interruption.keeps(true);
     let worked = compute(&campaign, &folder, shard, args.jobs, &interruption)?;
@@ -105,6 +109,14 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
         (true, ..) => Ok(ExitStatus::Interrupted),
         (false, 0, None) => merged(&merge(&campaign, &folder, &table)?, &campaign),
         (false, ..) => Ok(ExitStatus::Success),
+    }
+}
+
+/// Warns of listed values that their keys never allow, before anything is computed.
+fn warn_of_refused_values(campaign: &Campaign) {
+    for RefusedValue { reason, runs } in campaign.refused_values() {
+        let runs = runs.map_or("runs".to_owned(), |runs| counted(runs, "run"));
+        say!("warning: {}; its {runs} will be refused", shown_sentence(&reason));
     }
 }
 
@@ -131,10 +143,10 @@ fn tell(worked: &Worked, campaign: &Campaign) -> CommandResult<()> {
     let share =
         if worked.rows < campaign.runs() { format!(" of this share, of {} in all", campaign.runs()) } else { String::new() };
     writeln!(output(), "{} runs{share}: {} computed, {} there before", worked.rows, worked.computed, worked.found)?;
-    if worked.left() > 0 {
-        let reason = if worked.interrupted { "interrupted: " } else { "" };
-        let others = if worked.interrupted { "not computed" } else { "left to other workers, who have them now" };
-        say!("{reason}{} runs {others}", worked.left());
+    match (worked.interrupted, worked.left()) {
+        (true, left) => say_reason!("interrupted: {left} runs not computed"),
+        (false, 0) => {}
+        (false, left) => say!("{left} runs left to other workers, who have them now"),
     }
     Ok(())
 }
@@ -159,10 +171,11 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
         three_digits(merged.seconds),
         merged.sha256
     )?;
-    for (ending, count) in &merged.endings {
-        writeln!(out, "{count:>10}  {}", ending.as_str())?;
+    for (count, ended) in counts(merged) {
+        writeln!(out, "{count:>10}  {ended}")?;
     }
     warn_of_failures(merged);
+    merged.untrusted.iter().for_each(|untrusted| warn_of_untrusted(untrusted, campaign));
     if merged.missing.is_empty() {
         return Ok(ExitStatus::Success);
     }
@@ -174,6 +187,27 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     let more = if merged.missing.len() > NAMED { ", …" } else { "" };
     let count = campaign.runs() - merged.rows;
     Err(Failure::Failed(format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))))
+}
+
+/// Number of runs by their end; those that are done, but not to be trusted, apart.
+fn counts(merged: &Merged) -> Vec<(u64, &'static str)> {
+    let untrusted = merged.untrusted.map_or(0, |untrusted| untrusted.count);
+    let apart = |(ending, count): (&Ending, &u64)| match ending {
+        Ending::Done => [(count - untrusted, "done"), (untrusted, "done, not to be trusted: the energy balance is off")],
+        ending => [(*count, ending.as_str()), (0, "")],
+    };
+    merged.endings.iter().flat_map(apart).filter(|(count, _)| *count > 0).collect()
+}
+
+/// Warns of runs that are not to be trusted, with an example and the way to a better step.
+fn warn_of_untrusted(untrusted: &Untrusted, campaign: &Campaign) {
+    let Untrusted { count, first, worst_balance_j, in_play_j } = *untrusted;
+    let example = unbalanced(worst_balance_j, in_play_j);
+    say!("warning: {} ended unbalanced, such as run {first}: {example}", counted(count, "run"));
+    let source = campaign.scene_of(first).ok();
+    if let Some(remedy) = source.and_then(|source| step_remedy(std::iter::once(&source.scene))) {
+        say!("not to be trusted: {remedy}; SCENE is the campaign's scene with the values of run {first}");
+    }
 }
 
 /// Warns of runs that did not run to their end, with an example of each ending.
@@ -198,6 +232,10 @@ fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) ->
     if points.scalars.iter().all(|scalar| scalar.values.is_empty()) {
         must_have_rows(campaign, folder)?;
         return Err(Failure::Failed("no run that ended well knows these scalars".to_owned()));
+    }
+    if points.left_out > 0 {
+        let left_out = counted(points.left_out, "run");
+        say!("warning: {left_out} not drawn: missing, failed, not to be trusted, or without one of the scalars");
     }
     make_folder(plots)?;
     let write = |name: String, figure: Figure| -> CommandResult<()> {
@@ -232,10 +270,13 @@ fn indices(campaign: &Campaign, folder: &Path, scalars: &[String]) -> CommandRes
     writeln!(output(), "{}", path.display())?;
     let left_out = indices.iter().map(|scalar| scalar.left_out).max().unwrap_or(0);
     match indices.first() {
-        None => Err(Failure::Failed("no scalar has indices: rows are missing, failed or all the same".to_owned())),
+        None => {
+            Err(Failure::Failed("no scalar has indices: rows are missing, failed, not to be trusted, or all the same".to_owned()))
+        }
         Some(_) if left_out > 0 => {
             say!(
-                "warning: up to {left_out} samples are left out: one of their runs is missing, failed, or does not know the scalar"
+                "warning: up to {left_out} samples are left out: one of their runs is missing, failed, not to be trusted, or \
+                 without the scalar"
             );
             Ok(ExitStatus::Success)
         }

@@ -7,10 +7,12 @@ use clap::{ArgGroup, ValueEnum};
 use clap_complete::engine::{ArgValueCandidates, ArgValueCompleter};
 use indicatif::ProgressBar;
 
+use super::aligned_table::figure;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::must_be_writable;
+use super::formatting::counted;
 use super::output::print_json;
 use super::progress::bar;
 use super::signals::{Interruption, interruption_leaves, interruption_leaves_files};
@@ -22,8 +24,8 @@ use super::written::write_table;
 use crate::plot::{Figure, Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
-    Chosen, Configuration, Demands, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, choose_levels, study,
-    table,
+    Chosen, Configuration, Demands, Grid, LostModes, OutputGroup, Progress, Question, Selection, Study, choose, choose_levels,
+    study, table,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -39,8 +41,9 @@ Examples:
 Errors are relative: crank angle in rad, slider over its stroke (a free end over the chain's length), deflection of each link's \
     middle and joint forces over their peaks, energy balance over the largest kinetic and strain energy. Each is the largest over the \
     instants at which runs are compared, which the first line of the output names. A spike between two instants is not seen. A run \
-    has some 80 to 200 of them: with a shorter --until they are closer. Energy errors grow over time: if energy is among the outputs, \
-    --tolerance also checks the choice over ten minutes of the scene, and --budget does not bound that check.
+    has some 80 to 200 of them: with a shorter --until they are closer. All --steps divide the time between two instants, \
+    so long steps leave fewer; below 50 there is a warning. Energy errors grow over time: if energy is among the outputs, --tolerance \
+    also checks the choice over ten minutes of the scene, and --budget does not bound that check.
 
 Levels of detail are settings between which a running service can switch. --levels prints them as [[level]] tables, or with --write \
     writes the scene with them. All reach --real-time-factor. The first is the best of those, within --tolerance if that is given; \
@@ -59,7 +62,12 @@ Vibrations, after the table, are those without damping, numbered by frequency. e
     by the forces that it exerts at the joints. Energy is not judged there. Those that change an output by more than --tolerance, or \
     1e-3, are a reason to look, not a measurement: the errors in the table are measured. \
     A configuration loses one by its model if it has no such mode or one off by a tenth, and by its step if that moves the eigenvalue \
-    by a tenth. lost_modes, worst_mode, worst_frequency_error and worst_damping_error are columns of --csv and --json.";
+    by a tenth. lost_modes, worst_mode, worst_frequency_error and worst_damping_error are columns of --csv and --json. \
+    lost_modes is `none` where none is lost. All four are empty where that is not known, as after Ctrl-C. The column interrupted then \
+    says that the table is a part.";
+
+/// Part of the tolerance at which a row of ever shorter steps ends: the rest is a margin for the run that verifies.
+const ENOUGH: f64 = 0.25;
 
 /// A vibration that changes outputs by less than this is not missed, unless another tolerance is asked for.
 const MISSED: f64 = 1e-3;
@@ -109,7 +117,8 @@ pub(super) struct Args {
     /// Outputs whose errors count; energy counts over ten minutes with --tolerance.
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
     outputs: Vec<OutputGroupWord>,
-    /// Time budget; the reference takes up to a third of it.
+    /// Time budget of the table; the reference takes up to a third of it, and two runs at least. The list of vibrations takes
+    /// some seconds more, and the verification of a choice has a reference of its own.
     #[arg(long, value_name = "TIME", default_value = "4min", value_parser = positive_time)]
     budget: f64,
     /// Choose the cheapest settings with errors within this tolerance, or explain why there are none.
@@ -173,9 +182,11 @@ pub(super) fn trade(args: &Args) -> CommandResult {
         return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
     [&args.write, &args.output.csv, &args.output.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
+    let question = question(args);
+    warn_of_values(args, &question, &source.scene);
     let interruption = Interruption::watch()?;
     let families = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
-    let mut study = study(&source.scene, &question(args), &mut |progress| {
+    let mut study = study(&source.scene, &question, &mut |progress| {
         interruption.keeps(!progress.reference);
         match progress.reference {
             true => interruption_leaves("nothing was written: only the reference was being computed".to_owned()),
@@ -197,14 +208,14 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     write(args, &study, modes.as_ref())?;
     interruption.keeps(false);
     if study.interrupted {
-        say!("warning: interrupted: the table is a part, {} configurations{}", study.rows.len(), args.not_chosen());
+        say_reason!("warning: interrupted: the table is a part, {} configurations{}", study.rows.len(), args.not_chosen());
         return Ok(ExitStatus::Interrupted);
     }
     if args.tolerance.is_none() && args.levels.is_none() {
         return Ok(ExitStatus::Success);
     }
     if interruption.is_asked() {
-        say!("warning: interrupted: the table is whole{}", args.not_chosen());
+        say_reason!("warning: interrupted: the table is whole{}", args.not_chosen());
         return Ok(ExitStatus::Interrupted);
     }
     interruption_leaves(format!("the table is whole{}", args.not_chosen()));
@@ -230,6 +241,23 @@ impl Args {
             true => format!("; nothing is chosen{}", unwritten.unwrap_or_default()),
             false => String::new(),
         }
+    }
+}
+
+/// Warns of values that were probably meant in another unit: steps in milliseconds, a tolerance in per cent.
+fn warn_of_values(args: &Args, question: &Question, scene: &Scene) {
+    let grid = scene.chain().and_then(|_| question.grid(scene).ok());
+    if let Some(grid) = grid.filter(Grid::has_few_instants) {
+        say!(
+            "warning: with these --steps, runs are compared at only {}, {} s apart: errors between them are not seen; shorter \
+             --steps or a longer --until give more; a step without a unit is in seconds",
+            counted(grid.count as u64, "instant"),
+            grid.interval_s
+        );
+    }
+    if let Some(tolerance) = args.tolerance.filter(|tolerance| *tolerance > 1.0) {
+        let [percent, meant] = [100.0 * tolerance, 0.01 * tolerance].map(figure);
+        say!("warning: --tolerance {tolerance} is {percent} %: errors are relative, and {tolerance} % is {meant}");
     }
 }
 
@@ -276,7 +304,7 @@ fn question(args: &Args) -> Question {
         outputs: args.outputs.iter().map(|word| OutputGroup::from(*word)).collect(),
         until_s: args.until,
         budget_s: args.budget,
-        enough: args.tolerance.map(|tolerance| 0.25 * tolerance),
+        enough: args.tolerance.map(|tolerance| ENOUGH * tolerance),
     }
 }
 

@@ -13,41 +13,30 @@ use crate::scene::{SceneSource, level_tables};
 use crate::study::trade::{Choice, Chosen, Levels, NoLevels};
 use crate::whole_file::write_new;
 
-/// Prints and writes the chosen settings, or explains why none were found.
+/// Prints and writes the chosen settings, or returns why none were found.
 pub(super) fn decide(
     write: Option<&Path>,
     source: &SceneSource,
     choice: &Choice,
     lost: impl FnOnce(&Chosen) -> Option<String>,
 ) -> CommandResult {
+    let chosen = choice.as_ref().map_err(|refusal| Failure::Failed(refusal.to_string()))?;
+    let keys = chosen.row.configuration.keys(&source.scene);
+    let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
     let mut out = output();
-    match choice {
-        Err(refusal) => {
-            say!("refused: {refusal}");
-            Ok(ExitStatus::Refused)
-        }
-        Ok(chosen) => {
-            let keys = chosen.row.configuration.keys(&source.scene);
-            let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
-            writeln!(out)?;
-            lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
-            writeln!(out, "{}", sections(chosen, &keys))?;
-            write_scene(write, &copy)?;
-            Ok(ExitStatus::Success)
-        }
-    }
+    writeln!(out)?;
+    lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
+    writeln!(out, "{}", sections(chosen, &keys))?;
+    write_scene(write, &copy)?;
+    Ok(ExitStatus::Success)
 }
 
-/// Prints and writes the chosen levels, or explains why there are none.
+/// Prints and writes the chosen levels, or returns why there are none.
 pub(super) fn decide_levels(write: Option<&Path>, count: usize, levels: Result<Levels, NoLevels>) -> CommandResult {
-    let levels = match levels {
-        Ok(levels) => levels,
-        Err(NoLevels::Scene(error)) => return Err(error.into()),
-        Err(refusal) => {
-            say!("refused: {refusal}");
-            return Ok(ExitStatus::Refused);
-        }
-    };
+    let levels = levels.map_err(|none| match none {
+        NoLevels::Scene(refused) => Failure::from(refused),
+        refusal => Failure::Failed(refusal.to_string()),
+    })?;
     for passed in &levels.passed_over {
         say!("passed over: {}: {}", passed.configuration, passed.why);
     }

@@ -1,16 +1,13 @@
 //! The turning of the first link from sample to sample of a recording: where it is wide, drawn paths are polygons.
 
-use crate::plot::SIMULATED_TIME;
+use super::sample_intervals::{Interval, intervals, regular_s};
+use super::suggested_rate::suggested_rate;
 use crate::study::Table;
 
 /// Turning from sample to sample beyond which a path is seen to be a polygon, rad.
 const COARSE_RAD: f64 = 0.3;
 /// Turning from sample to sample up to which a path looks smooth, rad.
 const SMOOTH_RAD: f64 = 0.1;
-/// Part of the intervals between samples that are no gaps.
-const REGULAR: f64 = 0.9;
-/// Suggested rates are multiples of this, Hz.
-const ROUND_HZ: f64 = 100.0;
 
 /// A sentence about the topics `angles` and `displacements` of a recording if the first link turns far between positions.
 pub(super) fn coarse_turning(angles: &Table, displacements: &Table) -> Option<String> {
@@ -30,46 +27,17 @@ pub(super) fn coarse_turning(angles: &Table, displacements: &Table) -> Option<St
     (turned_rad > COARSE_RAD).then(sentence)
 }
 
-/// The way to smooth paths. Only whole steps are published.
+/// The way to smooth paths.
 fn advice(speed_rad_per_s: f64, step_s: f64) -> String {
-    let step_rad = speed_rad_per_s * step_s;
-    let steps = (SMOOTH_RAD / step_rad).floor();
-    let how = if step_rad > COARSE_RAD {
-        "all and a shorter solver.step_s".to_owned()
-    } else if steps < 2.0 {
-        "all".to_owned()
-    } else {
-        ((1.0 / (steps * step_s * ROUND_HZ)).ceil() * ROUND_HZ).to_string()
-    };
+    let [smooth_s, coarse_s] = [SMOOTH_RAD, COARSE_RAD].map(|turned_rad| turned_rad / speed_rad_per_s);
+    let how = suggested_rate(smooth_s, coarse_s, step_s);
     format!("record with --publish-hz {how} for smooth ones")
-}
-
-/// The time between a sample and the one before it.
-struct Interval {
-    /// Row of the later sample.
-    row: usize,
-    duration_s: f64,
-}
-
-/// The intervals within epochs.
-fn intervals(table: &Table) -> Vec<Interval> {
-    let [times_s, epochs] = [SIMULATED_TIME, "stamp.epoch"].map(|name| table.column(name).unwrap_or_default());
-    let is_in_epoch = |row: &usize| epochs.get(*row) == epochs.get(*row - 1);
-    let interval = |row: usize| Interval { row, duration_s: times_s[row] - times_s[row - 1] };
-    (1..times_s.len()).filter(is_in_epoch).map(interval).filter(|interval| interval.duration_s > 0.0).collect()
-}
-
-/// The longest interval that is no gap, s. Intervals differ where the rate does not fit the step.
-fn regular_s(table: &Table) -> Option<f64> {
-    let mut durations_s: Vec<f64> = intervals(table).into_iter().map(|interval| interval.duration_s).collect();
-    durations_s.sort_by(f64::total_cmp);
-    let last = durations_s.len().checked_sub(1)?;
-    durations_s.get((REGULAR * last as f64) as usize).copied()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::SIMULATED_TIME;
 
     /// Samples at these steps of 0.1 ms of these epochs; each epoch begins 10 rad further.
     fn samples(speed_rad_per_s: f64, stamps: &[[u32; 2]]) -> Table {

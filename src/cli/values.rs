@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::percent::percent_hint;
 use crate::recording::Split;
 use crate::runtime::{BadSpin, Pace, Spin};
 use crate::simulation::{LONGEST_HOLD_S, SHORTEST_HOLD_S};
@@ -125,7 +126,8 @@ pub(super) fn programs(text: &str) -> Result<usize, String> {
 
 pub(super) fn number(text: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
-    number.ok_or_else(|| format!("a number from {} to {}", short(low), short(high)))
+    let hint = || percent_hint(text).map(|hint| format!("; {hint}")).unwrap_or_default();
+    number.ok_or_else(|| format!("a number from {} to {}{}", short(low), short(high), hint()))
 }
 
 /// A limit as people write it: `1e9`, `0.001`.
@@ -159,6 +161,13 @@ mod tests {
         assert_eq!(time("0"), Ok(0.0));
         assert_eq!(split("600"), split("10min"));
         assert_eq!(flush_period("0.2"), Ok(Duration::from_millis(200)));
+    }
+
+    #[test]
+    fn regress_a_share_in_per_cent_is_refused_with_the_number_to_write() {
+        assert_eq!(positive("1%"), Err("a number from 1e-9 to 1e9; 1% is written as 0.01".to_owned()));
+        assert!(pace("50%").is_err_and(|problem| problem.ends_with("; 50% is written as 0.5")));
+        assert_eq!(positive("x"), Err("a number from 1e-9 to 1e9".to_owned()));
     }
 
     #[test]

@@ -14,6 +14,8 @@ use super::folders::{must_have_folder, must_hold_recordings};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
+use super::run_conclusion::step_remedy;
+use super::suspect_numbers::newly_suspect;
 use super::values::{positive_time, time, torque};
 use crate::recording::{Written, paths};
 use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
@@ -71,20 +73,23 @@ pub(super) fn what_if(args: Args) -> CommandResult {
     let bar = over_file(&file, 1);
     let outcome = compute(&source, &change, &record.unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();
-    report(&outcome?)
+    let outcome = outcome?;
+    newly_suspect(&source.scene.scene, &outcome.scene.scene).iter().for_each(|warning| say!("warning: {warning}"));
+    report(&outcome)
 }
 
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
-    let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source } = outcome;
+    let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source, .. } = outcome;
     let mut out = output();
-    writeln!(out, "re-simulated from t = {from_s} s")?;
+    writeln!(out, "re-simulated from t = {} s", shown_s(*from_s))?;
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
     let until_s = shown_s(deviation.until_s);
     match (&deviation.first, diverged) {
         (Some(first), _) => writeln!(out, "first deviation: {}", shown_sentence(&first.to_string()))?,
-        (None, None) => writeln!(out, "no deviation")?,
+        (None, None) if deviation.until_s > *from_s => writeln!(out, "no deviation")?,
+        (None, None) => writeln!(out, "only the beginning was compared: the changed session's steps reach no later sample")?,
         (None, Some(_)) if deviation.until_s > *from_s => writeln!(out, "no deviation up to t = {until_s} s")?,
         (None, Some(_)) => writeln!(out, "only the beginning was compared: the changed session diverged")?,
     }
@@ -94,25 +99,36 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
             _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
         }
     }
+    for name in &deviation.not_compared {
+        writeln!(out, "  {name:<24} was not compared: samples are missing before every recorded value")?;
+    }
     if let Some(first) = source.damage.first() {
         let places = counted(source.damage.len() as u64, "place");
         let first = format!("byte {}: {}", first.offset, first.what);
-        say!("warning: the recording is damaged in {places}, and the result lacks what is lost there: {first}");
+        say_reason!("warning: the recording is damaged in {places}, and the result lacks what is lost there: {first}");
     }
     if source.cut_off.is_some() {
-        say!("warning: the recording ends early; everything before was re-simulated");
+        say_reason!("warning: the recording ends early; everything before was re-simulated");
     }
     beyond_range(*worst_out_of_range).iter().for_each(|bent| say!("warning: {bent}"));
     if let Some(diverged) = diverged {
         say!("error: {diverged}");
+        remedy(outcome).iter().for_each(|remedy| say!("{remedy}"));
         return Ok(ExitStatus::Diverged);
     }
     if let EnergyVerdict::Unbalanced { worst_j, in_play_j } = *verdict {
-        say!("warning: {}", unbalanced(worst_j, in_play_j));
+        say_reason!("warning: {}", unbalanced(worst_j, in_play_j));
+        remedy(outcome).iter().for_each(|remedy| say!("not to be trusted: {remedy}"));
         return Ok(ExitStatus::Untrusted);
     }
     let lossy = source.cut_off.is_some() || !source.damage.is_empty();
     Ok(if lossy { ExitStatus::Lossy } else { ExitStatus::Success })
+}
+
+/// The way to a better step of the changed scene, if there is one.
+fn remedy(outcome: &WhatIfOutcome) -> Option<String> {
+    let remedy = step_remedy(std::iter::once(&outcome.scene.scene))?;
+    Some(format!("{remedy}; SCENE is the recorded scene with the change; --set solver.step_s=STEP tries a step here"))
 }
 
 #[cfg(test)]

@@ -158,7 +158,8 @@ mod tests {
     #[test]
     fn prop_every_run_is_a_line_with_a_gap_after_it() {
         let keys = vec![coordinate("a", (0..40).map(f64::from).collect(), false), coordinate("b", vec![2.0; 40], true)];
-        let points = Points { keys, scalars: vec![coordinate("y", (0..40).rev().map(f64::from).collect(), false)] };
+        let scalars = vec![coordinate("y", (0..40).rev().map(f64::from).collect(), false)];
+        let points = Points { keys, scalars, left_out: 0 };
         let figure = parallel(&points, 0);
         let series = &figure.panels[0].series;
         assert_eq!(series.iter().map(|series| series.xs.len()).collect::<Vec<_>>(), [40; 4]);
@@ -191,11 +192,12 @@ mod tests {
             (vec![long; 12], 4),
             (vec![longest.trim(); 2], 1),
         ] {
-            let places = Points { keys: names.iter().map(|name| key(name)).collect(), scalars: vec![key("y")] };
+            let keys = names.iter().map(|name| key(name)).collect();
+            let places = Points { keys, scalars: vec![key("y")], left_out: 0 };
             let words = names.iter().map(|name| (*name).to_owned()).collect();
             let rows: Vec<f64> = (0_u32..).take(names.len()).map(f64::from).collect();
             let listed = Coordinate { words, ..coordinate("key", rows.clone(), false) };
-            let listed = Points { keys: vec![listed], scalars: vec![coordinate("y", rows, false)] };
+            let listed = Points { keys: vec![listed], scalars: vec![coordinate("y", rows, false)], left_out: 0 };
             let drawn = ends_of_names(&parallel(&places, 0));
             assert_eq!(drawn.len(), shown, "{names:?}");
             for ends in [drawn, ends_of_names(&over_key(&listed, 0, 0))] {

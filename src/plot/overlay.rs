@@ -5,15 +5,18 @@ use super::figure::{Figure, Mark, Panel, Series};
 /// Lays the figures of files over one another: a panel for each signal, a curve for each file, under its name. The curve of the
 /// first file is wide and pale.
 ///
-/// Figures of one name and title share a figure. If a name has several titles, the later ones get a number: `path-2`. The
-/// horizontal axis is that of the first file with the figure. Bands and numbered points are left out: each file has its own.
+/// Figures of one name, title and horizontal quantity share a figure. If a name has several of these, the later ones get a number:
+/// `path-2`. Bands and numbered points are left out: each file has its own.
 pub fn overlaid(files: &[(String, Vec<(String, Figure)>)]) -> Vec<(String, Figure)> {
     let names: Vec<String> = files.iter().map(|(file, _)| file.clone()).collect();
     let mut laid: Vec<(&str, Figure)> = Vec::new();
     for (place, (_, figures)) in files.iter().enumerate() {
         for (name, figure) in figures {
-            let same = laid.iter().position(|(other, overlay)| *other == name.as_str() && overlay.title == figure.title);
-            let at = same.unwrap_or_else(|| {
+            let is_same = |(other, overlay): &(&str, Figure)| {
+                let same_x = (&overlay.x.label, &overlay.x.unit) == (&figure.x.label, &figure.x.unit);
+                *other == name.as_str() && overlay.title == figure.title && same_x
+            };
+            let at = laid.iter().position(is_same).unwrap_or_else(|| {
                 laid.push((name.as_str(), without_curves(figure, &names)));
                 laid.len() - 1
             });
@@ -61,6 +64,7 @@ fn with_distinct_names(figures: Vec<(&str, Figure)>) -> Vec<(String, Figure)> {
     for (name, figure) in figures {
         let distinct = match names.iter().filter(|other| **other == name).count() {
             0 => name.to_owned(),
+            before if name.is_empty() => format!("{}", before + 1),
             before => format!("{name}-{}", before + 1),
         };
         names.push(name);

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
 use crate::scene::scene_hint;
-use crate::shown::{shown_name, shown_names, shown_sentence};
+use crate::shown::{shown_name, shown_names, shown_s, shown_sentence};
 
 /// A recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -81,7 +81,7 @@ pub enum RecordingError {
         path: PathBuf,
     },
     /// Nothing was recorded at the requested times.
-    #[error("{}: no messages from {from_s} s{}: the recording lasts {duration_s} s", path.display(), to_s.map_or(String::new(), |to_s| format!(" to {to_s} s")))]
+    #[error("{}: no messages from {from_s} s{}: the recording lasts {} s", path.display(), to_s.map_or(String::new(), |to_s| format!(" to {to_s} s")), shown_s(*duration_s))]
     Outside {
         /// The file.
         path: PathBuf,
@@ -103,6 +103,14 @@ pub enum RecordingError {
         wanted: String,
         /// The most similar column.
         nearest: Option<String>,
+    },
+    /// Messages may have the requested column, but none has.
+    #[error("{}: no column `{wanted}`: no message of this recording, or of the part that is exported, has it", path.display())]
+    Absent {
+        /// The recording.
+        path: PathBuf,
+        /// The requested column.
+        wanted: String,
     },
     /// The name of a recording is not a plain file name.
     #[error(

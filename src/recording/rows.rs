@@ -176,6 +176,11 @@ impl Decoder {
         }
     }
 
+    /// Whether messages that were decoded are of a type that has the field of a column, present or not.
+    pub fn has_field(&self, column: &str) -> bool {
+        self.types.values().flatten().any(|descriptor| has_field(descriptor, column))
+    }
+
     /// Calls `visit` for every decodable message, in order of log time, and `progress` with the part that is done; returns whether
     /// the file ends early.
     pub fn each_row(
@@ -226,6 +231,20 @@ fn descriptor(message: &RecordedMessage) -> Option<MessageDescriptor> {
     }
     let pool = DescriptorPool::decode(schema.data.as_ref()).ok()?;
     pool.get_message_by_name(&schema.name)
+}
+
+/// Whether messages of a type have the field of a column, present or not. Behind a list, the name of an entry is passed over.
+fn has_field(descriptor: &MessageDescriptor, column: &str) -> bool {
+    let (name, rest) = match column.split_once('.') {
+        Some((name, rest)) => (name, Some(rest)),
+        None => (column, None),
+    };
+    let Some(field) = descriptor.get_field_by_name(name) else { return false };
+    let Some(rest) = rest else { return true };
+    let kind = field.kind();
+    let Some(inner) = kind.as_message() else { return false };
+    let mut ends = std::iter::successors(Some(rest), |rest| rest.split_once('.').map(|(_, rest)| rest));
+    ends.any(|end| has_field(inner, end))
 }
 
 /// Scalars of a message under dotted names. List entries are named by their label (`link`, `joint`, `index`), or else by

@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 use super::difference::{Difference, Field};
 use crate::wire::{Angles, Displacements, Energies, Loads, Message};
 
+/// The driving torque among the quantities.
+const DRIVING_TORQUE: &str = "driving torque, N·m";
+
 /// First and largest differences between a recorded session and its re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Deviation {
@@ -12,6 +15,8 @@ pub struct Deviation {
     pub first: Option<Difference>,
     /// The largest difference of each quantity, by the quantity's name and unit.
     pub largest: BTreeMap<String, LargestDifference>,
+    /// Quantities of which no value could be compared, because samples are missing; by name and unit.
+    pub not_compared: Vec<String>,
     /// Session time of the last message that was compared, s; 0 if none was.
     pub until_s: f64,
 }
@@ -52,6 +57,12 @@ impl Deviation {
         }
     }
 
+    /// Reports the driving torque as not compared.
+    pub(super) fn leave_out_torque(&mut self) {
+        self.largest.remove(DRIVING_TORQUE);
+        self.not_compared.push(DRIVING_TORQUE.to_owned());
+    }
+
     fn put(&mut self, name: &str, difference: f64, session_s: f64) {
         if !self.largest.contains_key(name) {
             self.largest.insert(name.to_owned(), LargestDifference { value: 0.0, at_s: session_s });
@@ -79,7 +90,7 @@ impl Deviation {
     }
 
     fn loads(&mut self, was: &Loads, is: &Loads, session_s: f64) {
-        self.put("driving torque, N·m", was.driving_torque_nm - is.driving_torque_nm, session_s);
+        self.put(DRIVING_TORQUE, was.driving_torque_nm - is.driving_torque_nm, session_s);
         for (was, is) in was.joints.iter().zip(&is.joints) {
             self.put(&format!("{} force, N", was.joint), (was.fx_n - is.fx_n).hypot(was.fy_n - is.fy_n), session_s);
         }

@@ -59,6 +59,16 @@ pub enum ResimulationError {
         /// Where re-simulation fails.
         what: String,
     },
+    /// The changed session refuses a torque or a change that the recorded one accepted.
+    #[error("{}: the change does not suit the recorded session: at t = {at_s:.3} s, {}", path.display(), shown_sentence(what))]
+    Unsuited {
+        /// The recording.
+        path: PathBuf,
+        /// Time of the refusal, simulated s since the session began.
+        at_s: f64,
+        /// What is refused, and why.
+        what: String,
+    },
     /// The recording does not state when its session began.
     #[error("{}: the recording does not state when its session began", .0.display())]
     NoStart(PathBuf),
@@ -77,7 +87,8 @@ impl ResimulationError {
 
     /// Whether the request is at fault, not the recording.
     pub fn is_usage(&self) -> bool {
-        matches!(self, ResimulationError::Change(_) | ResimulationError::Outside { .. } | ResimulationError::Pulse { .. })
+        use ResimulationError::{Change, Outside, Pulse, Unsuited};
+        matches!(self, Change(_) | Outside { .. } | Pulse { .. } | Unsuited { .. })
     }
 }
 

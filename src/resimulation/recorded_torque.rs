@@ -15,6 +15,9 @@ pub(super) struct RecordedTorque {
     /// Stamp of the last recorded loads, or of the beginning.
     last: Stamp,
     period: Period,
+    /// Whether a torque was compared, and whether one was left out.
+    compared: bool,
+    left_out: bool,
 }
 
 /// The recorded loads since the last computed ones.
@@ -33,6 +36,8 @@ impl RecordedTorque {
             is_mean: !matches!(source.scene.scene.drive, Drive::Motion(_)),
             last: Stamp::default(),
             period: Period::default(),
+            compared: false,
+            left_out: false,
         }
     }
 
@@ -66,10 +71,17 @@ impl RecordedTorque {
         }
         if lacks_samples {
             recorded.driving_torque_nm = computed.driving_torque_nm;
-        } else if samples > 1
-            && let Some(mean_nm) = delivered.mean_nm()
-        {
-            recorded.driving_torque_nm = mean_nm;
+            self.left_out = true;
+        } else if let Some(mean_nm) = delivered.mean_nm() {
+            if samples > 1 {
+                recorded.driving_torque_nm = mean_nm;
+            }
+            self.compared = true;
         }
+    }
+
+    /// Whether samples are missing before every torque, so that none was compared.
+    pub(super) fn was_left_out(&self) -> bool {
+        self.left_out && !self.compared
     }
 }

@@ -32,6 +32,8 @@ const SETTINGS: Settings =
 pub struct WhatIfOutcome {
     /// Session time at which the re-simulation began, s.
     pub from_s: f64,
+    /// The changed scene.
+    pub scene: SceneSource,
     /// Deviation from the recording.
     pub deviation: Deviation,
     /// Why the re-simulation ended early, if it diverged.
@@ -135,18 +137,21 @@ fn compute(
     let end = end.and_then(|()| attempt.all_added());
     let verdict = attempt.resimulator.simulation().energy_verdict();
     let worst_out_of_range = attempt.resimulator.worst_out_of_range();
-    let Attempt { recorder, deviation, from_s, .. } = attempt;
+    let Attempt { recorder, mut deviation, torque, from_s, .. } = attempt;
+    if torque.was_left_out() {
+        deviation.leave_out_torque();
+    }
     let written = recorder.finish(EndReason::Resimulated).into_iter().collect::<Result<_, _>>()?;
     let diverged = match end {
         Ok(()) => None,
         Err(Stopped::ResimulationFault(ResimulationFault::Diverged(diverged))) => Some(diverged),
         Err(Stopped::ResimulationFault(fault)) => {
-            return Err(ResimulationError::Unlike { path: source.path.clone(), what: fault.to_string() });
+            return Err(fault.of_what_if(&source.path, attempt.resimulator.stamp().session_s()));
         }
         Err(Stopped::Other(error)) => return Err(error),
     };
     let from_s = from_s.unwrap_or(0.0);
-    Ok(WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source: structure })
+    Ok(WhatIfOutcome { from_s, scene, deviation, diverged, verdict, worst_out_of_range, written, source: structure })
 }
 
 /// Why a re-simulation stopped.

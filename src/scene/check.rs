@@ -22,10 +22,16 @@ impl<'a> Checker<'a> {
         self.text.refuse(key, problem)
     }
 
-    fn note(&self, key: &str, problem: String) {
+    /// The refusal of a value that its key never allows.
+    fn refuse_value(&self, key: &str, problem: String) -> SceneError {
+        SceneError { never_allowed: true, ..self.refuse(key, problem) }
+    }
+
+    /// Notes a refusal, unless there are many.
+    fn note(&self, refusal: impl FnOnce() -> SceneError) {
         let mut refused = self.refused.borrow_mut();
         if refused.len() <= MOST_FURTHER {
-            refused.push(self.refuse(key, problem));
+            refused.push(refusal());
         }
     }
 
@@ -57,7 +63,8 @@ impl<'a> Checker<'a> {
             return value;
         }
         let Number { name, low, high, .. } = key;
-        self.note(&format!("{table}.{name}"), format!("must be a number from {} to {}", short(*low), short(*high)));
+        let problem = || format!("must be a number from {} to {}", short(*low), short(*high));
+        self.note(|| self.refuse_value(&format!("{table}.{name}"), problem()));
         f64::NAN
     }
 
@@ -67,7 +74,7 @@ impl<'a> Checker<'a> {
             (Some(value), _) => self.number(key, table, value),
             (None, Default::Value(default)) => default,
             (None, _) => {
-                self.note(table, format!("missing key `{}`", key.name));
+                self.note(|| self.refuse(table, format!("missing key `{}`", key.name)));
                 f64::NAN
             }
         }
@@ -77,7 +84,8 @@ impl<'a> Checker<'a> {
     pub(super) fn count(&self, key: &Count, table: &str, value: i64) -> usize {
         let Count { name, low, high, .. } = *key;
         usize::try_from(value).ok().filter(|count| (low..=high).contains(count)).unwrap_or_else(|| {
-            self.note(&format!("{table}.{name}"), format!("must be a whole number from {low} to {high}"));
+            let problem = || format!("must be a whole number from {low} to {high}");
+            self.note(|| self.refuse_value(&format!("{table}.{name}"), problem()));
             low
         })
     }
@@ -88,7 +96,7 @@ impl<'a> Checker<'a> {
             (Some(value), _) => self.count(key, table, value),
             (None, Default::Value(default)) => default,
             (None, _) => {
-                self.note(table, format!("missing key `{}`", key.name));
+                self.note(|| self.refuse(table, format!("missing key `{}`", key.name)));
                 key.low
             }
         }
@@ -99,13 +107,13 @@ impl<'a> Checker<'a> {
     /// # Errors
     /// The refusal of a value that is none of the words.
     pub(super) fn word<T: Copy>(&self, key: &str, value: &str, words: &[(&str, T)]) -> Result<T, SceneError> {
-        meaning(value, words).map_err(|problem| self.refuse(key, problem))
+        meaning(value, words).map_err(|problem| self.refuse_value(key, problem))
     }
 
     /// The meaning of `value`, or the usual one.
     pub(super) fn word_or<T: Copy>(&self, key: &str, value: Option<&str>, words: &[(&str, T)], usual: T) -> T {
         let note = |problem: String| {
-            self.note(key, problem);
+            self.note(|| self.refuse_value(key, problem));
             usual
         };
         value.map_or(usual, |value| meaning(value, words).unwrap_or_else(note))

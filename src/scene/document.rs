@@ -6,6 +6,7 @@ use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 
 use super::{SceneError, parse};
 use crate::decimal_comma::decimal_comma_hint;
+use crate::percent::percent_hint;
 
 /// The text of a scene, where it came from, and what the command line changed.
 pub(super) struct SceneText {
@@ -35,7 +36,7 @@ impl SceneText {
     /// The refusal of the value of `key`.
     pub fn refuse(&self, key: &str, problem: impl Into<String>) -> SceneError {
         let (place, value) = (self.place(key), self.value(key));
-        SceneError { place, key: key.to_owned(), value, problem: problem.into(), further: Box::default() }
+        SceneError { place, key: key.to_owned(), value, problem: problem.into(), never_allowed: false, further: Box::default() }
     }
 
     /// Where `key` was given: `--set`, or file and line (of the nearest existing table).
@@ -67,11 +68,11 @@ impl SceneText {
     }
 
     /// The value given for `key`, as written.
-    fn value(&self, key: &str) -> Option<String> {
+    fn value(&self, key: &str) -> Option<Box<str>> {
         let document = Document::parse(self.merged.as_str()).ok()?;
         let item = key.split('.').try_fold(document.as_item(), |item, part| child(item, part))?;
         let span = item.as_value()?.span()?;
-        self.merged.get(span).map(str::to_owned)
+        self.merged.get(span).map(Box::from)
     }
 }
 
@@ -103,14 +104,18 @@ fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
     SceneError::whole(place_at(origin, text, error.span()), syntax_problem(text, error))
 }
 
-/// The reason why a text is no TOML. A number with a decimal comma or with its unit, or a table that is there twice, gets a hint.
+/// The reason why a text is no TOML. A number with a decimal comma, in per cent or with its unit, or a table that is there twice,
+/// gets a hint.
 fn syntax_problem(text: &str, error: &TomlError) -> String {
     let span = error.span().unwrap_or_default();
     let line = text.lines().nth(lines_before(text, &span));
     let message = error.message().trim().replace('\n', " ");
     let hint = match message.as_str() {
         "duplicate key" => line.and_then(repeated_table_hint),
-        _ => line.and_then(decimal_comma_in).or_else(|| unit_hint(value_at(text, span.start))),
+        _ => {
+            let value = value_at(text, span.start);
+            line.and_then(decimal_comma_in).or_else(|| percent_hint(value)).or_else(|| unit_hint(value))
+        }
     };
     format!("not TOML: {}", hint.unwrap_or(message))
 }
@@ -285,4 +290,22 @@ fn covers_entry(table: &dyn TableLike, offset: usize) -> bool {
         table.key(name).and_then(|key| key.span()).is_some_and(|span| span.contains(&offset))
             || item.span().is_some_and(|span| span.contains(&offset))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{SceneSource, builtin};
+
+    #[test]
+    fn regress_a_share_in_per_cent_is_refused_with_the_number_to_write() {
+        let refused = |text: &str, given: &[&str]| {
+            let overrides: Vec<String> = given.iter().map(|&given| given.to_owned()).collect();
+            SceneSource::parse("scene.toml", text, &overrides).err().map(|refused| refused.to_string()).unwrap_or_default()
+        };
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        let said = refused(text, &["solver.balance_tolerance=1%"]);
+        assert_eq!(said, "--set solver.balance_tolerance=1%: not TOML: 1% is written as 0.01");
+        let said = refused(&text.replace("[solver]", "[solver]\nbalance_tolerance = 0.5 %  # strict"), &[]);
+        assert!(said.ends_with(": not TOML: 0.5 % is written as 0.005"), "{said}");
+    }
 }

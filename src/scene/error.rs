@@ -12,9 +12,11 @@ pub struct SceneError {
     /// Dotted key path, such as `rod.length_m`; empty when the fault is the whole file's.
     pub key: String,
     /// The value given, as written, where there is one.
-    pub value: Option<String>,
+    pub value: Option<Box<str>>,
     /// The problem, and the allowed values.
     pub problem: String,
+    /// Whether the key allows this value in no scene, whatever the other keys are.
+    pub never_allowed: bool,
     /// Further refusals of the same scene, which do not follow from this one.
     pub further: Box<[SceneError]>,
 }
@@ -26,7 +28,7 @@ impl SceneError {
     /// The refusal of a whole file or of an option.
     pub(super) fn whole(place: impl Into<String>, problem: impl Into<String>) -> Self {
         let (place, problem) = (place.into(), problem.into());
-        SceneError { place, key: String::new(), value: None, problem, further: Box::default() }
+        SceneError { place, key: String::new(), value: None, problem, never_allowed: false, further: Box::default() }
     }
 
     /// This refusal and the further ones, a line each.

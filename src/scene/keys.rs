@@ -173,12 +173,17 @@ pub(super) const PULSE_SHAPE: Word = Word {
     name: "shape",
     words: || SHAPES.map(|(word, _)| word).to_vec(),
     default: Value(SHAPES[0].0),
-    meaning: "shape; both deliver the impulse torque × duration",
+    meaning: "shape; both deliver the impulse torque × duration: rectangular peaks at the torque, raised-cosine at twice that",
 };
 pub(super) const CONSTANT_TORQUE: Number =
     number("constant_nm", "N·m", [-1e12, 1e12], Required, "constant torque at the pivot; 0 without the table");
-pub(super) const TORQUE_LIMIT: Number =
-    number("torque_limit_nm", "N·m", [0.0, 1e12], Value(1e4), "largest torque of a pulse from the bus");
+pub(super) const TORQUE_LIMIT: Number = number(
+    "torque_limit_nm",
+    "N·m",
+    [0.0, 1e12],
+    Value(1e4),
+    "largest mean torque of a pulse from the bus, whose peak is twice that if it is raised-cosine; largest torque of a setpoint",
+);
 pub(super) const PENDING_LIMIT: Count = Count {
     name: "pending_limit",
     low: 0,

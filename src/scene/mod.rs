@@ -70,6 +70,11 @@ pub(crate) fn scene_hint(path: &Path) -> Option<String> {
     String::from_utf8_lossy(&bytes).lines().any(has_mechanism).then(hint)
 }
 
+/// Whether a text has the keys that vary in a campaign. No scene has them.
+fn is_campaign(text: &str) -> bool {
+    toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("vary"))
+}
+
 impl SceneSource {
     /// Reads and validates `name`, a built-in scene or a file, with `KEY=VALUE` overrides.
     ///
@@ -95,7 +100,10 @@ impl SceneSource {
             let line = 1 + whole.iter().filter(|byte| **byte == b'\n').count();
             SceneError::whole(format!("{name}:{line}"), "not text in UTF-8; a scene is a TOML file")
         })?;
-        Self::parse(name, &text, overrides)
+        Self::parse(name, &text, overrides).map_err(|refused| match is_campaign(&text) {
+            true => SceneError::whole(name, format!("is a campaign, not a scene: `flexcrank sweep {name}` runs it")),
+            false => refused,
+        })
     }
 
     /// The same scene by another model, with the integrator that usually suits it.

@@ -34,7 +34,8 @@ fn refusal(text: &SceneText, read: &str, error: &toml::de::Error) -> SceneError 
         "must be a list" if !key.contains('.') => format!("must be a list, each entry in a table [[{key}]]"),
         problem => problem.to_owned(),
     };
-    text.refuse(&key, problem)
+    let is_of_value = ["invalid type: ", "unknown variant "].into_iter().any(|beginning| error.message().starts_with(beginning));
+    SceneError { never_allowed: is_of_value, ..text.refuse(&key, problem) }
 }
 
 /// The refusal of a list under a dotted path, where a scene has no list: its key is unknown, or holds something else.

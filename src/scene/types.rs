@@ -269,7 +269,7 @@ pub enum Motion {
 /// Bounds for commands from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Commands {
-    /// Largest |torque| a pulse may ask for, N·m.
+    /// Largest mean |torque| of a pulse and largest |torque| of a setpoint, N·m. A raised-cosine pulse peaks at twice its mean.
     pub torque_limit_nm: f64,
     /// Most pulses that may be pending or acting at once.
     pub pending_limit: usize,

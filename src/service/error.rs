@@ -2,7 +2,7 @@
 
 use crate::bus::BusError;
 use crate::recording::RecordingError;
-use crate::shown::shown_names;
+use crate::shown::{shown_names, shown_s};
 
 /// A service could not start, or could not end properly.
 #[derive(Debug, thiserror::Error)]
@@ -42,7 +42,7 @@ pub enum ServiceError {
         left_out: Vec<String>,
     },
     /// The replay starts after the end of the recording.
-    #[error("--start-offset {offset_s} is past the end of the recording, at {duration_s} s")]
+    #[error("--start-offset {offset_s} is past the end of the recording, at {} s", shown_s(*duration_s))]
     PastTheEnd {
         /// Requested start, s.
         offset_s: f64,

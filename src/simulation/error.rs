@@ -84,9 +84,11 @@ pub enum PulseRefused {
     #[error("hold_s = {0} is not allowed: 1e-6 to 60 s")]
     Hold(f64),
     /// Over the scene's limit.
-    #[error("|torque_nm| = {torque_nm} is over the scene's limit of {limit_nm} N·m (commands.torque_limit_nm)")]
+    #[error(
+        "|torque_nm| = {torque_nm} is over the scene's limit of {limit_nm} N·m on the mean torque (commands.torque_limit_nm)"
+    )]
     Torque {
-        /// The requested torque, N·m.
+        /// The requested mean torque, N·m.
         torque_nm: f64,
         /// The limit, N·m.
         limit_nm: f64,

@@ -1,6 +1,7 @@
 //! Errors of the search for periodic motion and of its multipliers.
 
 use crate::integrate::StepError;
+use crate::shown::shown_s;
 
 /// Why no periodic motion, or no multipliers of it, were found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -17,7 +18,7 @@ pub enum FloquetError {
         needed: usize,
     },
     /// A step failed: the equations are singular there, or the motion leaves every bound.
-    #[error("the step at {time_s} s failed: {source}")]
+    #[error("the step at {} s failed: {source}", shown_s(*time_s))]
     Step {
         /// Beginning of the step.
         time_s: f64,

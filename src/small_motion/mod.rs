@@ -63,6 +63,8 @@ pub use subject::{Crank, Subject};
 pub use sweep::{Branch, Crossing, OtherKind, crossings, follow, is_uncertain, other_kinds};
 pub use vibrations::Vibrations;
 
+use crate::shown::figure;
+
 /// No modes can be told.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoModes {
@@ -93,14 +95,16 @@ pub enum NoModes {
     )]
     Singular,
     /// Weight and loads cannot be balanced.
-    #[error("no static equilibrium was found with the crank at {angle_deg}°")]
+    #[error("no static equilibrium was found with the crank at {}°", figure(*angle_deg))]
     NoEquilibrium {
         /// The crank's angle, degrees.
         angle_deg: f64,
     },
     /// No steady rotation.
     #[error(
-        "no steady rotation at {speed_rad_per_s} rad/s was found with the crank at {angle_deg}°: a critical speed is near, or the position is singular"
+        "no steady rotation at {} rad/s was found with the crank at {}°: a critical speed is near, or the position is singular",
+        figure(*speed_rad_per_s),
+        figure(*angle_deg)
     )]
     NoSteadyRotation {
         /// The crank's speed, rad/s.

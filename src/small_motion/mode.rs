@@ -78,7 +78,8 @@ impl Mode {
     /// The name: kind and number, such as `rod bending 2`.
     pub fn name(&self) -> String {
         match self.kind {
-            Kind::Rotation => "chain rotation".to_owned(),
+            Kind::Rotation if self.number == 1 => "chain rotation".to_owned(),
+            Kind::Rotation => format!("chain rotation {}", self.number),
             Kind::Swing if self.number == 1 => "chain swing".to_owned(),
             Kind::Swing => format!("chain swing {}", self.number),
             Kind::Vibration(Part::Base) => "crank torsion of the base".to_owned(),

@@ -113,3 +113,17 @@ fn correction(mechanism: &mut dyn Mechanism, point: &Point) -> Option<DVector<f6
     let solution = matrix.lu().solve(&right)?;
     solution.iter().all(|x| x.is_finite()).then(|| solution.rows(0, n).into_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::NoModes;
+
+    #[test]
+    fn regress_refusals_show_angles_and_speeds_without_digits_of_rounding() {
+        let angle_deg = 0.5_f64.to_degrees();
+        let refused = NoModes::NoEquilibrium { angle_deg }.to_string();
+        assert_eq!(refused, "no static equilibrium was found with the crank at 28.6479°");
+        let refused = NoModes::NoSteadyRotation { speed_rad_per_s: 3.0 * 0.1, angle_deg }.to_string();
+        assert!(refused.starts_with("no steady rotation at 0.3 rad/s was found with the crank at 28.6479°: "), "{refused}");
+    }
+}

@@ -28,6 +28,7 @@ def indices(folder):
     table = pyarrow.parquet.read_table(folder / "sweep.sweep/table.parquet").to_pandas()
     keys = ["rod.length_m", "rod.density_kg_per_m3", "pulse.1.torque_nm"]
     expect("a row for each run, all of them done", list(table["index"]) == list(range(5120)) and set(table["ending"]) == {"done"}, len(table))
+    expect("all of them to be trusted", set(table["verdict"]) == {"balanced"})
     expect("identities differ", table["id"].nunique() == len(table))
     problem = {"num_vars": 3, "names": keys, "bounds": [[1.2, 1.8], [2700, 7850], [-0.5, 0.5]]}
     inside = all(table[key].between(*bounds).all() for key, bounds in zip(keys, problem["bounds"]))

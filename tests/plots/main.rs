@@ -8,6 +8,7 @@ mod pictures;
 mod recording;
 mod tables;
 mod thesis;
+mod vibrations;
 
 use std::path::Path;
 use std::process::{Command, Output};

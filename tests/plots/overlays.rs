@@ -64,6 +64,26 @@ fn regress_recordings_of_different_mechanisms_share_figures_of_one_title_only() 
 }
 
 #[test]
+fn regress_tables_over_different_quantities_have_figures_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("a.csv"), "time_s,torque_nm\n0,1\n1,2\n").unwrap();
+    std::fs::write(at.join("b.csv"), "angle_rad,torque_nm,time_s\n0,0,0\n3,3,1\n").unwrap();
+    let overlay = |arguments: &[&str]| {
+        let output = plot(at, &[&["a.csv", "b.csv", "--overlay", "--y", "torque_nm"], arguments].concat());
+        (output.status.code(), complaint(&output))
+    };
+    assert_eq!(overlay(&["-o", "out", "--format", "svg"]), (Some(0), String::new()));
+    for (file, x) in [("overlay", "time (s)"), ("overlay-2", "angle (rad)")] {
+        let drawn = texts(&read_to_string(at.join(format!("out/{file}.svg"))).unwrap());
+        assert!(drawn.iter().any(|text| text == x), "{x} in {file}: {drawn:?}");
+    }
+    let (code, refusal) = overlay(&["-o", "one.svg"]);
+    assert!(code == Some(2) && refusal.contains("choose one horizontal axis with --x"), "{code:?}: {refusal}");
+    assert_eq!(overlay(&["-o", "one.svg", "--x", "time_s"]), (Some(0), String::new()));
+}
+
+#[test]
 fn regress_a_column_that_one_file_has_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -114,6 +114,22 @@ fn prop_a_sweep_is_drawn_over_its_ratio() {
 }
 
 #[test]
+fn regress_a_table_of_an_interrupted_trade_is_a_part() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = "model,integrator,discretization,failure,step_s,error,seconds_per_simulated_s";
+    for (interrupted, is_part) in [(["", ""], false), ([",interrupted", ",1"], true)] {
+        let [name, value] = interrupted;
+        let rows =
+            format!("{head}{name}\nrigid,runge-kutta,–,,0.01,0.1,1e-4{value}\nmodal,esdirk,1 mode,,0.01,0.05,1e-3{value}\n");
+        std::fs::write(folder.path().join("trade.csv"), rows).unwrap();
+        let output = plot(folder.path(), &["trade.csv", "-o", "trade.svg"]);
+        let said = complaint(&output);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
+    }
+}
+
+#[test]
 fn prop_a_trade_gives_a_work_precision_diagram() {
     let folder = tempfile::tempdir().unwrap();
     let rows = [

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flexcrank::recording::{Export, export, read_columns, recover};
+use flexcrank::recording::{Export, RecordingError, export, read_columns, recover};
 
 use crate::common::Outcome;
 
@@ -79,6 +79,26 @@ fn regress_an_old_recording_stays_readable() -> Outcome {
     let verified = run(&["verify"])?;
     let said = String::from_utf8(verified.stderr)?;
     assert!(verified.status.code() == Some(1) && said.contains("composed-midpoint") && said.contains("another build"), "{said}");
+    Ok(())
+}
+
+/// The scene has no gravity, and no exact solution is known of it.
+#[test]
+fn regress_a_column_that_no_message_has_is_told_from_an_unknown_one() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let refused = |column: &str| {
+        let columns = Export { csv: Some(folder.path().join("tables")), columns: vec![column.to_owned()], ..Export::default() };
+        export(&path("sample-three-pulses.mcap"), &columns, &|_| {}).err()
+    };
+    for column in ["potential_j", "nodes.rod.1.exact_x_m"] {
+        let said = refused(column).map(|error| error.to_string()).unwrap_or_default();
+        assert!(said.contains(&format!("no column `{column}`: no message of this recording")), "{said}");
+    }
+    for column in ["potential_jj", "links.rd.chord_rad"] {
+        let said = refused(column);
+        assert!(matches!(said, Some(RecordingError::Column { .. })), "{said:?}");
+    }
+    assert!(!folder.path().join("tables").exists(), "a refusal writes nothing");
     Ok(())
 }
 

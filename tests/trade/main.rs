@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
+mod command;
 mod levels;
 mod rigid_links;
 mod rows;
@@ -14,7 +15,8 @@ use std::process::Command;
 use flexcrank::scene::{IntegratorKind, ModelKind, Scene, SceneSource};
 use flexcrank::simulation::Simulation;
 use flexcrank::study::trade::{
-    Axial, Configuration, Demands, Family, LostModes, OutputGroup, Question, Refusal, Selection, Study, choose, study, table,
+    Axial, Configuration, Demands, Family, INTERRUPTED, LostModes, OutputGroup, Question, Refusal, Selection, Study, choose,
+    study, table,
 };
 
 fn open(scene: &str, overrides: &[&str]) -> SceneSource {
@@ -319,7 +321,9 @@ fn val_a_model_loses_deflections_that_follow_their_loads() {
     let errors: Vec<f64> = told.measured().map(|(_, measured)| measured.error).collect();
     println!("{:.2e} of {third:?}, {errors:?}", third.following_part);
     assert!(third.follows(1e-3) && (0.3..3.0).contains(&(third.following_part / errors[0])), "{errors:?}");
-    assert_eq!((modes.lost(0).as_slice(), modes.lost(1).as_slice()), (&["rod bending 3 (model)".to_owned()][..], &[][..]));
+    assert_eq!(table(&told, Some(&modes)).words("lost_modes").unwrap(), ["rod bending 3 (model)", "none"]);
+    let unknown = LostModes { rows: vec![None; 2], ..modes };
+    assert_eq!(table(&told, Some(&unknown)).words("lost_modes").unwrap(), ["", ""]);
 }
 
 #[test]
@@ -382,4 +386,9 @@ fn regress_an_interrupted_study_keeps_its_rows() {
     assert!(part.interrupted && !whole.interrupted);
     assert_eq!(part.rows.len(), 2);
     assert_eq!(timeless(&part)[..2], timeless(&whole)[..2]);
+    assert_eq!(table(&part, None).column(INTERRUPTED), Some([1.0, 1.0].as_slice()));
+    assert_eq!(table(&whole, None).column(INTERRUPTED), None);
+    // Unknown, which is not `none`.
+    assert_eq!(table(&part, None).words("lost_modes").unwrap(), ["", ""]);
+    assert!(table(&part, None).column("worst_damping_error").unwrap().iter().all(|error| error.is_nan()));
 }

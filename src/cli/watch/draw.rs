@@ -8,6 +8,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::View;
 use super::{chart, mechanism};
+use crate::shown::figure;
 use crate::wire::{Status, status, status::State};
 
 /// From this width on, charts are beside the mechanism instead of below.
@@ -71,7 +72,7 @@ fn headline(view: &View) -> Line<'_> {
         line.push_span(format!("  shadow {} {:+.1e} rad", shadow.model, shadow.angle_rad).cyan());
     }
     if let Some(replay) = &status.replay {
-        line.push_span(format!(" of {:.2} s at {} times  {}", replay.duration_s, replay.rate, replay.file));
+        line.push_span(format!(" of {:.2} s at {} times  {}", replay.duration_s, figure(replay.rate), replay.file));
     }
     if let Some(recording) = &status.recording {
         line.push_span(format!("  rec {}", recording.rsplit('/').next().unwrap_or(recording)).dim());

@@ -4,6 +4,7 @@
 
 mod bending;
 mod chart;
+mod chosen;
 mod draw;
 mod mechanism;
 mod plain;
@@ -50,6 +51,7 @@ Examples:
   flexcrank watch crank --torque -2 --duration 0.5        what the key p sends
   flexcrank watch ghost                                   a replay, as well
   flexcrank watch crank --plain | tee log.txt
+  flexcrank watch crank --plain --signals crank.rate_rad_per_s,kinetic_j
 
 Keys: space pauses and resumes, r resets, p sends a pulse; Tab goes to the next chart, up and down choose its signal, left and \
     right what the charts span; + and - change how much bending is magnified, a lets it be chosen; q quits.
@@ -63,8 +65,8 @@ pub(super) struct Args {
     /// Name of the service.
     #[arg(default_value = "crank", add = ArgValueCandidates::new(completions::services))]
     pub name: Name,
-    /// Draw these signals over time: named as by export, with or without the name of the list. slider.x_m and
-    /// slider.vx_m_per_s are names of watch alone, for the last node of the rod.
+    /// Draw these signals over time, or with --plain print only these: named as by export, with or without the name of the list.
+    /// slider.x_m and slider.vx_m_per_s are names of watch alone, for the last node of the rod.
     #[arg(long, value_name = "SIGNAL", value_delimiter = ',')]
     pub signals: Vec<String>,
     /// Mean torque of the pulse that the key p sends, N·m.
@@ -73,11 +75,11 @@ pub(super) struct Args {
     /// Duration of that pulse.
     #[arg(long, value_name = "TIME", default_value = "0.1", value_parser = positive_time)]
     pub duration: f64,
-    /// Print lines, as without a terminal: no charts, no keys.
-    #[arg(long, conflicts_with_all = ["signals", "torque", "duration"])]
+    /// Print lines, as without a terminal: no charts, no keys. With --signals, one line a second: state, time and these.
+    #[arg(long, conflicts_with_all = ["torque", "duration"])]
     pub plain: bool,
     /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, and all signals at that time,
-    /// by name.
+    /// or those of --signals, by name.
     #[arg(long, requires = "plain")]
     pub json: bool,
     #[command(flatten)]
@@ -86,9 +88,6 @@ pub(super) struct Args {
 
 pub(super) fn watch(args: &Args) -> CommandResult {
     let plain = args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal();
-    if plain && !args.signals.is_empty() {
-        say!("warning: --signals draws charts, which need a terminal; --plain --json prints all signals");
-    }
     // While it waits for the service, it ends as other commands.
     let waiting = Interruption::watch()?;
     let session = args.client.open(&args.name)?;

@@ -13,9 +13,10 @@ use super::super::failure::CommandResult;
 use super::super::output::of_standard_output;
 use super::super::signals::interrupted;
 use super::Args;
+use super::chosen::ChosenSignals;
 use super::samples::{FullestInstant, Samples};
 use crate::bus::TopicQueue;
-use crate::cli::status_line::{describe, state_word};
+use crate::cli::status_line::{describe, state_and_time, state_word};
 use crate::wire::{Energies, Message, Shadow, Snapshot, Status, status::State};
 
 /// Time between two looks at new messages.
@@ -24,10 +25,13 @@ const REFRESH: Duration = Duration::from_millis(100);
 const PERIOD: Duration = Duration::from_secs(1);
 /// Silence after which a service is gone.
 const GONE: Duration = Duration::from_secs(3);
+/// Time after the first sample in which chosen signals come.
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The samples of one instant, and the newest message of the other topics.
 #[derive(Default)]
 struct Seen {
+    chosen: ChosenSignals,
     samples: FullestInstant,
     shadow: Option<Shadow>,
     status: Option<Status>,
@@ -35,6 +39,8 @@ struct Seen {
 
 /// The content of a block of lines, or of a line of JSON.
 struct Block<'a> {
+    /// Names of the chosen signals; none stands for all.
+    chosen: &'a [String],
     samples: &'a Samples,
     /// If there are samples, it has their time, and no energies, which would be those of an earlier instant.
     status: Option<Status>,
@@ -52,7 +58,7 @@ pub(super) fn print(queue: &TopicQueue, snapshot: Snapshot, args: &Args) -> Comm
         told.store(true, Ordering::Relaxed);
     });
     // A service that is paused publishes its status alone.
-    let mut seen = Seen::from(snapshot);
+    let mut seen = Seen::new(ChosenSignals::new(&args.signals), snapshot);
     let (mut heard, mut printed) = (Instant::now(), None::<Instant>);
     while heard.elapsed() < GONE {
         if over.load(Ordering::Relaxed) {
@@ -64,12 +70,14 @@ pub(super) fn print(queue: &TopicQueue, snapshot: Snapshot, args: &Args) -> Comm
                 break;
             }
         }
-        if printed.is_none_or(|printed| printed.elapsed() >= PERIOD) && seen.status.is_some() {
+        let is_due = printed.is_none_or(|printed| printed.elapsed() >= PERIOD) && seen.status.is_some();
+        if is_due && seen.chosen.are_there(PATIENCE)? {
             seen.print(args.json, false)?;
             printed = Some(Instant::now());
         }
         std::thread::sleep(REFRESH);
     }
+    seen.chosen.are_there(Duration::ZERO)?;
     seen.print(args.json, true)?;
     if !args.json {
         writeln!(std::io::stdout(), "flexcrank/{} has ended", args.name).map_err(of_standard_output)?;
@@ -89,8 +97,8 @@ struct Line<'a> {
     signals: BTreeMap<String, f64>,
 }
 
-impl From<Snapshot> for Seen {
-    fn from(snapshot: Snapshot) -> Self {
+impl Seen {
+    fn new(chosen: ChosenSignals, snapshot: Snapshot) -> Self {
         let Snapshot { displacements, angles, loads, energies, .. } = snapshot;
         let messages = [
             displacements.map(|message| Message::Displacements(message.into())),
@@ -100,17 +108,19 @@ impl From<Snapshot> for Seen {
         ];
         let mut messages: Vec<Message> = messages.into_iter().flatten().collect();
         messages.sort_by_key(|message| message.stamp().map(|stamp| (stamp.epoch, stamp.step)));
-        let mut seen = Seen::default();
-        messages.into_iter().for_each(|message| seen.samples.add(message));
+        let mut seen = Seen { chosen, ..Seen::default() };
+        for message in messages {
+            seen.chosen.add(&message);
+            seen.samples.add(message);
+        }
         seen
     }
-}
 
-impl Seen {
     /// Takes all new messages; returns the state in the newest status, if one came.
     fn take(&mut self, queue: &TopicQueue) -> Option<State> {
         let mut state = None;
         for message in queue.new_messages() {
+            self.chosen.add(&message);
             match message {
                 Message::Status(status) => {
                     state = Some(status.state());
@@ -152,7 +162,7 @@ impl Seen {
             },
             None => status,
         });
-        Block { samples, status, shadow: self.shadow.as_ref() }
+        Block { chosen: &self.chosen.names, samples, status, shadow: self.shadow.as_ref() }
     }
 }
 
@@ -170,18 +180,33 @@ impl Block<'_> {
         }
     }
 
-    /// All signals. Those of a shadow may be of another instant, and have its time.
+    /// The chosen signals by the names given for them, as far as they are there; or all. Those of a shadow may be of another instant, and
+    /// have its time.
     fn signals(&self) -> BTreeMap<String, f64> {
         let mut all = self.samples.signals();
         self.status.iter().for_each(|status| all.status(status));
         self.shadow.iter().for_each(|shadow| all.shadow(shadow));
         let now = |name: &str| Some((name.to_owned(), all.find(name)?.now));
-        let mut signals: BTreeMap<String, f64> = all.names().filter_map(now).collect();
-        signals.extend(self.shadow.and_then(|shadow| Some(("shadow.sim_time_s".to_owned(), shadow.stamp?.sim_time_s))));
-        signals
+        match self.chosen {
+            [] => all.names().filter_map(now).collect(),
+            names => names.iter().filter_map(|name| now(name)).collect(),
+        }
+    }
+
+    /// One line: state, time and the chosen signals.
+    fn chosen_line(&self, status: &Status) -> String {
+        let signals = self.signals();
+        let shown = |name: &String| {
+            let value = signals.get(name).map_or("–".to_owned(), |value| format!("{value:.6e}"));
+            format!("  {name} {value:>13}")
+        };
+        format!("{}{}", state_and_time(status), self.chosen.iter().map(shown).collect::<String>())
     }
 
     fn lines(&self) -> Vec<String> {
+        if !self.chosen.is_empty() {
+            return self.status.iter().map(|status| self.chosen_line(status)).collect();
+        }
         let Samples { angles, displacements, loads, energies, .. } = self.samples;
         let mut lines = Vec::new();
         lines.extend(self.status.as_ref().map(|status| describe(status, None)));
@@ -246,6 +271,18 @@ mod tests {
         assert!(lines.iter().any(|line| line.starts_with("energy") && line.contains(" 7.000000 J")), "{lines:?}");
         seen.status(Status { stamp: at(0.0, 0, 1), ..status });
         assert_eq!(seen.block().lines(), ["RUNNING  t 0.000 s  energy 5.000 J"], "a reset while paused has no samples");
+    }
+
+    #[test]
+    fn val_only_the_chosen_signals_are_printed() {
+        let names = ["links.crank.chord_rad", "kinetic_j"].map(str::to_owned);
+        let mut seen = Seen::new(ChosenSignals::new(&names), Snapshot::default());
+        let link = LinkAngle { link: "crank".to_owned(), chord_rad: -2.5e-7, ..LinkAngle::default() };
+        seen.status(Status { stamp: at(1.0, 100, 0), state: State::Running.into(), ..Status::default() });
+        seen.samples.add(Message::Angles(Box::new(Angles { stamp: at(1.3, 130, 0), links: vec![link], ..Angles::default() })));
+        let block = seen.block();
+        assert_eq!(block.lines(), ["RUNNING  t 1.300 s  links.crank.chord_rad  -2.500000e-7  kinetic_j             –"]);
+        assert_eq!(block.line(false).signals, BTreeMap::from([("links.crank.chord_rad".to_owned(), -2.5e-7)]));
     }
 
     #[test]

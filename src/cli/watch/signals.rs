@@ -1,12 +1,13 @@
 //! All numbers that a service publishes, under short names, with their recent past.
 //!
 //! Names are those of `export` without the name of the list: `crank.chord_rad`, `rod.2.deflection_m`, `pivot.fx_n`,
-//! `driving_torque_nm`; `slider.x_m` for the last node of a chain with a slider; and `shadow.angle_rad` for the differences of a shadow.
+//! `driving_torque_nm`; `slider.x_m` for the last node of a chain with a slider; and `shadow.angle_rad` for the differences of a shadow,
+//! which are those at `shadow.sim_time_s`.
 
 use std::collections::BTreeMap;
 
 use super::strip::Strip;
-use crate::wire::{Angles, Displacements, Energies, Loads, Shadow, Stamp, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Message, Shadow, Stamp, Status};
 
 /// All signals by name.
 #[derive(Debug, Default)]
@@ -19,6 +20,19 @@ pub(super) struct Signals {
 }
 
 impl Signals {
+    /// Adds the values of a message.
+    pub(super) fn add(&mut self, message: &Message) {
+        match message {
+            Message::Displacements(displacements) => self.displacements(displacements),
+            Message::Angles(angles) => self.angles(angles),
+            Message::Loads(loads) => self.loads(loads),
+            Message::Energies(energies) => self.energies(energies),
+            Message::Shadow(shadow) => self.shadow(shadow),
+            Message::Status(status) => self.status(status),
+            _ => {}
+        }
+    }
+
     pub(super) fn angles(&mut self, angles: &Angles) {
         let time_s = seconds(angles.stamp.as_ref());
         for link in &angles.links {
@@ -75,6 +89,7 @@ impl Signals {
 
     pub(super) fn shadow(&mut self, shadow: &Shadow) {
         let time_s = seconds(shadow.stamp.as_ref());
+        self.put(time_s, "shadow", "sim_time_s", shadow.stamp.map(|stamp| stamp.sim_time_s));
         self.put(time_s, "shadow", "angle_rad", Some(shadow.angle_rad));
         self.put(time_s, "shadow", "end_x_m", Some(shadow.end_x_m));
         self.put(time_s, "shadow", "joint_force_n", shadow.joint_force_n);

@@ -58,18 +58,19 @@ pub(super) fn learn<'a>(columns: &mut Columns, cells: impl Iterator<Item = (&'a 
 /// topic has another requested column.
 ///
 /// # Errors
-/// [`RecordingError::Column`] if no topic has a requested column.
-pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String], recording: &Path) -> Result<(), RecordingError> {
+/// [`RecordingError`] if no topic has a requested column; which one depends on `has_field`: whether a message could have it.
+pub(super) fn select(
+    topics: &mut BTreeMap<String, Columns>,
+    wanted: &[String],
+    recording: &Path,
+    has_field: &dyn Fn(&str) -> bool,
+) -> Result<(), RecordingError> {
     if wanted.is_empty() {
         return Ok(());
     }
     for wanted in wanted {
-        let names = || topics.values().flat_map(Columns::keys).map(String::as_str);
-        if !names().any(|name| is_part(name, wanted)) {
-            let nearest = nearest_column(wanted, names()).map(str::to_owned);
-            let columns =
-                columns_by_topic(topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str))));
-            return Err(RecordingError::Column { columns, path: recording.to_owned(), wanted: wanted.clone(), nearest });
+        if !has_column(topics, wanted) {
+            return Err(missing(topics, wanted, recording, has_field));
         }
     }
     for columns in topics.values_mut() {
@@ -81,6 +82,29 @@ pub(super) fn select(topics: &mut BTreeMap<String, Columns>, wanted: &[String], 
         topics.retain(|_, columns| has_other(columns, kind));
     }
     Ok(())
+}
+
+/// Whether a topic has a column, or a group of columns.
+fn has_column(topics: &BTreeMap<String, Columns>, wanted: &str) -> bool {
+    topics.values().flat_map(Columns::keys).any(|name| is_part(name, wanted))
+}
+
+/// The error for a column that no topic has: no message has this field, or there is no such field.
+fn missing(
+    topics: &BTreeMap<String, Columns>,
+    wanted: &str,
+    recording: &Path,
+    has_field: &dyn Fn(&str) -> bool,
+) -> RecordingError {
+    let (path, wanted) = (recording.to_owned(), wanted.to_owned());
+    let has_group = wanted.rsplit_once('.').is_none_or(|(group, _)| has_column(topics, group));
+    if has_group && has_field(&wanted) {
+        return RecordingError::Absent { path, wanted };
+    }
+    let names = topics.values().flat_map(Columns::keys).map(String::as_str);
+    let nearest = nearest_column(&wanted, names).map(str::to_owned);
+    let columns = columns_by_topic(topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str))));
+    RecordingError::Column { columns, path, wanted, nearest }
 }
 
 /// Whether a column is of another kind.
@@ -116,7 +140,7 @@ mod tests {
                 ("angles".to_owned(), topic(&["links.crank.chord_rad", "links.rod.chord_rad"])),
                 ("loads".to_owned(), topic(&["torque_nm"])),
             ]);
-            select(&mut topics, &[wanted.to_owned()], Path::new("r"))?;
+            select(&mut topics, &[wanted.to_owned()], Path::new("r"), &|name| name.ends_with("rate_rad_per_s"))?;
             Ok(topics.into_values().flat_map(IndexMap::into_keys).collect::<Vec<String>>())
         };
         assert_eq!(
@@ -126,6 +150,8 @@ mod tests {
         let Err(RecordingError::Column { nearest, .. }) = select("links.rod.chord_rd") else { panic!("a misspelt column") };
         assert_eq!(nearest.as_deref(), Some("links.rod.chord_rad"));
         assert!(select("link").is_err(), "half a word is no name");
+        assert!(matches!(select("links.rod.rate_rad_per_s"), Err(RecordingError::Absent { .. })), "no message has this field");
+        assert!(matches!(select("links.beam.rate_rad_per_s"), Err(RecordingError::Column { .. })), "there is no such link");
     }
 
     #[test]
@@ -137,7 +163,7 @@ mod tests {
                 ("loads".to_owned(), topic(&["stamp.step", "torque_nm"])),
             ]);
             let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
-            select(&mut topics, &wanted, Path::new("r"))?;
+            select(&mut topics, &wanted, Path::new("r"), &|_| false)?;
             let kept = topics.into_iter().map(|(topic, columns)| (topic, columns.len() - TIMES.len()));
             Ok::<_, RecordingError>(kept.collect::<Vec<(String, usize)>>())
         };

@@ -85,7 +85,7 @@ fn tables(recording: &Path, export: &Export, part: TimeRange, progress: &dyn Fn(
     if topics.is_empty() {
         return Err(empty(recording, export, decoder)?);
     }
-    select(&mut topics, &export.columns, recording)?;
+    select(&mut topics, &export.columns, recording, &|column| decoder.has_field(column))?;
     let mut tables = BTreeMap::new();
     for (topic, columns) in topics {
         tables.insert(topic.clone(), Table::create(export, &topic, columns)?);

@@ -18,6 +18,7 @@ use crate::recording::{RecordedMessage, RecordingFile};
 use crate::runtime::{DeadlineWait, DurationHistogram, Reply, ReplyCache, STATUS_PERIOD, deadline_wait, exact_timers};
 use crate::service::status::with_lateness;
 use crate::service::{OnStatus, ServiceError};
+use crate::shown::{figure, shown_s};
 use crate::simulation::Effective;
 use crate::wire::{self, AppliedCommand, Control, Setpoint, Status, TorquePulse, applied_command::Command, status::State};
 
@@ -274,7 +275,7 @@ impl<'a> Player<'a> {
                 "playing".to_owned()
             }
             ReplayAction::Seek(to_s) if !(0.0..=duration_s).contains(&to_s) => {
-                return Ok(Err(format!("the recording goes from 0 to {duration_s} s")));
+                return Ok(Err(format!("the recording goes from 0 to {} s", shown_s(duration_s))));
             }
             ReplayAction::Seek(to_s) => {
                 self.move_to(to_s)?;
@@ -283,7 +284,7 @@ impl<'a> Player<'a> {
             ReplayAction::Skip(by_s) => return self.apply(ReplayAction::Seek((self.position_s() + by_s).clamp(0.0, duration_s))),
             ReplayAction::Rate(rate) => {
                 self.timeline.set_rate(now, rate, self.cursor.next_s);
-                format!("{rate} times the recorded speed")
+                format!("{} times the recorded speed", figure(rate))
             }
             ReplayAction::Faster(factor) => {
                 let rate = (self.timeline.rate() * factor).clamp(*RATES.start(), *RATES.end());

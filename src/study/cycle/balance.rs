@@ -5,6 +5,7 @@ use super::setup::Setup;
 use super::units::QuantityKind;
 use super::{CycleError, Options};
 use crate::scene::{Chain, Link, SceneSource};
+use crate::shown::figure;
 use crate::study::Table;
 
 /// Positions of the counterweights, which are point masses.
@@ -69,7 +70,7 @@ impl Counterweights {
         let m4 = (crank.mass_kg * crank.centre_of_mass_m + carried * crank.length_m) / arms.r4_m;
         for (name, kg, link) in [("m5", m5, "rod"), ("m4", m4, "crank")] {
             if kg < 0.0 || !kg.is_finite() {
-                let problem = format!("{name} would be {kg} kg, the {link}'s own centre of mass being so far back");
+                let problem = format!("{name} would be {} kg, the {link}'s own centre of mass being so far back", figure(kg));
                 return Err(CycleError::Counterweight(problem));
             }
         }

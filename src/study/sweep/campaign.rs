@@ -5,14 +5,16 @@ use std::path::Path;
 use sha2::{Digest as _, Sha256};
 
 use super::SweepError;
-use super::axis::Value;
+use super::axis::{Axis, Levels, Value};
 use super::run::{Column, Limits, Outcome, columns, run};
 use super::sampling;
-use super::spec::{Spec, SpecError};
+use super::spec::{Method, Spec, SpecError};
 use crate::scene::{SceneError, SceneSource};
 
 /// Samples that are tried before a campaign begins.
 const TRIED: u64 = 16;
+/// Values of a list that are tried before a campaign begins.
+const TRIED_VALUES: usize = 100;
 
 /// A campaign, ready to run.
 pub struct Campaign {
@@ -21,6 +23,15 @@ pub struct Campaign {
     columns: Vec<Column>,
     /// The part of every identity that all runs share.
     shared: Sha256,
+}
+
+/// A listed value that its key never allows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RefusedValue {
+    /// Key, value and the reason.
+    pub reason: String,
+    /// Number of runs with this value; known for a grid only.
+    pub runs: Option<u64>,
 }
 
 /// The values of a run, and its identity.
@@ -83,6 +94,25 @@ impl Campaign {
         }
     }
 
+    /// The listed values that their keys never allow, whatever the other keys are: their runs will be refused. Of a long list, the
+    /// first values are tried.
+    pub fn refused_values(&self) -> Vec<RefusedValue> {
+        self.spec.axes.iter().flat_map(|axis| self.refused_values_of(axis)).collect()
+    }
+
+    fn refused_values_of(&self, axis: &Axis) -> Vec<RefusedValue> {
+        let Levels::Listed(values) = &axis.levels else { return Vec::new() };
+        let runs = (self.spec.method == Method::Grid).then(|| self.runs() / axis.grid_count());
+        let refused = |value: &toml::Value| {
+            let change = format!("{}={}", axis.key, Value::Listed(value.clone()).toml());
+            let refused = SceneSource::parse(&self.base.origin, &self.base.text, &[change]).err()?;
+            let mut all = std::iter::once(&refused).chain(refused.further.iter());
+            let own = all.find(|refused| refused.never_allowed && refused.key == axis.key)?;
+            Some(RefusedValue { reason: reason(own), runs })
+        };
+        values.iter().take(TRIED_VALUES).filter_map(refused).collect()
+    }
+
     /// The specification.
     pub fn spec(&self) -> &Spec {
         &self.spec
@@ -119,6 +149,14 @@ impl Campaign {
 
     fn overrides(&self, values: &[Value]) -> Vec<String> {
         self.spec.axes.iter().zip(values).map(|(axis, value)| format!("{}={}", axis.key, value.toml())).collect()
+    }
+
+    /// The scene of a run.
+    ///
+    /// # Errors
+    /// [`SceneError`] if it refuses the values of the run.
+    pub fn scene_of(&self, run: u64) -> Result<SceneSource, SceneError> {
+        self.scene(&sampling::values(&self.spec, run))
     }
 
     fn scene(&self, values: &[Value]) -> Result<SceneSource, SceneError> {

@@ -39,6 +39,19 @@ impl TableFormat {
     }
 }
 
+/// Runs that ran to their end, but are not to be trusted: their energy balance was off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Untrusted {
+    /// Their number.
+    pub count: u64,
+    /// The first of them.
+    pub first: u64,
+    /// Largest energy balance of the first, J.
+    pub worst_balance_j: f64,
+    /// Energy in play of the first, J.
+    pub in_play_j: f64,
+}
+
 /// A merged table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
@@ -52,6 +65,8 @@ pub struct Merged {
     pub missing: Vec<Range<u64>>,
     /// Number of rows by their end.
     pub endings: BTreeMap<Ending, u64>,
+    /// Runs that are done, but not to be trusted; `None` if there are none.
+    pub untrusted: Option<Untrusted>,
     /// For each end that has a cause, the first run that ended so, and the cause.
     pub causes: BTreeMap<Ending, (u64, String)>,
     /// Computing time of all rows, s.
@@ -71,6 +86,7 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
         rows: 0,
         missing: Vec::new(),
         endings: BTreeMap::new(),
+        untrusted: None,
         causes: BTreeMap::new(),
         seconds: 0.0,
     };
@@ -121,6 +137,11 @@ impl Merged {
         self.rows += 1;
         self.seconds += row.seconds;
         *self.endings.entry(outcome.ending).or_default() += 1;
+        if outcome.is_untrusted() {
+            let [worst_balance_j, in_play_j] = ["worst_balance_j", "in_play_j"].map(|name| outcome.of_whole_run(name));
+            let first = Untrusted { count: 0, first: row.index, worst_balance_j, in_play_j };
+            self.untrusted.get_or_insert(first).count += 1;
+        }
         if !outcome.cause.is_empty() {
             self.causes.entry(outcome.ending).or_insert_with(|| (row.index, outcome.cause.clone()));
         }

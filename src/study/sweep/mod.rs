@@ -25,8 +25,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use axis::{Axis, Levels, Value};
-pub use campaign::Campaign;
-pub use merge::{Merged, TableFormat, has_rows, merge};
+pub use campaign::{Campaign, RefusedValue};
+pub use merge::{Merged, TableFormat, Untrusted, has_rows, merge};
 pub use points::{Coordinate, Points, points};
 pub use row::Row;
 pub use run::{Column, Ending, Outcome};

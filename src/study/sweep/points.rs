@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::campaign::Campaign;
 use super::merge::each_row;
-use super::run::Ending;
 use super::sensitivity::{NoIndices, places};
 use super::{Axis, Levels, Value};
 
@@ -21,13 +20,15 @@ pub struct Coordinate {
     pub words: Vec<String>,
 }
 
-/// Coordinates of the runs that ran to their end and know all of the scalars.
+/// Coordinates of the runs that ended well and know all of the scalars.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Points {
     /// The keys that vary.
     pub keys: Vec<Coordinate>,
     /// The scalars.
     pub scalars: Vec<Coordinate>,
+    /// Runs left out: missing, not run to their end, not to be trusted, or without one of the scalars.
+    pub left_out: u64,
 }
 
 /// The points of these scalars.
@@ -37,16 +38,18 @@ pub struct Points {
 pub fn points(campaign: &Campaign, folder: &Path, scalars: &[String]) -> Result<Points, NoIndices> {
     let places = places(campaign.columns(), scalars)?;
     let named = |place: &usize| Coordinate { name: campaign.columns()[*place].name.clone(), ..Coordinate::default() };
-    let mut points =
-        Points { keys: campaign.spec().axes.iter().map(of_key).collect(), scalars: places.iter().map(named).collect() };
+    let keys = campaign.spec().axes.iter().map(of_key).collect();
+    let mut points = Points { keys, scalars: places.iter().map(named).collect(), left_out: 0 };
     each_row(campaign, folder, |sample, row| {
-        let done = row.filter(|row| row.outcome.ending == Ending::Done);
-        let numbers =
-            done.and_then(|row| places.iter().map(|place| row.outcome.numbers.get(*place).copied()?).collect::<Option<Vec<_>>>());
-        if let Some(numbers) = numbers {
-            points.keys.iter_mut().zip(&sample.values).for_each(|(key, value)| key.add(value));
-            points.scalars.iter_mut().zip(numbers).for_each(|(scalar, number)| scalar.values.push(number));
-        }
+        let outcome = row.map(|row| &row.outcome).filter(|outcome| outcome.ended_well());
+        let numbers = outcome
+            .and_then(|outcome| places.iter().map(|place| outcome.numbers.get(*place).copied()?).collect::<Option<Vec<_>>>());
+        let Some(numbers) = numbers else {
+            points.left_out += 1;
+            return Ok(());
+        };
+        points.keys.iter_mut().zip(&sample.values).for_each(|(key, value)| key.add(value));
+        points.scalars.iter_mut().zip(numbers).for_each(|(scalar, number)| scalar.values.push(number));
         Ok(())
     })?;
     Ok(points)

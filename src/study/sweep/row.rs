@@ -1,7 +1,7 @@
 //! A row as a line of text: index, identity, seconds, ending, verdict, numbers, cause, between tabs.
 
 use super::campaign::Sample;
-use super::run::{Ending, Outcome};
+use super::run::{Ending, Outcome, UNBALANCED};
 
 /// The row of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Row {
 }
 
 /// Verdicts on the energy balance.
-const VERDICTS: [&str; 4] = ["balanced", "unbalanced", "not judged", ""];
+const VERDICTS: [&str; 4] = ["balanced", UNBALANCED, "not judged", ""];
 
 impl Row {
     /// The line, with its end.

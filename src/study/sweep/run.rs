@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use super::scalars::{Instant, Scalars};
 use crate::integrate::Effort;
 use crate::scene::{Scene, SceneError, SceneSource};
+use crate::shown::figure;
 use crate::simulation::{BuildError, Diverged, EnergyVerdict, Simulation};
 use crate::study::panic_message::panic_message;
 
@@ -36,6 +37,9 @@ impl Ending {
     }
 }
 
+/// The verdict on an energy balance that left its tolerance.
+pub(super) const UNBALANCED: &str = "unbalanced";
+
 /// The outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -47,6 +51,24 @@ pub struct Outcome {
     pub verdict: &'static str,
     /// Scalars in the order of the table's columns; `None` where the model does not know it.
     pub numbers: Vec<Option<f64>>,
+}
+
+impl Outcome {
+    /// Whether it ran to its end, and is to be trusted.
+    pub fn ended_well(&self) -> bool {
+        self.ending == Ending::Done && self.verdict != UNBALANCED
+    }
+
+    /// Whether it ran to its end, but is not to be trusted: its energy balance was off.
+    pub fn is_untrusted(&self) -> bool {
+        self.ending == Ending::Done && self.verdict == UNBALANCED
+    }
+
+    /// A scalar of the run as a whole; NaN if it is not known.
+    pub(super) fn of_whole_run(&self, name: &str) -> f64 {
+        let place = WHOLE_RUN.iter().position(|known| *known == name);
+        place.and_then(|place| self.numbers.get(place).copied().flatten()).unwrap_or(f64::NAN)
+    }
 }
 
 /// Scalars of the run as a whole, which stand before those read at every step.
@@ -132,7 +154,7 @@ fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Ou
     // The last step ends at `until_s` or after it; quotients such as 22.8/0.1 may round up.
     let steps = (limits.until_s / simulation.step_s() - 1e-6).ceil().max(1.0);
     if steps > limits.max_steps as f64 {
-        let step_s = simulation.step_s();
+        let step_s = figure(simulation.step_s());
         return Err(Failed::Refused(format!("needs {steps} steps of {step_s} s, more than max_steps = {}", limits.max_steps)));
     }
     let mut scalars = Scalars::new(scene);
@@ -191,7 +213,7 @@ fn outcome(simulation: &Simulation, scalars: &Scalars, cost: &Cost, diverged: Op
     ];
     let verdict = match simulation.energy_verdict() {
         EnergyVerdict::Balanced => "balanced",
-        EnergyVerdict::Unbalanced { .. } => "unbalanced",
+        EnergyVerdict::Unbalanced { .. } => UNBALANCED,
         EnergyVerdict::NotJudged => "not judged",
     };
     Outcome {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::SweepError;
 use super::campaign::Campaign;
 use super::merge::each_row;
-use super::run::{Column, Ending};
+use super::run::Column;
 use super::spec::Method;
 use crate::nearest::did_you_mean;
 use crate::study::Table;
@@ -32,7 +32,7 @@ pub struct Indices {
     pub keys: Vec<Index>,
     /// Samples that they rest on.
     pub samples: u64,
-    /// Samples left out: one of their runs is missing, did not run to its end, or does not know the scalar.
+    /// Samples left out: one of their runs is missing, did not run to its end, is not to be trusted, or does not know the scalar.
     pub left_out: u64,
 }
 
@@ -77,8 +77,8 @@ pub fn sensitivity(campaign: &Campaign, folder: &Path, wanted: &[String]) -> Res
     let mut outputs = vec![Outputs::default(); places.len()];
     let mut sample: Vec<Option<Vec<Option<f64>>>> = Vec::with_capacity(runs);
     each_row(campaign, folder, |_, row| {
-        let done = row.filter(|row| row.outcome.ending == Ending::Done);
-        sample.push(done.map(|row| places.iter().map(|place| row.outcome.numbers.get(*place).copied().flatten()).collect()));
+        let well = row.filter(|row| row.outcome.ended_well());
+        sample.push(well.map(|row| places.iter().map(|place| row.outcome.numbers.get(*place).copied().flatten()).collect()));
         if sample.len() == runs {
             outputs.iter_mut().enumerate().for_each(|(place, outputs)| outputs.add(&sample, place));
             sample.clear();

@@ -8,10 +8,12 @@ use toml_edit::Document;
 
 use super::axis::{Axis, Levels};
 use super::sobol;
-use crate::scene::toml_problem;
+use crate::scene::{builtin, toml_problem};
 use crate::shown::Shown;
 use crate::text_file;
 
+/// Lists of tables in a specification.
+const LISTS: [&str; 2] = ["vary", "pulse"];
 /// Size limit of a specification, bytes.
 const SIZE_LIMIT: usize = 1024 * 1024;
 /// Most runs of a campaign.
@@ -35,6 +37,15 @@ impl SpecError {
     /// A refusal of the specification at `place`.
     pub(super) fn new(place: &str, problem: String) -> Self {
         SpecError { place: place.to_owned(), problem }
+    }
+
+    /// The refusal of a scene in place of a specification.
+    fn scene(name: &str) -> Self {
+        let problem = format!(
+            "is a scene, not a campaign: `flexcrank run {name}` runs it; `flexcrank files sweep.toml` prints a campaign, whose \
+             `scene` names one"
+        );
+        SpecError::new(name, problem)
     }
 }
 
@@ -114,11 +125,13 @@ impl Spec {
     /// [`SpecError`] if it cannot be read, or anything in it is refused.
     pub fn open(path: &Path) -> Result<Self, SpecError> {
         let place = path.display().to_string();
-        let text = text_file::read(path, SIZE_LIMIT)
-            .map_err(|cause| SpecError { place: place.clone(), problem: format!("cannot be read: {cause}") })?;
+        let text = text_file::read(path, SIZE_LIMIT).map_err(|cause| match builtin::find(&place) {
+            Ok(_) => SpecError::scene(&place),
+            Err(_) => SpecError::new(&place, format!("cannot be read: {cause}")),
+        })?;
         let mut spec = Self::parse(&place, &text)?;
         let beside = path.parent().unwrap_or(Path::new("")).join(&spec.scene);
-        if crate::scene::builtin::find(&spec.scene).is_err() && beside.is_file() {
+        if builtin::find(&spec.scene).is_err() && beside.is_file() {
             spec.scene = beside.display().to_string();
         }
         Ok(spec)
@@ -129,14 +142,12 @@ impl Spec {
     /// # Errors
     /// [`SpecError`] if anything in it is refused.
     pub fn parse(origin: &str, text: &str) -> Result<Self, SpecError> {
-        let has = |key: &str| toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key(key));
-        if has("solver") && !has("vary") {
-            let problem = "is a scene, not a campaign; `flexcrank files sweep.toml` prints a campaign, whose `scene` names one";
-            return Err(SpecError { place: origin.to_owned(), problem: problem.to_owned() });
+        if toml::from_str::<toml::Table>(text).is_ok_and(|table| is_scene(&table)) {
+            return Err(SpecError::scene(origin));
         }
         let raw: RawSpec = toml::from_str(text).map_err(|error| SpecError {
             place: error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start)),
-            problem: repeated_table_problem(text, &error).unwrap_or_else(|| {
+            problem: repeated_table_problem(text, &error).or_else(|| no_list_problem(text, &error)).unwrap_or_else(|| {
                 error.span().map(|span| named(text, span)).unwrap_or_default() + &toml_problem(error.message())
             }),
         })?;
@@ -155,6 +166,12 @@ impl Spec {
     pub fn usual_folder(path: &Path) -> PathBuf {
         path.with_extension("sweep")
     }
+}
+
+/// Whether a table has a mechanism or its solver, as a scene has and no campaign.
+fn is_scene(table: &toml::Table) -> bool {
+    let has = |key: &str| table.contains_key(key);
+    ["crank", "beam", "oscillator", "solver"].into_iter().any(has) && !has("vary")
 }
 
 /// The origin with the line of a byte of its text.
@@ -180,10 +197,24 @@ fn named(text: &str, span: Range<usize>) -> String {
 /// The problem with a second `[name]`, where a campaign has a list of such tables.
 fn repeated_table_problem(text: &str, error: &toml::de::Error) -> Option<String> {
     let start = error.span().filter(|_| error.message() == "duplicate key")?.start;
-    let begin = text.get(..start)?.rfind('\n').map_or(0, |line_break| line_break + 1);
-    let is_there = |name: &&str| text.get(begin..).is_some_and(|line| line.trim_start().starts_with(&format!("[{name}]")));
-    let name = ["vary", "pulse"].into_iter().find(is_there)?;
+    let line = from_line(text, start)?.trim_start();
+    let name = LISTS.into_iter().find(|name| line.starts_with(&format!("[{name}]")))?;
     Some(format!("[{name}] is there twice: each entry of a list is a table [[{name}]]"))
+}
+
+/// The problem with a table `[name]` or a value, where a campaign has a list of such tables.
+fn no_list_problem(text: &str, error: &toml::de::Error) -> Option<String> {
+    let line = from_line(text, error.span()?.start)?.trim_start_matches(['[', ' ', '\t']);
+    let given: toml::Table = toml::from_str(text).ok()?;
+    let is_no_list = |name: &str| given.get(name).is_some_and(|given| !given.is_array());
+    let name = LISTS.into_iter().find(|&name| line.starts_with(name) && is_no_list(name))?;
+    Some(format!("{name}: must be a list, each entry in a table [[{name}]]"))
+}
+
+/// The text from the line of a byte on.
+fn from_line(text: &str, byte: usize) -> Option<&str> {
+    let begin = text.get(..byte)?.rfind('\n').map_or(0, |line_break| line_break + 1);
+    text.get(begin..)
 }
 
 /// A refusal of the whole specification, or of a key that varies.

@@ -2,6 +2,8 @@
 
 /// Approximate number of instants in a run.
 const INSTANTS: f64 = 200.0;
+/// Fewer instants than this miss much of what happens between them.
+const FEW: usize = 50;
 /// Steps are taken as dividing the interval when the quotient is this close to whole.
 const WHOLE: f64 = 1e-9;
 /// Divisors of the interval that give the default steps.
@@ -41,6 +43,11 @@ impl Grid {
         Ok(Grid { interval_s, count: ((until_s / interval_s - WHOLE).ceil() as usize).max(1) })
     }
 
+    /// Whether there are so few instants that errors between them may be missed. Without steps asked for, there are 80 or more.
+    pub fn has_few_instants(&self) -> bool {
+        self.count < FEW
+    }
+
     /// Steps of `step_s` between two instants.
     pub fn steps(&self, step_s: f64) -> u64 {
         (self.interval_s / step_s).round() as u64
@@ -48,7 +55,7 @@ impl Grid {
 
     /// Simulated duration, s.
     pub fn until_s(&self) -> f64 {
-        self.interval_s * self.count as f64
+        tidy(self.interval_s * self.count as f64)
     }
 
     /// Steps to try, longest first.
@@ -64,8 +71,8 @@ fn round_up(x: f64) -> f64 {
     tidy([1.0, 2.0, 5.0, 10.0].into_iter().find(|m| *m >= mantissa * (1.0 - WHOLE)).unwrap_or(10.0) * power)
 }
 
-/// Removes the digits that division left behind.
-fn tidy(x: f64) -> f64 {
+/// Removes the digits that rounding left behind in a quotient or a product.
+pub(super) fn tidy(x: f64) -> f64 {
     format!("{x:.12e}").parse().unwrap_or(x)
 }
 
@@ -83,7 +90,7 @@ fn common_s(least_s: f64, steps_s: &[f64]) -> Result<f64, NoCommonInterval> {
     candidates.clone().find(all).ok_or_else(|| {
         let interval_s = tidy(first * longest_s);
         let step_s = steps_s.iter().copied().find(|step_s| !divides(*step_s, interval_s)).unwrap_or(longest_s);
-        NoCommonInterval { step_s, longest_s, nearest_s: interval_s / (interval_s / step_s).round().max(1.0) }
+        NoCommonInterval { step_s, longest_s, nearest_s: tidy(interval_s / (interval_s / step_s).round().max(1.0)) }
     })
 }
 
@@ -102,6 +109,17 @@ mod tests {
         for until_s in [0.0838, 3.0, 20.0, 1e-4] {
             let grid = Grid::new(until_s, None).unwrap();
             assert!(grid.until_s() >= until_s * (1.0 - 1e-9) && grid.until_s() < 1.02 * until_s, "{until_s}: {grid:?}");
+            assert!((80..=200).contains(&grid.count) && !grid.has_few_instants(), "{until_s}: {grid:?}");
         }
+        let grid = Grid::new(2.0, Some(&[1.0, 0.5])).unwrap();
+        assert!(grid.count == 2 && grid.has_few_instants(), "{grid:?}");
+    }
+
+    #[test]
+    fn regress_times_that_are_shown_have_no_digits_of_rounding() {
+        let grid = Grid::new(2.3, None).unwrap();
+        assert_eq!((grid.until_s(), grid.interval_s), (2.3, 0.02));
+        let refused = Grid::new(2.0, Some(&[1e-3, 1e-3 / std::f64::consts::PI])).unwrap_err().to_string();
+        assert!(refused.ends_with("the nearest that does is 0.0003225806451613 s"), "{refused}");
     }
 }

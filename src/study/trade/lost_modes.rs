@@ -94,7 +94,12 @@ impl LostModes {
         Ok(LostModes { tolerance, rows, excitation })
     }
 
-    /// The vibrations that a row loses, in words: `rod bending 3 (step)`.
+    /// Whether it is known which vibrations a row loses: not of a model without a linearisation.
+    pub fn is_known(&self, row: usize) -> bool {
+        self.rows.get(row).is_some_and(Option::is_some)
+    }
+
+    /// The vibrations that a row loses, in words: `rod bending 3 (step)`; none of a row of which they are not known.
     pub fn lost(&self, row: usize) -> Vec<String> {
         let lost = self.errors(row).iter().filter_map(|error| Some((error.mode, error.lost?)));
         lost.map(|(mode, reason)| format!("{} ({reason})", self.excitation.modes[mode].name)).collect()

@@ -46,13 +46,13 @@ pub use grid::{Grid, NoCommonInterval};
 pub use levels::{Levels, NoLevels, PassedOver, Unfit, choose_levels};
 pub use lost_modes::{LostModes, ModeError, Reason};
 pub use measured_level::MeasuredLevel;
-pub(super) use output_group::STRAIGHT;
+pub(crate) use output_group::STRAIGHT;
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{Reference, WELL_RESOLVED};
 pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
-pub use table::table;
+pub use table::{INTERRUPTED, table};
 pub use transfer_trial::NoSwitch;
 pub use verification::Trial;
 
@@ -69,6 +69,18 @@ pub struct Question {
     pub budget_s: f64,
     /// Error below which nothing is of use.
     pub enough: Option<f64>,
+}
+
+impl Question {
+    /// The instants at which the runs of a scene are compared.
+    ///
+    /// # Errors
+    /// [`NoCommonInterval`] if the steps have none in common.
+    pub fn grid(&self, scene: &Scene) -> Result<Grid, NoCommonInterval> {
+        let steps_s = descending(&self.selection.steps_s);
+        let until_s = self.until_s.unwrap_or_else(|| usual_until_s(scene));
+        Grid::new(until_s, (!steps_s.is_empty()).then_some(&steps_s))
+    }
 }
 
 /// The result of a study.
@@ -141,8 +153,7 @@ pub fn study(
     let begin = Instant::now();
     let chain = scene.chain().ok_or(TradeError::Oscillator)?;
     let steps_s = descending(&question.selection.steps_s);
-    let until_s = question.until_s.unwrap_or_else(|| usual_until_s(scene));
-    let grid = Grid::new(until_s, (!steps_s.is_empty()).then_some(&steps_s))?;
+    let grid = question.grid(scene)?;
     let families = question.selection.families(scene, question.enough);
     if families.is_empty() {
         return Err(TradeError::Nothing);

@@ -68,7 +68,7 @@ pub const CHANNELS: [Channel; 7] = [
 pub type Sample = [[f64; 2]; CHANNELS.len()];
 
 /// A link with deflections below this fraction of its length counts as straight; its errors are relative to its length.
-pub(in crate::study) const STRAIGHT: f64 = 1e-6;
+pub(crate) const STRAIGHT: f64 = 1e-6;
 
 /// Reads samples off a chain's observations.
 #[derive(Debug, Clone)]

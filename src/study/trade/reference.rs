@@ -4,7 +4,7 @@ use super::REFERENCE_PART;
 use super::configuration::{Axial, Configuration, Family};
 use super::effort::RunEffort;
 use super::errors::Errors;
-use super::grid::Grid;
+use super::grid::{Grid, tidy};
 use super::output_group::{CHANNELS, OutputGroup, Sample, scales};
 use super::run::{Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
@@ -133,7 +133,7 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
         axial: Axial::of(chain),
     };
-    Configuration { family, step_s: grid.interval_s / (STEPS * 4_f64.powi(k as i32)) }
+    Configuration { family, step_s: tidy(grid.interval_s / (STEPS * 4_f64.powi(k as i32))) }
 }
 
 /// Approximate run time on a typical machine, s.
@@ -173,5 +173,12 @@ mod tests {
             assert_eq!(reference.bounded_mark(&errors, &compared), mark, "{error:?}");
         }
         assert_eq!(reference.mark(&errors([0.0; 2]), OutputGroup::Energy), "");
+    }
+
+    #[test]
+    fn regress_the_step_of_the_reference_has_no_digits_of_rounding() {
+        let source = SceneSource::open("ref-r2s", &[]).unwrap();
+        let grid = Grid::new(0.002, None).unwrap();
+        assert_eq!(level(source.scene.chain().unwrap(), &grid, 0).step_s, 4e-7);
     }
 }

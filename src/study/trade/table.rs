@@ -7,8 +7,11 @@ use super::sweep::{Measured, Row};
 use super::{Study, WELL_RESOLVED};
 use crate::study::Table;
 
-/// Every configuration with everything measured of it; what failed has empty measurements. Without `modes`, as after an interruption, it has
-/// no columns of vibrations.
+/// The column, 1 in every row, that only the table of an interrupted study has: it is a part.
+pub const INTERRUPTED: &str = "interrupted";
+
+/// Every configuration with everything measured of it; what failed has empty measurements. Without `modes`, as after an
+/// interruption, the cells of vibrations are empty.
 pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
     let mut table = Table::default();
     let words = |of: &dyn Fn(&Row) -> String| study.rows.iter().map(of).collect::<Vec<_>>();
@@ -54,22 +57,32 @@ pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
     }
     table.push("estimated_error_angle_rad", numbers(&|m| m.estimated_angle_rad.unwrap_or(f64::NAN)));
     table.push("relative_error_energy", numbers(&|m| m.errors.energy));
-    if let Some(modes) = modes {
-        push_modes(&mut table, study.rows.len(), modes);
+    push_modes(&mut table, study.rows.len(), modes);
+    if study.interrupted {
+        table.push(INTERRUPTED, vec![1.0; study.rows.len()]);
     }
     table
 }
 
-/// The vibrations that each configuration loses, and its errors in the one that it computes worst.
-fn push_modes(table: &mut Table, rows: usize, modes: &LostModes) {
-    table.push_words("lost_modes", (0..rows).map(|row| modes.lost(row).join(", ")).collect());
-    let name = |row| modes.worst(row).map_or(String::new(), |(mode, _)| mode.name.clone());
+/// The vibrations that each configuration loses, and its errors in the one that it computes worst; empty where these are not
+/// known.
+fn push_modes(table: &mut Table, rows: usize, modes: Option<&LostModes>) {
+    let known = |row: usize| modes.filter(|modes| modes.is_known(row));
+    let lost = |row: usize| known(row).map_or(String::new(), |modes| lost_or_none(&modes.lost(row)));
+    table.push_words("lost_modes", (0..rows).map(lost).collect());
+    let worst = |row: usize| known(row).and_then(|modes| modes.worst(row));
+    let name = |row: usize| worst(row).map_or(String::new(), |(mode, _)| mode.name.clone());
     table.push_words("worst_mode", (0..rows).map(name).collect());
-    let worst = |of: &dyn Fn(&ModeError) -> f64| -> Vec<f64> {
-        (0..rows).map(|row| modes.worst(row).map_or(f64::NAN, |(_, error)| of(error))).collect()
+    let numbers = |of: &dyn Fn(&ModeError) -> f64| -> Vec<f64> {
+        (0..rows).map(|row| worst(row).map_or(f64::NAN, |(_, error)| of(error))).collect()
     };
-    table.push("worst_frequency_error", worst(&|error| error.frequency));
-    table.push("worst_damping_error", worst(&|error| error.damping));
+    table.push("worst_frequency_error", numbers(&|error| error.frequency));
+    table.push("worst_damping_error", numbers(&|error| error.damping));
+}
+
+/// A cell that is not empty, as that of an unknown is.
+fn lost_or_none(lost: &[String]) -> String {
+    if lost.is_empty() { "none".to_owned() } else { lost.join(", ") }
 }
 
 /// Steps per second of computing.

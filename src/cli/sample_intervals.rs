@@ -1,0 +1,31 @@
+//! The times between the samples of a recorded topic.
+
+use crate::plot::SIMULATED_TIME;
+use crate::study::Table;
+
+/// Part of the intervals between samples that are no gaps.
+const REGULAR: f64 = 0.9;
+
+/// The time between a sample and the one before it.
+pub(super) struct Interval {
+    /// Row of the later sample.
+    pub row: usize,
+    /// Simulated time, s.
+    pub duration_s: f64,
+}
+
+/// The intervals within epochs.
+pub(super) fn intervals(table: &Table) -> Vec<Interval> {
+    let [times_s, epochs] = [SIMULATED_TIME, "stamp.epoch"].map(|name| table.column(name).unwrap_or_default());
+    let is_in_epoch = |row: &usize| epochs.get(*row) == epochs.get(*row - 1);
+    let interval = |row: usize| Interval { row, duration_s: times_s[row] - times_s[row - 1] };
+    (1..times_s.len()).filter(is_in_epoch).map(interval).filter(|interval| interval.duration_s > 0.0).collect()
+}
+
+/// The longest interval that is no gap, s. Intervals differ where the rate does not fit the step.
+pub(super) fn regular_s(table: &Table) -> Option<f64> {
+    let mut durations_s: Vec<f64> = intervals(table).into_iter().map(|interval| interval.duration_s).collect();
+    durations_s.sort_by(f64::total_cmp);
+    let last = durations_s.len().checked_sub(1)?;
+    durations_s.get((REGULAR * last as f64) as usize).copied()
+}

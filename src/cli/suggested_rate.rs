@@ -1,0 +1,59 @@
+//! The argument of `--publish-hz` that shows a motion.
+
+use super::aligned_table::figure;
+use crate::simulation::PublishRate;
+
+/// Suggested rates are multiples of this, Hz.
+const ROUND_HZ: f64 = 100.0;
+/// Error of a rate, over [`ROUND_HZ`], that is due to the rounding of times.
+const ROUNDING: f64 = 1e-6;
+/// Samples in a period that draw a vibration as a smooth curve. Lines between them miss peaks by 5 %.
+const SMOOTH: f64 = 10.0;
+/// Samples in a period that show a vibration roughly. Lines between them miss peaks by up to 30 %.
+const ROUGH: f64 = 4.0;
+
+/// The rate with samples no further apart than `smooth_s`. Only whole steps are published, and steps longer than `coarse_s` do not
+/// suffice.
+pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step_s: f64) -> String {
+    let steps = (smooth_s / step_s).floor();
+    if step_s > coarse_s {
+        "all and a shorter solver.step_s".to_owned()
+    } else if steps < 2.0 {
+        "all".to_owned()
+    } else {
+        ((1.0 / (steps * step_s * ROUND_HZ) - ROUNDING).ceil() * ROUND_HZ).to_string()
+    }
+}
+
+/// The longest time between samples that draw a vibration as a smooth curve, s.
+pub(super) fn smooth_s(vibration_hz: f64) -> f64 {
+    1.0 / (SMOOTH * vibration_hz)
+}
+
+/// A remark of `check` on the lowest bending frequency, if samples at the default rate do not show it, but samples of every step do.
+pub(super) fn bending_beyond_default(bending_hz: f64, step_s: f64) -> Option<String> {
+    let PublishRate::Hz(rate_hz) = PublishRate::DEFAULT else { return None };
+    let coarse_s = 1.0 / (ROUGH * bending_hz);
+    let shows = || suggested_rate(smooth_s(bending_hz), coarse_s, step_s);
+    let remark = || format!("{rate_hz} times a second; bending at {} Hz shows with --publish-hz {}", figure(bending_hz), shows());
+    (coarse_s * rate_hz < 1.0 && step_s <= coarse_s).then(remark)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_bending_frequency_that_the_default_rate_does_not_show_is_named() {
+        let shows = |how: &str| Some(format!("200 times a second; bending at 201 Hz shows with --publish-hz {how}"));
+        for (bending_hz, step_s, expected) in [
+            (201.0, 1e-5, shows("2100")),
+            (201.0, 4e-4, shows("all")),
+            (201.0, 2e-3, None),
+            (49.0, 4e-4, None),
+            (11.0, 2e-3, None),
+        ] {
+            assert_eq!(bending_beyond_default(bending_hz, step_s), expected, "{bending_hz} Hz, {step_s} s");
+        }
+    }
+}

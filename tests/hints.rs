@@ -1,0 +1,53 @@
+//! Hints to what was meant: numbers that look like mistakes, values in two words, names that are nearly there.
+
+use std::error::Error;
+use std::process::Command;
+
+const SAMPLE: &str = "recordings/sample-three-pulses.mcap";
+
+/// Runs the program in the project's folder; returns exit code and standard error.
+fn flexcrank(words: &[&str]) -> Result<(Option<i32>, String), Box<dyn Error>> {
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output()?;
+    Ok((output.status.code(), String::from_utf8(output.stderr)?))
+}
+
+/// Angles in degrees are legal, so that nothing but the warning tells of them.
+#[test]
+fn regress_a_run_warns_once_of_numbers_that_look_like_mistakes() -> Result<(), Box<dyn Error>> {
+    let run = ["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.2"];
+    let degrees = [&run[..], &["--set", "start.angle_rad=180"]].concat();
+    let warning = "warning: start.angle_rad = 180 is 28.6 turns: angles are in radians\n";
+    let (code, said) = flexcrank(&degrees)?;
+    assert!(code == Some(0) && said.starts_with(warning) && said.matches("radians").count() == 1, "{said}");
+    assert_eq!(flexcrank(&[&degrees[..], &["-q"]].concat())?, (Some(0), String::new()));
+    let (_, said) = flexcrank(&[&degrees[..], &["--count", "3"]].concat())?;
+    assert_eq!(said.matches("radians").count(), 1, "{said}");
+    let (_, said) = flexcrank(&[&degrees[..], &["crank-slider", "ref-r2s"]].concat())?;
+    let named = ["crank-slider", "ref-r2s"].map(|scene| warning.replace("warning: ", &format!("warning: {scene}: ")));
+    assert!(said.starts_with(&named.concat()), "{said}");
+    let (_, said) = flexcrank(&[&run[..], &["thesis-crank-slider"]].concat())?;
+    assert!(said.starts_with("thesis-crank-slider: ") && !said.contains("slender"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_time_to_wait_after_a_space_is_no_name() -> Result<(), Box<dyn Error>> {
+    let (code, said) = flexcrank(&["watch", "--wait", "3s", "--connect", "tcp/127.0.0.1:9"])?;
+    let hint = "error: `3s` is read as the name of a service: --wait=3s waits that long; ";
+    assert!(code == Some(2) && said.starts_with(hint), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_a_deflection_without_its_node_is_that_of_the_middle() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let into = folder.path().to_str().ok_or("a path that is no text")?;
+    for words in [&["plot", SAMPLE, "-o", into, "--y"][..], &["export", SAMPLE, "--csv", into, "--columns"]] {
+        for column in ["links.rod.deflection", "rod.deflection"] {
+            let (code, said) = flexcrank(&[words, &[column]].concat())?;
+            let refusal = format!("no column `{column}`; did you mean `nodes.rod.2.deflection_m`?\n");
+            assert!(code == Some(2) && said.ends_with(&refusal), "{words:?}: {said}");
+        }
+    }
+    Ok(())
+}

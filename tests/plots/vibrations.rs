@@ -1,0 +1,93 @@
+//! Vibrations of links that are faster than the samples.
+
+use std::fs::{remove_file, write};
+use std::process::Command;
+
+use super::recording::record;
+use super::{complaint, plot};
+
+/// Its rod bends at 201 Hz.
+const PRESS: &str = r#"
+[crank]
+length_m = 0.11
+section = { shape = "rectangle", width_m = 0.015, height_m = 0.03 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7e10
+elements = 4
+
+[rod]
+length_m = 0.42
+section = { shape = "tube", outer_m = 0.014, inner_m = 0.011 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7e10
+elements = 8
+
+[slider]
+mass_kg = 2.4
+resistance_n = 10.0
+
+[gravity]
+y_m_per_s2 = -9.81
+
+[start]
+angle_rad = 3.141592653589793
+
+[drive]
+ramp = { to_rad_per_s = 20.0, over_s = 0.5 }
+
+[solver]
+model = "modal"
+integrator = "esdirk"
+step_s = 0.0004
+"#;
+
+#[test]
+fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("press.toml"), PRESS).unwrap();
+    let so = "so that curves have wrong swings and peaks";
+    let advice = "record with --publish-hz all for right ones";
+    let rare = format!("run.mcap: samples are too rare for the vibration of the rod, {so}; {advice}\n");
+    let [all, deflection, force, angle]: [&[&str]; 4] =
+        [&["--list"], &["--y", "rod.4.deflection_m"], &["--y", "pivot.fx_n"], &["--y", "links.rod.chord_rad"]];
+    for (scene, rate, drawn, is_rare) in [
+        ("press.toml", "200", &[all, deflection, force][..], true),
+        ("press.toml", "200", &[angle], false),
+        ("press.toml", "200,loads=all", &[all, deflection], true),
+        ("press.toml", "200,loads=all", &[force], false),
+        ("press.toml", "200,displacements=all", &[all, deflection], false),
+        ("press.toml", "all", &[all, deflection, force], false),
+        ("crank-slider", "200", &[all, deflection, force], false),
+    ] {
+        // Recordings are never overwritten.
+        let _ = remove_file(at.join("run.mcap"));
+        record(at, scene, "2", "run.mcap", &["--publish-hz", rate]);
+        let expected = if is_rare { rare.as_str() } else { "" };
+        for &chosen in drawn {
+            let output = plot(at, &[&["run.mcap", "-o", "curves.svg"][..], chosen].concat());
+            let said = complaint(&output);
+            assert_eq!((output.status.code(), said.as_str()), (Some(0), expected), "{scene} {rate} {chosen:?}");
+        }
+    }
+}
+
+#[test]
+fn regress_check_names_the_rate_that_shows_the_bending_of_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("press.toml"), PRESS).unwrap();
+    let check = |words: &[&str]| {
+        let program = env!("CARGO_BIN_EXE_flexcrank");
+        let output = Command::new(program).arg("check").args(words).current_dir(folder.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let line = |rate: &str| format!("  published    200 times a second; bending at 201.181 Hz shows with --publish-hz {rate}\n");
+    for (words, rate) in [(&["press.toml"][..], "all"), (&["press.toml", "--set", "solver.step_s=1e-4"], "2500")] {
+        let said = check(words);
+        assert!(said.contains(&line(rate)), "{said}");
+    }
+    assert!(!check(&["crank-slider"]).contains("published"));
+    let json: serde_json::Value = serde_json::from_str(&check(&["press.toml", "--json"])).unwrap();
+    assert!((json["lowest_bending_hz"].as_f64().unwrap() - 201.181).abs() < 1e-3, "{json}");
+}

@@ -1,0 +1,92 @@
+//! `--quiet`: results, errors, and the reason for an exit code other than 0.
+
+use std::error::Error;
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+type Tried<T = ()> = Result<T, Box<dyn Error>>;
+
+const TRUNCATED: &str = "recordings/sample-truncated.mcap";
+const RUN: [&str; 5] = ["run", "--no-bus", "--no-record", "--pace", "max"];
+
+fn flexcrank(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Exit code, standard output and standard error.
+fn said(arguments: &[&str]) -> Tried<(Option<i32>, String, String)> {
+    let ended = flexcrank(arguments).output()?;
+    Ok((ended.status.code(), String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?))
+}
+
+#[test]
+fn prop_quiet_leaves_results_and_errors() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let tables = folder.path().join("t");
+    let tables = tables.to_str().ok_or("a path that is no text")?;
+    let run = [&RUN[..], &["--until", "0.1"]].concat();
+    assert_eq!(said(&[&["-q"], run.as_slice()].concat())?, (Some(0), String::new(), String::new()));
+    let (code, out, err) = said(&["export", TRUNCATED, "--csv", tables, "--quiet"])?;
+    assert!(code == Some(3) && out.contains("angles.csv ("), "{out}");
+    assert_eq!(err, "warning: the recording ends early; everything before was exported\n");
+    let (code, _, err) = said(&["-q", "info", "nosuch.mcap"])?;
+    assert!(code == Some(1) && err.starts_with("error: nosuch.mcap: "), "{err}");
+    assert_eq!(said(&[&["-q", "-v"], run.as_slice()].concat())?.0, Some(2), "one or the other");
+    let open = ["run", "--no-record", "--pace", "max", "--until", "0.1", "--name", "heard", "--listen", "tcp/127.0.0.1:0"];
+    let lines = |more: &[&str]| said(&[more, open.as_slice()].concat()).map(|(_, _, err)| err.lines().count());
+    assert!(lines(&["-v"])? > lines(&[])?, "zenoh says more");
+    Ok(())
+}
+
+#[test]
+fn regress_the_reason_for_an_exit_code_is_printed_quietly() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let paths = ["what-if.mcap", "whole.mcap", "plots", "limited.mcap"].map(|name| folder.path().join(name));
+    let [what_if, whole, plots, limited] = paths.each_ref().map(|path| path.to_str().unwrap_or_default());
+    let long_step = ["--set", "solver.step_s=0.1"];
+    let unstable = ["thesis-crank-slider", "--set", "solver.weight=0.48", "--until", "22.8"];
+    let trade = ["trade", "ref-r1", "--models", "rigid", "--integrators", "runge-kutta", "--until", "0.2", "--steps", "20ms"];
+    let trade = [&trade[..], &["--budget", "1", "--outputs", "energy", "--real-time-factor", "1e8"]].concat();
+    let replay = ["replay", TRUNCATED, "--rate", "100", "--name", "quiet-ghost", "--listen", "tcp/127.0.0.1:0"];
+    for (words, code, reason) in [
+        ([&["check", "crank-slider"][..], &long_step].concat(), 6, "warning: not to be trusted: the energy balance was off"),
+        ([&RUN[..], &long_step, &["--until", "1"]].concat(), 6, "warning: not to be trusted: the energy balance was off"),
+        ([&RUN[..], &unstable].concat(), 4, "error: diverged in step "),
+        (vec!["what-if", TRUNCATED, "--add-pulse", "0.1:1:0.1", "--record", what_if], 3, "warning: the recording ends early"),
+        (vec!["recover", TRUNCATED, "-o", whole], 3, "lost: all after 4.010 s"),
+        (vec!["plot", TRUNCATED, "--to", "0.3", "--y", "kinetic_j", "-o", plots], 3, "warning: recordings/"),
+        (replay.to_vec(), 3, "warning: the recording ends early"),
+        ([&trade[..], &["--tolerance", "10"]].concat(), 1, "error: the real-time factor fails"),
+        ([&trade[..], &["--levels", "2"]].concat(), 1, "error: the real-time factor fails"),
+    ] {
+        let (ended, _, err) = said(&[&["-q"], words.as_slice()].concat())?;
+        assert_eq!(ended, Some(code), "{words:?}: {err}");
+        assert!(err.starts_with(reason) && err.lines().count() == 1, "{words:?}: {err}");
+    }
+    let run = ["-q", "run", "--no-bus", "--record", limited, "--max-recording-size", "1MB", "--pace", "max", "--until", "3"];
+    let (code, _, err) = said(&run)?;
+    assert!(code == Some(3) && err.ends_with("limited.mcap, and then stopped: --max-recording-size\n"), "{err}");
+    Ok(())
+}
+
+#[test]
+fn regress_an_interrupted_run_says_so_quietly() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("run.mcap");
+    let path = file.to_str().ok_or("a path that is no text")?;
+    let mut run = flexcrank(&["-q", "run", "--no-bus", "--until", "1000", "--record", path]).spawn()?;
+    let patience = Instant::now() + Duration::from_secs(20);
+    while !fs::metadata(&file).is_ok_and(|file| file.len() > 0) {
+        assert!(Instant::now() < patience && run.try_wait()?.is_none(), "the run records");
+        std::thread::yield_now();
+    }
+    kill_process(Pid::from_raw(i32::try_from(run.id())?).ok_or("no process id")?, Signal::INT)?;
+    let ended = run.wait_with_output()?;
+    assert_eq!((ended.status.code(), String::from_utf8(ended.stderr)?.as_str()), (Some(130), "interrupted before --until\n"));
+    Ok(())
+}

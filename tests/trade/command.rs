@@ -1,0 +1,27 @@
+//! The command's warnings.
+
+use std::process::Command;
+
+/// Standard error of a small study in which nothing is fast enough to be chosen.
+fn said(options: &[&str]) -> String {
+    let few = ["trade", "ref-r1", "--models", "rigid", "--integrators", "runge-kutta", "--until", "0.2", "--outputs", "energy"];
+    let demands = ["--budget", "4", "--real-time-factor", "1e8"];
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(few).args(demands).args(options).output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    said
+}
+
+#[test]
+fn regress_steps_and_tolerances_in_another_unit_are_warned_of() {
+    let instants =
+        "warning: with these --steps, runs are compared at only 10 instants, 0.02 s apart: errors between them are not seen; ";
+    let tolerance = "warning: --tolerance 10 is 1000 %: errors are relative, and 10 % is 0.1\n";
+    let refusal = "error: the real-time factor fails: the fastest, rigid, runge-kutta, step 2e-2 s, is ";
+    let warned = said(&["--steps", "20ms", "--tolerance", "10"]);
+    for line in [instants, tolerance, refusal] {
+        assert_eq!(warned.matches(line).count(), 1, "{line}: {warned}");
+    }
+    let unwarned = said(&["--steps", "1ms", "--tolerance", "1"]);
+    assert!(!unwarned.contains("instant") && !unwarned.contains('%'), "{unwarned}");
+}
