@@ -179,6 +179,9 @@ fn prop_bad_specifications_are_refused_by_name() {
         (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: must be"),
         (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}count = 2\n"), "samples: a grid has as many"),
         (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
+        (format!("{SCENE}method = \"grid\"\n{ROD}count = 4.5\n"), "test:9: count = 4.5: must be a whole number from 0"),
+        (format!("{SCENE}method = \"grid\"\n{ROD}count = -4\n"), "test:9: count = -4: must be a whole number from 0"),
+        (format!("{SCENE}{random}seed = 1.5\n{ROD}"), "test:6: seed = 1.5: must be a whole number from 0"),
         (format!("{SCENE}{random}{ROD}{ROD}"), "test:10: vary.1 (rod.length_m): varies already"),
         (
             format!("{SCENE}{random}{}", ROD.replace("[[vary]]", "[vary]").repeat(2)),
@@ -329,6 +332,20 @@ fn regress_runs_that_are_not_to_be_trusted_are_counted_apart_and_not_drawn() -> 
     let campaign = Campaign::open(&at.join("s.toml"))?;
     let points = points(&campaign, &at.join("s.sweep"), &["pivot_peak_force_n".to_owned()])?;
     assert_eq!((points.keys[0].values.clone(), points.left_out), (vec![0.002; 3], 6));
+    Ok(())
+}
+
+#[test]
+fn regress_runs_out_of_the_models_range_are_counted_apart_and_warned_of() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let text = "scene = \"crank-slider\"\nuntil_s = 0.5\nmethod = \"grid\"\n\
+        [[vary]]\nkey = \"pulse.0.torque_nm\"\nvalues = [20, 60, 100]\n";
+    fs::write(folder.path().join("s.toml"), text)?;
+    let (code, printed, said) = flexcrank(folder.path(), &["sweep", "s.toml"])?;
+    let counts = "\n         1  done\n         2  done, out of the model's range: a link was bent too far\n";
+    assert!(code == Some(0) && printed.ends_with(counts), "{printed}");
+    let example = "such as run 1: out of the model's range: a link was bent by 14.1 % of its length\n";
+    assert_eq!(said, format!("warning: 2 runs bent a link too far, {example}"));
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 mod common;
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -10,7 +11,9 @@ use std::time::Duration;
 use common::rewritten::{as_is, rewritten};
 use common::{Listener, Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
-use flexcrank::resimulation::{Change, Finding, LossReason, RecordedSession, Verification, WhatIfOutcome, verify, what_if};
+use flexcrank::resimulation::{
+    Change, Finding, LossReason, RecordedSession, UnlikeMeshes, Verification, WhatIfOutcome, verify, what_if,
+};
 use flexcrank::runtime::Pace;
 use flexcrank::scene::{SceneSource, builtin};
 use flexcrank::simulation::PublishRate;
@@ -142,6 +145,43 @@ fn regress_a_driving_torque_that_is_never_compared_is_not_the_same() -> Outcome 
     assert_eq!(code, Some(0), "{said}");
     let torque = printed.lines().find(|line| line.contains("driving torque")).unwrap_or_default();
     assert!(torque.contains(" was not compared: "), "{printed}");
+    Ok(())
+}
+
+/// Records a rod of four elements that bends from the first step on.
+fn bending_rod(model: &str) -> Outcome<tempfile::TempDir> {
+    let overrides = [format!("solver.model={model}").as_str(), "solver.step_s=0.001", "rod.elements=4"].map(str::to_owned);
+    let service = Service::start(SceneSource::open("ref-r2s", &overrides)?, Pace::Max, Some(0.3), PublishRate::Hz(200.0))?;
+    let (_, folder) = service.finish()?;
+    Ok(folder)
+}
+
+/// Node by node, the rods would differ by the whole deflection, 0.04 m.
+#[test]
+fn regress_finer_meshes_are_compared_at_the_same_places() -> Outcome {
+    let folder = bending_rod("finite-element")?;
+    let (outcome, verified) = changed(&folder.path().join("run.mcap"), "fine.mcap", "rod.elements=8")?;
+    let deviation = outcome.deviation;
+    let meshes = UnlikeMeshes { link: "rod".to_owned(), recorded: 4, computed: 8 };
+    assert_eq!((verified.findings, &deviation.unlike_meshes), (vec![], &BTreeSet::from([meshes])));
+    assert!(deviation.first.as_ref().is_some_and(|first| first.instant > (0, 0)), "{deviation:?}");
+    for quantity in ["rod deflection, m", "node position, m"] {
+        let difference_m = deviation.largest[quantity].value;
+        assert!(difference_m > 0.0 && difference_m < 1e-4, "{quantity}: {difference_m:e}");
+    }
+    Ok(())
+}
+
+/// The modal model moves alike whatever nodes it publishes. At rest, a rigid rod has no deflection, and a flexible one has none either.
+#[test]
+fn regress_deviations_of_other_nodes_and_of_zero_are_none() -> Outcome {
+    let folder = bending_rod("modal")?;
+    let (code, printed, said) = told(folder.path(), &["run.mcap", "--set", "rod.elements=6", "--record", "six.mcap"])?;
+    let meshes = "no deviation\n  rod: 4 elements recorded, 6 computed: compared at the nodes that both have\n";
+    assert!(code == Some(0) && printed.ends_with(meshes), "{printed}{said}");
+    let (outcome, _) = changed(&folder.path().join("run.mcap"), "rigid.mcap", "solver.model=rigid")?;
+    let first = outcome.deviation.first.ok_or("no deviation")?;
+    assert!(first.instant > (0, 0), "{first}");
     Ok(())
 }
 

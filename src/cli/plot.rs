@@ -99,9 +99,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         of_all.chain([source.rare_samples(&args.y)]).flatten()
     };
     sources.iter().flat_map(sentences).for_each(|sentence| say!("{sentence}"));
-    if args.overlay {
-        tell_apart(&mut sources);
-    }
+    tell_apart(&mut sources);
     let into_file = args.output.extension().is_some() && !args.output.is_dir();
     // The default figures of recordings come with pictures of the mechanism, and in a folder with a page.
     let default_figures = args.y.is_empty() && args.animation.is_none();
@@ -109,13 +107,16 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     match args.animation {
         None => {
             for together in sources.chunks(if args.overlay { sources.len() } else { 1 }) {
+                let mut pictures: Vec<(&Source, &str, MechanismPicture)> = Vec::new();
                 for source in together.iter().filter(|source| source.recorded && default_figures) {
                     // A scene without links has neither strobe figure nor animation, and a single position no animation.
                     let strobe = MechanismPicture::strobe(&source.stem, &source.tables);
                     let animation = MechanismPicture::animation(&source.stem, &source.tables, None);
-                    entries.extend(strobe.map(|strobe| mechanism(source, "strobe", strobe)));
-                    entries.extend(animation.map(|animation| mechanism(source, "animation", animation)));
+                    pictures.extend(strobe.map(|strobe| (source, "strobe", strobe)));
+                    pictures.extend(animation.map(|animation| (source, "animation", animation)));
                 }
+                MechanismPicture::magnify_alike(pictures.iter_mut().map(|(.., picture)| picture));
+                entries.extend(pictures.into_iter().map(|(source, part, picture)| mechanism(source, part, picture)));
                 entries.extend(figures(args, together)?);
             }
         }
@@ -217,8 +218,8 @@ fn write_folder(args: &Args, entries: &[Entry]) -> CommandResult<()> {
 }
 
 fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {
-    let file = format!("{}-{part}", source.stem.replace('/', "-"));
-    let (section, sentence) = (source.stem.clone(), picture.caption.clone());
+    let file = format!("{}-{part}", file_name(&source.stem));
+    let (section, sentence) = (source.stem.clone(), picture.caption());
     Entry { section, number: "", file, sentence, picture: Box::new(picture) }
 }
 
@@ -226,6 +227,11 @@ fn mechanism(source: &Source, part: &str, picture: MechanismPicture) -> Entry {
 fn print(args: &Args, path: &Path, entry: &Entry) -> CommandResult<()> {
     let caption = if args.animation.is_some() { format!(" ({})", entry.sentence) } else { String::new() };
     Ok(writeln!(output(), "{}{caption}", path.display())?)
+}
+
+/// A file's name with folders before it, as the name of a file.
+fn file_name(stem: &str) -> String {
+    stem.replace('/', "-")
 }
 
 fn stems(sources: &[Source]) -> String {
@@ -249,9 +255,9 @@ fn figures(args: &Args, sources: &[Source]) -> CommandResult<Vec<Entry>> {
             (Some(title), words) if one || words.is_empty() => title.clone(),
             (Some(title), words) => format!("{title}: {words}"),
         };
-        let stem = if overlay { "overlay" } else { &all };
+        let stem = if overlay { "overlay".to_owned() } else { file_name(&all) };
         // A figure of the whole file has the file's name.
-        let file = if part.is_empty() { stem.to_owned() } else { format!("{stem}-{part}") };
+        let file = if part.is_empty() { stem } else { format!("{stem}-{part}") };
         Entry { section: all.clone(), number: "", file, sentence: String::new(), picture: Box::new(figure) }
     };
     Ok(parts.into_iter().map(entry).collect())

@@ -3,12 +3,19 @@
 use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
-use crate::scene::{Link, Scene, SceneSource, builtin};
+use crate::scene::{Bar, Chain, End, Link, Scene, SceneSource, builtin};
 
 /// Links are rarely this many times as long as one another.
 const LENGTH_RATIO: f64 = 100.0;
+/// No crank of an engine or a machine with a slider is longer, m: the largest engines have 1.7 m.
+const LONGEST_CRANK_M: f64 = 10.0;
 /// No material is softer, Pa: the softest foams have this modulus.
 const SOFTEST_PA: f64 = 1e4;
+/// Waves √(E/ρ) are not slower in solids that links are made of, m/s: rubber has 30 m/s and more, and steel 5000 m/s, which is
+/// 5 m/s with the modulus in MPa.
+const SLOWEST_WAVE_M_PER_S: f64 = 7.0;
+/// Only foams and other cellular materials are lighter, kg/m³.
+const LIGHTEST_SOLID_KG_PER_M3: f64 = 500.0;
 /// No material is stiffer, Pa: diamond has 1.2e12.
 const STIFFEST_PA: f64 = 1.3e12;
 /// Materials of this modulus, Pa, are far denser than [`LIGHTEST_KG_PER_M3`].
@@ -34,7 +41,8 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
-    of_links.chain(unlike_lengths(&chain.links)).chain(many_turns(chain.start.angle_rad)).collect()
+    let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain));
+    of_links.chain(of_lengths).chain(many_turns(chain.start.angle_rad)).collect()
 }
 
 /// A warning of a section that is thicker than its link is long, as with sizes in mm. A rectangle of the height h has the second
@@ -49,29 +57,31 @@ fn no_slender_bar(link: &Link) -> Option<String> {
     (height_m > link.length_m).then(warning)
 }
 
-/// A warning of a modulus below that of any material, as with one in GPa or MPa.
+/// A warning of a modulus below that of any material, or of any solid so dense, as with one in GPa or MPa.
 fn soft_material(link: &Link) -> Option<String> {
-    let given_pa = link.bar.filter(|_| !link.rigid)?.youngs_modulus_pa;
-    let (unit, exponent, _) = meant_modulus(given_pa)?;
-    let (name, given) = (link.name.as_str(), figure(given_pa));
+    let bar = link.bar.filter(|_| !link.rigid)?;
+    let (unit, exponent, _) = meant_modulus(&bar)?;
+    let (name, given) = (link.name.as_str(), figure(bar.youngs_modulus_pa));
+    let softer = if bar.youngs_modulus_pa < SOFTEST_PA { "any material" } else { "rubber for its density" };
     Some(format!(
-        "{name}.youngs_modulus_pa = {given} is softer than any material: moduli are in Pa, and {given} {unit} is \
-         {given}e{exponent}"
+        "{name}.youngs_modulus_pa = {given} is softer than {softer}: moduli are in Pa, and {given} {unit} is {given}e{exponent}"
     ))
 }
 
-/// The unit that a modulus is probably in if no material is so soft, its power of ten, and the modulus in Pa. A rigid link may
-/// have none, which is 0.
-fn meant_modulus(given_pa: f64) -> Option<(&'static str, i32, f64)> {
+/// The unit that a modulus is probably in if links are not made of anything so soft, its power of ten, and the modulus in Pa. A
+/// rigid link may have none, which is 0.
+fn meant_modulus(bar: &Bar) -> Option<(&'static str, i32, f64)> {
+    let (given_pa, density) = (bar.youngs_modulus_pa, bar.density_kg_per_m3);
     let in_unit = |(unit, exponent)| (unit, exponent, given_pa * 10.0_f64.powi(exponent));
-    let is_soft = given_pa > 0.0 && given_pa < SOFTEST_PA;
+    let is_slow = density >= LIGHTEST_SOLID_KG_PER_M3 && (given_pa / density).sqrt() < SLOWEST_WAVE_M_PER_S;
+    let is_soft = given_pa > 0.0 && (given_pa < SOFTEST_PA || is_slow);
     [("GPa", 9), ("MPa", 6)].map(in_unit).into_iter().find(|(.., meant_pa)| is_soft && *meant_pa <= STIFFEST_PA)
 }
 
 /// A warning of a stiff material that is as light as a foam, as with a density in g/cm³.
 fn light_material(link: &Link) -> Option<String> {
     let bar = link.bar?;
-    let modulus_pa = meant_modulus(bar.youngs_modulus_pa).map_or(bar.youngs_modulus_pa, |(.., meant_pa)| meant_pa);
+    let modulus_pa = meant_modulus(&bar).map_or(bar.youngs_modulus_pa, |(.., meant_pa)| meant_pa);
     let given = bar.density_kg_per_m3;
     let is_light = given > NO_DENSITY_KG_PER_M3 && given < LIGHTEST_KG_PER_M3;
     let warning = || {
@@ -96,6 +106,16 @@ fn unlike_lengths(links: &[Link]) -> Option<String> {
         format!("the {longer} is {long_m} m long, {ratio:.0} times as long as the {shorter} ({short_m} m): lengths are in m")
     };
     (ratio > LENGTH_RATIO).then(warning)
+}
+
+/// A warning of a crank that is longer than any with a slider, as with lengths in mm. Beams and booms may be as long.
+fn long_crank(chain: &Chain) -> Option<String> {
+    let ([crank, _], End::Slider(_)) = (&chain.links[..], &chain.end) else { return None };
+    let warning = || {
+        let [given, meant] = [crank.length_m, 1e-3 * crank.length_m].map(figure);
+        format!("crank.length_m = {given} is longer than the crank of any engine: lengths are in m, and {given} mm is {meant}")
+    };
+    (crank.length_m > LONGEST_CRANK_M).then(warning)
 }
 
 /// A warning of a start angle beyond a full turn, as in degrees.
@@ -132,6 +152,10 @@ mod tests {
                 "rod.youngs_modulus_pa = 3200 is softer than any material: moduli are in Pa, and 3200 MPa is 3200e6",
             ),
             (
+                "rod.youngs_modulus_pa=2.1e5",
+                "rod.youngs_modulus_pa = 210000 is softer than rubber for its density: moduli are in Pa, and 210000 MPa is 210000e6",
+            ),
+            (
                 "rod.density_kg_per_m3=7.85",
                 "rod.density_kg_per_m3 = 7.85 is lighter than any stiff material: densities are in kg/m³, and 7.85 g/cm³ is 7850",
             ),
@@ -141,9 +165,21 @@ mod tests {
         assert_eq!(warnings("crank-slider", &["rod.length_m=40", "start.angle_rad=-6.28"])?, [""; 0]);
         let both = warnings("crank-slider", &["rod.youngs_modulus_pa=70", "rod.density_kg_per_m3=2.7"])?;
         assert!(both.len() == 2 && both[0].ends_with("70 GPa is 70e9") && both[1].ends_with("2.7 g/cm³ is 2700"), "{both:?}");
+        let aluminium = warnings("crank-slider", &["rod.youngs_modulus_pa=7e4", "rod.density_kg_per_m3=2700"])?;
+        assert!(aluminium.len() == 1 && aluminium[0].ends_with("70000 MPa is 70000e6"), "{aluminium:?}");
         for scene in builtin::BUILTIN {
             assert_eq!(warnings(scene.name, &[])?, [""; 0], "{}", scene.name);
         }
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_crank_and_a_rod_in_mm_are_suspect_together() -> Result<(), SceneError> {
+        let both = warnings("crank-slider", &["crank.length_m=50", "rod.length_m=250"])?;
+        let warning = "crank.length_m = 50 is longer than the crank of any engine: lengths are in m, and 50 mm is 0.05";
+        assert_eq!(both, [warning]);
+        assert_eq!(warnings("crank-slider", &["crank.length_m=10", "rod.length_m=40"])?, [""; 0]);
+        assert_eq!(warnings("thesis-beam", &["beam.length_m=60"])?, [""; 0], "a boom or a blade");
         Ok(())
     }
 
@@ -157,10 +193,14 @@ mod tests {
     }
 
     #[test]
-    fn prop_soft_foams_and_links_without_mass_are_not_suspect() -> Result<(), SceneError> {
+    fn prop_foams_rubber_and_links_without_mass_are_not_suspect() -> Result<(), SceneError> {
         for given in [
             ["rod.youngs_modulus_pa=1e4", "rod.density_kg_per_m3=5"],
             ["rod.youngs_modulus_pa=1e7", "rod.density_kg_per_m3=20"],
+            ["rod.youngs_modulus_pa=1e5", "rod.density_kg_per_m3=300"],
+            ["rod.youngs_modulus_pa=1e6", "rod.density_kg_per_m3=1100"],
+            // The falling flexible pendulum, a benchmark: 11 m/s.
+            ["rod.youngs_modulus_pa=7e5", "rod.density_kg_per_m3=5540"],
             ["rod.youngs_modulus_pa=2.1e11", "rod.density_kg_per_m3=1"],
             ["rod.youngs_modulus_pa=2.1e11", "rod.density_kg_per_m3=1e-6"],
             ["rod.youngs_modulus_pa=3.5e9", "rod.density_kg_per_m3=40"],

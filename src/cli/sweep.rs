@@ -14,13 +14,15 @@ use super::output::output;
 use super::progress::bar;
 use super::run_conclusion::step_remedy;
 use super::signals::{Interruption, interruption_leaves};
+use super::suspect_numbers::{newly_suspect, suspect_numbers};
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
-use crate::runtime::unbalanced;
+use crate::runtime::{beyond_range, unbalanced};
+use crate::scene::SceneSource;
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
-    Campaign, Ending, Merged, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows, merge, points, sensitivity,
-    sensitivity_table, work,
+    Campaign, Ending, Merged, OutOfRange, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows, merge, points,
+    sensitivity, sensitivity_table, work,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -100,6 +102,7 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
         None => Shard::of_environment(|name| std::env::var(name).ok())?,
     };
     warn_of_refused_values(&campaign);
+    warn_of_suspect_numbers(&campaign)?;
     interruption_leaves("the rows so far are kept".to_owned());
     interruption.keeps(true);
     let worked = compute(&campaign, &folder, shard, args.jobs, &interruption)?;
@@ -118,6 +121,24 @@ fn warn_of_refused_values(campaign: &Campaign) {
         let runs = runs.map_or("runs".to_owned(), |runs| counted(runs, "run"));
         say!("warning: {}; its {runs} will be refused", shown_sentence(&reason));
     }
+}
+
+/// Warns of numbers that look like mistakes: those of the scene, and those of listed values; of each key, the first in full.
+fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
+    let spec = campaign.spec();
+    // Without the campaign's pulses, so that a built-in scene is known by its name.
+    let base = SceneSource::open(&spec.scene, &spec.set)?;
+    suspect_numbers(&base).iter().for_each(|warning| say!("warning: {warning}"));
+    for axis in &spec.axes {
+        let of_values = campaign.with_listed_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
+        let mut suspect = of_values.filter(|warnings| !warnings.is_empty());
+        suspect.next().iter().flatten().for_each(|warning| say!("warning: {warning}"));
+        let more = suspect.count() as u64;
+        if more > 0 {
+            say!("warning: likewise {} of {}", counted(more, "more value"), axis.key);
+        }
+    }
+    Ok(())
 }
 
 fn compute(
@@ -176,6 +197,7 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     }
     warn_of_failures(merged);
     merged.untrusted.iter().for_each(|untrusted| warn_of_untrusted(untrusted, campaign));
+    merged.out_of_range.iter().for_each(warn_of_bending);
     if merged.missing.is_empty() {
         return Ok(ExitStatus::Success);
     }
@@ -189,12 +211,17 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     Err(Failure::Failed(format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))))
 }
 
-/// Number of runs by their end; those that are done, but not to be trusted, apart.
+/// Number of runs by their end; those that are done, but not to be trusted or out of the model's range, apart.
 fn counts(merged: &Merged) -> Vec<(u64, &'static str)> {
     let untrusted = merged.untrusted.map_or(0, |untrusted| untrusted.count);
+    let bent = merged.out_of_range.map_or(0, |bent| bent.count);
     let apart = |(ending, count): (&Ending, &u64)| match ending {
-        Ending::Done => [(count - untrusted, "done"), (untrusted, "done, not to be trusted: the energy balance is off")],
-        ending => [(*count, ending.as_str()), (0, "")],
+        Ending::Done => vec![
+            (count - untrusted - bent, "done"),
+            (bent, "done, out of the model's range: a link was bent too far"),
+            (untrusted, "done, not to be trusted: the energy balance is off"),
+        ],
+        ending => vec![(*count, ending.as_str())],
     };
     merged.endings.iter().flat_map(apart).filter(|(count, _)| *count > 0).collect()
 }
@@ -208,6 +235,13 @@ fn warn_of_untrusted(untrusted: &Untrusted, campaign: &Campaign) {
     if let Some(remedy) = source.and_then(|source| step_remedy(std::iter::once(&source.scene))) {
         say!("not to be trusted: {remedy}; SCENE is the campaign's scene with the values of run {first}");
     }
+}
+
+/// Warns of runs that bent a link further than the model covers, with an example.
+fn warn_of_bending(out_of_range: &OutOfRange) {
+    let OutOfRange { count, first, bent } = *out_of_range;
+    let example = beyond_range(bent).unwrap_or_default();
+    say!("warning: {} bent a link too far, such as run {first}: {example}", counted(count, "run"));
 }
 
 /// Warns of runs that did not run to their end, with an example of each ending.

@@ -16,6 +16,7 @@ use super::formatting::counted;
 use super::output::print_json;
 use super::progress::bar;
 use super::signals::{Interruption, interruption_leaves, interruption_leaves_files};
+use super::suspect_numbers::suspect_numbers;
 use super::trade_choice::{decide, decide_levels};
 use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
@@ -51,7 +52,8 @@ Levels of detail are settings between which a running service can switch. --leve
     most 0.7 of the one before, by its quickest repeat; their steps divide one another. Each is verified on another speed and pulse, and \
     error_rad is the larger error of the crank's chord angle. Before they are accepted, a run switches between neighbours, both ways.
 
-Columns (all with --wide, --csv and --json): error is the largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
+Columns (all with --wide, --csv and --json; without these, FE is finite-element, RK4 runge-kutta, and rigid/axial a rigid crank and \
+    a rod with axial flexibility): error is the largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
     against the next longer step, mesh the one against the next coarser mesh. corr. is there with --fixed-cost. `*` marks the front: no other \
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
@@ -182,6 +184,7 @@ pub(super) fn trade(args: &Args) -> CommandResult {
         return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
     [&args.write, &args.output.csv, &args.output.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
+    suspect_numbers(&source).iter().for_each(|warning| say!("warning: {warning}"));
     let question = question(args);
     warn_of_values(args, &question, &source.scene);
     let interruption = Interruption::watch()?;
@@ -284,6 +287,7 @@ fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult
     args.output.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.output.json))?;
     let title = format!("{}: error in {}", args.scene, words(&study.outputs));
     if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
+        let title = if figure.title.is_empty() { title } else { format!("{title} ({})", figure.title) };
         let figure = Figure { title, ..figure };
         figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
         say!("wrote {}", path.display());

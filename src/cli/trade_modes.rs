@@ -2,13 +2,10 @@
 
 use std::io::Write as _;
 
-use super::aligned_table::print;
+use super::aligned_table::{WIDTH, lines, print};
 use super::failure::CommandResult;
 use super::output::output;
 use crate::study::trade::{ExcitedMode, LostModes, OutputGroup, Reason, Row, Study};
-
-/// Columns of a terminal.
-const WIDTH: usize = 80;
 
 /// Prints the vibrations of a scene, those that outputs show, and those that the front loses.
 pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()> {
@@ -77,32 +74,5 @@ fn sentences(modes: &LostModes) -> Vec<String> {
 
 /// Lines of at most 80 columns; those after the first are indented.
 fn wrapped(text: &str, indent: usize) -> String {
-    let mut lines = String::new();
-    let mut column = indent;
-    for word in text.split(' ') {
-        let length = word.chars().count();
-        if column > indent && column + 1 + length > WIDTH {
-            lines += &format!("\n{:indent$}", "");
-            column = indent;
-        } else if !lines.is_empty() {
-            lines.push(' ');
-            column += 1;
-        }
-        lines += word;
-        column += length;
-    }
-    lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regress_long_sentences_fit_80_columns() {
-        let text = "rod bending 1, ".repeat(20);
-        let lines = wrapped(text.trim(), 4);
-        assert!(lines.lines().all(|line| line.chars().count() <= WIDTH) && lines.lines().count() == 4, "{lines}");
-        assert_eq!(lines.split_whitespace().collect::<Vec<_>>(), text.split_whitespace().collect::<Vec<_>>());
-    }
+    lines(text, WIDTH - indent).join(&format!("\n{:indent$}", ""))
 }

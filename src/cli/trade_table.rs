@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use super::aligned_table::print;
+use super::aligned_table::{print, with_column_wrapped};
 use super::failure::CommandResult;
 use super::output::output;
 use crate::study::trade::{Configuration, Corrections, Measured, OutputGroup, Row, Study};
@@ -31,6 +31,9 @@ const HEAD: [&str; 21] = [
     "note",
 ];
 
+/// Place of `links` in the complete and the narrow table. Columns of figures follow.
+const LINKS: usize = 3;
+
 /// Prints a study: all columns if `wide`, or those that fit 80 columns.
 pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResult<()> {
     let row = |(row, measured): (&Row, &Measured)| {
@@ -48,7 +51,8 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
     writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
-    print(&rows, 4)?;
+    let rows = if wide { rows } else { with_column_wrapped(&rows, LINKS) };
+    print(&rows, LINKS + 1)?;
     for row in &study.rows {
         if let Err(failed) = &row.outcome {
             writeln!(out, "  {}: {failed}", row.configuration)?;
@@ -93,14 +97,23 @@ fn corrections(measured: &Measured) -> String {
 /// The head of the table that fits 80 columns.
 const NARROW_HEAD: [&str; 8] = ["", "model", "integrator", "links", "step s", "s/s", "error", "angle"];
 
-/// The cells that fit 80 columns: configuration, cost, the largest error that counts, and that of the crank angle. `row` has all.
+/// Words of the complete table, and their abbreviations in the narrow one. `rigid/axial`: the crank is rigid, the rod stretches.
+const ABBREVIATIONS: [(&str, &str); 7] = [
+    ("finite-element", "FE"),
+    ("incremental", "incr."),
+    ("generalized-alpha", "gen.-alpha"),
+    ("runge-kutta", "RK4"),
+    ("elements", "el."),
+    ("crank rigid, rod axial", "rigid/axial"),
+    ("rod rigid, crank axial", "axial/rigid"),
+];
+
+/// The cells of the narrow table: configuration, cost, the largest error that counts, and that of the crank angle. `row` has all.
 fn narrow(row: &[String]) -> Vec<String> {
     let cell = |head: &str| HEAD.iter().position(|other| *other == head).and_then(|place| row.get(place)).cloned();
     let short = |head: &str| {
         let cell = cell(head).unwrap_or_default();
-        [("finite-element", "FE"), ("generalized-alpha", "gen.-alpha"), ("elements", "el.")]
-            .iter()
-            .fold(cell, |cell, (long, short)| cell.replace(long, short))
+        ABBREVIATIONS.iter().fold(cell, |cell, (long, short)| cell.replace(long, short))
     };
     NARROW_HEAD.iter().map(|head| short(head)).collect()
 }
@@ -153,22 +166,39 @@ pub(super) fn words(outputs: &[OutputGroup]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::aligned_table::widths;
+
+    /// The narrow table of one row, and its width in characters.
+    fn narrow_table([model, integrator, links]: [&str; 3], error: &str) -> (Vec<Vec<String>>, usize) {
+        let cell = |head: &str| match head {
+            "" => "*",
+            "model" => model,
+            "integrator" => integrator,
+            "links" => links,
+            "step s" => "2.50e-4",
+            "s/s" => "1.23e-2",
+            _ => error,
+        };
+        let row: Vec<String> = HEAD.iter().map(|head| cell(head).to_owned()).collect();
+        let rows = with_column_wrapped(&[NARROW_HEAD.map(str::to_owned).to_vec(), narrow(&row)], LINKS);
+        let width = widths(&rows).iter().map(|width| 2 + width).sum();
+        (rows, width)
+    }
 
     #[test]
     fn regress_the_table_fits_80_columns() {
-        let longest = |head: &str| match head {
-            "" => "*",
-            "model" => "finite-element",
-            "integrator" => "generalized-alpha",
-            "links" => "16 elements, crank rigid",
-            "step s" => "2.50e-4",
-            "s/s" => "1.23e-2",
-            _ => "<1.2e-8",
-        };
-        let row: Vec<String> = HEAD.iter().map(|head| longest(head).to_owned()).collect();
-        let cells = narrow(&row);
-        let width: usize = cells.iter().zip(NARROW_HEAD).map(|(cell, head)| 2 + cell.chars().count().max(head.len())).sum();
-        assert!(width <= 80, "{width}: {cells:?}");
-        assert_eq!(cells[1..4], ["FE", "gen.-alpha", "16 el., crank rigid"]);
+        for (row, shown) in [
+            (["finite-element", "generalized-alpha", "16 elements, crank rigid"], ["FE", "gen.-alpha", "16 el., crank rigid"]),
+            (["modal", "runge-kutta", "4 modes, crank rigid"], ["modal", "RK4", "4 modes, crank rigid"]),
+            (["modal", "generalized-alpha", "2 modes, crank rigid, rod axial"], ["modal", "gen.-alpha", "2 modes, rigid/axial"]),
+            (["incremental", "two-point", "–"], ["incr.", "two-point", "–"]),
+        ] {
+            let (rows, width) = narrow_table(row, "<1.2e-8");
+            assert!(width <= 80 && rows.len() == 2, "{width}: {rows:?}");
+            assert_eq!(rows[1][1..4], shown);
+        }
+        let (rows, width) = narrow_table(["modal", "generalized-alpha", "20 modes, rod rigid, crank axial"], "<1.2e-10");
+        assert!(width <= 80, "{width}: {rows:?}");
+        assert_eq!([&rows[1][LINKS], &rows[2][LINKS]], ["20 modes,", "axial/rigid"]);
     }
 }

@@ -1,6 +1,6 @@
 //! `what-if`: re-simulates a recorded session with a change.
 
-use std::io::Write as _;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -18,7 +18,9 @@ use super::run_conclusion::step_remedy;
 use super::suspect_numbers::newly_suspect;
 use super::values::{positive_time, time, torque};
 use crate::recording::{Written, paths};
-use crate::resimulation::{AddedPulse, Change, LargestDifference, RecordedSession, WhatIfOutcome, what_if as compute};
+use crate::resimulation::{
+    AddedPulse, Change, Deviation, LargestDifference, RecordedSession, UnlikeMeshes, WhatIfOutcome, what_if as compute,
+};
 use crate::runtime::{beyond_range, unbalanced};
 use crate::shown::{shown_s, shown_sentence};
 use crate::simulation::EnergyVerdict;
@@ -28,6 +30,10 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank what-if recordings/crank.mcap --add-pulse 3.0:5:0.1
   flexcrank what-if recordings/crank.mcap --set rod.density_kg_per_m3=2700 --record aluminium.mcap
+
+The changed session is computed, and recorded, from the last checkpoint before the first added pulse on; with --set, from the \
+    session's start. A recording has a checkpoint at its start and every 10 s, and more where something asked for one, as \
+    `modes --live` does.
 
 Exit codes: 0 done, 3 done, but the recording is damaged or ends early, 4 the changed session diverged, 6 its energy balance was off.";
 
@@ -81,7 +87,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
     let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source, .. } = outcome;
     let mut out = output();
-    writeln!(out, "re-simulated from t = {} s", shown_s(*from_s))?;
+    writeln!(out, "re-simulated and recorded from t = {} s", shown_s(*from_s))?;
     for Written { path, messages, .. } in written {
         writeln!(out, "recorded {messages} messages to {}", path.display())?;
     }
@@ -93,15 +99,7 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
         (None, Some(_)) if deviation.until_s > *from_s => writeln!(out, "no deviation up to t = {until_s} s")?,
         (None, Some(_)) => writeln!(out, "only the beginning was compared: the changed session diverged")?,
     }
-    for (name, LargestDifference { value, at_s }) in &deviation.largest {
-        match value {
-            0.0 => writeln!(out, "  {name:<24} is the same")?,
-            _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
-        }
-    }
-    for name in &deviation.not_compared {
-        writeln!(out, "  {name:<24} was not compared: samples are missing before every recorded value")?;
-    }
+    report_quantities(deviation, &mut out)?;
     if let Some(first) = source.damage.first() {
         let places = counted(source.damage.len() as u64, "place");
         let first = format!("byte {}: {}", first.offset, first.what);
@@ -123,6 +121,26 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     }
     let lossy = source.cut_off.is_some() || !source.damage.is_empty();
     Ok(if lossy { ExitStatus::Lossy } else { ExitStatus::Success })
+}
+
+/// Reports which meshes are unlike, and how far each quantity differs, if any does.
+fn report_quantities(deviation: &Deviation, out: &mut impl Write) -> std::io::Result<()> {
+    for UnlikeMeshes { link, recorded, computed } in &deviation.unlike_meshes {
+        let recorded = counted(*recorded, "element");
+        writeln!(out, "  {link}: {recorded} recorded, {computed} computed: compared at the nodes that both have")?;
+    }
+    if deviation.first.is_some() {
+        for (name, LargestDifference { value, at_s }) in &deviation.largest {
+            match value {
+                0.0 => writeln!(out, "  {name:<24} is the same")?,
+                _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
+            }
+        }
+    }
+    for name in &deviation.not_compared {
+        writeln!(out, "  {name:<24} was not compared: samples are missing before every recorded value")?;
+    }
+    Ok(())
 }
 
 /// The way to a better step of the changed scene, if there is one.

@@ -24,8 +24,8 @@ pub(super) struct Motion {
     pub instants: usize,
     /// Whether the rod's end may be a slider.
     has_slider: bool,
-    /// The factor by which bending is magnified.
-    magnified: f64,
+    /// The factor by which bending is magnified; `None` if no link bends.
+    pub magnified: Option<f64>,
 }
 
 /// One link: the positions of its nodes at every instant, m.
@@ -75,21 +75,29 @@ impl Motion {
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded.
     pub fn new(place: &str, displacements: &Table, places: &[f64], has_slider: bool) -> Result<Self, PlotError> {
-        let mut links: Vec<Link> = LINKS.iter().filter_map(|link| link_at(displacements, link, places)).collect();
+        let links: Vec<Link> = LINKS.iter().filter_map(|link| link_at(displacements, link, places)).collect();
         if places.is_empty() || links.is_empty() {
             return Err(no_link(place));
         }
         let bent = links.iter().flat_map(|link| &link.instants).flat_map(|nodes| offsets(nodes));
         let worst = bent.fold(0.0, |most: f64, offset| most.max(offset.abs()));
-        let factor = FACTORS.into_iter().rev().find(|factor| worst > ROUNDING && factor * worst <= BENDING);
-        let magnified = factor.unwrap_or(1.0);
-        links.iter_mut().flat_map(|link| &mut link.instants).for_each(|nodes| magnify(nodes, magnified));
-        Ok(Motion { links, instants: places.len(), has_slider, magnified })
+        let mut motion = Motion { links, instants: places.len(), has_slider, magnified: None };
+        if worst > ROUNDING {
+            motion.magnify(FACTORS.into_iter().rev().find(|factor| factor * worst <= BENDING).unwrap_or(1.0));
+        }
+        Ok(motion)
+    }
+
+    /// Magnifies the recorded bending by a factor, whatever it was magnified by before.
+    pub fn magnify(&mut self, factor: f64) {
+        let more = factor / self.magnified.replace(factor).unwrap_or(1.0);
+        self.links.iter_mut().flat_map(|link| &mut link.instants).for_each(|nodes| magnify(nodes, more));
     }
 
     /// The magnification in words, after other words.
     pub fn magnification(&self) -> String {
-        if self.magnified > 1.0 { format!(", bending drawn {} times as large", self.magnified) } else { String::new() }
+        let magnified = self.magnified.filter(|factor| *factor > 1.0);
+        magnified.map_or(String::new(), |factor| format!(", bending drawn {factor} times as large"))
     }
 }
 

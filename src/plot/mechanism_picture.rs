@@ -16,11 +16,11 @@ const POSITIONS: usize = 12;
 /// A mechanism at several instants, or moving.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MechanismPicture {
-    /// Instants, speed and magnification, in words.
-    pub caption: String,
     /// The reason why the motion is hardly seen at this speed, and a speed at which it is; `None` where it is seen.
     pub warning: Option<String>,
     title: String,
+    /// Instants and speed, in words.
+    instants: String,
     motion: Motion,
     /// Time of playing; `None` for a still picture.
     playing_s: Option<f64>,
@@ -45,13 +45,10 @@ impl MechanismPicture {
         let places: Vec<f64> = rows.iter().map(|row| *row as f64).collect();
         let motion = Motion::new(place, displacements, &places, has_slider(topics))?;
         let last = rows.last().map_or(start, |row| times[*row]);
-        let caption = format!(
-            "{} positions in {during}, from {start:.3} s (pale) to {last:.3} s (dark), {apart_s:.3} s apart{}",
-            rows.len(),
-            motion.magnification()
-        );
+        let instants =
+            format!("{} positions in {during}, from {start:.3} s (pale) to {last:.3} s (dark), {apart_s:.3} s apart", rows.len());
         let title = format!("{place}: the mechanism at even instants");
-        Ok(MechanismPicture { caption, warning: None, title, motion, playing_s: None })
+        Ok(MechanismPicture { warning: None, title, instants, motion, playing_s: None })
     }
 
     /// The recorded mechanism moving, at `speed` recorded seconds per second; without a speed, at the highest of the usual ones
@@ -75,9 +72,26 @@ impl MechanismPicture {
         }
         let (speed, recorded_s) = (playback.speed, playback.recorded_s);
         let digits = if recorded_s < 0.1 - 1e-9 { 4 } else { 2 };
-        let caption = format!("{recorded_s:.digits$} s at {speed} times the real speed{}", motion.magnification());
+        let instants = format!("{recorded_s:.digits$} s at {speed} times the real speed");
         let title = format!("{place}: the mechanism, moving");
-        Ok(MechanismPicture { caption, warning, title, motion, playing_s: Some(recorded_s / speed) })
+        Ok(MechanismPicture { warning, title, instants, motion, playing_s: Some(recorded_s / speed) })
+    }
+
+    /// Instants, speed and magnification, in words.
+    pub fn caption(&self) -> String {
+        format!("{}{}", self.instants, self.motion.magnification())
+    }
+
+    /// Magnifies bending in all still pictures by the smallest of their factors, and likewise in all moving ones, so that the
+    /// pictures can be compared.
+    pub fn magnify_alike<'a>(pictures: impl Iterator<Item = &'a mut Self>) {
+        let bent = pictures.filter(|picture| picture.motion.magnified.is_some());
+        let (mut moving, mut still): (Vec<&mut Self>, Vec<&mut Self>) = bent.partition(|picture| picture.playing_s.is_some());
+        for alike in [&mut still, &mut moving] {
+            if let Some(factor) = alike.iter().filter_map(|picture| picture.motion.magnified).reduce(f64::min) {
+                alike.iter_mut().for_each(|picture| picture.motion.magnify(factor));
+            }
+        }
     }
 }
 
@@ -97,8 +111,10 @@ impl Picture for MechanismPicture {
 
     fn draw(&self, lettering: Lettering) -> String {
         match self.playing_s {
-            Some(playing_s) => animation::draw(&format!("{}, {}", self.title, self.caption), &self.motion, playing_s, lettering),
-            None => strobe::draw(&self.title, &self.caption, &self.motion, lettering),
+            Some(playing_s) => {
+                animation::draw(&format!("{}, {}", self.title, self.caption()), &self.motion, playing_s, lettering)
+            }
+            None => strobe::draw(&self.title, &self.caption(), &self.motion, lettering),
         }
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use indexmap::IndexMap;
 
 use crate::study::Table;
+use crate::study::sweep::INDEX;
 
 /// Column of the simulated time.
 pub const SIMULATED_TIME: &str = "stamp.sim_time_s";
@@ -36,9 +37,10 @@ impl Rows {
         }
     }
 
-    /// The rows by the order of `x`, or of the first column: rows in the order of time may draw a path.
+    /// The rows by the order of `x`, or of the first column: rows in the order of time may draw a path. The index of a campaign
+    /// only numbers its runs.
     fn in_order(table: &Table, x: &str) -> Self {
-        let names = [Some(x), numbers(table).next()];
+        let names = [Some(x), numbers(table).next().filter(|name| *name != INDEX)];
         let orders: Vec<&[f64]> = names.into_iter().flatten().filter_map(|name| table.column(name)).collect();
         // Rows of a recording follow one another, also where a reset has begun the time again.
         let is_recorded = table.column(SIMULATED_TIME).is_some();

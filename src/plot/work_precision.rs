@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Figure, Mark, Numbered};
 use crate::study::Table;
-use crate::study::trade::front;
+use crate::study::trade::{INTERRUPTED, front};
 
 const COST: &str = "seconds_per_simulated_s";
 const ERROR: &str = "error";
@@ -16,10 +16,12 @@ struct Point {
 
 /// The diagram of a table as `trade` writes it; `None` of any other table.
 ///
-/// Every configuration is a point in the colour of its model. Those of the Pareto front are numbered, cheapest first.
+/// Every configuration is a point in the colour of its model. Those of the Pareto front are numbered, cheapest first. It has
+/// a title only if the study was interrupted, so that the table is a part.
 pub fn work_precision(table: &Table) -> Option<Figure> {
     let points = points(table)?;
-    let mut figure = Figure::new("", Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
+    let title = if table.column(INTERRUPTED).is_some() { "interrupted, a part" } else { "" };
+    let mut figure = Figure::new(title, Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
     let mut models: Vec<&str> = Vec::new();
     for point in &points {
         if !models.contains(&point.model.as_str()) {

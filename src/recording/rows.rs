@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use indexmap::IndexMap;
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
@@ -326,10 +327,12 @@ fn cell(field: &FieldDescriptor, value: &Value) -> FieldValue {
     }
 }
 
+/// The types of flexcrank's own messages.
+static OWN_TYPES: LazyLock<Option<DescriptorPool>> = LazyLock::new(|| DescriptorPool::decode(crate::wire::DESCRIPTOR_SET).ok());
+
 /// Name and text of every scalar in one of flexcrank's own messages; `None` if it does not fit the named schema.
 pub fn scalars(schema: &str, payload: &[u8]) -> Option<Vec<(String, String)>> {
-    let pool = DescriptorPool::decode(crate::wire::DESCRIPTOR_SET).ok()?;
-    let message = DynamicMessage::decode(pool.get_message_by_name(schema)?, payload).ok()?;
+    let message = DynamicMessage::decode(OWN_TYPES.as_ref()?.get_message_by_name(schema)?, payload).ok()?;
     let mut row = Row::default();
     flatten(&message, &mut row);
     Some(row.cells().map(|(name, cell)| (name.to_owned(), cell.to_string())).collect())

@@ -1,8 +1,9 @@
 //! Deviation between a recorded session and its re-simulation.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::difference::{Difference, Field};
+use super::shared_places::{UnlikeMeshes, keep_shared_places};
 use crate::wire::{Angles, Displacements, Energies, Loads, Message};
 
 /// The driving torque among the quantities.
@@ -11,9 +12,11 @@ const DRIVING_TORQUE: &str = "driving torque, N·m";
 /// First and largest differences between a recorded session and its re-simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Deviation {
-    /// The first message that differs; `None` if none does.
+    /// The first message that differs by more than the sign of zero; `None` if none does.
     pub first: Option<Difference>,
-    /// The largest difference of each quantity, by the quantity's name and unit.
+    /// Links that were compared only at the nodes that both meshes have.
+    pub unlike_meshes: BTreeSet<UnlikeMeshes>,
+    /// The largest difference of each quantity that was compared, by the quantity's name and unit; 0 if it is the same.
     pub largest: BTreeMap<String, LargestDifference>,
     /// Quantities of which no value could be compared, because samples are missing; by name and unit.
     pub not_compared: Vec<String>,
@@ -31,24 +34,14 @@ pub struct LargestDifference {
 }
 
 impl Deviation {
-    /// Compares a recorded message with the re-simulated one.
-    pub(super) fn compare(&mut self, recorded: &Message, computed: &Message, session_s: f64) {
+    /// Compares a recorded message with the re-simulated one, each link at the places that both have.
+    pub(super) fn compare(&mut self, mut recorded: Message, mut computed: Message, session_s: f64) {
         self.until_s = session_s;
-        let (was, is) = (recorded.encode_to_vec(), computed.encode_to_vec());
-        if was == is {
-            return;
+        self.unlike_meshes.extend(keep_shared_places(&mut recorded, &mut computed));
+        if self.first.is_none() {
+            self.first = difference(&recorded, &computed);
         }
-        self.first.get_or_insert_with(|| {
-            let (topic, stamp) = (recorded.topic(), recorded.stamp().unwrap_or_default());
-            Difference {
-                topic: topic.chunk().to_owned(),
-                instant: (stamp.epoch, stamp.step),
-                sim_time_s: stamp.sim_time_s,
-                field: Field::first(topic.schema(), &was, &is),
-                after: None,
-            }
-        });
-        match (recorded, computed) {
+        match (&recorded, &computed) {
             (Message::Displacements(was), Message::Displacements(is)) => self.displacements(was, is, session_s),
             (Message::Angles(was), Message::Angles(is)) => self.angles(was, is, session_s),
             (Message::Loads(was), Message::Loads(is)) => self.loads(was, is, session_s),
@@ -99,5 +92,56 @@ impl Deviation {
     fn energies(&mut self, was: &Energies, is: &Energies, session_s: f64) {
         let total_j = |of: &Energies| [of.kinetic_j, of.strain_j, of.potential_j].into_iter().flatten().sum::<f64>();
         self.put("energy, J", total_j(was) - total_j(is), session_s);
+    }
+}
+
+/// The difference between two messages, if there is one in numbers: 0 and -0 are equal.
+fn difference(recorded: &Message, computed: &Message) -> Option<Difference> {
+    if recorded == computed {
+        return None;
+    }
+    let (topic, stamp) = (recorded.topic(), recorded.stamp().unwrap_or_default());
+    let field = Field::first_unequal(topic.schema(), &recorded.encode_to_vec(), &computed.encode_to_vec())?;
+    Some(Difference {
+        topic: topic.chunk().to_owned(),
+        instant: (stamp.epoch, stamp.step),
+        sim_time_s: stamp.sim_time_s,
+        field: Some(field),
+        after: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::LinkAngle;
+
+    fn angles(acceleration_rad_per_s2: Option<f64>) -> Message {
+        let link = LinkAngle { link: "rod".to_owned(), chord_rad: 1.5, acceleration_rad_per_s2, ..LinkAngle::default() };
+        Message::Angles(Box::new(Angles { links: vec![link], ..Angles::default() }))
+    }
+
+    fn compared(recorded: Option<f64>, computed: Option<f64>) -> Deviation {
+        let mut deviation = Deviation::default();
+        deviation.compare(angles(recorded), angles(computed), 2.0);
+        deviation
+    }
+
+    #[test]
+    fn regress_a_difference_of_zero_is_no_deviation() {
+        for (recorded, computed) in [(Some(0.0), Some(-0.0)), (Some(-0.0), Some(0.0)), (Some(0.0), None), (None, Some(-0.0))] {
+            assert_eq!(compared(recorded, computed).first, None, "{recorded:?} {computed:?}");
+        }
+        for (recorded, computed) in [(Some(0.0), Some(1e-300)), (Some(3.0), None), (None, Some(-3.0))] {
+            let first = compared(recorded, computed).first;
+            let name = first.and_then(|first| first.field).map(|field| field.name);
+            assert_eq!(name.as_deref(), Some("links.rod.acceleration_rad_per_s2"), "{recorded:?} {computed:?}");
+        }
+    }
+
+    #[test]
+    fn regress_quantities_of_equal_messages_are_the_same() {
+        let expected = LargestDifference { value: 0.0, at_s: 2.0 };
+        assert_eq!(compared(Some(1.0), Some(1.0)).largest, BTreeMap::from([("rod angle, rad".to_owned(), expected)]));
     }
 }

@@ -1,5 +1,6 @@
 //! Difference between a recorded message and the re-simulated one.
 
+use std::collections::HashMap;
 use std::fmt;
 
 use super::resimulator::EpochStep;
@@ -35,21 +36,40 @@ pub struct Field {
 impl Field {
     /// Finds the first field in which two messages of a type differ; `None` if only their bytes do.
     pub(super) fn first(schema: &str, recorded: &[u8], computed: &[u8]) -> Option<Self> {
+        Self::find(schema, recorded, computed, |field| field.recorded != field.computed)
+    }
+
+    /// Finds the first field in which two messages of a type differ by more than the sign of zero. An absent value counts as zero:
+    /// a rigid model has no deflection.
+    pub(super) fn first_unequal(schema: &str, recorded: &[u8], computed: &[u8]) -> Option<Self> {
+        Self::find(schema, recorded, computed, |field| field.recorded != field.computed && !field.is_same_number())
+    }
+
+    fn find(schema: &str, recorded: &[u8], computed: &[u8], differs: impl Fn(&Field) -> bool) -> Option<Self> {
         let recorded = scalars(schema, recorded).unwrap_or_default();
         let computed = scalars(schema, computed).unwrap_or_default();
-        let value = |row: &[(String, String)], name: &str| {
-            row.iter().find(|(other, _)| other == name).map(|(_, value)| value.clone()).unwrap_or_default()
-        };
+        let (was, is) = (by_name(&recorded), by_name(&computed));
         recorded.iter().chain(&computed).find_map(|(name, _)| {
-            let field = Field { name: name.clone(), recorded: value(&recorded, name), computed: value(&computed, name) };
-            (field.recorded != field.computed).then_some(field)
+            let value = |of: &HashMap<&str, &str>| of.get(name.as_str()).copied().unwrap_or_default().to_owned();
+            let field = Field { name: name.clone(), recorded: value(&was), computed: value(&is) };
+            differs(&field).then_some(field)
         })
+    }
+
+    /// Whether both values are the same number; an absent one is zero.
+    fn is_same_number(&self) -> bool {
+        let number = |text: &str| if text.is_empty() { Some(0.0) } else { text.parse::<f64>().ok() };
+        number(&self.recorded).zip(number(&self.computed)).is_some_and(|(was, is)| was == is)
     }
 
     /// Recorded minus computed value, if both are numbers.
     pub fn size(&self) -> Option<f64> {
         Some(self.recorded.parse::<f64>().ok()? - self.computed.parse::<f64>().ok()?)
     }
+}
+
+fn by_name(scalars: &[(String, String)]) -> HashMap<&str, &str> {
+    scalars.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect()
 }
 
 impl fmt::Display for Difference {

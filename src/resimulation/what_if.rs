@@ -369,7 +369,7 @@ impl Attempt<'_> {
         // Steps of another size have other numbers at the same time.
         let computed = computed.with_stamp(stamp);
         self.torque.match_period(&mut recorded, &computed);
-        self.deviation.compare(&recorded, &computed, self.resimulator.stamp().session_s());
+        self.deviation.compare(recorded, computed, self.resimulator.stamp().session_s());
         Ok(())
     }
 

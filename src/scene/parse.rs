@@ -82,14 +82,16 @@ fn in_words(message: &str) -> String {
     if message == "wanted string or table" {
         return "must be a word in quotes".to_owned();
     }
-    // An empty list in place of a table has an invalid length.
-    let mismatch = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid length "));
+    // An empty list in place of a table has an invalid length; a negative count has an invalid value.
+    let beginnings = ["invalid type: ", "invalid length ", "invalid value: "];
+    let mismatch = beginnings.into_iter().find_map(|beginning| message.strip_prefix(beginning));
     let Some((_, expected)) = mismatch.and_then(|rest| rest.rsplit_once(", expected ")) else {
         return message.to_owned();
     };
     let needed = match expected {
-        "f64" => "a number without its unit, which the key names",
-        "i64" => "a whole number",
+        "f32" | "f64" => "a number without its unit, which the key names",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
         "a boolean" => "true or false",
         "a string" => "a word in quotes",
         "a sequence" => "a list",
@@ -102,4 +104,21 @@ fn in_words(message: &str) -> String {
 
 fn kind(message: &str) -> &'static str {
     if message.starts_with("unknown variant") { "value" } else { "key" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::describe;
+
+    #[test]
+    fn regress_integer_types_are_whole_numbers_in_words() {
+        for (given, expected, said) in [
+            ("invalid type: floating point `4.5`", "i32", "must be a whole number"),
+            ("invalid type: floating point `4.5`", "u64", "must be a whole number from 0"),
+            ("invalid value: integer `-4`", "u64", "must be a whole number from 0"),
+            ("invalid type: string \"a\"", "usize", "must be a whole number from 0"),
+        ] {
+            assert_eq!(describe(&format!("{given}, expected {expected}")), said);
+        }
+    }
 }

@@ -12,7 +12,7 @@ use super::point::Point;
 use super::shape::{Figure, LinkShape};
 use super::spectrum::lowest;
 use super::subject::Subject;
-use super::tension::count_as_bending;
+use super::tension::take_out_tension;
 use crate::mechanics::Mechanism;
 
 /// Strain energy below this part of the kinetic energy does not name a mode.
@@ -82,7 +82,8 @@ impl Mode {
             Kind::Rotation => format!("chain rotation {}", self.number),
             Kind::Swing if self.number == 1 => "chain swing".to_owned(),
             Kind::Swing => format!("chain swing {}", self.number),
-            Kind::Vibration(Part::Base) => "crank torsion of the base".to_owned(),
+            Kind::Vibration(Part::Base) if self.number == 1 => "crank torsion of the base".to_owned(),
+            Kind::Vibration(Part::Base) => format!("crank torsion of the base {}", self.number),
             Kind::Vibration(part) => format!("{part} {}", self.number),
             Kind::Masses => format!("masses {}", self.number),
         }
@@ -138,6 +139,15 @@ pub(super) struct Identifier {
     oscillates: bool,
 }
 
+/// The strain of a shape.
+struct Strain {
+    /// Twice the strain energy of each part, and of all.
+    energies: Vec<(Part, f64)>,
+    whole: f64,
+    /// The shape on the links' nodes.
+    links: Vec<LinkShape>,
+}
+
 impl Identifier {
     pub(super) fn new(subject: &Subject, point: &Point) -> Result<Self, NoModes> {
         let mut mechanism = subject.mechanism();
@@ -170,10 +180,9 @@ impl Identifier {
         exponent: impl FnOnce(bool) -> Complex<f64>,
         shape: DVector<Complex<f64>>,
     ) -> Mode {
-        let energies = energies(&self.parts, &shape);
-        let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
-        let vibrates = self.rigid.whole == 0.0 || strain >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
-        let mut mode = self.identify(exponent(vibrates), shape);
+        let strain = self.strain(&shape);
+        let vibrates = self.rigid.whole == 0.0 || strain.whole >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
+        let mut mode = self.named(exponent(vibrates), shape, strain);
         mode.kind = match (mode.shares.first(), vibrates) {
             // A free crank runs ahead, or faster; the links follow bent.
             _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
@@ -185,13 +194,24 @@ impl Identifier {
 
     /// The mode of an eigenvalue and a shape with `φᴴ M φ = 1`, the first of its kind.
     pub(super) fn identify(&mut self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>) -> Mode {
-        let mut energies = energies(&self.parts, &shape);
-        let strain: f64 = energies.iter().map(|(_, energy)| energy).sum();
-        let strained = strain >= STRAINED * eigenvalue.norm_sqr() && strain > 0.0;
-        let rigid_part = self.rigid.of(&shape);
-        let links = self.figure.shape(self.mechanism.as_mut(), &self.point, &shape);
-        links.iter().zip(&self.axial_n).for_each(|(link, axial_n)| count_as_bending(&mut energies, link, axial_n));
+        let strain = self.strain(&shape);
+        self.named(eigenvalue, shape, strain)
+    }
+
+    /// Without the work of tension as links turn.
+    fn strain(&mut self, shape: &DVector<Complex<f64>>) -> Strain {
+        let mut energies = energies(&self.parts, shape);
+        let links = self.figure.shape(self.mechanism.as_mut(), &self.point, shape);
+        links.iter().zip(&self.axial_n).for_each(|(link, axial_n)| take_out_tension(&mut energies, link, axial_n));
         energies.sort_by(|one, other| other.1.total_cmp(&one.1));
+        Strain { whole: energies.iter().map(|(_, energy)| energy).sum(), energies, links }
+    }
+
+    /// The mode named after the part with the largest strain energy, or after its motion where little is strained.
+    fn named(&self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>, strain: Strain) -> Mode {
+        let Strain { energies, whole, links } = strain;
+        let strained = whole >= STRAINED * eigenvalue.norm_sqr() && whole > 0.0;
+        let rigid_part = self.rigid.of(&shape);
         let kind = match energies.first() {
             _ if self.oscillates => Kind::Masses,
             _ if eigenvalue.norm() == 0.0 => Kind::Rotation,
@@ -199,8 +219,8 @@ impl Identifier {
             _ if eigenvalue.im == 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };
-        let shares = energies.into_iter().filter(|_| strain > 0.0);
-        let shares = shares.map(|(part, energy)| Share { part, share: energy / strain }).collect();
+        let shares = energies.into_iter().filter(|_| whole > 0.0);
+        let shares = shares.map(|(part, energy)| Share { part, share: energy / whole }).collect();
         Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links }
     }
 }

@@ -112,9 +112,14 @@ impl NormalMode {
         NormalMode { mode, equation, joint_forces: joint_forces(&shape, equation.stiffness), shape }
     }
 
-    /// Whether links or base are strained in it; otherwise the chain turns or swings as it is.
+    /// Whether it vibrates with links or base strained; otherwise the chain turns or swings as it is, or a link buckles.
     pub fn is_vibration(&self) -> bool {
-        matches!(self.mode.kind, Kind::Vibration(_))
+        matches!(self.mode.kind, Kind::Vibration(_)) && self.equation.stiffness > 0.0
+    }
+
+    /// Whether it swings with its damping; beyond critical damping it only decays.
+    pub fn swings(&self) -> bool {
+        self.equation.eigenvalue().im > 0.0
     }
 
     /// ω/2π, Hz.

@@ -1,23 +1,35 @@
-//! The work of tension: a link under tension resists bending. Where coordinates are places of nodes, the stiffness against
-//! stretching has that among it.
+//! The work of tension. Where coordinates are places of nodes, the stiffness against stretching has it among it, in two parts:
+//!
+//! - A link under tension resists bending: that counts as bending.
+//! - A link that turns by θ moves its nodes on straight lines, which would make it longer by `½ ∫ θ² ds`. The work of tension on that is
+//!   the energy against the loads that pull the link, such as its weight, whose own is linear in those coordinates. No link is strained.
+
+use nalgebra::Complex;
 
 use super::parts::Part;
 use super::shape::LinkShape;
 
-/// Counts as bending what the tension of a link, by its elements' axial forces, has among the energy of stretching.
-pub(super) fn count_as_bending(energies: &mut [(Part, f64)], link: &LinkShape, axial_n: &[f64]) {
+/// Takes the work of a link's tension, by its elements' axial forces, out of the energy of stretching. What it does against bending
+/// counts as bending, what it does as the chord turns as no strain.
+pub(super) fn take_out_tension(energies: &mut [(Part, f64)], link: &LinkShape, axial_n: &[f64]) {
     let place = |part: Part| energies.iter().position(|(other, _)| *other == part);
     let places = (place(Part::Bending(link.link)), place(Part::Stretching(link.link)));
     let (Some(bending), Some(stretching)) = places else { return };
-    let moved = link.work_of_tension(axial_n).clamp(-energies[bending].1, energies[stretching].1);
-    energies[bending].1 += moved;
-    energies[stretching].1 -= moved;
+    let [whole, beside_chord] = [Complex::default(), link.turn_of_chord()].map(|turn| link.work_of_tension(axial_n, turn));
+    energies[stretching].1 -= whole.clamp(0.0, energies[stretching].1);
+    energies[bending].1 += beside_chord.max(-energies[bending].1);
 }
 
 impl LinkShape {
-    /// `∫ N |w′|² ds` with w across each element. The elements of `mechanics::finite_element` have `d² + b²/12 + c²/10` for
-    /// `∫ |w′|² ds/ℓ`, `d = (w₂ − w₁)/ℓ`, `b = w₂′ − w₁′`, `c = 2d − w₁′ − w₂′`.
-    fn work_of_tension(&self, axial_n: &[f64]) -> f64 {
+    /// Turn of the chord by the ends' displacements across it, rad.
+    fn turn_of_chord(&self) -> Complex<f64> {
+        let ends = self.displacement.first().zip(self.displacement.last());
+        ends.map(|(first, last)| (last[1] - first[1]) / self.length_m().max(f64::MIN_POSITIVE)).unwrap_or_default()
+    }
+
+    /// `∫ N |w′ − θ|² ds` with w across each element, beside a turn θ. The elements of `mechanics::finite_element` have
+    /// `d² + b²/12 + c²/10` for `∫ |w′|² ds/ℓ`, `d = (w₂ − w₁)/ℓ`, `b = w₂′ − w₁′`, `c = 2d − w₁′ − w₂′`.
+    fn work_of_tension(&self, axial_n: &[f64], beside: Complex<f64>) -> f64 {
         let elements = self.at_m.windows(2).zip(self.displacement.windows(2)).zip(self.turn.windows(2)).zip(axial_n);
         let work = elements.map(|(((at, moved), turn), axial_n)| {
             let along = [0, 1].map(|c| at[1][c] - at[0][c]);
@@ -25,7 +37,7 @@ impl LinkShape {
             let (sin, cos) = (along[1].atan2(along[0]) - self.chord_rad).sin_cos();
             let d = ((moved[1][1] - moved[0][1]) * cos - (moved[1][0] - moved[0][0]) * sin) / length_m;
             let (b, c) = (turn[1] - turn[0], d * 2.0 - turn[0] - turn[1]);
-            axial_n * length_m * (d.norm_sqr() + b.norm_sqr() / 12.0 + c.norm_sqr() / 10.0)
+            axial_n * length_m * ((d - beside).norm_sqr() + b.norm_sqr() / 12.0 + c.norm_sqr() / 10.0)
         });
         work.sum()
     }
@@ -33,10 +45,36 @@ impl LinkShape {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Crank, Kind, Mode, Part, Subject, modes};
+    use super::super::{Crank, Kind, Mode, Part, Subject, Vibrations, modes};
     use crate::scene::SceneSource;
 
     type Tested = Result<(), Box<dyn std::error::Error>>;
+
+    /// Two bars that hang from a pivot, too stiff to bend as they swing.
+    const HANGING: &str = r#"
+[crank]
+length_m = 0.4
+section = { shape = "rectangle", width_m = 0.03, height_m = 0.01 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7e10
+elements = 4
+
+[rod]
+length_m = 0.3
+section = { shape = "rectangle", width_m = 0.03, height_m = 0.01 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7e10
+elements = 4
+
+[tip]
+mass_kg = 0.1
+
+[gravity]
+y_m_per_s2 = -9.81
+
+[solver]
+step_s = 0.0005
+"#;
 
     fn subject(scene: &str, overrides: &[&str], crank: Option<Crank>) -> Result<Subject, Box<dyn std::error::Error>> {
         let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
@@ -64,6 +102,46 @@ mod tests {
         let subject = subject("crank-slider", &[], None)?;
         let names: Vec<String> = modes(&subject, &subject.at_rest(20_f64.to_radians())?, 8)?.iter().map(Mode::name).collect();
         assert_eq!(names.last().map(String::as_str), Some("rod stretching 1"), "{names:?}");
+        Ok(())
+    }
+
+    /// Rigid links have the same two swings; finite elements have the work of tension against weight.
+    #[test]
+    fn regress_both_swings_of_two_hanging_links_are_named_so_by_every_model() -> Tested {
+        for angle_rad in [-1.57, -0.8] {
+            let found = |model: &str| -> Result<(Vec<Mode>, Option<f64>), Box<dyn std::error::Error>> {
+                let overrides = [format!("solver.model={model}"), format!("start.angle_rad={angle_rad}")];
+                let scene = SceneSource::parse("hanging.toml", HANGING, &overrides)?.scene;
+                let subject = Subject::new(&scene, None)?;
+                let bending_hz = Vibrations::of_scene(&scene)?.and_then(|found| found.lowest_bending_hz);
+                Ok((modes(&subject, &subject.at_rest(angle_rad)?, 2)?, bending_hz))
+            };
+            let (rigid, none) = found("rigid")?;
+            assert_eq!(none, None);
+            let mut lowest_hz = Vec::new();
+            for model in ["modal", "finite-element"] {
+                let (swings, bending_hz) = found(model)?;
+                let names: Vec<String> = swings.iter().map(Mode::name).collect();
+                assert_eq!(names, ["chain swing", "chain swing 2"], "{model} at {angle_rad}");
+                for (swing, rigid) in swings.iter().zip(&rigid) {
+                    let ratio = swing.frequency_hz() / rigid.frequency_hz();
+                    assert!((ratio - 1.0).abs() < 1e-3, "{}, {model} at {angle_rad}: {ratio}", swing.name());
+                }
+                lowest_hz.push(bending_hz.ok_or("no link bends")?);
+            }
+            assert!(lowest_hz[0] > 100.0 && (lowest_hz[1] / lowest_hz[0] - 1.0).abs() < 0.01, "{lowest_hz:?}");
+        }
+        Ok(())
+    }
+
+    /// A beam that turns at 40 rad/s: all but a 500th of the stiffness as it swings on its base is the work of tension.
+    #[test]
+    fn regress_a_turning_beam_swings_on_the_spring_of_its_base_in_every_model() -> Tested {
+        for model in ["solver.model=modal", "solver.model=finite-element"] {
+            let beam = subject("thesis-beam", &[model, "solver.integrator=generalized-alpha", "pulse=[]"], None)?;
+            let found = modes(&beam, &beam.turning(0.7, 40.0)?, 1)?;
+            assert_eq!(found[0].name(), "crank torsion of the base", "{model}: {:?}", found[0].shares);
+        }
         Ok(())
     }
 

@@ -39,18 +39,45 @@ fn pictures(svg: &str) -> Vec<String> {
 fn regress_the_rounding_of_a_rigid_link_is_no_bending() {
     let straight = beam([[0.0, 0.0], [0.7, 0.0], [2.1, 0.0]], |time| time, 1.0, 100);
     let animation = MechanismPicture::animation("straight", &straight, Some(0.5)).unwrap();
-    assert_eq!(animation.caption, "1.00 s at 0.5 times the real speed");
+    assert_eq!(animation.caption(), "1.00 s at 0.5 times the real speed");
 }
 
 #[test]
 fn prop_bending_is_magnified_and_the_time_kept() {
     let evenly = turning(|time| time, 1.0, 100);
     let animation = MechanismPicture::animation("turning", &evenly, Some(0.5)).unwrap();
-    assert_eq!(animation.caption, "1.00 s at 0.5 times the real speed, bending drawn 10 times as large", "1 % is drawn as 10 %");
+    assert_eq!(
+        animation.caption(),
+        "1.00 s at 0.5 times the real speed, bending drawn 10 times as large",
+        "1 % is drawn as 10 %"
+    );
     let svg = animation.to_svg();
     assert!(svg.contains("dur=\"2.00s\""), "a second at half speed");
     assert_eq!(pictures(&svg).len(), 31, "15 pictures a second, both ends included");
     assert_eq!(animation.formats(&[Format::Png]), [Format::Svg]);
+}
+
+#[test]
+fn regress_the_bending_of_several_files_is_magnified_by_one_factor() {
+    let pictures_of = |aside: f64| {
+        let file = beam([[0.0, 0.0], [1.0, aside], [2.0, 0.0]], |time| 0.2 * time, 1.0, 100);
+        let strobe = MechanismPicture::strobe("beam", &file).unwrap();
+        [strobe, MechanismPicture::animation("beam", &file, Some(0.5)).unwrap()]
+    };
+    let factor = |picture: &MechanismPicture| {
+        let caption = picture.caption();
+        let words = caption.split("bending drawn ").nth(1).unwrap_or("1 times");
+        words.split(' ').next().unwrap().parse::<u32>().unwrap()
+    };
+    // A stiff beam, a soft one, and a rigid one.
+    let mut pictures: Vec<MechanismPicture> = [0.002, 0.02, 0.0].into_iter().flat_map(pictures_of).collect();
+    assert_eq!(pictures.iter().map(factor).collect::<Vec<_>>(), [100, 100, 10, 10, 1, 1]);
+    let before = pictures.clone();
+    MechanismPicture::magnify_alike(pictures.iter_mut());
+    assert_eq!(pictures.iter().map(factor).collect::<Vec<_>>(), [10, 10, 10, 10, 1, 1]);
+    let is_drawn_as_before = |(after, before): (&MechanismPicture, &MechanismPicture)| after.to_svg() == before.to_svg();
+    let drawn: Vec<bool> = pictures.iter().zip(&before).map(is_drawn_as_before).collect();
+    assert_eq!(drawn, [false, false, true, true, true, true]);
 }
 
 #[test]
@@ -72,7 +99,7 @@ fn regress_an_animation_without_a_speed_plays_at_one_at_which_the_motion_is_seen
         (|time| time * time, 5.0, 5000, "2.50 s at 0.25 times", "10.00s", 151),
     ] {
         let animation = MechanismPicture::animation("turning", &turning(turns, for_s, intervals), None).unwrap();
-        assert!(animation.caption.starts_with(begins), "{begins}: {}", animation.caption);
+        assert!(animation.caption().starts_with(begins), "{begins}: {}", animation.caption());
         assert_eq!(animation.warning, None, "{begins}");
         let svg = animation.to_svg();
         assert!(svg.contains(&format!("dur=\"{duration}\"")), "{begins}");
@@ -94,7 +121,7 @@ fn regress_a_speed_that_shows_no_motion_is_named_with_one_that_does() {
     ] {
         let animation = MechanismPicture::animation("fast", &fast, Some(speed)).unwrap();
         assert_eq!(animation.warning, said.map(|said| format!("fast: {said}{helps}")));
-        assert!(animation.caption.starts_with("0.10 s"), "the whole: {}", animation.caption);
+        assert!(animation.caption().starts_with("0.10 s"), "the whole: {}", animation.caption());
     }
     let refused = |topics: &[Named], speed| MechanismPicture::animation("fast", topics, speed).unwrap_err().to_string();
     assert_eq!(refused(&fast, Some(2.0)), format!("fast: at 2 times the real speed, there is only one picture{helps}"));

@@ -135,6 +135,9 @@ fn prop_recordings_are_laid_over_one_another() {
     let arguments = ["steel.mcap", "soft.mcap", "--overlay", "-o", "out", "--format", "svg"];
     let output = plot(at, &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let page = read_to_string(at.join("out/index.html")).unwrap();
+    let alike = page.matches("s apart, bending drawn 2 times as large (").count();
+    assert_eq!(alike, 2, "the steel rod by itself is drawn with a larger factor: {page}");
     let svg = read_to_string(at.join("out/overlay-rates.svg")).unwrap();
     let drawn = texts(&svg);
     let count = |wanted: &str| drawn.iter().filter(|text| *text == wanted).count();

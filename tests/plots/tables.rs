@@ -86,6 +86,19 @@ fn regress_a_path_over_time_stays_a_line() {
 }
 
 #[test]
+fn regress_runs_of_a_campaign_are_in_the_order_of_a_key_or_points() {
+    for (lengths, mark) in [([1.4, 1.2, 1.7], Mark::Points), ([1.2, 1.4, 1.7], Mark::Line)] {
+        let mut table = Table::default();
+        table.push("index", vec![0.0, 1.0, 2.0]);
+        table.push("rod.length_m", lengths.to_vec());
+        table.push("rod_peak_deflection_m", vec![2.0, 1.0, 3.0]);
+        let table = Named { table, ..Named::default() };
+        let drawn = figure(&[table], Some("rod.length_m"), &["rod_peak_deflection_m".to_owned()]).unwrap();
+        assert_eq!(drawn.panels[0].series[0].mark, mark);
+    }
+}
+
+#[test]
 fn regress_tables_with_other_separators_or_without_names_are_refused_in_words() {
     let folder = folder();
     for (text, says) in [
@@ -126,6 +139,8 @@ fn regress_a_table_of_an_interrupted_trade_is_a_part() {
         let said = complaint(&output);
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
+        let drawn = texts(&std::fs::read_to_string(folder.path().join("trade.svg")).unwrap());
+        assert_eq!(drawn.iter().any(|text| text == "interrupted, a part: trade"), is_part, "{drawn:?}");
     }
 }
 
@@ -200,7 +215,6 @@ fn prop_undrawable_input_is_refused() {
         (vec!["turn.csv", "--y", "ratio", "-o", "x.pdf"], 2, ".svg or .png"),
         (vec!["turn.csv", "--y", "ratio", "-o", "new/x.svg"], 1, "new/x.svg: the folder new does not exist"),
         (vec!["turn.csv", "-o", "new/plots"], 1, "new/plots: the folder new does not exist"),
-        (vec!["turn.csv", "turn.csv"], 2, "one by one"),
         (vec!["words.csv"], 2, "words.csv: nothing to draw"),
         (vec!["one.csv"], 2, "nothing to draw"),
         (vec!["ragged.csv"], 1, "ragged.csv"),
@@ -219,6 +233,26 @@ fn prop_undrawable_input_is_refused() {
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", complaint(&output));
         assert!(complaint(&output).contains(says), "{arguments:?}: {}", complaint(&output));
     }
+}
+
+#[test]
+fn regress_files_of_one_name_are_told_apart_by_their_folders() {
+    let folder = folder();
+    let at = folder.path();
+    for name in ["a", "b"] {
+        std::fs::create_dir(at.join(name)).unwrap();
+        std::fs::copy(at.join("turn.csv"), at.join(name).join("turn.csv")).unwrap();
+    }
+    let output = plot(at, &["a/turn.csv", "b/turn.csv", "-o", "out", "--format", "svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    for name in ["a", "b"] {
+        let drawn = texts(&std::fs::read_to_string(at.join(format!("out/{name}-turn-rod_angle_rad.svg"))).unwrap());
+        assert!(drawn.contains(&format!("{name}/turn")), "{drawn:?}");
+    }
+    std::fs::copy(at.join("turn.csv"), at.join("a-turn.csv")).unwrap();
+    let output = plot(at, &["a/turn.csv", "b/turn.csv", "a-turn.csv", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("plot these files one by one, into different folders"), "{}", complaint(&output));
 }
 
 #[test]

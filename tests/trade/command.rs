@@ -13,15 +13,16 @@ fn said(options: &[&str]) -> String {
 }
 
 #[test]
-fn regress_steps_and_tolerances_in_another_unit_are_warned_of() {
+fn regress_steps_tolerances_and_angles_in_another_unit_are_warned_of() {
     let instants =
         "warning: with these --steps, runs are compared at only 10 instants, 0.02 s apart: errors between them are not seen; ";
     let tolerance = "warning: --tolerance 10 is 1000 %: errors are relative, and 10 % is 0.1\n";
+    let angle = "warning: start.angle_rad = 180 is 28.6 turns: angles are in radians\n";
     let refusal = "error: the real-time factor fails: the fastest, rigid, runge-kutta, step 2e-2 s, is ";
-    let warned = said(&["--steps", "20ms", "--tolerance", "10"]);
-    for line in [instants, tolerance, refusal] {
+    let warned = said(&["--steps", "20ms", "--tolerance", "10", "--set", "start.angle_rad=180"]);
+    for line in [instants, tolerance, angle, refusal] {
         assert_eq!(warned.matches(line).count(), 1, "{line}: {warned}");
     }
     let unwarned = said(&["--steps", "1ms", "--tolerance", "1"]);
-    assert!(!unwarned.contains("instant") && !unwarned.contains('%'), "{unwarned}");
+    assert!(!unwarned.contains("instant") && !unwarned.contains('%') && !unwarned.contains("radians"), "{unwarned}");
 }

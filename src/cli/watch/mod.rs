@@ -78,8 +78,8 @@ pub(super) struct Args {
     /// Print lines, as without a terminal: no charts, no keys. With --signals, one line a second: state, time and these.
     #[arg(long, conflicts_with_all = ["torque", "duration"])]
     pub plain: bool,
-    /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, and all signals at that time,
-    /// or those of --signals, by name.
+    /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, ended (true in the last line,
+    /// once the service has ended), and in an object signals all signals at that time, or those of --signals, by name.
     #[arg(long, requires = "plain")]
     pub json: bool,
     #[command(flatten)]

@@ -94,23 +94,32 @@ impl Campaign {
         }
     }
 
-    /// The listed values that their keys never allow, whatever the other keys are: their runs will be refused. Of a long list, the
-    /// first values are tried.
+    /// The listed values that their keys never allow, whatever the other keys are: their runs will be refused.
     pub fn refused_values(&self) -> Vec<RefusedValue> {
         self.spec.axes.iter().flat_map(|axis| self.refused_values_of(axis)).collect()
     }
 
     fn refused_values_of(&self, axis: &Axis) -> Vec<RefusedValue> {
-        let Levels::Listed(values) = &axis.levels else { return Vec::new() };
         let runs = (self.spec.method == Method::Grid).then(|| self.runs() / axis.grid_count());
-        let refused = |value: &toml::Value| {
-            let change = format!("{}={}", axis.key, Value::Listed(value.clone()).toml());
-            let refused = SceneSource::parse(&self.base.origin, &self.base.text, &[change]).err()?;
+        let refused = |with_value: Result<SceneSource, SceneError>| {
+            let refused = with_value.err()?;
             let mut all = std::iter::once(&refused).chain(refused.further.iter());
             let own = all.find(|refused| refused.never_allowed && refused.key == axis.key)?;
             Some(RefusedValue { reason: reason(own), runs })
         };
-        values.iter().take(TRIED_VALUES).filter_map(refused).collect()
+        self.with_listed_values(axis).filter_map(refused).collect()
+    }
+
+    /// The scene with each listed value of a key alone. Of a long list, the first values are tried.
+    pub fn with_listed_values(&self, axis: &Axis) -> impl Iterator<Item = Result<SceneSource, SceneError>> {
+        let values: &[toml::Value] = match &axis.levels {
+            Levels::Listed(values) => &values[..],
+            Levels::Range { .. } => &[],
+        };
+        values.iter().take(TRIED_VALUES).map(move |value| {
+            let change = format!("{}={}", axis.key, Value::Listed(value.clone()).toml());
+            SceneSource::parse(&self.base.origin, &self.base.text, &[change])
+        })
     }
 
     /// The specification.

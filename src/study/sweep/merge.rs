@@ -16,8 +16,11 @@ use super::campaign::{Campaign, Sample};
 use super::chunk;
 use super::row::Row;
 use super::run::Ending;
+use super::scalars::OUT_OF_RANGE;
 use crate::recording::{ColumnType, Columns, CsvSheet, FieldValue, ParquetSheet, Sheet};
 
+/// Column that numbers the runs.
+pub(crate) const INDEX: &str = "index";
 /// Chunks that a reader has in memory before they are asked for.
 const CHUNKS_AHEAD: usize = 4;
 
@@ -52,6 +55,17 @@ pub struct Untrusted {
     pub in_play_j: f64,
 }
 
+/// Runs that are to be trusted, but bent a link further than the model covers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutOfRange {
+    /// Their number.
+    pub count: u64,
+    /// The first of them.
+    pub first: u64,
+    /// Largest deflection of the first, over the link's length.
+    pub bent: f64,
+}
+
 /// A merged table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
@@ -67,6 +81,8 @@ pub struct Merged {
     pub endings: BTreeMap<Ending, u64>,
     /// Runs that are done, but not to be trusted; `None` if there are none.
     pub untrusted: Option<Untrusted>,
+    /// Runs that are done and to be trusted, but out of the model's range; `None` if there are none.
+    pub out_of_range: Option<OutOfRange>,
     /// For each end that has a cause, the first run that ended so, and the cause.
     pub causes: BTreeMap<Ending, (u64, String)>,
     /// Computing time of all rows, s.
@@ -87,15 +103,17 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
         missing: Vec::new(),
         endings: BTreeMap::new(),
         untrusted: None,
+        out_of_range: None,
         causes: BTreeMap::new(),
         seconds: 0.0,
     };
+    let out_of_range = campaign.columns().iter().position(|column| column.name == OUT_OF_RANGE);
     each_row(campaign, folder, |sample, row| {
         let Some(row) = row else {
             merged.miss(sample.index);
             return Ok(());
         };
-        merged.add(row);
+        merged.add(row, out_of_range);
         let cells = cells(campaign, sample, row);
         Ok(sheet.write(&cells.iter().map(Option::as_ref).collect::<Vec<_>>())?)
     })?;
@@ -132,7 +150,8 @@ pub fn has_rows(campaign: &Campaign, folder: &Path) -> Result<bool, SweepError> 
 }
 
 impl Merged {
-    fn add(&mut self, row: &Row) {
+    /// Adds a row, with the place of the scalar [`OUT_OF_RANGE`].
+    fn add(&mut self, row: &Row, out_of_range: Option<usize>) {
         let outcome = &row.outcome;
         self.rows += 1;
         self.seconds += row.seconds;
@@ -141,6 +160,10 @@ impl Merged {
             let [worst_balance_j, in_play_j] = ["worst_balance_j", "in_play_j"].map(|name| outcome.of_whole_run(name));
             let first = Untrusted { count: 0, first: row.index, worst_balance_j, in_play_j };
             self.untrusted.get_or_insert(first).count += 1;
+        }
+        let bent = out_of_range.and_then(|place| outcome.numbers.get(place).copied().flatten()).unwrap_or(0.0);
+        if outcome.ended_well() && bent > 0.0 {
+            self.out_of_range.get_or_insert(OutOfRange { count: 0, first: row.index, bent }).count += 1;
         }
         if !outcome.cause.is_empty() {
             self.causes.entry(outcome.ending).or_insert_with(|| (row.index, outcome.cause.clone()));
@@ -199,7 +222,7 @@ fn columns(campaign: &Campaign) -> Columns {
         (column.name.clone(), kind)
     });
     let named = |name: &str, kind| (name.to_owned(), kind);
-    let first = [named("index", ColumnType::Integer), named("id", ColumnType::Text)];
+    let first = [named(INDEX, ColumnType::Integer), named("id", ColumnType::Text)];
     let words = ["ending", "cause", "verdict"].map(|name| named(name, ColumnType::Text));
     first.into_iter().chain(keys).chain(words).chain(numbers).collect()
 }

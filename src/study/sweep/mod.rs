@@ -26,7 +26,8 @@ use std::path::{Path, PathBuf};
 
 pub use axis::{Axis, Levels, Value};
 pub use campaign::{Campaign, RefusedValue};
-pub use merge::{Merged, TableFormat, Untrusted, has_rows, merge};
+pub(crate) use merge::INDEX;
+pub use merge::{Merged, OutOfRange, TableFormat, Untrusted, has_rows, merge};
 pub use points::{Coordinate, Points, points};
 pub use row::Row;
 pub use run::{Column, Ending, Outcome};

@@ -3,6 +3,9 @@
 use crate::mechanics::{ElementForces, LinkObservation, Observation};
 use crate::scene::{Bar, End, Link, Scene, System};
 
+/// The scalar that is largest deflection over length where that is too large for the model; else 0.
+pub(super) const OUT_OF_RANGE: &str = "peak_out_of_range";
+
 /// Numbers of one instant, where the model knows them.
 pub(super) struct Instant<'a> {
     pub seen: &'a Observation,

@@ -43,7 +43,7 @@ pub struct ExcitedMode {
     /// load next to none.
     pub moving_part: f64,
     /// The most by which its vibration changes an output that counts, relative as errors are; see [`NormalMode::vibrating`], and for
-    /// forces [`NormalMode::joint_forces`]. The balance of energy is not among these outputs.
+    /// forces [`NormalMode::joint_forces`]. The balance of energy is not among these outputs. 0 of a mode that does not swing.
     pub output_part: f64,
     /// That output.
     pub output: OutputGroup,
@@ -83,12 +83,11 @@ pub struct Excitation {
     pub modes: Vec<ExcitedMode>,
 }
 
-/// Modes and amplitudes at one instant.
+/// Vibrations and their amplitudes at one instant.
 struct Instant {
     /// Crank angle at which the modes are.
     angle_rad: f64,
-    modes: NormalModes,
-    amplitudes: Vec<Amplitude>,
+    vibrations: Vec<(NormalMode, Amplitude)>,
 }
 
 /// Sums of one vibration over the run.
@@ -102,11 +101,12 @@ struct Sums {
 }
 
 impl Excitation {
-    /// Runs the scene as `modal` with many modes, and finds the part of each vibration at some instants.
+    /// Runs the scene as `modal` with many modes and with links that stretch, as the reference does, and finds the part of each
+    /// vibration at some instants.
     ///
     /// At every instant the modes are those at rest at the crank's angle there, whose coordinates are orthogonal by mass and stiffness:
     /// the energies `E = ½ (ẋ² + ω² x²)` add up to the energy of small vibration. Over the angles, modes are followed by their shapes.
-    /// Centrifugal stiffening of the turning chain is left out.
+    /// Centrifugal stiffening of the turning chain is left out. A mode beyond critical damping does not vibrate: it has no `output_part`.
     ///
     /// # Errors
     /// [`NoExcitation`] where nothing vibrates, energy alone counts, or the run fails.
@@ -125,20 +125,18 @@ impl Excitation {
         }
         let instants = instants(scene, chain, grid)?;
         let Some(start) = instants.first() else { return Err(NoModes::Singular.into()) };
-        let modes: Vec<Vec<_>> = instants.iter().map(|instant| owned(&instant.modes)).collect();
+        let modes: Vec<Vec<Mode>> = instants.iter().map(Instant::modes).collect();
         let mut found = Vec::new();
         for branch in follow(&modes, VIBRATIONS + BEYOND) {
             let Some(place) = branch.places.first().copied().flatten() else { continue };
-            let mode = &start.modes.modes()[place];
-            if mode.is_vibration() {
-                found.push((mode, Sums::of(&branch.places, &instants, scales)));
-            }
+            found.push((&start.vibrations[place].0, Sums::of(&branch.places, &instants, scales)));
         }
         found.truncate(VIBRATIONS);
         let all_j: f64 = found.iter().map(|(_, sums)| sums.energy_j).sum();
         let part = |energy_j: f64| if all_j > 0.0 { energy_j / all_j } else { 0.0 };
         let excited = |(mode, sums): &(&NormalMode, Sums)| {
-            let (output, output_part) = worst(&sums.vibrating, outputs);
+            let (vibrating, all) = (worst(&sums.vibrating, outputs), worst(&sums.all, outputs));
+            let (output, output_part) = if mode.swings() { vibrating } else { (all.0, 0.0) };
             ExcitedMode {
                 name: mode.mode.name(),
                 kind: mode.mode.kind,
@@ -148,12 +146,18 @@ impl Excitation {
                 moving_part: part(2.0 * sums.kinetic_j),
                 output_part,
                 output,
-                following_part: worst(&sums.all, outputs).1,
+                following_part: all.1,
                 eigenvalue: mode.equation.eigenvalue(),
                 links: on_nodes(mode),
             }
         };
         Ok(Excitation { angle_rad: start.angle_rad, modes: found.iter().map(excited).collect() })
+    }
+}
+
+impl Instant {
+    fn modes(&self) -> Vec<Mode> {
+        self.vibrations.iter().map(|(vibration, _)| vibration.mode.clone()).collect()
     }
 }
 
@@ -163,7 +167,7 @@ impl Sums {
         let mut sums = Sums::default();
         for (place, instant) in places.iter().zip(instants) {
             let Some(place) = *place else { continue };
-            let (mode, amplitude) = (&instant.modes.modes()[place], instant.amplitudes[place]);
+            let (mode, amplitude) = (&instant.vibrations[place].0, instant.vibrations[place].1);
             sums.energy_j += mode.energy_j(amplitude);
             sums.kinetic_j += 0.5 * amplitude.velocity.powi(2);
             let links = on_nodes(mode);
@@ -215,10 +219,6 @@ pub(super) fn on_nodes(mode: &NormalMode) -> Vec<LinkShape> {
     mode.mode.links.iter().map(|link| link.on_nodes(NODES)).collect()
 }
 
-fn owned(modes: &NormalModes) -> Vec<Mode> {
-    modes.modes().iter().map(|mode| mode.mode.clone()).collect()
-}
-
 /// Runs the scene; the instant of the start first, the others in the order of the crank's angle.
 fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, NoExcitation> {
     let family = Family {
@@ -226,7 +226,7 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         integrator: IntegratorKind::Esdirk,
         resolution: RESOLUTION,
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
-        axial: Axial::of(chain),
+        axial: vec![Axial::Added; chain.links.len()],
     };
     let still = NormalModes::new(&family.scene(scene, grid.interval_s), chain.start.angle_rad, VIBRATIONS + BEYOND)?;
     let highest = still.modes().iter().map(|mode| mode.equation.stiffness.sqrt()).fold(0.0, f64::max);
@@ -252,7 +252,8 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
     Ok(instants)
 }
 
-/// Modes and amplitudes at the present instant of a run.
+/// Vibrations and amplitudes at the present instant of a run. At some angles a chain that turns or swings moves as it does in a vibration
+/// at others, so that only vibrations are followed.
 fn at(scene: &Scene, chain: &Chain, simulation: &mut Simulation) -> Result<Option<Instant>, Failed> {
     let chord_rad = simulation.observe()?.links.first().map_or(0.0, |link| link.chord_rad);
     let Some(motion) = simulation.motion() else { return Ok(None) };
@@ -264,5 +265,6 @@ fn at(scene: &Scene, chain: &Chain, simulation: &mut Simulation) -> Result<Optio
     };
     let Ok(modes) = NormalModes::new(scene, angle_rad, VIBRATIONS + BEYOND) else { return Ok(None) };
     let amplitudes = modes.amplitudes([&motion.q, &motion.v, &motion.a]);
-    Ok(Some(Instant { angle_rad, modes, amplitudes }))
+    let all = modes.modes().iter().cloned().zip(amplitudes);
+    Ok(Some(Instant { angle_rad, vibrations: all.filter(|(mode, _)| mode.is_vibration()).collect() }))
 }

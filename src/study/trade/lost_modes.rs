@@ -235,3 +235,98 @@ impl ModeError {
 fn damping_ratio(eigenvalue: Complex<f64>) -> f64 {
     -eigenvalue.re / eigenvalue.norm()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{IntegratorKind, ModelKind, SceneSource};
+    use crate::study::trade::{Axial, CHANNELS, Grid, OutputGroup};
+
+    type Tested = Result<(), Box<dyn std::error::Error>>;
+
+    /// A slender rod of plastic on a crank of aluminium. The rod is damped so much that it stretches without a swing: with the damping
+    /// time c of `damping_s`, `ω c/2` is 1.7 at 545 Hz.
+    const LAB: &str = r#"
+[crank]
+length_m = 0.12
+section = { shape = "rectangle", width_m = 0.02, height_m = 0.008 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7.0e10
+damping_s = 2e-5
+
+[rod]
+length_m = 0.48
+section = { shape = "round", diameter_m = 0.008 }
+density_kg_per_m3 = 1410.0
+youngs_modulus_pa = 2.9e9
+damping_s = 1e-3
+
+[slider]
+mass_kg = 0.08
+friction_n_s_per_m = 0.2
+
+[base]
+damper_nm_s_per_rad = 0.0005
+
+[gravity]
+y_m_per_s2 = -9.81
+
+[start]
+angle_rad = 0.7853981633974483
+rate_rad_per_s = 6.0
+
+[[pulse]]
+start_s = 0.2
+torque_nm = 0.25
+duration_s = 0.1
+shape = "raised-cosine"
+
+[solver]
+model = "modal"
+integrator = "esdirk"
+step_s = 0.001
+"#;
+    const UNTIL_S: f64 = 0.6;
+    /// Stroke and peaks of a run; forces do not count.
+    const SCALES: [f64; CHANNELS.len()] = [1.0, 0.24, 7.2e-6, 1.07e-2, 1.0, 1.0, 1.0];
+
+    fn lab() -> Result<(Scene, Excitation), Box<dyn std::error::Error>> {
+        let scene = SceneSource::parse("lab.toml", LAB, &[])?.scene;
+        let grid = Grid::new(UNTIL_S, Some([4e-3].as_slice()))?;
+        let excitation = Excitation::new(&scene, &grid, &SCALES, &OutputGroup::DEFAULT)?;
+        Ok((scene, excitation))
+    }
+
+    /// At some angles the rod stretches as it moves at others while the chain turns, whose ω is 0.
+    #[test]
+    fn regress_a_vibration_is_not_followed_into_the_turning_of_the_chain() -> Tested {
+        let (_, excitation) = lab()?;
+        for mode in &excitation.modes {
+            let parts = [mode.energy_part, mode.moving_part, mode.output_part, mode.following_part];
+            assert!(parts.iter().all(|part| part.is_finite()), "{}: {parts:?}", mode.name);
+        }
+        let stretching = excitation.modes.iter().find(|mode| mode.name == "rod stretching 1").ok_or("not listed")?;
+        assert!(stretching.energy_part < 0.1 && stretching.moving_part < 0.1, "{stretching:?}");
+        assert_eq!((stretching.eigenvalue.im, stretching.output_part), (0.0, 0.0));
+        assert!(!stretching.vibrates(0.0) && stretching.follows(0.0), "{stretching:?}");
+        Ok(())
+    }
+
+    /// The reference's rod stretches, and so does that of every mesh; `modal` leaves that out in this scene.
+    #[test]
+    fn regress_the_vibrations_are_those_of_links_that_stretch_as_the_reference_does() -> Tested {
+        let (scene, excitation) = lab()?;
+        let mut asked = Asked { scene: &scene, excitation: &excitation, tolerance: 1e-3, until_s: UNTIL_S, models: Vec::new() };
+        let mut lost = |model: ModelKind, resolution: usize| -> Option<Vec<String>> {
+            let (rigid, axial) = (vec![false; 2], vec![Axial::OfScene(false); 2]);
+            let family = Family { model, integrator: IntegratorKind::Esdirk, resolution, rigid, axial };
+            let errors = asked.errors(&Configuration { family, step_s: 1e-3 })?;
+            let by_model = errors.iter().filter(|error| error.lost == Some(Reason::Model));
+            Some(by_model.map(|error| excitation.modes[error.mode].name.clone()).collect())
+        };
+        assert_eq!(lost(ModelKind::FiniteElement, 8).ok_or("not known")?, Vec::<String>::new());
+        let without_stretching = lost(ModelKind::Modal, 4).ok_or("not known")?;
+        assert!(without_stretching.contains(&"rod stretching 2".to_owned()), "{without_stretching:?}");
+        Ok(())
+    }
+}
