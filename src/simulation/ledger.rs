@@ -97,8 +97,7 @@ pub(super) struct Ledger {
     changed: ChangedEnergy,
     fallen_j: f64,
     worst_balance_j: f64,
-    /// Energy in play that the last step brought, J; 0 before the first step and at a checkpoint.
-    brought_j: f64,
+    is_beginning: bool,
 }
 
 /// Entries of an account that the state does not determine.
@@ -110,6 +109,8 @@ pub struct LedgerEntries {
     pub fallen_j: f64,
     /// Largest |balance error| so far, J.
     pub worst_balance_j: f64,
+    /// Whether the last step brought so large a part of the energy in play that the balance is not judged.
+    pub is_beginning: bool,
 }
 
 impl Ledger {
@@ -127,12 +128,12 @@ impl Ledger {
         next.work += work;
         next.fallen_j = next.fallen_j.max(potential_j(&self.start) + self.changed.potential_j - potential_j(&now));
         next.worst_balance_j = next.worst_balance_j.max(next.balance_error_j().abs());
-        next.brought_j = next.in_play_j() - self.in_play_j();
+        next.is_beginning = next.in_play_j() - self.in_play_j() > JUDGED_PART * next.in_play_j();
         if !keeps_energy {
             next.judge_growth(KNOWN_ENERGY_FACTOR)?;
             return Ok(next);
         }
-        let begins = next.brought_j > 0.5 * next.in_play_j();
+        let begins = 2.0 * self.in_play_j() < next.in_play_j();
         let [energy_factor, balance_part] = if begins { [BEGINNING_FACTOR; 2] } else { [ENERGY_FACTOR, BALANCE_PART] };
         next.judge_growth(energy_factor)?;
         next.judge_balance(self, work, energy_factor, balance_part)?;
@@ -192,8 +193,7 @@ impl Ledger {
     /// Whether the balance stayed within this part of the energy in play. A step that tells nothing of it leaves it balanced.
     pub(super) fn verdict(&self, tolerance: f64) -> EnergyVerdict {
         let (worst_j, in_play_j) = (self.worst_balance_j, self.in_play_j());
-        let is_judged = self.brought_j <= JUDGED_PART * in_play_j;
-        if is_judged && worst_j > tolerance * in_play_j + ENERGY_FLOOR_J {
+        if !self.is_beginning && worst_j > tolerance * in_play_j + ENERGY_FLOOR_J {
             EnergyVerdict::Unbalanced { worst_j, in_play_j }
         } else {
             EnergyVerdict::Balanced
@@ -201,13 +201,14 @@ impl Ledger {
     }
 
     pub(super) fn entries(&self) -> LedgerEntries {
-        LedgerEntries { work: self.work, fallen_j: self.fallen_j, worst_balance_j: self.worst_balance_j }
+        let Ledger { work, fallen_j, worst_balance_j, is_beginning, .. } = *self;
+        LedgerEntries { work, fallen_j, worst_balance_j, is_beginning }
     }
 
     /// The account where it stood at a checkpoint, with the energies of the state there.
     pub(super) fn at((start, changed): (Energy, ChangedEnergy), entries: &LedgerEntries, now: Energy) -> Ledger {
-        let LedgerEntries { work, fallen_j, worst_balance_j } = *entries;
-        Ledger { start, now, work, changed, fallen_j, worst_balance_j, brought_j: 0.0 }
+        let LedgerEntries { work, fallen_j, worst_balance_j, is_beginning } = *entries;
+        Ledger { start, now, work, changed, fallen_j, worst_balance_j, is_beginning }
     }
 }
 
@@ -330,9 +331,13 @@ mod tests {
 
     #[test]
     fn regress_an_account_goes_on_from_its_entries() -> Result<(), Cause> {
-        let before = ten().after(work(3.0, 1.0), kinetic(12.3), true)?;
-        let resumed = Ledger::at(ten().start_and_changed(), &before.entries(), kinetic(12.3));
-        assert_eq!(resumed, Ledger { brought_j: 0.0, ..before });
+        // The step brought 3 of 13 J, or 30 of 40.
+        for (put_in_j, is_beginning) in [(3.0, false), (30.0, true)] {
+            let now = kinetic(9.3 + put_in_j);
+            let before = ten().after(work(put_in_j, 1.0), now, true)?;
+            let resumed = Ledger::at(ten().start_and_changed(), &before.entries(), now);
+            assert_eq!((resumed, resumed.is_beginning), (before, is_beginning));
+        }
         Ok(())
     }
 
