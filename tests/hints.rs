@@ -44,7 +44,8 @@ fn regress_a_campaign_warns_once_of_numbers_that_look_like_mistakes() -> Result<
         Ok(path.to_str().ok_or("a path that is no text")?.to_owned())
     };
     let angle = "warning: start.angle_rad = -90 is 14.3 turns: angles are in radians\n";
-    let section = "warning: the rod is no slender bar: its section is some 34.641 m thick, and it is 1.5 m long\n";
+    let section =
+        "warning: the rod is no slender bar: its section is some 34.641 m thick, and it is 1.5 m long: lengths are in m\n";
     let listed = campaign("listed.toml", "[1e-5, 1e-2, 1e-6, 1e-1, 1]", "")?;
     let (code, said) = flexcrank(&["sweep", &listed])?;
     let more = "warning: likewise 2 more values of rod.second_moment_m4\n";

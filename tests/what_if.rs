@@ -12,7 +12,7 @@ use common::rewritten::{as_is, rewritten};
 use common::{Listener, Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
 use flexcrank::resimulation::{
-    Change, Finding, LossReason, RecordedSession, UnlikeMeshes, Verification, WhatIfOutcome, verify, what_if,
+    Change, Finding, LargestDifference, LossReason, RecordedSession, UnlikeMeshes, Verification, WhatIfOutcome, verify, what_if,
 };
 use flexcrank::runtime::Pace;
 use flexcrank::scene::{SceneSource, builtin};
@@ -182,6 +182,21 @@ fn regress_deviations_of_other_nodes_and_of_zero_are_none() -> Outcome {
     let (outcome, _) = changed(&folder.path().join("run.mcap"), "rigid.mcap", "solver.model=rigid")?;
     let first = outcome.deviation.first.ok_or("no deviation")?;
     assert!(first.instant > (0, 0), "{first}");
+    Ok(())
+}
+
+/// A rigid rod computes no deflection, which counts as zero: the rods differ by all that the flexible one deflects.
+#[test]
+fn regress_deflections_are_compared_with_those_of_a_rigid_rod() -> Outcome {
+    let deflection = |recorded: &str, change: &str| -> Outcome<LargestDifference> {
+        let folder = bending_rod(recorded)?;
+        let (outcome, _) = changed(&folder.path().join("run.mcap"), "changed.mcap", change)?;
+        Ok(*outcome.deviation.largest.get("rod deflection, m").ok_or("no deflection of the rod was compared")?)
+    };
+    let straightened = deflection("finite-element", "solver.model=rigid")?;
+    assert!(straightened.value > 0.03, "{straightened:?}");
+    assert_eq!(deflection("rigid", "solver.model=finite-element")?, straightened);
+    assert!(deflection("finite-element", "rod.rigid=true")?.value > 0.03);
     Ok(())
 }
 

@@ -35,20 +35,21 @@ Frequencies are those of small undamped vibrations about rest at the start posit
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
 The scene is run over 2 s, a second after its last pulse, or two turns of its drive, for at most 20,000 steps or 2 s of computing: \
-    that shows the cost of a step on this machine, and the balance of energies. The suggested step resolves the lowest frequency at \
+    that shows the cost of a step on this machine, the balance of energies, and the estimated error of the time step, which `status` \
+    publishes too: of its size, and without the model's own error. Beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
     which a link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
     error. Such a run takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance; `trade` measures which \
     step suffices.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
-    at which a link bends.
+    at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
 
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
     `axial = true` is recommended from 10 % of the largest deflection on.
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from rest), \
     lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
-    out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, \
+    step_error_rad (estimated, at the end of the run), out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, \
     reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
@@ -58,6 +59,8 @@ Exit codes: 0 the scene is sound, or a link bends out of the model's range, whic
 const MEASURED: Duration = Duration::from_millis(300);
 /// Fewer steps in a period do not show it.
 const LEAST_STEPS: f64 = 2.0;
+/// An estimated error of the time step, rad, with which the motion of a run is lost.
+const LOST_RAD: f64 = 1.0;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -86,6 +89,7 @@ struct Checked {
     highest_hz: Option<f64>,
     lowest_bending_hz: Option<f64>,
     balance_error: Option<f64>,
+    step_error_rad: Option<f64>,
     out_of_range: Option<f64>,
     step_cost_s: Option<f64>,
     real_time_factor: Option<f64>,
@@ -129,6 +133,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
         balance_error: trial.balance_error,
+        step_error_rad: trial.step_error_rad,
         out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
@@ -147,6 +152,12 @@ pub(super) fn check(args: &Args) -> CommandResult {
         let wrong_turn = scene.solver.step_s > TAU / speed_rad_per_s(scene) / LEAST_STEPS;
         let outcome = if wrong_turn { "expect wrong motion" } else { "a vibration of that frequency comes out wrong" };
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: {outcome}");
+    }
+    if let Some(error_rad) = trial.step_error_rad.filter(|error_rad| *error_rad > LOST_RAD && trial.verdict.is_ok()) {
+        say!(
+            "warning: the step may turn the first link wrong by some {error_rad:.1e} rad in this run: halve it until the motion no \
+             longer changes; if it always does, the motion is chaotic"
+        );
     }
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
@@ -213,6 +224,10 @@ impl Checked {
             self.balance_error.map_or("not judged".to_owned(), |error| format!("within {error:.1e} of the energy in play"));
         let part = trial.cut_off_s.map_or(String::new(), |time_s| format!("; of the first {} s alone", figure(time_s)));
         writeln!(out, "  balance      {balance}{part}")?;
+        // None at all where the angle is prescribed.
+        if let Some(error_rad) = self.step_error_rad.filter(|error_rad| *error_rad > 0.0) {
+            writeln!(out, "  step error   about {error_rad:.1e} rad in the first link's angle, as estimated{part}")?;
+        }
         if let (Some(cost_s), Some(factor)) = (self.step_cost_s, self.real_time_factor) {
             writeln!(out, "  cost         {:.1} µs a step, {} times real time", 1e6 * cost_s, figure(factor))?;
         }

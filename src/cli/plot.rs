@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
@@ -94,13 +94,13 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     bar.finish_and_clear();
     let mut sources = sources?;
     let sentences = |source: &Source| {
-        let of_figures = || [source.straight_links(), source.coarse_turning(), source.interrupted_study()];
+        let of_figures = || [source.straight_links(), source.coarse_turning()];
         let of_all = args.y.is_empty().then(of_figures).into_iter().flatten();
-        of_all.chain([source.rare_samples(&args.y)]).flatten()
+        of_all.chain([source.interrupted_study(), source.rare_samples(&args.y)]).flatten()
     };
     sources.iter().flat_map(sentences).for_each(|sentence| say!("{sentence}"));
     tell_apart(&mut sources);
-    let into_file = args.output.extension().is_some() && !args.output.is_dir();
+    let into_file = is_file_name(&args.output) && !args.output.is_dir();
     // The default figures of recordings come with pictures of the mechanism, and in a folder with a page.
     let default_figures = args.y.is_empty() && args.animation.is_none();
     let mut entries = Vec::new();
@@ -171,6 +171,13 @@ fn status(sources: &[Source]) -> ExitStatus {
     if sources.iter().all(|source| source.whole) { ExitStatus::Success } else { ExitStatus::Lossy }
 }
 
+/// Whether a path names a file, not a folder: it has an ending, and none like that of `step0.5`.
+fn is_file_name(path: &Path) -> bool {
+    let ends_in_separator = path.to_string_lossy().ends_with(is_separator);
+    let ending = path.extension().map(|ending| ending.to_string_lossy());
+    !ends_in_separator && ending.is_some_and(|ending| !ending.starts_with(|first: char| first.is_ascii_digit()))
+}
+
 /// The request does not fit the files: a usage error.
 fn refused(why: String) -> Failure {
     Failure::Usage(why)
@@ -179,7 +186,7 @@ fn refused(why: String) -> Failure {
 fn write_file(args: &Args, entries: &[Entry]) -> CommandResult<()> {
     let (path, name) = (&args.output, args.output.display());
     let Some(format) = Format::of(path) else {
-        return Err(refused(format!("{name}: a picture ends in .svg or .png; for several, name a folder")));
+        return Err(refused(format!("{name}: a picture ends in .svg or .png; for several, name a folder ({name}/)")));
     };
     let [entry] = entries else {
         let count = entries.len();

@@ -45,14 +45,20 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     of_links.chain(of_lengths).chain(many_turns(chain.start.angle_rad)).collect()
 }
 
-/// A warning of a section that is thicker than its link is long, as with sizes in mm. A rectangle of the height h has the second
-/// moment of area `A h²/12`.
+/// A warning of a section that is thicker than its link is long, as with sizes in mm. A section without a shape counts as
+/// a rectangle: one of the height h has the second moment of area `A h²/12`.
 fn no_slender_bar(link: &Link) -> Option<String> {
     let bar = link.bar.filter(|_| !link.rigid)?;
-    let height_m = (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt();
+    let (about, height_m) = match bar.extreme_fibre_m {
+        Some(fibre_m) => ("", 2.0 * fibre_m),
+        None => ("some ", (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt()),
+    };
     let [height, length] = [height_m, link.length_m].map(figure);
     let warning = || {
-        format!("the {} is no slender bar: its section is some {height} m thick, and it is {length} m long", link.name.as_str())
+        let name = link.name.as_str();
+        format!(
+            "the {name} is no slender bar: its section is {about}{height} m thick, and it is {length} m long: lengths are in m"
+        )
     };
     (height_m > link.length_m).then(warning)
 }
@@ -142,7 +148,18 @@ mod tests {
         for (given, warning) in [
             ("rod.length_m=420", "the rod is 420 m long, 840 times as long as the crank (0.5 m): lengths are in m"),
             ("start.angle_rad=-90", "start.angle_rad = -90 is 14.3 turns: angles are in radians"),
-            ("rod.section.height_m=20", "the rod is no slender bar: its section is some 20 m thick, and it is 1.5 m long"),
+            (
+                "rod.section.height_m=20",
+                "the rod is no slender bar: its section is 20 m thick, and it is 1.5 m long: lengths are in m",
+            ),
+            (
+                "rod.section={shape=\"round\", diameter_m=10}",
+                "the rod is no slender bar: its section is 10 m thick, and it is 1.5 m long: lengths are in m",
+            ),
+            (
+                "rod.section={shape=\"tube\", outer_m=16, inner_m=10}",
+                "the rod is no slender bar: its section is 16 m thick, and it is 1.5 m long: lengths are in m",
+            ),
             (
                 "rod.youngs_modulus_pa=210",
                 "rod.youngs_modulus_pa = 210 is softer than any material: moduli are in Pa, and 210 GPa is 210e9",

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::simulation::{Diverged, EnergyVerdict, Simulation};
+use crate::simulation::{Account, Diverged, EnergyVerdict, Simulation};
 
 /// Longest run of the scene, computing time.
 pub(super) const LONGEST: Duration = Duration::from_secs(2);
@@ -17,6 +17,8 @@ pub(super) struct Trial {
     pub(super) step_cost_s: Option<f64>,
     /// Largest error of the energy balance, over the energy in play; `None` if it is not judged.
     pub(super) balance_error: Option<f64>,
+    /// Estimated error of the time step in the first link's chord angle at the end, rad; `None` if the method has none.
+    pub(super) step_error_rad: Option<f64>,
     /// Largest deflection over length that was out of the model's range; `None` if none was.
     pub(super) out_of_range: Option<f64>,
     /// Simulated time at which a run that took too long was ended, s.
@@ -34,7 +36,7 @@ impl Trial {
         while taken.is_ok() && steps < MOST_STEPS {
             let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
             if is_whole && judged.is_none() {
-                judged = Some((simulation.energy_verdict(), simulation.ledger()));
+                judged = Some(simulation.account());
             }
             if steps > 0 && (is_whole && elapsed >= shortest || elapsed >= LONGEST) {
                 break;
@@ -54,10 +56,11 @@ impl Trial {
             }
         }
         let cut_off_s = (taken.is_ok() && simulation.time_s() < until_s).then(|| simulation.time_s());
-        let (verdict, ledger) = judged.unwrap_or_else(|| (simulation.energy_verdict(), simulation.ledger()));
+        let Account { verdict, ledger, error } = judged.unwrap_or_else(|| simulation.account());
         let is_judged = verdict != EnergyVerdict::NotJudged && ledger.in_play_j > 0.0;
         Trial {
             step_cost_s: taken.is_ok().then(|| cost.as_secs_f64() / f64::from(steps.max(1))),
+            step_error_rad: error.map(|error| error.angle_rad()),
             out_of_range,
             cut_off_s,
             balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),

@@ -9,7 +9,7 @@ const MOST_LINES: usize = 200;
 /// Intervals of a range in which means are taken, if a key has more values than these.
 const INTERVALS: usize = 16;
 /// Groups of runs by the size of the scalar, each in a colour of its own.
-const GROUPS: usize = 4;
+const QUARTERS: [&str; 4] = ["lowest quarter", "second", "third", "highest quarter"];
 
 /// A scalar over a key: runs as points, their mean and the mean ± a standard deviation at values or over intervals of the key.
 pub fn over_key(points: &Points, scalar: usize, key: usize) -> Figure {
@@ -39,7 +39,8 @@ pub fn parallel(points: &Points, scalar: usize) -> Figure {
     let mut figure =
         Figure::new(format!("{name}: parallel coordinates"), x, Axis::new("from the least value to the greatest", ""));
     let rows = places(points.scalars[scalar].values.len(), MOST_LINES);
-    for (group, rows) in by_size(&points.scalars[scalar].values, rows).into_iter().enumerate() {
+    let quarters = QUARTERS.into_iter().zip(by_size(&points.scalars[scalar].values, rows));
+    for (quarter, rows) in quarters.filter(|(_, rows)| !rows.is_empty()) {
         let (mut xs, mut ys) = (Vec::new(), Vec::new());
         for row in rows {
             for (place, column) in columns.iter().enumerate() {
@@ -50,7 +51,7 @@ pub fn parallel(points: &Points, scalar: usize) -> Figure {
             xs.push(f64::NAN);
             ys.push(f64::NAN);
         }
-        figure = figure.line(["lowest quarter", "second", "third", "highest quarter"][group], &xs, &ys);
+        figure = figure.line(quarter, &xs, &ys);
     }
     figure
 }
@@ -115,11 +116,17 @@ fn part(column: &Coordinate, row: usize) -> f64 {
     (position(column, column.values[row]) - low) / (high - low)
 }
 
-/// Rows in groups of equal size by their values, the smallest first.
-fn by_size(values: &[f64], mut rows: Vec<usize>) -> Vec<Vec<usize>> {
+/// Rows in quarters by their values, the smallest first. Quarters differ by at most one row.
+fn by_size(values: &[f64], mut rows: Vec<usize>) -> [Vec<usize>; QUARTERS.len()] {
     rows.sort_by(|one, other| values[*one].total_cmp(&values[*other]));
-    let size = rows.len().div_ceil(GROUPS).max(1);
-    rows.chunks(size).map(<[usize]>::to_vec).collect()
+    let mut quarters: [Vec<usize>; QUARTERS.len()] = std::array::from_fn(|_| Vec::new());
+    let (count, last) = (rows.len(), QUARTERS.len() - 1);
+    for (rank, row) in rows.into_iter().enumerate() {
+        // Fewer rows than quarters: the greatest is still in the highest.
+        let quarter = if (2..=last).contains(&count) { last * rank / (count - 1) } else { QUARTERS.len() * rank / count };
+        quarters[quarter].push(row);
+    }
+    quarters
 }
 
 #[cfg(test)]
@@ -164,6 +171,29 @@ mod tests {
         let series = &figure.panels[0].series;
         assert_eq!(series.iter().map(|series| series.xs.len()).collect::<Vec<_>>(), [40; 4]);
         assert!(series[0].ys[..3] == [1.0, 0.0, 0.0] && series[0].ys[3].is_nan() && figure.x.names == ["a", "b", "scalar"]);
+    }
+
+    #[test]
+    fn regress_quarters_differ_by_at_most_one_run_and_the_greatest_is_in_the_highest() {
+        for (count, sizes) in [
+            (0, [0, 0, 0, 0]),
+            (1, [1, 0, 0, 0]),
+            (2, [1, 0, 0, 1]),
+            (3, [1, 1, 0, 1]),
+            (4, [1, 1, 1, 1]),
+            (5, [2, 1, 1, 1]),
+            (6, [2, 1, 2, 1]),
+            (14, [4, 3, 4, 3]),
+        ] {
+            let values: Vec<f64> = (0..count).map(f64::from).collect();
+            let quarters = by_size(&values, places(values.len(), MOST_LINES));
+            assert_eq!(quarters.each_ref().map(Vec::len), sizes, "{count} runs");
+            assert!(quarters.concat().is_sorted(), "{count} runs: {quarters:?}");
+            let points = Points { keys: Vec::new(), scalars: vec![coordinate("y", values, false)], left_out: 0 };
+            let figure = parallel(&points, 0);
+            let greatest = figure.panels[0].series.last().map(|series| series.label.as_str());
+            assert!(count < 2 || greatest == Some("highest quarter"), "{count} runs: {greatest:?}");
+        }
     }
 
     /// Left and right ends of the names under a figure's frame, px, from the left.

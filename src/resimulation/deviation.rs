@@ -37,6 +37,10 @@ impl Deviation {
     /// Compares a recorded message with the re-simulated one, each link at the places that both have.
     pub(super) fn compare(&mut self, mut recorded: Message, mut computed: Message, session_s: f64) {
         self.until_s = session_s;
+        if let (Message::Displacements(was), Message::Displacements(is)) = (&recorded, &computed) {
+            self.deflections_beside_straight_links(was, is, session_s);
+            self.deflections_beside_straight_links(is, was, session_s);
+        }
         self.unlike_meshes.extend(keep_shared_places(&mut recorded, &mut computed));
         if self.first.is_none() {
             self.first = difference(&recorded, &computed);
@@ -65,13 +69,24 @@ impl Deviation {
         }
     }
 
+    /// Compares deflections with those of the links that are straight in the other message. A straight link deflects by zero
+    /// everywhere, so every node counts, not only those that both meshes have.
+    fn deflections_beside_straight_links(&mut self, bent: &Displacements, other: &Displacements, session_s: f64) {
+        let straight = straight_links(other);
+        for node in bent.nodes.iter().filter(|node| straight.contains(node.link.as_str())) {
+            if let Some(deflection_m) = node.deflection_m.filter(|deflection_m| *deflection_m != 0.0) {
+                self.put(&deflection_of(&node.link), deflection_m, session_s);
+            }
+        }
+    }
+
     fn displacements(&mut self, was: &Displacements, is: &Displacements, session_s: f64) {
         for (was, is) in was.nodes.iter().zip(&is.nodes) {
             self.put("node position, m", (was.x_m - is.x_m).hypot(was.y_m - is.y_m), session_s);
             let deflections = was.deflection_m.zip(is.deflection_m);
             // A node at the end of a link never leaves its chord, and says nothing of the link.
             if let Some((was_m, is_m)) = deflections.filter(|(was_m, is_m)| *was_m != 0.0 || *is_m != 0.0) {
-                self.put(&format!("{} deflection, m", was.link), was_m - is_m, session_s);
+                self.put(&deflection_of(&was.link), was_m - is_m, session_s);
             }
         }
     }
@@ -95,6 +110,17 @@ impl Deviation {
     }
 }
 
+/// The deflection of a link among the quantities.
+fn deflection_of(link: &str) -> String {
+    format!("{link} deflection, m")
+}
+
+/// Links of which the model computes no deflection, because they cannot bend.
+fn straight_links(displacements: &Displacements) -> BTreeSet<&str> {
+    let straight = displacements.nodes.iter().filter(|node| node.deflection_m.is_none());
+    straight.map(|node| node.link.as_str()).collect()
+}
+
 /// The difference between two messages, if there is one in numbers: 0 and -0 are equal.
 fn difference(recorded: &Message, computed: &Message) -> Option<Difference> {
     if recorded == computed {
@@ -114,7 +140,7 @@ fn difference(recorded: &Message, computed: &Message) -> Option<Difference> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::LinkAngle;
+    use crate::wire::{LinkAngle, NodeState};
 
     fn angles(acceleration_rad_per_s2: Option<f64>) -> Message {
         let link = LinkAngle { link: "rod".to_owned(), chord_rad: 1.5, acceleration_rad_per_s2, ..LinkAngle::default() };
@@ -137,6 +163,42 @@ mod tests {
             let name = first.and_then(|first| first.field).map(|field| field.name);
             assert_eq!(name.as_deref(), Some("links.rod.acceleration_rad_per_s2"), "{recorded:?} {computed:?}");
         }
+    }
+
+    fn rod(deflections_m: &[Option<f64>]) -> Message {
+        let node = |(index, deflection_m): (u32, &Option<f64>)| NodeState {
+            link: "rod".to_owned(),
+            index,
+            deflection_m: *deflection_m,
+            ..NodeState::default()
+        };
+        let nodes = (0..).zip(deflections_m).map(node).collect();
+        Message::Displacements(Box::new(Displacements { stamp: None, nodes }))
+    }
+
+    #[test]
+    fn regress_a_straight_link_has_no_deflection_at_any_place() {
+        let bent = rod(&[0.0, 0.01, -0.04, 0.02, 0.0].map(Some));
+        for elements in [1, 2, 3, 4] {
+            let straight = rod(&vec![None; elements + 1]);
+            for [recorded, computed] in [[&bent, &straight], [&straight, &bent]] {
+                let mut deviation = Deviation::default();
+                deviation.compare(recorded.clone(), computed.clone(), 2.0);
+                let expected = LargestDifference { value: 0.04, at_s: 2.0 };
+                assert_eq!(deviation.largest.get("rod deflection, m"), Some(&expected), "{elements}");
+            }
+        }
+    }
+
+    /// A bent link of one element has no inner node, but is not straight.
+    #[test]
+    fn prop_deflections_of_two_flexible_links_are_compared_at_shared_nodes() {
+        let mut deviation = Deviation::default();
+        deviation.compare(rod(&[0.0, 0.01, 0.04, 0.02, 0.0].map(Some)), rod(&[0.0, 0.03, 0.0].map(Some)), 2.0);
+        assert!((deviation.largest["rod deflection, m"].value - 0.01).abs() < 1e-15, "{deviation:?}");
+        deviation = Deviation::default();
+        deviation.compare(rod(&[0.0, 0.04, 0.0].map(Some)), rod(&[0.0, 0.0].map(Some)), 2.0);
+        assert_eq!(deviation.largest.get("rod deflection, m"), None);
     }
 
     #[test]

@@ -291,6 +291,14 @@ def killed(folder):
     expect("at most a second is lost to kill -9", end_s - kept < 1.0, f"{end_s - kept:.3f} s lost")
 
 
+def regress_an_error_ends_the_subscriber(listing):
+    """The README's Python listing with an error while it listens: a session that stays open blocks the exit of Python."""
+    failing = listing.replace("time.sleep(5)", "time.sleep(0.5); raise ValueError('mine')")
+    ended = subprocess.run([sys.executable, "-c", failing], capture_output=True, text=True, timeout=PATIENCE_S)
+    says = ended.returncode == 1 and ended.stderr.endswith("ValueError: mine\n")
+    expect("an error ends the README's subscriber", says, ended.stderr.strip())
+
+
 def readme(folder):
     """A service found with no options at all, and the README's Python listing as printed."""
     listing = Path("README.md").read_text().split("```python\n")[1].split("```")[0]
@@ -312,6 +320,7 @@ def readme(folder):
         printed = subprocess.run([sys.executable, "-c", listing], capture_output=True, text=True, timeout=PATIENCE_S)
         angles = [float(line) for line in printed.stdout.split()]
         expect("the README's subscriber runs", len(angles) > 500, f"{len(angles)} angles, last {angles[-1:]}")
+        regress_an_error_ends_the_subscriber(listing)
         process.send_signal(signal.SIGINT)
         expect("Ctrl-C ends cleanly", process.wait(PATIENCE_S) == 0)
     finally:

@@ -39,6 +39,20 @@ fn prop_columns_are_chosen_by_name() {
     }
 }
 
+#[test]
+fn regress_a_folder_may_have_a_dot_in_its_name() {
+    let folder = folder();
+    for name in ["step0.5", "step0.5b", "turn.pdf/"] {
+        let output = plot(folder.path(), &["turn.csv", "-o", name]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        assert!(folder.path().join(name).join("turn-rod_angle_rad.svg").is_file(), "{name}");
+    }
+    let output = plot(folder.path(), &["turn.csv", "-o", "other.pdf"]);
+    let why = "other.pdf: a picture ends in .svg or .png; for several, name a folder (other.pdf/)";
+    assert!(output.status.code() == Some(2) && complaint(&output).contains(why), "{}", complaint(&output));
+    assert!(!folder.path().join("other.pdf").exists());
+}
+
 /// The only figure of a table: its curves' names, marks and horizontal values.
 fn curves(table: &Table) -> Vec<(String, Mark, Vec<f64>)> {
     let mut figures = overview(table).unwrap();
@@ -141,6 +155,11 @@ fn regress_a_table_of_an_interrupted_trade_is_a_part() {
         assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
         let drawn = texts(&std::fs::read_to_string(folder.path().join("trade.svg")).unwrap());
         assert_eq!(drawn.iter().any(|text| text == "interrupted, a part: trade"), is_part, "{drawn:?}");
+        let columns = ["trade.csv", "--x", "seconds_per_simulated_s", "--y", "error", "-o", "columns.svg"];
+        let output = plot(folder.path(), &columns);
+        let said = complaint(&output);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
     }
 }
 

@@ -85,7 +85,11 @@ fn regress_check_names_the_rate_that_shows_the_bending_of_a_link() {
         String::from_utf8(output.stdout).unwrap()
     };
     let line = |rate: &str| format!("  published    200 times a second; bending at 201.181 Hz shows with --publish-hz {rate}\n");
-    for (words, rate) in [(&["press.toml"][..], "all"), (&["press.toml", "--set", "solver.step_s=1e-4"], "2500")] {
+    for (words, rate) in [
+        (&["press.toml"][..], "all"),
+        (&["press.toml", "--set", "solver.step_s=1e-4"], "2500"),
+        (&["press.toml", "--set", "solver.step_s=0.0015"], "all and a shorter solver.step_s"),
+    ] {
         let said = check(words);
         assert!(said.contains(&line(rate)), "{said}");
     }
