@@ -179,6 +179,9 @@ fn regress_deviations_of_other_nodes_and_of_zero_are_none() -> Outcome {
     let (code, printed, said) = told(folder.path(), &["run.mcap", "--set", "rod.elements=6", "--record", "six.mcap"])?;
     let meshes = "no deviation\n  rod: 4 elements recorded, 6 computed: compared at the nodes that both have\n";
     assert!(code == Some(0) && printed.ends_with(meshes), "{printed}{said}");
+    let (_, printed, _) = told(folder.path(), &["run.mcap", "--set", "rod.elements=3", "--record", "three.mcap"])?;
+    let pins = "  rod: 4 elements recorded, 3 computed: compared at the nodes that both have, none of which deflects\n";
+    assert!(printed.ends_with(pins), "{printed}");
     let (outcome, _) = changed(&folder.path().join("run.mcap"), "rigid.mcap", "solver.model=rigid")?;
     let first = outcome.deviation.first.ok_or("no deviation")?;
     assert!(first.instant > (0, 0), "{first}");

@@ -387,7 +387,8 @@ pub mod status {
     #[repr(i32)]
     pub enum EnergyVerdict {
         Unspecified = 0,
-        /// The balance stayed within solver.balance_tolerance of the energy in play, or the last step brought over a quarter of that energy.
+        /// The balance stayed within solver.balance_tolerance of the energy in play. While each step brings over a quarter of that energy,
+        /// what errs since the first of these steps may reach 5e-2 of it.
         Balanced = 1,
         /// It left the tolerance: the motion is not to be trusted.
         Unbalanced = 2,
@@ -990,9 +991,10 @@ pub struct Checkpoint {
     /// Largest magnitude of the balance error so far.
     #[prost(double, tag = "12")]
     pub worst_balance_j: f64,
-    /// Whether the step before brought over a quarter of the energy in play, so that the balance is not judged.
-    #[prost(bool, tag = "17")]
-    pub is_beginning: bool,
+    /// Largest magnitude of the balance error before the present beginning, in which each step brings over a quarter of the energy in
+    /// play; absent if there is none.
+    #[prost(double, optional, tag = "17")]
+    pub settled_balance_j: ::core::option::Option<f64>,
     /// State of the error estimate; empty if the method has none.
     #[prost(double, repeated, tag = "13")]
     pub error_estimate: ::prost::alloc::vec::Vec<f64>,

@@ -127,7 +127,8 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
 fn report_quantities(deviation: &Deviation, out: &mut impl Write) -> std::io::Result<()> {
     for UnlikeMeshes { link, recorded, computed } in &deviation.unlike_meshes {
         let recorded = counted(*recorded, "element");
-        writeln!(out, "  {link}: {recorded} recorded, {computed} computed: compared at the nodes that both have")?;
+        let deflections = if deviation.compares_deflection_of(link) { "" } else { ", none of which deflects" };
+        writeln!(out, "  {link}: {recorded} recorded, {computed} computed: compared at the nodes that both have{deflections}")?;
     }
     if deviation.first.is_some() {
         for (name, LargestDifference { value, at_s }) in &deviation.largest {

@@ -54,6 +54,11 @@ impl Deviation {
         }
     }
 
+    /// Whether a deflection of this link was compared.
+    pub fn compares_deflection_of(&self, link: &str) -> bool {
+        self.largest.contains_key(&deflection_of(link))
+    }
+
     /// Reports the driving torque as not compared.
     pub(super) fn leave_out_torque(&mut self) {
         self.largest.remove(DRIVING_TORQUE);

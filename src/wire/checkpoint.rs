@@ -18,7 +18,7 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         shape: super::shape(pulse.shape).into(),
     };
     let DeliveredImpulse { impulse_nm_s, over_s: impulse_over_s } = checkpoint.delivered;
-    let LedgerEntries { work, fallen_j, worst_balance_j, is_beginning } = checkpoint.ledger;
+    let LedgerEntries { work, fallen_j, worst_balance_j, settled_balance_j } = checkpoint.ledger;
     super::Checkpoint {
         stamp: Some(super::stamp(stamp)),
         state: checkpoint.state.clone(),
@@ -28,7 +28,7 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         work_put_in_j: work.magnitude_j,
         fallen_j,
         worst_balance_j,
-        is_beginning,
+        settled_balance_j,
         error_estimate: checkpoint.error.map_or(Vec::new(), |error| error.numbers().to_vec()),
         torque_nm: checkpoint.torque_nm,
         impulse_nm_s,
@@ -68,7 +68,7 @@ pub fn recorded_checkpoint(message: &super::Checkpoint) -> Result<Checkpoint, Ba
             work: Work { put_in_j: message.work_in_j, dissipated_j: message.dissipated_j, magnitude_j: message.work_put_in_j },
             fallen_j: message.fallen_j,
             worst_balance_j: message.worst_balance_j,
-            is_beginning: message.is_beginning,
+            settled_balance_j: message.settled_balance_j,
         },
         error: ErrorEstimate::from_numbers(&message.error_estimate),
         torque_nm: message.torque_nm,

@@ -134,6 +134,8 @@ type Known = (Family, Option<Vec<Own>>);
 /// A mode of a configuration's model.
 struct Own {
     kind: Kind,
+    /// Its number among all modes of its kind, from 1.
+    number: usize,
     equation: ModalEquation,
     links: Vec<LinkShape>,
 }
@@ -161,7 +163,7 @@ impl Asked<'_> {
         let mut errors = Vec::new();
         for ((place, mode), partner) in self.excitation.modes.iter().enumerate().zip(partners(&self.excitation.modes, modes)) {
             let partner = partner.and_then(|partner| modes.get(partner));
-            let has_none = modes.iter().filter(|own| own.kind == mode.kind).count() < mode.number;
+            let has_none = modes.iter().filter(|own| own.kind == mode.kind).all(|own| own.number < mode.number);
             match partner {
                 Some(own) if mode.vibrates(self.tolerance) => {
                     errors.push(ModeError::new(place, mode, own.equation, step, self.until_s));
@@ -177,7 +179,12 @@ impl Asked<'_> {
 
 /// The modes of a configuration; no mode if nothing can move. `None` of a model without a linearisation.
 fn modes_of(scene: &Scene, excitation: &Excitation) -> Option<Vec<Own>> {
-    let own = |mode: &NormalMode| Own { kind: mode.mode.kind, equation: mode.equation, links: on_nodes(mode) };
+    let own = |mode: &NormalMode| Own {
+        kind: mode.mode.kind,
+        number: mode.mode.number,
+        equation: mode.equation,
+        links: on_nodes(mode),
+    };
     match NormalModes::new(scene, excitation.angle_rad, excitation.modes.len() + BEYOND) {
         Ok(modes) => Some(modes.modes().iter().filter(|mode| mode.is_vibration()).map(own).collect()),
         Err(NoModes::NothingMoves) => Some(Vec::new()),
