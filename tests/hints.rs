@@ -34,11 +34,11 @@ fn regress_a_run_warns_once_of_numbers_that_look_like_mistakes() -> Result<(), B
 #[test]
 fn regress_a_campaign_warns_once_of_numbers_that_look_like_mistakes() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
-    let campaign = |name: &str, values: &str, pulse: &str| -> Result<String, Box<dyn Error>> {
+    let campaign = |name: &str, levels: &str, pulse: &str| -> Result<String, Box<dyn Error>> {
         let path = folder.path().join(name);
         let text = format!(
             "scene = \"thesis-crank-slider\"\nset = [\"start.angle_rad=-90\", \"solver.model=rigid\"]\nuntil_s = 0.2\n\
-             method = \"grid\"\n[[vary]]\nkey = \"rod.second_moment_m4\"\nvalues = {values}\n{pulse}"
+             method = \"grid\"\n[[vary]]\nkey = \"rod.second_moment_m4\"\n{levels}\n{pulse}"
         );
         std::fs::write(&path, text)?;
         Ok(path.to_str().ok_or("a path that is no text")?.to_owned())
@@ -46,14 +46,17 @@ fn regress_a_campaign_warns_once_of_numbers_that_look_like_mistakes() -> Result<
     let angle = "warning: start.angle_rad = -90 is 14.3 turns: angles are in radians\n";
     let section =
         "warning: the rod is no slender bar: its section is some 34.641 m thick, and it is 1.5 m long: lengths are in m\n";
-    let listed = campaign("listed.toml", "[1e-5, 1e-2, 1e-6, 1e-1, 1]", "")?;
+    let listed = campaign("listed.toml", "values = [1e-5, 1e-2, 1e-6, 1e-1, 1]", "")?;
     let (code, said) = flexcrank(&["sweep", &listed])?;
     let more = "warning: likewise 2 more values of rod.second_moment_m4\n";
     assert!(code == Some(0) && said.starts_with(&[angle, section, more].concat()), "{said}");
     assert_eq!(flexcrank(&["-q", "sweep", &listed])?, (Some(0), String::new()));
+    // The bounds of a range.
+    let (code, said) = flexcrank(&["sweep", &campaign("range.toml", "min = 1e-5\nmax = 1e-2\ncount = 2", "")?])?;
+    assert!(code == Some(0) && said.starts_with(&[angle, section].concat()), "{said}");
     // A built-in scene with pulses of the campaign is as it was meant.
     let pulse = "[[pulse]]\nstart_s = 0\ntorque_nm = 1\nduration_s = 0.1\n";
-    let (_, said) = flexcrank(&["sweep", &campaign("pulse.toml", "[1e-5, 1e-6]", pulse)?])?;
+    let (_, said) = flexcrank(&["sweep", &campaign("pulse.toml", "values = [1e-5, 1e-6]", pulse)?])?;
     assert!(said.starts_with(angle) && !said.contains("slender"), "{said}");
     Ok(())
 }

@@ -176,7 +176,7 @@ fn prop_bad_specifications_are_refused_by_name() {
         ),
         (format!("{SCENE}{random}{}", ROD.replace("1.2", "\"a\"")), "test:8: min = \"a\": must be a number"),
         (format!("{SCENE}{random}{}", ROD.replace("min", "mn")), "test:8: mn: unknown key"),
-        (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: must be"),
+        (format!("{SCENE}method = \"random\"\n{ROD}"), "samples: is missing"),
         (format!("{SCENE}method = \"grid\"\nsamples = 3\n{ROD}count = 2\n"), "samples: a grid has as many"),
         (format!("{SCENE}method = \"grid\"\n{ROD}"), "count must be"),
         (format!("{SCENE}method = \"grid\"\n{ROD}count = 4.5\n"), "test:9: count = 4.5: must be a whole number from 0"),

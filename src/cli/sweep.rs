@@ -123,14 +123,14 @@ fn warn_of_refused_values(campaign: &Campaign) {
     }
 }
 
-/// Warns of numbers that look like mistakes: those of the scene, and those of listed values; of each key, the first in full.
+/// Warns of numbers that look like mistakes: those of the scene, and those of listed values and of bounds; of each key, the first in full.
 fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
     let spec = campaign.spec();
     // Without the campaign's pulses, so that a built-in scene is known by its name.
     let base = SceneSource::open(&spec.scene, &spec.set)?;
     suspect_numbers(&base).iter().for_each(|warning| say!("warning: {warning}"));
     for axis in &spec.axes {
-        let of_values = campaign.with_listed_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
+        let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
         let mut suspect = of_values.filter(|warnings| !warnings.is_empty());
         suspect.next().iter().flatten().for_each(|warning| say!("warning: {warning}"));
         let more = suspect.count() as u64;

@@ -9,7 +9,7 @@ pub(super) const LONGEST: Duration = Duration::from_secs(2);
 /// Most steps of the run.
 const MOST_STEPS: u32 = 20_000;
 /// Looks at how far links are bent in a run.
-const LOOKS: f64 = 200.0;
+const LOOKS: f64 = 5000.0;
 
 /// A run of the scene.
 pub(super) struct Trial {

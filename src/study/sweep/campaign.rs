@@ -100,6 +100,10 @@ impl Campaign {
     }
 
     fn refused_values_of(&self, axis: &Axis) -> Vec<RefusedValue> {
+        // The bound of a range may be no value of any run.
+        if !matches!(axis.levels, Levels::Listed(_)) {
+            return Vec::new();
+        }
         let runs = (self.spec.method == Method::Grid).then(|| self.runs() / axis.grid_count());
         let refused = |with_value: Result<SceneSource, SceneError>| {
             let refused = with_value.err()?;
@@ -107,17 +111,17 @@ impl Campaign {
             let own = all.find(|refused| refused.never_allowed && refused.key == axis.key)?;
             Some(RefusedValue { reason: reason(own), runs })
         };
-        self.with_listed_values(axis).filter_map(refused).collect()
+        self.with_given_values(axis).filter_map(refused).collect()
     }
 
-    /// The scene with each listed value of a key alone. Of a long list, the first values are tried.
-    pub fn with_listed_values(&self, axis: &Axis) -> impl Iterator<Item = Result<SceneSource, SceneError>> {
-        let values: &[toml::Value] = match &axis.levels {
-            Levels::Listed(values) => &values[..],
-            Levels::Range { .. } => &[],
+    /// The scene with each listed value of a key alone, or with each bound of its range. Of a long list, the first values are tried.
+    pub fn with_given_values(&self, axis: &Axis) -> impl Iterator<Item = Result<SceneSource, SceneError>> {
+        let values = match &axis.levels {
+            Levels::Listed(values) => values.iter().take(TRIED_VALUES).cloned().collect(),
+            Levels::Range { min, max, .. } => vec![toml::Value::Float(*min), toml::Value::Float(*max)],
         };
-        values.iter().take(TRIED_VALUES).map(move |value| {
-            let change = format!("{}={}", axis.key, Value::Listed(value.clone()).toml());
+        values.into_iter().map(move |value| {
+            let change = format!("{}={}", axis.key, Value::Listed(value).toml());
             SceneSource::parse(&self.base.origin, &self.base.text, &[change])
         })
     }

@@ -289,7 +289,8 @@ fn samples(given: Option<u64>, is_grid: bool, axes: &[Axis]) -> Result<u64, Stri
     match (given, is_grid) {
         (Some(_), true) => Err("samples: a grid has as many as its values make; give each [[vary]] a count instead".to_owned()),
         (None, true) => Ok(axes.iter().fold(1, |product: u64, axis| product.saturating_mul(axis.grid_count()))),
-        (None | Some(0), false) => Err("samples: must be a whole number from 1".to_owned()),
+        (None, false) => Err("samples: is missing; it is a whole number from 1".to_owned()),
+        (Some(0), false) => Err("samples: must be a whole number from 1".to_owned()),
         (Some(samples), false) => Ok(samples),
     }
 }
