@@ -66,7 +66,7 @@ pub enum ResimulationError {
         path: PathBuf,
         /// Time of the refusal, simulated s since the session began.
         at_s: f64,
-        /// What is refused, and why.
+        /// The refusal, with its reason.
         what: String,
     },
     /// The recording does not state when its session began.

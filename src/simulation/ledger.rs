@@ -131,12 +131,12 @@ impl Ledger {
         next.work += work;
         next.fallen_j = next.fallen_j.max(potential_j(&self.start) + self.changed.potential_j - potential_j(&now));
         next.worst_balance_j = next.worst_balance_j.max(next.balance_error_j().abs());
-        let is_beginning = next.in_play_j() - self.in_play_j() > BEGINNING_PART * next.in_play_j();
-        next.settled_balance_j = is_beginning.then(|| self.settled_balance_j.unwrap_or(self.worst_balance_j));
         if !keeps_energy {
             next.judge_growth(KNOWN_ENERGY_FACTOR)?;
             return Ok(next);
         }
+        let is_beginning = next.in_play_j() - self.in_play_j() > BEGINNING_PART * next.in_play_j();
+        next.settled_balance_j = is_beginning.then(|| self.settled_balance_j.unwrap_or(self.worst_balance_j));
         let begins = 2.0 * self.in_play_j() < next.in_play_j();
         let [energy_factor, balance_part] = if begins { [BEGINNING_FACTOR; 2] } else { [ENERGY_FACTOR, BALANCE_PART] };
         next.judge_growth(energy_factor)?;

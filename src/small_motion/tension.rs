@@ -16,7 +16,7 @@ pub(super) fn take_out_tension(energies: &mut [(Part, f64)], link: &LinkShape, a
     let places = (place(Part::Bending(link.link)), place(Part::Stretching(link.link)));
     let (Some(bending), Some(stretching)) = places else { return };
     let [whole, beside_chord] = [Complex::default(), link.turn_of_chord()].map(|turn| link.work_of_tension(axial_n, turn));
-    energies[stretching].1 -= whole.clamp(0.0, energies[stretching].1);
+    energies[stretching].1 -= whole.max(0.0).min(energies[stretching].1);
     energies[bending].1 += beside_chord.max(-energies[bending].1);
 }
 
