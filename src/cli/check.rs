@@ -15,6 +15,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
 use super::progress;
+use super::step_error::StepError;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{slowest_motion, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
@@ -23,7 +24,7 @@ use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene, SceneSource, builtin};
 use crate::simulation::EnergyVerdict;
 use crate::small_motion::{NoModes, Vibrations};
-use crate::study::{Shortening, shortenings, usual_until_s};
+use crate::study::{MATTERS, NEGLIGIBLE, Shortening, shortenings, usual_until_s};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -35,8 +36,8 @@ Frequencies are those of small undamped vibrations about rest at the start posit
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
 The scene is run over 2 s, a second after its last pulse, or two turns of its drive, for at most 20,000 steps or 2 s of computing: \
-    that shows the cost of a step on this machine, the balance of energies, and the estimated error of the time step, which `status` \
-    publishes too: of its size, and without the model's own error. Beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
+    that shows the cost of a step on this machine and the balance of energies. The step error is the largest difference of the first \
+    link's angle from such a run with half the step, without the model's own error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
     which a link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
     error. Such a run takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance; `trade` measures which \
     step suffices.
@@ -45,11 +46,11 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
 
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
-    `axial = true` is recommended from 10 % of the largest deflection on.
+    `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length.
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from rest), \
     lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
-    step_error_rad (estimated, at the end of the run), out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, \
+    step_error_rad (largest change of the first link's angle as the step is halved), out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, \
     reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
@@ -59,7 +60,7 @@ Exit codes: 0 the scene is sound, or a link bends out of the model's range, whic
 const MEASURED: Duration = Duration::from_millis(300);
 /// Fewer steps in a period do not show it.
 const LEAST_STEPS: f64 = 2.0;
-/// An estimated error of the time step, rad, with which the motion of a run is lost.
+/// An error of the time step, rad, with which the motion of a run is lost.
 const LOST_RAD: f64 = 1.0;
 
 #[derive(Debug, clap::Args)]
@@ -119,6 +120,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let frequencies_hz = vibrations.and_then(|vibrations| vibrations.frequencies_hz);
     let trial = Trial::of(&mut simulation, usual_until_s(scene), MEASURED);
     let slowest = slowest_motion(scene, vibrations);
+    bar.set_message("running the scene with half the step");
+    let step_error = StepError::of(scene, &trial);
     bar.set_message("looking for a step that suffices");
     let (suggested_step_s, reason) = suggested_step(scene, vibrations, &trial);
     let checked = Checked {
@@ -133,7 +136,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
         balance_error: trial.balance_error,
-        step_error_rad: trial.step_error_rad,
+        step_error_rad: step_error.map(|error| error.largest_rad),
         out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
@@ -145,7 +148,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     if args.json {
         print_json(&checked)?
     } else {
-        checked.print(&trial, found.err())?
+        checked.print(&trial, step_error, found.err())?
     }
     if let Some((period_s, what)) = slowest.filter(|(period_s, _)| scene.solver.step_s > period_s / LEAST_STEPS) {
         let [step, period] = [scene.solver.step_s, period_s].map(figure);
@@ -153,10 +156,10 @@ pub(super) fn check(args: &Args) -> CommandResult {
         let outcome = if wrong_turn { "expect wrong motion" } else { "a vibration of that frequency comes out wrong" };
         say!("warning: a step of {step} s does not resolve the {what}, {period} s: {outcome}");
     }
-    if let Some(error_rad) = trial.step_error_rad.filter(|error_rad| *error_rad > LOST_RAD && trial.verdict.is_ok()) {
+    if let Some(error_rad) = checked.step_error_rad.filter(|error_rad| *error_rad > LOST_RAD && trial.verdict.is_ok()) {
         say!(
-            "warning: the step may turn the first link wrong by some {error_rad:.1e} rad in this run: halve it until the motion no \
-             longer changes; if it always does, the motion is chaotic"
+            "warning: with half the step, the first link's angle differs by up to {error_rad:.1e} rad in this run: shorten the step until \
+             it no longer does; if it always does, the motion is chaotic"
         );
     }
     warn_of_suspects();
@@ -189,7 +192,7 @@ fn shortening(scene: &Scene) -> Vec<ShorteningLine> {
 }
 
 impl Checked {
-    fn print(&self, trial: &Trial, no_modes: Option<NoModes>) -> std::io::Result<()> {
+    fn print(&self, trial: &Trial, step_error: Option<StepError>, no_modes: Option<NoModes>) -> std::io::Result<()> {
         let mut out = output();
         let Checked { scene, model, integrator, step_s, unknowns, vibrations, reason, .. } = self;
         let finding = match trial.verdict {
@@ -224,9 +227,9 @@ impl Checked {
             self.balance_error.map_or("not judged".to_owned(), |error| format!("within {error:.1e} of the energy in play"));
         let part = trial.cut_off_s.map_or(String::new(), |time_s| format!("; of the first {} s alone", figure(time_s)));
         writeln!(out, "  balance      {balance}{part}")?;
-        // None at all where the angle is prescribed.
-        if let Some(error_rad) = self.step_error_rad.filter(|error_rad| *error_rad > 0.0) {
-            writeln!(out, "  step error   about {error_rad:.1e} rad in the first link's angle, as estimated{part}")?;
+        // None at all where the angle of a rigid link is prescribed.
+        if let Some(StepError { largest_rad, until_s }) = step_error.filter(|error| error.largest_rad > 0.0) {
+            writeln!(out, "  step error   {largest_rad:.1e} rad in the first link's angle, until {} s", figure(until_s))?;
         }
         if let (Some(cost_s), Some(factor)) = (self.step_cost_s, self.real_time_factor) {
             writeln!(out, "  cost         {:.1} µs a step, {} times real time", 1e6 * cost_s, figure(factor))?;
@@ -267,6 +270,12 @@ impl fmt::Display for ShorteningLine {
         if deflection_m > 0.0 {
             write!(f, " (ratio {})", figure(shortening_m / deflection_m))?;
         }
-        if recommends_axial { write!(f, ": set {link}.axial = true") } else { Ok(()) }
+        match recommends_axial {
+            true => write!(f, ": set {link}.axial = true"),
+            false if shortening_m > MATTERS * deflection_m => {
+                write!(f, ": too small to matter, not above {NEGLIGIBLE:.0e} of the length")
+            }
+            false => Ok(()),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Diagonally implicit Runge–Kutta methods on a second-order system, one stage at a time.
 
+use super::corner::of_quadrature;
 use super::newton::{Newton, NewtonSettings, Trial};
 use super::system::{Effort, State, StepError, System, Weights};
 
@@ -26,6 +27,11 @@ impl<const N: usize> Tableau<N> {
     pub(super) fn weights(&self, h_s: f64) -> Weights {
         Weights { acceleration: 1.0, velocity: self.gamma * h_s, position: (self.gamma * h_s).powi(2) }
     }
+
+    /// Error of the velocity by a corner of the acceleration at `part` of the step, over `J h²`.
+    pub(super) fn corner_error(&self, part: f64) -> f64 {
+        of_quadrature(self.c.into_iter().zip(self.b), part)
+    }
 }
 
 /// Predictions that give each stage the velocity of the stage before: `γ a = Σⱼ (aᵢ₋₁ⱼ − aᵢⱼ) Aⱼ`, all `aᵢᵢ` being γ but the first, which
@@ -42,6 +48,29 @@ pub(super) const fn of_kept_velocity<const N: usize>(a: &[[f64; N]; N], gamma: f
                 (true, _) => gamma,
             };
             weights[i][j] = (before - a[i][j]) / gamma;
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+}
+
+/// Predictions by the parabola through the last three stages before, and by a line for the third stage: Lagrange's weights at its place.
+pub(super) const fn by_parabolas<const N: usize>(c: &[f64; N]) -> [[f64; N]; N] {
+    let mut weights = [[0.0; N]; N];
+    let mut i = 2;
+    while i < N {
+        let first = i.saturating_sub(3);
+        let mut j = first;
+        while j < i {
+            let (mut weight, mut k) = (1.0, first);
+            while k < i {
+                if k != j {
+                    weight *= (c[i] - c[k]) / (c[j] - c[k]);
+                }
+                k += 1;
+            }
+            weights[i][j] = weight;
             j += 1;
         }
         i += 1;

@@ -1,6 +1,6 @@
 //! ESDIRK4(3)6L\[2\]SA: fourth order, implicit, forgets what the step does not resolve, with an error estimate.
 
-use super::dirk::{Stages, Tableau, of_kept_velocity};
+use super::dirk::{Stages, Tableau, by_parabolas, of_kept_velocity};
 use super::fixed_cost::FixedCost;
 use super::newton::NewtonSettings;
 use super::sdirk;
@@ -59,6 +59,8 @@ pub struct Esdirk {
     begun: State,
     error_q: Vec<f64>,
     error_v: Vec<f64>,
+    /// Whether the load jumped by much at the beginning of the last step.
+    jumped: bool,
 }
 
 const STAGES: usize = 6;
@@ -102,7 +104,7 @@ const LARGE_JUMP: f64 = 1e-2;
 /// one in a hundred.
 const FIRST_PART: f64 = 0.125;
 /// The method. Accelerations are predicted by the parabola through the last stages, and for the second stage by what the step before left.
-const ESDIRK: Tableau<STAGES> = Tableau { c: C, a: A, b: B, gamma: GAMMA, predicted: predicted() };
+const ESDIRK: Tableau<STAGES> = Tableau { c: C, a: A, b: B, gamma: GAMMA, predicted: by_parabolas(&C) };
 /// The method behind a large jump. What the step does not resolve swings there, so that accelerations of stages predict nothing: each stage
 /// is predicted with the velocity of the stage before.
 const BEHIND_JUMP: Tableau<STAGES> = Tableau { predicted: of_kept_velocity(&A, GAMMA, 0.0), ..ESDIRK };
@@ -143,29 +145,6 @@ const fn determinant([[a, b, c], [d, e, f], [g, h, i]]: [[f64; 3]; 3]) -> f64 {
     a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 }
 
-/// Lagrange's weights at `C[i]` for the parabola through stages 0, 1, 2 (for the fourth), 1 to 3 and 2 to 4; a line for the third.
-const fn predicted() -> [[f64; STAGES]; STAGES] {
-    let mut weights = [[0.0; STAGES]; STAGES];
-    let mut i = 2;
-    while i < STAGES {
-        let first = i.saturating_sub(3);
-        let mut j = first;
-        while j < i {
-            let (mut weight, mut k) = (1.0, first);
-            while k < i {
-                if k != j {
-                    weight *= (C[i] - C[k]) / (C[j] - C[k]);
-                }
-                k += 1;
-            }
-            weights[i][j] = weight;
-            j += 1;
-        }
-        i += 1;
-    }
-    weights
-}
-
 impl Esdirk {
     /// For `degrees_of_freedom` unknowns.
     pub fn new(degrees_of_freedom: usize, settings: NewtonSettings) -> Self {
@@ -178,6 +157,7 @@ impl Esdirk {
             begun: State::new(zero.clone(), zero.clone()),
             error_q: zero.clone(),
             error_v: zero,
+            jumped: false,
         }
     }
 
@@ -217,6 +197,7 @@ impl Esdirk {
             all_finite(x)?;
         }
         taken.left_over = self.stages.newton.left_over(system, &self.residual, &self.stages.q)?;
+        self.jumped = jumps;
         if jumps && self.fixed.is_some() {
             // This method has no estimate of its error.
             self.error_q.fill(0.0);
@@ -236,6 +217,18 @@ impl Esdirk {
     pub(super) fn local_error(&self, h_s: f64) -> LocalError<'_> {
         let of = |vector| ErrorTerm::Difference(vector, NEXT_ORDER, h_s.powi(4));
         LocalError { q: of(&self.error_q), v: of(&self.error_v) }
+    }
+
+    /// Error of the velocity by a corner of the acceleration at `part` of the step, over `J h²`, by the methods that took the last step. The
+    /// terms of `local_error` cancel over the steps after it.
+    pub(super) fn corner_error(&self, part: f64) -> f64 {
+        let rest = 1.0 - FIRST_PART;
+        match self.fixed {
+            _ if !self.jumped => ESDIRK.corner_error(part),
+            Some(_) => sdirk::corner_error(part),
+            None if part < FIRST_PART => FIRST_PART.powi(2) * sdirk::corner_error(part / FIRST_PART),
+            None => rest.powi(2) * BEHIND_JUMP.corner_error((part - FIRST_PART) / rest),
+        }
     }
 
     /// Finds the jump of the load at the beginning of the step; returns whether it is too large for the stages to carry.

@@ -50,6 +50,11 @@ pub(super) fn step<S: System>(
     Ok(taken)
 }
 
+/// Error of the velocity by a corner of the acceleration at `part` of the step, over `J h²`.
+pub(super) fn corner_error(part: f64) -> f64 {
+    SDIRK.corner_error(part)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -25,6 +25,9 @@ pub struct Weights {
     pub position: f64,
 }
 
+/// Most angles that say where a rigid chain is: the first link's, and a second one's that is free.
+pub const ROTATIONS: usize = 2;
+
 /// A small change of the first link's chord angle and of a deflection.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measure {
@@ -32,15 +35,20 @@ pub struct Measure {
     pub angle_rad: f64,
     /// Change of the last flexible link's middle from its chord, m; 0 where it has no node there.
     pub deflection_m: f64,
-    /// The part of that angle in which the chain turns as if its links kept their shape, rad; a mechanism leaves it 0.
-    pub turn_rad: f64,
+    /// The parts of it in which the first link, and a second one that is free, turn as if all links kept their shape, rad; a mechanism
+    /// leaves them 0.
+    pub turns_rad: [f64; ROTATIONS],
 }
 
 impl Measure {
     /// All of it times a factor.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
-        Self { angle_rad: factor * self.angle_rad, deflection_m: factor * self.deflection_m, turn_rad: factor * self.turn_rad }
+        Self {
+            angle_rad: factor * self.angle_rad,
+            deflection_m: factor * self.deflection_m,
+            turns_rad: self.turns_rad.map(|turn| factor * turn),
+        }
     }
 
     /// With another one added.
@@ -49,7 +57,7 @@ impl Measure {
         Self {
             angle_rad: self.angle_rad + other.angle_rad,
             deflection_m: self.deflection_m + other.deflection_m,
-            turn_rad: self.turn_rad + other.turn_rad,
+            turns_rad: std::array::from_fn(|link| self.turns_rad[link] + other.turns_rad[link]),
         }
     }
 }
@@ -122,12 +130,14 @@ pub trait Mechanism: Send {
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
     /// Change of the angle and the deflection that users look at first, by a small change `dq` of the coordinates at `q`.
     fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
-    /// Angle of the first link's chord, rad, where motion is free, and its rate, rad/s; whole turns may be missing. Of an oscillator, 0.
-    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2];
-    /// Fills `part` with `M c/(c·M c)`, where c are the velocities as the chain turns about its pivot by 1 rad/s, as if its links kept
-    /// their shape. Its product with a small change of the coordinates is the part of it in which the chain turns so: vibration, which
-    /// has no part in the momentum of c, drops out. `false` if the chain has no such turn.
-    fn turn_part(&mut self, _input: &Input, _q: &[f64], _v: &[f64], _a: &[f64], _part: &mut [f64]) -> bool {
+    /// Angles of the chords of the first link, where motion is free, and of a second one that is free, rad, each with its rate, rad/s;
+    /// whole turns may be missing. 0 where there is none.
+    fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS];
+    /// Fills `part` with `M c/(c·M c)`, where c are the velocities as this link turns about its first pin by 1 rad/s and no other one
+    /// but a slider's rod, as if all kept their shape. If no other link is free, its product with a small change of the coordinates is
+    /// the part of it in which the chain turns so: vibration, which has no part in the momentum of c, drops out. `false` if the link has
+    /// no such turn.
+    fn turn_part(&mut self, _input: &Input, _q: &[f64], _v: &[f64], _a: &[f64], _link: usize, _part: &mut [f64]) -> bool {
         false
     }
     /// `[power put in by torque, motion and resistance, power dissipated by dampers and friction]`, W.

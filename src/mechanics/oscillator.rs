@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::lu::Lu;
-use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{Coordinate, Input, Measure, Mechanism, NoEquilibrium, ROTATIONS, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 
@@ -128,8 +128,8 @@ impl Mechanism for Oscillator {
         Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
     }
 
-    fn chord(&self, _q: &[f64], _v: &[f64]) -> [f64; 2] {
-        [0.0; 2]
+    fn chords(&self, _q: &[f64], _v: &[f64]) -> [[f64; 2]; ROTATIONS] {
+        [[0.0; 2]; ROTATIONS]
     }
 
     fn power(&mut self, _input: &Input, _q: &[f64], v: &[f64], _a: &[f64]) -> [f64; 2] {

@@ -9,7 +9,7 @@ use super::{BuildError, PulseRefused, start_refusal};
 use crate::integrate::{Esdirk, FixedCost, GeneralizedAlpha, Integrator, NewtonSettings, RungeKutta, TwoPoint};
 use crate::mechanics::{
     ElementForces, FiniteElement, Incremental, LinkObservation, Mechanism, Modal, NoEquilibrium, NodeObservation, Observation,
-    Oscillator, Rigid,
+    Oscillator, Rigid, RigidChain,
 };
 use crate::scene::{Chain, Drive, End, IntegratorKind, Link, ModelKind, Scene, Solver, System};
 
@@ -57,11 +57,9 @@ fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &Dri
     Ok(Box::new(Integrated::new(mechanism, integrator, as_rigid(scene, law), law).map_err(no_equilibrium)?))
 }
 
-/// The scene's chain as if its links were rigid, if one angle then says where it is.
-fn as_rigid(scene: &Scene, law: &DriveLaw) -> Option<Rigid> {
-    let chain = scene.chain().filter(|_| !law.is_motion())?;
-    let one_angle = matches!(chain.end, End::Slider(_)) || chain.links.len() == 1;
-    one_angle.then(|| Rigid::new(chain, false))
+/// The scene's chain as if its links were rigid, if its motion is free.
+fn as_rigid(scene: &Scene, law: &DriveLaw) -> Option<RigidChain> {
+    scene.chain().filter(|_| !law.is_motion()).map(RigidChain::new)
 }
 
 /// Says that the step is too long for the explicit scheme, and which one is not: the next below 0.9 of the limit with one digit.

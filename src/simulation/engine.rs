@@ -1,9 +1,9 @@
 //! An engine advances a model in time: model and integrator behind one interface.
 
 use super::drive::DriveLaw;
-use super::error_estimate::Term;
+use super::error_estimate::StepTerms;
 use crate::integrate::{StepError, Taken};
-use crate::mechanics::{Energy, Input, Mechanism, Observation, SmallTurn};
+use crate::mechanics::{CarriedTurn, Energy, Input, Mechanism, Observation, ROTATIONS};
 
 /// A state of a model that is a system of second order, with its loads.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,14 +32,14 @@ pub(super) trait Engine: Send {
     fn reset(&mut self);
     /// From `t_s` to `t_s + h_s` under `law`. On error the state is unchanged.
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError>;
-    /// Error terms of the last step, of `h_s`, which ended at `t_s`, of coordinates and velocities; `None` if the method has no estimate.
-    fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<[Term; 2]>;
-    /// The first link's angle, rad, and its rate, rad/s, after the last step; `None` if one angle does not say where the chain is.
-    fn rotation(&self) -> Option<[f64; 2]> {
+    /// Errors of the last step, of `h_s`, which ended at `t_s`; `None` if the method has no estimate.
+    fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<StepTerms>;
+    /// Angles, rad, and rates, rad/s, after the last step, of the links that say where a rigid chain is; `None` if the chain has none.
+    fn rotations(&self) -> Option<[[f64; 2]; ROTATIONS]> {
         None
     }
-    /// The growth of a small error of that angle and its rate from `t_s` on.
-    fn small_turn(&self, _law: &DriveLaw, _t_s: f64, _rotation: [f64; 2]) -> Option<SmallTurn> {
+    /// The growth of a small error of those angles and rates over `h_s` from `t_s` on.
+    fn carried_turn(&self, _law: &DriveLaw, _t_s: f64, _h_s: f64, _links: [[f64; 2]; ROTATIONS]) -> Option<CarriedTurn> {
         None
     }
     /// Energies at `t_s`, where the last step ended.

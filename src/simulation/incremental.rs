@@ -2,7 +2,7 @@
 
 use super::drive::DriveLaw;
 use super::engine::Engine;
-use super::error_estimate::Term;
+use super::error_estimate::StepTerms;
 use crate::integrate::{Effort, StepError, Taken, Work};
 use crate::mechanics::{Energy, Incremental, IncrementalState, Observation};
 
@@ -37,7 +37,7 @@ impl Engine for IncrementalEngine {
         Ok(Taken { effort: Effort { factorizations: 1, ..Effort::default() }, work, left_over: 0.0 })
     }
 
-    fn local_error(&mut self, _law: &DriveLaw, _t_s: f64, _h_s: f64) -> Option<[Term; 2]> {
+    fn local_error(&mut self, _law: &DriveLaw, _t_s: f64, _h_s: f64) -> Option<StepTerms> {
         None
     }
 

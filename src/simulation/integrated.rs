@@ -2,11 +2,11 @@
 
 use super::drive::DriveLaw;
 use super::engine::{Dynamics, Engine, Motion};
-use super::error_estimate::Term;
+use super::error_estimate::{StepTerms, Term};
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
-use crate::mechanics::{self, Energy, Measure, Mechanism, NoEquilibrium, Observation, Rigid, SmallTurn};
+use crate::mechanics::{self, CarriedTurn, Energy, Measure, Mechanism, NoEquilibrium, Observation, ROTATIONS, RigidChain};
 
 /// A mechanism, its integrator and their state.
 pub(super) struct Integrated<M> {
@@ -14,8 +14,12 @@ pub(super) struct Integrated<M> {
     integrator: Integrator,
     state: State,
     start: State,
-    /// The chain as if its links were rigid, if one angle then says where it is.
-    rigid: Option<Rigid>,
+    /// The chain as if its links were rigid, if its motion is free.
+    rigid: Option<RigidChain>,
+    /// Angle, rad, and rate, rad/s, of the first link's chord before the last step.
+    before: [f64; 2],
+    /// Rows that tell the part of each link's turn in a small change.
+    turns: [Vec<f64>; ROTATIONS],
     /// Accelerations for an observation, and room to solve for them.
     observed: Vec<f64>,
     scratch: Vec<f64>,
@@ -60,7 +64,7 @@ impl<M: Mechanism> Integrated<M> {
     pub(super) fn new(
         mut mechanism: M,
         mut integrator: Integrator,
-        rigid: Option<Rigid>,
+        rigid: Option<RigidChain>,
         law: &DriveLaw,
     ) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
@@ -77,6 +81,8 @@ impl<M: Mechanism> Integrated<M> {
             start,
             observed: vec![0.0; n],
             scratch: vec![0.0; n],
+            before: [0.0; 2],
+            turns: std::array::from_fn(|_| vec![0.0; n]),
         })
     }
 }
@@ -91,32 +97,43 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError> {
+        self.before = self.mechanism.chords(&self.state.q, &self.state.v)[0];
         self.integrator.step(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, h_s, &mut self.state)
     }
 
-    fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<[Term; 2]> {
+    fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<StepTerms> {
         let State { q, v, a, .. } = &self.state;
-        let turns = self.rigid.is_some() && self.mechanism.turn_part(&law.input(t_s), q, v, a, &mut self.scratch);
+        let (input, chords) = (law.input(t_s), self.mechanism.chords(q, v));
+        let turns = self.rigid.as_ref().map_or(0, RigidChain::rotations);
+        for (link, part) in self.turns.iter_mut().enumerate().take(turns) {
+            if !self.mechanism.turn_part(&input, q, v, a, link, part) {
+                part.fill(0.0);
+            }
+        }
         let LocalError { q, v } = self.integrator.local_error(h_s);
-        let measured = |vector: &[f64]| Measure {
-            turn_rad: if turns { dot(&self.scratch, vector) } else { 0.0 },
-            ..self.mechanism.measure(&self.state.q, vector)
+        let measured = |vector: &[f64]| {
+            let parts = self.turns.each_ref().map(|part| dot(part, vector));
+            let turns_rad = self.rigid.as_ref().map_or([0.0; ROTATIONS], |rigid| rigid.turned(chords, parts));
+            Measure { turns_rad, ..self.mechanism.measure(&self.state.q, vector) }
         };
         let of_q = measured(q.vector());
         let of_v = if std::ptr::eq(q.vector(), v.vector()) { of_q } else { measured(v.vector()) };
-        Some([(of_q, q), (of_v, v)].map(|(measure, term)| match term {
+        let terms = [(of_q, q), (of_v, v)].map(|(measure, term)| match term {
             ErrorTerm::Direct(_, factor) => Term { measure, factor, size: None },
             ErrorTerm::Difference(_, factor, size) => Term { measure, factor, size: Some(size) },
-        }))
+        });
+        let of_corner = |part| self.integrator.corner_error(part);
+        let corner = |rigid: &RigidChain| rigid.corner_error(h_s, [self.before, chords[0]], of_corner);
+        Some(StepTerms { terms, corner_rad_per_s: self.rigid.as_ref().map_or(0.0, corner) })
     }
 
-    fn rotation(&self) -> Option<[f64; 2]> {
+    fn rotations(&self) -> Option<[[f64; 2]; ROTATIONS]> {
         let State { q, v, .. } = &self.state;
-        self.rigid.as_ref().map(|_| self.mechanism.chord(q, v))
+        self.rigid.as_ref().map(|_| self.mechanism.chords(q, v))
     }
 
-    fn small_turn(&self, law: &DriveLaw, t_s: f64, [angle_rad, rate]: [f64; 2]) -> Option<SmallTurn> {
-        Some(self.rigid.as_ref()?.small_turn(angle_rad, rate, law.input(t_s).torque_nm))
+    fn carried_turn(&self, law: &DriveLaw, t_s: f64, h_s: f64, links: [[f64; 2]; ROTATIONS]) -> Option<CarriedTurn> {
+        Some(self.rigid.as_ref()?.carried_turn(h_s, links, law.input(t_s).torque_nm))
     }
 
     fn unknowns(&self) -> Option<usize> {

@@ -311,13 +311,13 @@ impl Simulation {
     fn add_error(&mut self, to_s: f64, h_s: f64) {
         let Some(error) = &mut self.error else { return };
         let Some(terms) = self.engine.local_error(&self.law, to_s, h_s) else { return };
-        let crank = self.engine.rotation();
-        if let Some(crank) = crank.filter(|crank| !error.carried.stands(h_s, *crank))
-            && let Some(small) = self.engine.small_turn(&self.law, to_s, crank)
+        let links = self.engine.rotations();
+        if let Some(links) = links.filter(|links| !error.carried.stands(h_s, *links))
+            && let Some(carried) = self.engine.carried_turn(&self.law, to_s, h_s, links)
         {
-            error.carried = small.carried(h_s, crank);
+            error.carried = carried;
         }
-        error.add(h_s, &terms, crank.is_some());
+        error.add(h_s, &terms, links.is_some());
     }
 
     /// How deep a step that fails is halved: a step of fixed cost is not tried again.

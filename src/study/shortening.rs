@@ -8,6 +8,8 @@ use crate::simulation::{BuildError, Diverged, Simulation};
 
 /// A link that shortens by more than this part of its largest deflection had better be `axial`.
 pub const MATTERS: f64 = 0.1;
+/// A shortening below this part of the link's length does not matter, however little the link bends.
+pub const NEGLIGIBLE: f64 = MATTERS * STRAIGHT;
 /// Most steps of the run.
 const MOST_STEPS: u64 = 20_000;
 /// Parts of a link between which deflections are looked at.

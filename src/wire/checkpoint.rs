@@ -29,7 +29,7 @@ pub fn checkpoint(checkpoint: &Checkpoint, stamp: &Stamp) -> super::Checkpoint {
         fallen_j,
         worst_balance_j,
         settled_balance_j,
-        error_estimate: checkpoint.error.map_or(Vec::new(), |error| error.numbers().to_vec()),
+        error_estimate: checkpoint.error.map_or(Vec::new(), |error| error.numbers()),
         torque_nm: checkpoint.torque_nm,
         impulse_nm_s,
         impulse_over_s,

@@ -160,11 +160,7 @@ impl ChainModel for FiniteElement {
     }
 
     fn turn(&mut self, input: &Input, q: &[f64], link: usize, v: &mut [f64]) -> bool {
-        let free = match link {
-            0 => input.motion.is_none(),
-            1 => self.members.len() == 2 && !self.slides(),
-            _ => false,
-        };
+        let free = self.is_free(input, link);
         self.last.forget();
         v.fill(0.0);
         if free {

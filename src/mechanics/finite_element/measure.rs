@@ -6,24 +6,32 @@ use super::FiniteElement;
 use super::layout::{PIVOT, ROOT};
 use super::member::Member;
 use super::strain::{cross, left};
-use crate::mechanics::mechanism::Measure;
+use crate::mechanics::mechanism::{Measure, ROTATIONS};
 
 impl FiniteElement {
     /// See [`Measure`].
     pub(super) fn measured(&self, q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: self.chord_change(q, dq), deflection_m: self.deflection_change(q, dq), turn_rad: 0.0 }
+        Measure { angle_rad: self.chord_change(q, dq), deflection_m: self.deflection_change(q, dq), ..Measure::default() }
     }
 
-    /// See [`Mechanism::chord`](crate::mechanics::Mechanism::chord).
-    pub(super) fn first_chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
-        match &self.members[0] {
-            Member::Flexible { .. } => {
-                let end = self.first_end();
-                let (a, da) = (self.vector(end, q), self.vector(end, v));
-                [a.y.atan2(a.x), cross(&a, &da) / a.norm_squared()]
-            }
+    /// See [`Mechanism::chords`](crate::mechanics::Mechanism::chords).
+    pub(super) fn free_chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {
+        let turning = |a: Vector2<f64>, da: Vector2<f64>| [a.y.atan2(a.x), cross(&a, &da) / a.norm_squared()];
+        let first = match &self.members[0] {
+            Member::Flexible { .. } => turning(self.vector(self.first_end(), q), self.vector(self.first_end(), v)),
             _ => self.layout.root.map_or([0.0; 2], |root| [q[root], v[root]]),
-        }
+        };
+        let second = match self.members.get(1) {
+            Some(Member::Flexible { first, elements, .. }) => {
+                let [start, end] = [*first, first + 2 * elements];
+                turning(self.position(end, q) - self.position(start, q), self.moved(end, q, v) - self.moved(start, q, v))
+            }
+            Some(Member::Rigid { first, .. }) => {
+                self.layout.unknown(2 * (first + 1) + 1).map_or([0.0; 2], |angle| [q[angle], v[angle]])
+            }
+            _ => [0.0; 2],
+        };
+        [first, second]
     }
 
     /// The slot of the first link's last pin.

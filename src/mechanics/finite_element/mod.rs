@@ -63,7 +63,7 @@ use self::motion::Motion;
 use self::residual::Work;
 use self::tangent::Coupling;
 use super::last_state::LastState;
-use super::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, ROTATIONS, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene::Chain;
 
@@ -197,15 +197,15 @@ impl Mechanism for FiniteElement {
         self.measured(q, dq)
     }
 
-    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
-        self.first_chord(q, v)
+    fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {
+        self.free_chords(q, v)
     }
 
-    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {
-        let free = input.motion.is_none();
+    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], link: usize, part: &mut [f64]) -> bool {
+        let free = self.is_free(input, link);
         if free {
             self.locate(input, q, v, a);
-            self.set_turn_part(part);
+            self.set_turn_part(link, part);
         }
         free
     }

@@ -6,6 +6,7 @@ use super::FiniteElement;
 use super::member::{Member, windows};
 use super::rigid::PinMotion;
 use super::strain::left;
+use crate::mechanics::mechanism::Input;
 use crate::scene::End;
 
 /// A rigid body's motion: a point of it, the point's velocity, and the body's rate.
@@ -23,16 +24,23 @@ impl Turning {
 }
 
 impl FiniteElement {
+    /// Whether a link can turn by itself.
+    pub(super) fn is_free(&self, input: &Input, link: usize) -> bool {
+        match link {
+            0 => input.motion.is_none(),
+            1 => self.members.len() == 2 && !self.slides(),
+            _ => false,
+        }
+    }
+
     /// See [`Mechanism::turn_part`](crate::mechanics::Mechanism::turn_part), for the positions present. Motion and forces stay.
-    pub(super) fn set_turn_part(&mut self, part: &mut [f64]) {
+    pub(super) fn set_turn_part(&mut self, turned: usize, part: &mut [f64]) {
         std::mem::swap(&mut self.forces, &mut self.momenta);
         self.forces.fill(Vector2::zeros());
-        let mut turning = Turning { position: Vector2::zeros(), velocity: Vector2::zeros(), rate: 1.0 };
+        let mut turning = Turning { position: Vector2::zeros(), velocity: Vector2::zeros(), rate: 0.0 };
         let mut inertia = 0.0;
         for link in 0..self.members.len() {
-            if link > 0 {
-                turning.rate = self.rate_of_second(&turning);
-            }
+            turning.rate = if link == turned { 1.0 } else { self.rate_of_other(link, &turning) };
             inertia += self.add_turning(link, &mut turning);
         }
         if let Some(end) = self.layout.end {
@@ -46,11 +54,11 @@ impl FiniteElement {
         part.iter_mut().for_each(|p| *p *= per_inertia);
     }
 
-    /// Rate of the second link for the motion of its pin: with its vector e to a slider, `ẏ = 0` there gives `−ẏ_A/e_x`. A free one does
-    /// not turn.
-    fn rate_of_second(&self, pin: &Turning) -> f64 {
-        match (&self.chain.end, self.layout.end) {
-            (End::Slider(_), Some(end)) => -pin.velocity.y / (self.motion.p[end] - pin.position).x,
+    /// Rate of a link that does not turn by itself, for the motion of its pin: with the second one's vector e to a slider, `ẏ = 0` there
+    /// gives `−ẏ_A/e_x`.
+    fn rate_of_other(&self, link: usize, pin: &Turning) -> f64 {
+        match (link, &self.chain.end, self.layout.end) {
+            (1, End::Slider(_), Some(end)) => -pin.velocity.y / (self.motion.p[end] - pin.position).x,
             _ => 0.0,
         }
     }

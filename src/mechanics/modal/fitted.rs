@@ -6,7 +6,9 @@ use super::chain::{Chain, ChordAngle, LinkForces};
 use super::observe::Observer;
 use super::tangent::Tangent;
 use crate::mechanics::last_state::LastState;
-use crate::mechanics::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{
+    ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, ROTATIONS, Singular, Weights,
+};
 use crate::mechanics::observation::{Energy, Observation};
 use crate::scene;
 
@@ -131,17 +133,21 @@ impl<const W: usize> Mechanism for Fitted<W> {
 
     fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
         let deflection_m = self.observer.deflection_change(&self.chain, dq);
-        Measure { angle_rad: self.chain.chord_change(dq), deflection_m, turn_rad: 0.0 }
+        Measure { angle_rad: self.chain.chord_change(dq), deflection_m, ..Measure::default() }
     }
 
-    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
-        [q, v].map(|of| self.chain.chord_change(of))
+    fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {
+        let second = match self.chain.angles.get(1) {
+            Some(ChordAngle::Coordinate(angle)) => [q[*angle], v[*angle]],
+            _ => [0.0; 2],
+        };
+        [[q, v].map(|of| self.chain.chord_change(of)), second]
     }
 
-    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {
-        let ChordAngle::Coordinate(turned) = self.chain.angles[0] else { return false };
+    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], link: usize, part: &mut [f64]) -> bool {
+        let Some(&ChordAngle::Coordinate(turned)) = self.chain.angles.get(link) else { return false };
         self.locate(input, q, v, a);
-        self.chain.turn_momentum(&mut self.turned, part);
+        self.chain.turn_momentum(&mut self.turned, link, part);
         let per_inertia = 1.0 / part[turned];
         part.iter_mut().for_each(|p| *p *= per_inertia);
         per_inertia.is_normal()

@@ -107,14 +107,15 @@ impl<const W: usize> Chain<W> {
     }
 
     /// Momenta `M c` of the velocities c of [`Mechanism::turn_part`](crate::mechanics::Mechanism::turn_part), for the positions present.
-    /// A closed link's rate follows from `ẏ = 0` at its end; a second free link does not turn. Uses `forces`; motion and forces stay.
-    pub(super) fn turn_momentum(&self, forces: &mut [LinkForces<W>], p: &mut [f64]) {
-        let (mut pin, mut rate) = ([0.0; 2], 1.0);
+    /// A closed link's rate follows from `ẏ = 0` at its end; other links than `turned` do not turn. Uses `forces`; motion and forces stay.
+    pub(super) fn turn_momentum(&self, forces: &mut [LinkForces<W>], turned: usize, p: &mut [f64]) {
+        let mut pin = [0.0; 2];
         for (i, (link, frame)) in self.links.iter().zip(&self.frames).enumerate() {
             let chord_m = frame.direction.to_global(link.u[0]);
-            if i > 0 {
-                rate = if self.angles[i] == ChordAngle::Closed { -pin[1] / chord_m[0] } else { 0.0 };
-            }
+            let rate = match self.angles[i] {
+                ChordAngle::Closed => -pin[1] / chord_m[0],
+                _ => f64::from(i == turned),
+            };
             let velocities = std::array::from_fn(|f| scale(rate, quarter(link.u[f])));
             forces[i].first = link.inertia(frame.direction.to_local(pin), &velocities, &mut forces[i].functions);
             pin = add_scaled(pin, rate, quarter(chord_m));

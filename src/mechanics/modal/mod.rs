@@ -47,7 +47,7 @@ mod tangent;
 mod values;
 mod variation;
 
-use super::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use super::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, ROTATIONS, Singular, Weights};
 use super::observation::{Energy, Observation};
 use crate::scene;
 use fitted::Fitted;
@@ -130,12 +130,12 @@ impl Mechanism for Modal {
         self.fitted.measure(q, dq)
     }
 
-    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
-        self.fitted.chord(q, v)
+    fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {
+        self.fitted.chords(q, v)
     }
 
-    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], part: &mut [f64]) -> bool {
-        self.fitted.turn_part(input, q, v, a, part)
+    fn turn_part(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64], link: usize, part: &mut [f64]) -> bool {
+        self.fitted.turn_part(input, q, v, a, link, part)
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

@@ -8,19 +8,25 @@
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
 mod line;
+mod rigid_chain;
 mod small_turn;
 mod tangent;
+mod two_links;
 
 use crate::mechanics::crank_slider::{Path, Turn, along, crank_turn, moving, rod_turn};
 use crate::mechanics::equilibrium::{Pivot, settle};
 use crate::mechanics::joints;
-use crate::mechanics::mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, Singular, Weights};
+use crate::mechanics::mechanism::{
+    ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, ROTATIONS, Singular, Weights,
+};
 use crate::mechanics::observation::{Energy, NodeObservation, Observation};
-use crate::mechanics::resistance::resistance_n;
+use crate::mechanics::resistance::{corners_between, resistance_n};
 use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
 
-pub use small_turn::{CarriedTurn, SmallTurn};
+pub use rigid_chain::RigidChain;
+pub use small_turn::{Block, CarriedTurn};
+pub use two_links::TwoLinks;
 
 /// A body of the chain at one crank angle.
 #[derive(Debug, Clone, Copy)]
@@ -138,6 +144,23 @@ impl Rigid {
         let mut pose = Pose::NONE;
         set_pose(&self.chain, theta_rad, &mut pose);
         pose
+    }
+
+    /// Jumps of the crank's acceleration's slope in time, rad/s³, where it passes corners of the resistance's table, each with the part
+    /// of the way between two states (angle, rad, and rate, rad/s) at which it does: `J = −ΔF′ x_E′ |θ̇|/M`, as the jump of `F′` is
+    /// that in the positive direction.
+    pub fn corners(&self, from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = (f64, f64)> {
+        let resistance = match &self.chain.end {
+            End::Free { .. } => &Resistance::Constant(0.0),
+            End::Slider(slider) => &slider.resistance,
+        };
+        corners_between(resistance, from[0], to[0]).map(move |corner| {
+            let part = (corner.crank_rad - from[0]) / (to[0] - from[0]);
+            let rate = from[1] + part * (to[1] - from[1]);
+            let pose = self.pose::<3>(corner.crank_rad);
+            let inertia_kg_m2 = self.equation(&pose, corner.crank_rad, 0.0).mass;
+            (part, -corner.slope_jump_n_per_rad * pose.end[1][0] * rate.abs() / inertia_kg_m2)
+        })
     }
 
     /// Whether anything but torque and weight does work.
@@ -321,13 +344,13 @@ impl Mechanism for Rigid {
         Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
     }
 
-    fn chord(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
-        [q, v].map(|of| of.first().copied().unwrap_or(0.0))
+    fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {
+        [[q, v].map(|of| of.first().copied().unwrap_or(0.0)), [0.0; 2]]
     }
 
-    fn turn_part(&mut self, _input: &Input, _q: &[f64], _v: &[f64], _a: &[f64], part: &mut [f64]) -> bool {
+    fn turn_part(&mut self, _input: &Input, _q: &[f64], _v: &[f64], _a: &[f64], link: usize, part: &mut [f64]) -> bool {
         part.fill(1.0);
-        !part.is_empty()
+        link == 0 && !part.is_empty()
     }
 
     fn power(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 2] {

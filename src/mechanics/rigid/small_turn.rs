@@ -1,10 +1,11 @@
-//! The growth of a small error in the crank's angle and rate.
+//! The growth of a small error in the angles and rates of a rigid chain.
 
 use super::Rigid;
+use crate::mechanics::mechanism::ROTATIONS;
 
 /// An error of this many radians says no more than that the angle is unknown. Larger ones are cut, so that they stay finite.
 const MOST_RAD: f64 = 1e6;
-/// M, C and K stand while the crank turns by less, in rad, and its rate changes by at most this part.
+/// M, C and K stand while each link turns by less, in rad, and its rate changes by at most this part.
 const STANDS_RAD: f64 = 0.01;
 const STANDS_PART: f64 = 0.05;
 
@@ -13,24 +14,24 @@ const STANDS_PART: f64 = 0.05;
 /// M, C and K change with the crank angle. An error grows where the chain slows down: near a dead centre that it barely passes, and
 /// where it turns back.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SmallTurn {
+struct SmallTurn {
     /// M, kg·m².
-    pub inertia_kg_m2: f64,
+    inertia_kg_m2: f64,
     /// C, N·m·s/rad.
-    pub damping_nm_s_per_rad: f64,
+    damping_nm_s_per_rad: f64,
     /// K, N·m/rad.
-    pub stiffness_nm_per_rad: f64,
+    stiffness_nm_per_rad: f64,
 }
 
 impl SmallTurn {
-    /// How a small angle and its rate go on over `step_s` for a crank with this angle (rad) and rate (rad/s). Exact while M, C and K stand:
+    /// How a small angle and its rate go on over `step_s`. Exact while M, C and K stand:
     ///
     /// ```text
     /// e^{Ah} = e^{−ch/2} (cosh rh · I + (sinh rh)/r · (A + c/2 · I))      c = C/M,  k = K/M,  r² = c²/4 − k
     /// ```
     ///
     /// with `A = [0 1; −k −c]` (Cayley–Hamilton).
-    pub fn carried(&self, step_s: f64, crank: [f64; 2]) -> CarriedTurn {
+    fn carried(&self, step_s: f64) -> Block {
         let (half, k) = (0.5 * self.damping_nm_s_per_rad / self.inertia_kg_m2, self.stiffness_nm_per_rad / self.inertia_kg_m2);
         let square = half * half - k;
         let r = square.abs().sqrt();
@@ -42,40 +43,56 @@ impl SmallTurn {
             let fade = (-half * step_s).exp();
             (fade * (r * step_s).cos(), fade * if r > 0.0 { (r * step_s).sin() / r } else { step_s })
         };
-        CarriedTurn { step_s, crank, matrix: [[even + odd * half, odd], [-odd * k, even - odd * half]] }
+        [[even + odd * half, odd], [-odd * k, even - odd * half]]
     }
 }
 
-/// Small motion over a step. It stands while the crank turns by little.
+/// The angle (rad) and rate (rad/s) of one link after a step, rows, by those of one before it, columns.
+pub type Block = [[f64; 2]; 2];
+
+/// Small motion over a step. It stands while the links turn by little.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CarriedTurn {
     /// The step, s; 0 if there is none yet.
     pub step_s: f64,
-    /// The crank's angle, rad, and rate, rad/s.
-    pub crank: [f64; 2],
-    /// The angle (rad) and rate (rad/s) after the step, rows, by those before it, columns.
-    pub matrix: [[f64; 2]; 2],
+    /// The angle, rad, and rate, rad/s, of the first link, and of a second one that is free.
+    pub links: [[f64; 2]; ROTATIONS],
+    /// What each of them after the step, rows, has of each of them before it, columns.
+    pub blocks: [[Block; ROTATIONS]; ROTATIONS],
 }
 
 impl CarriedTurn {
-    /// Whether it stands for a step of a crank with this angle (rad) and rate (rad/s).
-    pub fn stands(&self, step_s: f64, [angle_rad, rate_rad_per_s]: [f64; 2]) -> bool {
-        let [angle, rate] = self.crank;
-        self.step_s == step_s
-            && (angle_rad - angle).abs() < STANDS_RAD
-            && (rate_rad_per_s - rate).abs() <= STANDS_PART * rate.abs()
+    /// Whether it stands for a step of links with these angles (rad) and rates (rad/s).
+    pub fn stands(&self, step_s: f64, links: [[f64; 2]; ROTATIONS]) -> bool {
+        let same = |([angle, rate], [angle_rad, rate_rad_per_s]): (&[f64; 2], [f64; 2])| {
+            (angle_rad - angle).abs() < STANDS_RAD && (rate_rad_per_s - rate).abs() <= STANDS_PART * rate.abs()
+        };
+        self.step_s == step_s && self.links.iter().zip(links).all(same)
     }
 
-    /// A small angle (rad) and its rate (rad/s) after the step.
-    pub fn after(&self, [angle_rad, rate_rad_per_s]: [f64; 2]) -> [f64; 2] {
-        let [angle, rate] = self.matrix.map(|row| row[0] * angle_rad + row[1] * rate_rad_per_s);
-        if angle.abs() <= MOST_RAD && rate.is_finite() { [angle, rate] } else { [MOST_RAD, 0.0] }
+    /// Small angles (rad) and their rates (rad/s) after the step.
+    pub fn after(&self, before: [[f64; 2]; ROTATIONS]) -> [[f64; 2]; ROTATIONS] {
+        self.blocks.map(|row| {
+            let mut after = [0.0; 2];
+            for (block, [angle_rad, rate_rad_per_s]) in row.iter().zip(before) {
+                after[0] += block[0][0] * angle_rad + block[0][1] * rate_rad_per_s;
+                after[1] += block[1][0] * angle_rad + block[1][1] * rate_rad_per_s;
+            }
+            if after[0].abs() <= MOST_RAD && after[1].is_finite() { after } else { [MOST_RAD, 0.0] }
+        })
     }
 }
 
 impl Rigid {
+    /// Small motion over `step_s` about a crank angle and rate under a torque.
+    pub fn carried_turn(&self, step_s: f64, [crank, second]: [[f64; 2]; ROTATIONS], torque_nm: f64) -> CarriedTurn {
+        let mut blocks = [[Block::default(); ROTATIONS]; ROTATIONS];
+        blocks[0][0] = self.small_turn(crank, torque_nm).carried(step_s);
+        CarriedTurn { step_s, links: [crank, second], blocks }
+    }
+
     /// Small motion about a crank angle and rate under a torque, with the acceleration that they have.
-    pub fn small_turn(&self, theta_rad: f64, rate_rad_per_s: f64, torque_nm: f64) -> SmallTurn {
+    fn small_turn(&self, [theta_rad, rate_rad_per_s]: [f64; 2], torque_nm: f64) -> SmallTurn {
         let pose = self.pose(theta_rad);
         let equation = self.equation(&pose, theta_rad, rate_rad_per_s);
         let acceleration = (torque_nm - equation.rest) / equation.mass;
@@ -120,19 +137,20 @@ mod tests {
             let (h_s, apart) = (1e-4, 1e-7);
             let mut one = [0.4, scene.chain().ok_or("no chain")?.start.rate_rad_per_s];
             let mut other = [one[0] + apart, one[1]];
-            let mut carried = [[apart, 0.0]; 2];
+            let mut carried = [[[apart, 0.0], [0.0; 2]]; 2];
             let (mut most, mut wrong, mut standing) = (0.0_f64, [0.0_f64; 2], CarriedTurn::default());
             for _ in 0..30_000 {
                 (one, other) = (moved(&mut rigid, one, h_s), moved(&mut rigid, other, h_s));
-                let present = rigid.small_turn(one[0], one[1], 0.0).carried(h_s, one);
-                if !standing.stands(h_s, one) {
+                let links = [one, [0.0; 2]];
+                let present = rigid.carried_turn(h_s, links, 0.0);
+                if !standing.stands(h_s, links) {
                     standing = present;
                 }
                 carried = [present.after(carried[0]), standing.after(carried[1])];
                 let difference = other[0] - one[0];
                 most = most.max(difference.abs());
                 for (wrong, carried) in wrong.iter_mut().zip(carried) {
-                    *wrong = wrong.max((carried[0] - difference).abs());
+                    *wrong = wrong.max((carried[0][0] - difference).abs());
                 }
             }
             assert!(wrong[0] < 1e-2 * most && wrong[1] < 0.03 * most, "{case}: {wrong:?} of {most:e}");
@@ -145,8 +163,9 @@ mod tests {
     fn prop_two_steps_are_as_one_of_twice_the_length() {
         for (damping, stiffness) in [(0.3, 2.0), (0.3, -2.0), (5.0, 2.0), (0.0, 0.0), (2.0, 1.0), (1e9, 1.0)] {
             let turn = SmallTurn { inertia_kg_m2: 1.0, damping_nm_s_per_rad: damping, stiffness_nm_per_rad: stiffness };
-            let [half, whole] = [0.1, 0.2].map(|step_s| turn.carried(step_s, [0.0; 2]));
-            let (twice, once) = (half.after(half.after([1.0, -0.5])), whole.after([1.0, -0.5]));
+            let after = |block: Block, [angle, rate]: [f64; 2]| block.map(|row| row[0] * angle + row[1] * rate);
+            let [half, whole] = [0.1, 0.2].map(|step_s| turn.carried(step_s));
+            let (twice, once) = (after(half, after(half, [1.0, -0.5])), after(whole, [1.0, -0.5]));
             for k in 0..2 {
                 assert!((twice[k] - once[k]).abs() < 1e-12 * once[k].abs().max(1e-3), "{turn:?}: {twice:?} {once:?}");
             }
@@ -156,8 +175,10 @@ mod tests {
     #[test]
     fn prop_an_error_beyond_all_bounds_stays_finite() {
         let turn = SmallTurn { inertia_kg_m2: 1.0, damping_nm_s_per_rad: 0.0, stiffness_nm_per_rad: -1e12 };
-        let carried = turn.carried(1.0, [0.0; 2]);
-        assert_eq!(carried.after([1e-9, 0.0]), [MOST_RAD, 0.0]);
-        assert_eq!(carried.after([f64::NAN, 0.0]), [MOST_RAD, 0.0]);
+        let mut carried = CarriedTurn::default();
+        carried.blocks[0][0] = turn.carried(1.0);
+        for angle_rad in [1e-9, f64::NAN] {
+            assert_eq!(carried.after([[angle_rad, 0.0], [0.0; 2]])[0], [MOST_RAD, 0.0]);
+        }
     }
 }

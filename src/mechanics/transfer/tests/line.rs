@@ -111,14 +111,16 @@ fn val_the_part_of_a_turn_is_its_momentum_over_its_inertia() -> Tested {
             found
         };
         let before = all(&mut *moving.mechanism);
-        let found = moving.mechanism.turn_part(&input, &q, &v, &v, &mut part);
-        assert!(before == all(&mut *moving.mechanism), "{case}");
-        assert_eq!(found, moving.line().turn(&input, &q, 0, &mut turn), "{case}");
-        if found {
-            moving.line().momentum(&input, &q, &turn, &mut momentum);
-            let inertia: f64 = turn.iter().zip(&momentum).map(|(c, p)| c * p).sum();
-            for (part, p) in part.iter().zip(&momentum) {
-                assert!((part - p / inertia).abs() < 1e-12 * (1.0 + part.abs()), "{case}: {part} for {}", p / inertia);
+        for link in 0..2 {
+            let found = moving.mechanism.turn_part(&input, &q, &v, &v, link, &mut part);
+            assert!(before == all(&mut *moving.mechanism), "{case}");
+            assert_eq!(found, moving.line().turn(&input, &q, link, &mut turn), "{case}");
+            if found {
+                moving.line().momentum(&input, &q, &turn, &mut momentum);
+                let inertia: f64 = turn.iter().zip(&momentum).map(|(c, p)| c * p).sum();
+                for (part, p) in part.iter().zip(&momentum) {
+                    assert!((part - p / inertia).abs() < 1e-12 * (1.0 + part.abs()), "{case}: {part} for {}", p / inertia);
+                }
             }
         }
     })
