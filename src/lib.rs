@@ -22,12 +22,15 @@ pub mod foxglove;
 pub mod guide;
 pub mod integrate;
 pub mod mechanics;
+#[cfg(feature = "service")]
+mod mesh_places;
 mod nearest;
 mod percent;
 #[cfg(feature = "service")]
 pub mod plot;
 #[cfg(feature = "service")]
 pub mod recording;
+mod repeated_table;
 #[cfg(feature = "service")]
 pub mod resimulation;
 #[cfg(feature = "service")]

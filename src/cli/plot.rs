@@ -106,7 +106,8 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let mut entries = Vec::new();
     match args.animation {
         None => {
-            for together in sources.chunks(if args.overlay { sources.len() } else { 1 }) {
+            let count = if args.overlay { sources.len() } else { 1 };
+            for together in sources.chunks_mut(count) {
                 let mut pictures: Vec<(&Source, &str, MechanismPicture)> = Vec::new();
                 for source in together.iter().filter(|source| source.recorded && default_figures) {
                     // A scene without links has neither strobe figure nor animation, and a single position no animation.
@@ -246,7 +247,7 @@ fn stems(sources: &[Source]) -> String {
 }
 
 /// The figures of files, laid over one another part by part if there are several files.
-fn figures(args: &Args, sources: &[Source]) -> CommandResult<Vec<Entry>> {
+fn figures(args: &Args, sources: &mut [Source]) -> CommandResult<Vec<Entry>> {
     let (all, x) = (stems(sources), args.x.as_deref());
     let (parts, overlay) = match sources {
         [source] => (source.figures(x, &args.y)?, false),

@@ -8,7 +8,7 @@ use super::rows::SIMULATED_TIME;
 use crate::study::Table;
 
 /// Links by their names in recordings.
-const LINKS: [&str; 3] = ["crank", "rod", "beam"];
+pub(super) const LINKS: [&str; 3] = ["crank", "rod", "beam"];
 /// Bending is drawn magnified until it reaches this part of the link's length.
 const BENDING: f64 = 0.12;
 /// Bending of less than this part of the length is rounding, as of rigid links.

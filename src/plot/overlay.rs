@@ -26,6 +26,19 @@ pub fn overlaid(files: &[(String, Vec<(String, Figure)>)]) -> Vec<(String, Figur
     with_distinct_names(laid)
 }
 
+impl Figure {
+    /// Gives the files of an overlay other names in the legend: a name for each, in their order.
+    pub fn rename_files(&mut self, names: &[String]) {
+        for series in self.panels.iter_mut().flat_map(|panel| &mut panel.series) {
+            let place = self.files.iter().position(|file| *file == series.label);
+            if let Some(name) = place.and_then(|place| names.get(place)) {
+                series.label.clone_from(name);
+            }
+        }
+        self.files = names.to_vec();
+    }
+}
+
 /// An overlay of files without curves yet, with the title and the horizontal axis of a figure.
 fn without_curves(figure: &Figure, files: &[String]) -> Figure {
     Figure {

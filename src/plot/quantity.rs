@@ -46,11 +46,24 @@ fn words(stem: &str) -> String {
         FIELDS.iter().find(|(known, _)| *known == name).map_or_else(|| name.replace('_', " "), |(_, words)| (*words).to_owned())
     };
     match stem.split('.').collect::<Vec<&str>>().as_slice() {
+        [list @ ("nodes" | "elements"), link, place, name] if place.contains('/') => {
+            format!("{}: {}", place_words(list, link, place), field(name))
+        }
         ["links" | "joints", of, name] => format!("{of} {}", field(name)),
         ["nodes", link, index, name] => format!("{link} node {index} {}", field(name)),
         ["elements", link, index, name] => format!("{link} element {index} {}", field(name)),
         [name] => field(name),
         parts => parts.join(" ").replace('_', " "),
+    }
+}
+
+/// The place of a node, or an element of a mesh, in words: `1/2` as `rod at 1/2 length`, or `rod element 1 of 2`.
+pub(super) fn place_words(list: &str, link: &str, place: &str) -> String {
+    match (list, place) {
+        ("elements", place) => format!("{link} element {}", place.replace('/', " of ")),
+        (_, "0/1") => format!("{link} at its start"),
+        (_, "1/1") => format!("{link} at its end"),
+        (_, place) => format!("{link} at {place} length"),
     }
 }
 

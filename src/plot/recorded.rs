@@ -2,12 +2,15 @@
 
 use super::band;
 use super::figure::{Axis, Figure, Mark};
+use super::quantity::place_words;
 use super::rows::SIMULATED_TIME;
 use super::selection::Named;
 use crate::study::Table;
 
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
+/// The part of a recording that shows the deflections of its links.
+pub const DEFLECTIONS: &str = "deflections";
 /// Label of the time axis.
 const TIME: &str = "time";
 
@@ -27,7 +30,7 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
     if let Some(table) = topic("displacements") {
         figures.extend(ends(table, has_slider(topics)));
         let axis = Axis::new("deflection", "m");
-        figures.push(over_time("deflections", "Largest deflections from the chord", table, axis, deflections(table)));
+        figures.push(over_time(DEFLECTIONS, "Largest deflections from the chord", table, axis, deflections(table)));
     }
     if let Some(table) = topic("loads") {
         let torque = table.column("driving_torque_nm").map(|values| (String::new(), values)).into_iter().collect();
@@ -154,8 +157,16 @@ fn ends(table: &Table, has_slider: bool) -> Vec<(String, Figure)> {
     figures
 }
 
-/// Deflections of every flexible link where it bends most. Links are named, not their nodes, which may be others in another recording.
+/// Deflections of every flexible link where it bends most, or at the places that were chosen for several recordings.
 fn deflections(table: &Table) -> Vec<(String, &[f64])> {
+    let chosen = in_list(table, "nodes", "deflection_m").into_iter().filter_map(|(entry, values)| {
+        let (link, place) = entry.split_once('.').filter(|(_, place)| place.contains('/'))?;
+        Some((format!("{}:", place_words("nodes", link, place)), values))
+    });
+    let chosen: Vec<(String, &[f64])> = chosen.collect();
+    if !chosen.is_empty() {
+        return chosen;
+    }
     let size =
         |values: &[f64]| values.iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
     let mut most: Vec<(String, &[f64])> = Vec::new();

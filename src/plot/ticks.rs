@@ -1,6 +1,7 @@
 //! Ticks of an axis: positions and labels.
 
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
 /// Ticks of an axis, and what its label has to add so that the numbers stay short.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -15,20 +16,33 @@ pub(super) struct Ticks {
 
 /// Values that vary by less than this part of their size are shown less an offset.
 const OFFSET_BELOW: f64 = 1e-3;
+/// Fewest ticks of an axis: one alone shows no scale.
+const FEWEST: usize = 2;
 
 /// At most about `most` ticks from `low` to `high` at 1, 2 or 5 times a power of ten.
 pub(super) fn linear(low: f64, high: f64, most: usize) -> Ticks {
     let size = low.abs().max(high.abs());
     let offset = if high - low < OFFSET_BELOW * size { round_to((low + high) / 2.0, high - low) } else { 0.0 };
     let (low, high) = (low - offset, high - offset);
-    let step = nice_step((high - low) / most.max(1) as f64);
+    let step = linear_step(low, high, most);
     let exponent = common_exponent(low.abs().max(high.abs()));
     let unit = 10_f64.powi(exponent);
     let decimals = (-((step / unit).log10() + 1e-9).floor()).clamp(0.0, 15.0) as usize;
-    let first = (low / step - 1e-9).ceil() as i64;
-    let last = (high / step + 1e-9).floor() as i64;
-    let major = (first..=last).map(|k| k as f64 * step).map(|value| (value + offset, number(value / unit, decimals))).collect();
+    let values = multiples(low, high, step).map(|k| k as f64 * step);
+    let major = values.map(|value| (value + offset, number(value / unit, decimals))).collect();
     Ticks { major, exponent, offset }
+}
+
+/// The step that leaves at most `most` steps from `low` to `high`, or up to five where that would leave a single tick, as around
+/// zero.
+fn linear_step(low: f64, high: f64, most: usize) -> f64 {
+    let step = nice_step((high - low) / most.max(1) as f64);
+    if multiples(low, high, step).count() < FEWEST { nice_step((high - low) / 5.0) } else { step }
+}
+
+/// The whole multiples of `step` from `low` to `high`.
+fn multiples(low: f64, high: f64, step: f64) -> RangeInclusive<i64> {
+    (low / step - 1e-9).ceil() as i64..=(high / step + 1e-9).floor() as i64
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not under `least`.
@@ -69,8 +83,7 @@ pub(super) fn degrees(low: f64, high: f64, most: usize) -> Ticks {
     let Some(step) = step.filter(|step| least > FINE && high - low >= 2.0 * step && low.abs() < 1e6) else {
         return linear(low, high, most);
     };
-    let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
-    let major = (first..=last).map(|k| k as f64 * step).map(|value| (value, number(value, 0))).collect();
+    let major = multiples(low, high, step).map(|k| k as f64 * step).map(|value| (value, number(value, 0))).collect();
     Ticks { major, ..Ticks::default() }
 }
 
@@ -82,8 +95,8 @@ pub(super) fn pi(low: f64, high: f64, most: usize) -> Ticks {
     let Some((num, den)) = part.filter(|_| least > 0.02 && low.abs() < 1e6) else { return linear(low, high, most) };
     let step = PI * num as f64 / den as f64;
     let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
-    let major = (first..=last).map(|k| (k as f64 * step, fraction_of_pi(k * num, den))).collect();
-    Ticks { major, ..Ticks::default() }
+    let major: Vec<_> = (first..=last).map(|k| (k as f64 * step, fraction_of_pi(k * num, den))).collect();
+    if major.len() < FEWEST { linear(low, high, most) } else { Ticks { major, ..Ticks::default() } }
 }
 
 /// `num / den · π` for a power of two `den`.
@@ -100,7 +113,7 @@ fn fraction_of_pi(mut num: i64, mut den: i64) -> String {
     if den == 1 { format!("{factor}π") } else { format!("{factor}π/{den}") }
 }
 
-/// Powers of ten, and 2 and 5 times them where there are few.
+/// Powers of ten, and 2 and 5 times them where there are few; ticks as on a linear axis where fewer than two of these lie on it.
 pub(super) fn log(low: f64, high: f64, most: usize) -> Ticks {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let every = ((last - first).max(1) as usize).div_ceil(most.max(1)) as i32;
@@ -112,7 +125,8 @@ pub(super) fn log(low: f64, high: f64, most: usize) -> Ticks {
         (f64::from(factor) * 10_f64.powi(exponent), format!("{factor_text}10{}", superscript(exponent)))
     };
     let inside = |(value, _): &(f64, String)| *value >= low * (1.0 - 1e-9) && *value <= high * (1.0 + 1e-9);
-    Ticks { major: all.map(tick).filter(inside).collect(), ..Ticks::default() }
+    let major: Vec<_> = all.map(tick).filter(inside).collect();
+    if major.len() < FEWEST { linear(low, high, most) } else { Ticks { major, ..Ticks::default() } }
 }
 
 /// A whole number as superscript.
@@ -129,7 +143,52 @@ pub(super) fn superscript(number: i32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::degrees;
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::{FEWEST, Ticks, degrees, linear, log, pi};
+
+    /// Whether the ticks lie on the axis, are enough, and can be told apart.
+    fn shows_a_scale(ticks: &Ticks, low: f64, high: f64, fewest: usize) -> bool {
+        let rounding = 1e-6 * (high - low);
+        let labels: BTreeSet<&str> = ticks.major.iter().map(|(_, label)| label.as_str()).collect();
+        let is_inside = |value: f64| (low - rounding..=high + rounding).contains(&value);
+        labels.len() == ticks.major.len() && labels.len() >= fewest && ticks.major.iter().all(|(value, _)| is_inside(*value))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(4000) })]
+
+        #[test]
+        fn prop_every_axis_has_two_ticks_and_three_around_zero(
+            size in -12.0..12.0_f64,
+            middle in -3.0..3.0_f64,
+            decades in 0.17..20.0_f64,
+            most in 4..40_usize,
+        ) {
+            let length = 10_f64.powf(size);
+            for (middle, fewest) in [(middle, FEWEST), (0.0, 3)] {
+                let [low, high] = [middle - 0.5, middle + 0.5].map(|end| end * length);
+                for ticks in [linear(low, high, most), degrees(low, high, most), pi(low, high, most)] {
+                    prop_assert!(shows_a_scale(&ticks, low, high, fewest), "{low} to {high}, at most {most}: {ticks:?}");
+                }
+            }
+            for decades in [decades, decades / 20.0 + 0.17] {
+                let (low, high) = (length, length * 10_f64.powf(decades));
+                let ticks = log(low, high, most);
+                prop_assert!(shows_a_scale(&ticks, low, high, FEWEST), "{low} to {high}, at most {most}: {ticks:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn regress_a_low_panel_around_zero_has_more_ticks_than_zero() {
+        let labels = |ticks: Ticks| ticks.major.into_iter().map(|(_, label)| label).collect::<Vec<_>>();
+        assert_eq!(labels(linear(-0.43, 0.43, 4)), ["−0.4", "−0.2", "0", "0.2", "0.4"]);
+        assert_eq!(labels(pi(-0.3, 0.3, 4)), ["−0.2", "0", "0.2"]);
+        assert_eq!(labels(log(5.5, 9.5, 4)), ["6", "7", "8", "9"]);
+    }
 
     #[test]
     fn val_angles_have_ticks_at_simple_parts_of_a_turn() {

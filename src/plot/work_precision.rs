@@ -20,7 +20,7 @@ struct Point {
 /// a title only if the study was interrupted, so that the table is a part.
 pub fn work_precision(table: &Table) -> Option<Figure> {
     let points = points(table)?;
-    let title = if table.column(INTERRUPTED).is_some() { "interrupted, a part" } else { "" };
+    let title = if table.column(INTERRUPTED).is_some() { "interrupted study" } else { "" };
     let mut figure = Figure::new(title, Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
     let mut models: Vec<&str> = Vec::new();
     for point in &points {

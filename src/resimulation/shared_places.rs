@@ -1,7 +1,8 @@
-//! The places along a link that two meshes share: node i of n elements lies where node j of m does if i·m = j·n.
+//! Messages of links with unlike meshes: the nodes at places that both meshes have.
 
 use std::collections::BTreeMap;
 
+use crate::mesh_places::node_at_same_place;
 use crate::wire::{ElementForce, Message, NodeState};
 
 /// A link with different numbers of elements in a recording and in its re-simulation.
@@ -38,7 +39,9 @@ fn keep_shared_nodes(was: &mut Vec<NodeState>, is: &mut Vec<NodeState>) -> Vec<U
         was.retain(|node| node.link != *link || is_shared(node.index, *recorded, *computed));
         is.retain(|node| node.link != *link || is_shared(node.index, *computed, *recorded));
         for node in is.iter_mut().filter(|node| node.link == *link) {
-            node.index = (u64::from(node.index) * recorded / computed) as u32;
+            if let Some(shared) = node_at_same_place(u64::from(node.index), *computed, *recorded) {
+                node.index = shared as u32;
+            }
         }
     }
     unlike
@@ -46,7 +49,7 @@ fn keep_shared_nodes(was: &mut Vec<NodeState>, is: &mut Vec<NodeState>) -> Vec<U
 
 /// Whether a mesh of `others` elements has a node at the place of a node in a mesh of `own`.
 fn is_shared(index: u32, own: u64, others: u64) -> bool {
-    (u64::from(index) * others).is_multiple_of(own)
+    node_at_same_place(u64::from(index), own, others).is_some()
 }
 
 fn keep_like_elements(was: &mut Vec<ElementForce>, is: &mut Vec<ElementForce>) {

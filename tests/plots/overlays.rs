@@ -1,6 +1,7 @@
 //! Files over one another.
 
 use std::fs::read_to_string;
+use std::path::Path;
 
 use flexcrank::plot::{Axis, Figure, Picture as _, overlaid};
 
@@ -100,4 +101,89 @@ fn regress_a_column_that_one_file_has_is_drawn() {
     let output = overlay("torque_nm,angel_rad");
     assert_eq!(output.status.code(), Some(2));
     assert!(complaint(&output).contains("no column `angel_rad`"), "{}", complaint(&output));
+}
+
+/// Records rods of four, eight and three elements. The modal model moves alike whatever nodes it publishes.
+fn record_meshes(at: &Path) {
+    for (file, elements) in [("coarse.mcap", 4), ("fine.mcap", 8), ("three.mcap", 3)] {
+        record(at, "crank-slider", "0.3", file, &["--set", &format!("rod.elements={elements}")]);
+    }
+}
+
+/// The points of the longest line of a colour.
+fn curve(svg: &str, colour: &str) -> String {
+    let document = roxmltree::Document::parse(svg).unwrap();
+    let lines = document.descendants().filter(|node| node.attribute("stroke") == Some(colour));
+    let curves = lines.filter_map(|line| line.attribute("points"));
+    curves.max_by_key(|points| points.len()).unwrap_or_default().to_owned()
+}
+
+#[test]
+fn regress_nodes_of_other_meshes_lie_over_one_another_by_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record_meshes(at);
+    for (columns, labels) in [
+        (["--y", "nodes.rod.2.deflection_m"].as_slice(), ["Rod at 1/2 length: deflection", "time (s)"]),
+        (&["--x", "nodes.rod.2.x_m", "--y", "rod.2.y_m"], ["Rod at 1/2 length: y", "rod at 1/2 length: x (m)"]),
+    ] {
+        let files = ["coarse.mcap", "fine.mcap", "three.mcap", "--overlay", "-o", "one.svg"];
+        let output = plot(at, &[files.as_slice(), columns].concat());
+        let places = "node 2 in coarse.mcap (4 elements), node 4 in fine.mcap (8 elements), no node in three.mcap (3 elements)";
+        assert_eq!((output.status.code(), complaint(&output)), (Some(0), format!("rod at 1/2 length: {places}\n")));
+        let svg = read_to_string(at.join("one.svg")).unwrap();
+        let drawn = texts(&svg);
+        for text in labels.into_iter().chain(["coarse (rod: 4 elements)", "fine (rod: 8 elements)"]) {
+            assert_eq!(drawn.iter().filter(|other| *other == text).count(), 1, "{text} in {drawn:?}");
+        }
+        assert!(!drawn.iter().any(|text| text.starts_with("three")), "{drawn:?}");
+        let coarse = curve(&svg, "#0072b2");
+        assert!(coarse.len() > 500 && coarse == curve(&svg, "#d55e00"), "{columns:?}: {svg}");
+    }
+}
+
+#[test]
+fn regress_places_that_one_mesh_has_are_drawn_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record_meshes(at);
+    let overlay = |files: [&str; 2], more: &[&str]| {
+        let output = plot(at, &[files.as_slice(), &["--overlay", "--format", "svg"], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        complaint(&output)
+    };
+    let said = overlay(["coarse.mcap", "fine.mcap"], &["--y", "elements.rod.1.axial_n", "-o", "one.svg"]);
+    assert_eq!(said, "rod element 1 of 4: element 1 in coarse.mcap (4 elements), no element in fine.mcap (8 elements)\n");
+    let drawn = texts(&read_to_string(at.join("one.svg")).unwrap());
+    let names: Vec<&String> = drawn.iter().filter(|text| text.ends_with(" elements)")).collect();
+    assert_eq!(names, ["coarse (rod: 4 elements)"]);
+    let said = overlay(["coarse.mcap", "three.mcap"], &["-o", "out"]);
+    let places = [
+        "rod at 1/2 length: node 2 in coarse.mcap (4 elements), no node in three.mcap (3 elements)\n",
+        "rod at 1/3 length: no node in coarse.mcap (4 elements), node 1 in three.mcap (3 elements)\n",
+    ];
+    assert_eq!(said, places.concat());
+    let drawn = texts(&read_to_string(at.join("out/overlay-deflections.svg")).unwrap());
+    for panel in ["crank at 1/2 length", "rod at 1/2 length", "rod at 1/3 length"] {
+        assert_eq!(drawn.iter().filter(|text| text.starts_with(panel)).count(), 1, "{panel} in {drawn:?}");
+    }
+    let drawn = texts(&read_to_string(at.join("out/overlay-angles.svg")).unwrap());
+    assert!(["coarse", "three"].iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
+}
+
+/// A rigid rod has nodes, but no deflections.
+#[test]
+fn regress_nodes_of_a_rigid_link_lie_at_their_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "0.1", "four.mcap", &[]);
+    record(at, "crank-slider", "0.1", "rigid.mcap", &["--set", "rod.rigid=true", "--set", "rod.elements=2"]);
+    let said = |column: &str| {
+        let output = plot(at, &["four.mcap", "rigid.mcap", "--overlay", "--y", column, "-o", "one.svg"]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        complaint(&output)
+    };
+    let places = "rod at 1/2 length: node 2 in four.mcap (4 elements), node 1 in rigid.mcap (2 elements)\n";
+    assert_eq!(said("nodes.rod.2.x_m"), places);
+    assert_eq!(said("nodes.rod.2.deflection_m"), format!("{places}rigid.mcap: no column `nodes.rod.2.deflection_m`\n"));
 }

@@ -256,8 +256,9 @@ fn regress_largest_deflections_of_other_nodes_share_a_panel() {
     record(at, "crank-slider", "1", "fine.mcap", &["--set", "rod.elements=8"]);
     assert_eq!(plot(at, &["coarse.mcap", "fine.mcap", "--overlay", "-o", "out"]).status.code(), Some(0));
     let drawn = texts(&read_to_string(at.join("out/overlay-deflections.svg")).unwrap());
-    let panels = drawn.iter().filter(|text| text.starts_with("rod deflection")).count();
-    assert!(panels == 1 && ["coarse", "fine"].iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
+    let panels = drawn.iter().filter(|text| text.starts_with("rod at 1/2 length")).count();
+    let names = ["coarse (rod: 4 elements)", "fine (rod: 8 elements)"];
+    assert!(panels == 1 && names.iter().all(|name| drawn.iter().any(|text| text == name)), "{drawn:?}");
 }
 
 #[test]

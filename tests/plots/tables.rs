@@ -154,7 +154,7 @@ fn regress_a_table_of_an_interrupted_trade_is_a_part() {
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
         let drawn = texts(&std::fs::read_to_string(folder.path().join("trade.svg")).unwrap());
-        assert_eq!(drawn.iter().any(|text| text == "interrupted, a part: trade"), is_part, "{drawn:?}");
+        assert_eq!(drawn.iter().any(|text| text == "interrupted study: trade"), is_part, "{drawn:?}");
         let columns = ["trade.csv", "--x", "seconds_per_simulated_s", "--y", "error", "-o", "columns.svg"];
         let output = plot(folder.path(), &columns);
         let said = complaint(&output);

@@ -1,0 +1,81 @@
+//! Places along links at which `plot --overlay` draws nodes and elements of files whose meshes may differ.
+
+use std::collections::BTreeSet;
+
+use super::formatting::counted;
+use super::plot_source::Source;
+use crate::plot::{Named, PlacedColumn, deflection_columns};
+
+/// A column that was asked for.
+pub(super) struct AskedColumn<'a> {
+    /// Its name as it was given.
+    pub given: &'a str,
+    /// Its name in the files.
+    pub name: String,
+    /// Its place along a link, if the files have unlike meshes of the link.
+    pub place: Option<PlacedColumn>,
+}
+
+impl<'a> AskedColumn<'a> {
+    /// The column of a node or an element stands for its place in the first file that has it.
+    pub fn new(sources: &[Source], given: &'a str) -> Self {
+        let placed = |source: &Source| PlacedColumn::of(&source.tables, source.column_name(given).ok()?);
+        let place = sources.iter().find_map(placed).filter(|column| has_unlike_meshes(sources, column));
+        let name = place.as_ref().map_or_else(|| given.to_owned(), PlacedColumn::name);
+        AskedColumn { given, name, place }
+    }
+}
+
+/// The deflections of every link at one place in all recordings.
+pub(super) fn largest_deflections(sources: &[Source]) -> Vec<PlacedColumn> {
+    let recordings = sources.iter().filter(|source| source.recorded).map(|source| source.tables.as_slice());
+    let recordings: Vec<&[Named]> = recordings.collect();
+    deflection_columns(&recordings)
+}
+
+/// Whether a link has other numbers of elements in some files than in others.
+pub(super) fn has_unlike_meshes(sources: &[Source], column: &PlacedColumn) -> bool {
+    let meshes: BTreeSet<u64> = sources.iter().flat_map(|source| column.meshes(&source.tables)).collect();
+    meshes.len() > 1
+}
+
+/// Names the node or element of every file at each of the places.
+pub(super) fn report_places(sources: &[Source], columns: &[PlacedColumn]) {
+    let mut reported: Vec<String> = Vec::new();
+    for sentence in columns.iter().map(|column| sentence(sources, column)) {
+        if !reported.contains(&sentence) {
+            say!("{sentence}");
+            reported.push(sentence);
+        }
+    }
+}
+
+fn sentence(sources: &[Source], column: &PlacedColumn) -> String {
+    let in_mesh = |source: &Source, elements: u64| {
+        let part = match column.number_in(elements) {
+            Some(number) => format!("{} {number}", column.part()),
+            None => format!("no {}", column.part()),
+        };
+        format!("{part} in {} ({})", source.path.display(), counted(elements, "element"))
+    };
+    let mut parts: Vec<String> = Vec::new();
+    for source in sources {
+        parts.extend(column.meshes(&source.tables).into_iter().map(|elements| in_mesh(source, elements)));
+    }
+    format!("{}: {}", column.words(), parts.join(", "))
+}
+
+/// A file's name in the legend, with the meshes of the links that columns belong to: `fine (rod: 8 elements)`.
+pub(super) fn name_with_meshes(source: &Source, columns: &[PlacedColumn]) -> String {
+    let mut meshes: Vec<String> = Vec::new();
+    for column in columns {
+        let elements = column.meshes(&source.tables).into_iter().map(|elements| counted(elements, "element"));
+        let elements: Vec<String> = elements.collect();
+        let mesh = format!("{}: {}", column.link(), elements.join(" and "));
+        if !elements.is_empty() && !meshes.contains(&mesh) {
+            meshes.push(mesh);
+        }
+    }
+    let stem = &source.stem;
+    if meshes.is_empty() { stem.clone() } else { format!("{stem} ({})", meshes.join(", ")) }
+}
