@@ -105,6 +105,24 @@ fn regress_replies_are_printed_as_json() -> Tried {
     Ok(())
 }
 
+#[test]
+fn regress_a_change_of_a_running_scene_warns_of_numbers_that_look_like_mistakes() -> Tried {
+    let service = Service::start("suspected", &["--no-record", "--set", "pulse=[]"])?;
+    let density = "warning: rod.density_kg_per_m3 = 7.85 is lighter than any stiff material: densities are in kg/m³, and \
+                   7.85 g/cm³ is 7850\n";
+    for (change, code, warning) in [
+        ("rod.density_kg_per_m3=7.85", 0, density),
+        // The running scene has it already.
+        ("slider.mass_kg=0.3", 0, ""),
+        ("rod.length_m=420", 1, ""),
+    ] {
+        let ended = service.ask(&["control", "suspected", "set", change])?;
+        let (printed, said) = (String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?);
+        assert_eq!((ended.status.code(), said.as_str()), (Some(code), warning), "{change}: {printed}");
+    }
+    Ok(())
+}
+
 /// Lines before a refused one stay in effect, as the help says; lines after it are not sent.
 #[test]
 fn prop_a_refused_line_ends_a_sequence_of_pulses() -> Tried {

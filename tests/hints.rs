@@ -61,6 +61,57 @@ fn regress_a_campaign_warns_once_of_numbers_that_look_like_mistakes() -> Result<
     Ok(())
 }
 
+/// With a scene, which excludes `--resume`, as without one.
+#[test]
+fn regress_a_time_to_resume_at_without_a_session_is_refused() -> Result<(), Box<dyn Error>> {
+    let run = ["run", "--at", "5", "--no-bus", "--no-record", "--pace", "max", "--until", "0.1"];
+    let why = "error: --at 5: only a recorded session resumes at a time, with --resume FILE; a scene begins at 0 and ends at \
+               --until 5\n";
+    for more in [&[][..], &["crank-slider"], &["--count", "2"]] {
+        assert_eq!(flexcrank(&[&run[..], more].concat())?, (Some(2), why.to_owned()), "{more:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_change_of_the_scene_in_two_words_is_refused_with_its_form() -> Result<(), Box<dyn Error>> {
+    let refusal = "error: --set rod.length_m: expected KEY=VALUE, such as slider.mass_kg=0.3\n";
+    for command in ["run", "check", "trade", "cycle"] {
+        assert_eq!(flexcrank(&[command, "--set", "rod.length_m", "0.3"])?, (Some(2), refusal.to_owned()), "{command}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_misspelt_model_or_integrator_of_trade_has_the_nearest_named() -> Result<(), Box<dyn Error>> {
+    for (option, given, nearest) in [("--models", "modl", "modal"), ("--integrators", "esdirk,esdrk", "esdirk")] {
+        let (code, said) = flexcrank(&["trade", option, given])?;
+        assert!(code == Some(2) && said.contains(&format!("; did you mean `{nearest}`?\n")), "{said}");
+    }
+    Ok(())
+}
+
+/// A path is no name of a service; a file beside the program might be.
+#[test]
+fn regress_a_file_in_place_of_a_service_is_told_its_commands() -> Result<(), Box<dyn Error>> {
+    let tip = format!("tip: {SAMPLE} is a recording: `flexcrank replay {SAMPLE}` plays it on the bus, ");
+    let (code, said) = flexcrank(&["watch", SAMPLE])?;
+    assert!(code == Some(2) && said.contains(&tip), "{said}");
+    let folder = tempfile::tempdir()?;
+    std::fs::copy(SAMPLE, folder.path().join("take.mcap"))?;
+    std::fs::write(folder.path().join("arm.toml"), "[crank]\n")?;
+    for (file, hint) in [
+        ("take.mcap", "a recording: `flexcrank replay take.mcap` plays it on the bus, `flexcrank plot take.mcap` draws it"),
+        ("arm.toml", "a scene: `flexcrank check arm.toml` checks it, `flexcrank run arm.toml` runs it"),
+    ] {
+        let watch = ["watch", file, "--connect", "tcp/127.0.0.1:9"];
+        let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(watch).current_dir(folder.path()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert_eq!((ended.status.code(), said), (Some(2), format!("error: {file}: not a service, but {hint}\n")));
+    }
+    Ok(())
+}
+
 #[test]
 fn regress_a_time_to_wait_after_a_space_is_no_name() -> Result<(), Box<dyn Error>> {
     let (code, said) = flexcrank(&["watch", "--wait", "3s", "--connect", "tcp/127.0.0.1:9"])?;

@@ -11,6 +11,7 @@ use std::time::Duration;
 use common::rewritten::{as_is, rewritten};
 use common::{Listener, Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
+use flexcrank::recording::RecordedMessage;
 use flexcrank::resimulation::{
     Change, Finding, LargestDifference, LossReason, RecordedSession, UnlikeMeshes, Verification, WhatIfOutcome, verify, what_if,
 };
@@ -129,6 +130,19 @@ fn told(folder: &Path, words: &[&str]) -> Outcome<(Option<i32>, String, String)>
     Ok((ended.status.code(), String::from_utf8(ended.stdout)?, String::from_utf8(ended.stderr)?))
 }
 
+/// A what-if records no status, because nothing ran.
+#[test]
+fn regress_info_states_why_a_what_if_has_no_last_status() -> Outcome {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(0.5), PublishRate::Hz(100.0))?.finish()?;
+    changed(&folder.path().join("run.mcap"), "changed.mcap", "slider.mass_kg=0.3")?;
+    for (file, status) in [("run.mcap", "finished, at simulated 0.5 s"), ("changed.mcap", "none: the re-simulation ended")] {
+        let info = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["info", file]).current_dir(folder.path()).output()?;
+        let printed = String::from_utf8(info.stdout)?;
+        assert!(printed.contains(&format!("\n  last status   {status}\n")), "{printed}");
+    }
+    Ok(())
+}
+
 /// Four of five samples of the loads are lost: before each of the others, samples are missing.
 #[test]
 fn regress_a_driving_torque_that_is_never_compared_is_not_the_same() -> Outcome {
@@ -244,6 +258,34 @@ fn regress_a_change_that_refuses_a_recorded_torque_is_not_blamed_on_the_recordin
     let why = " s, a recorded torque would be refused: |torque_nm| = 5 is over the scene's limit of 2 N·m on the mean torque";
     assert!(said.contains(why), "{said}");
     assert!(!folder.path().join("limited.mcap").exists());
+    Ok(())
+}
+
+/// The limit was raised before the pulse, and that command is lost: the recorded session refuses the pulse without any change.
+#[test]
+fn regress_a_torque_that_a_damaged_recording_refuses_is_not_blamed_on_the_change() -> Outcome {
+    let limited = scene(&["commands.torque_limit_nm=2"])?;
+    let service = Service::start(limited, Pace::Factor(20.0), None, PublishRate::Hz(200.0))?;
+    let listener = Listener::new(&service.client, &service.name)?;
+    let raise = "commands.torque_limit_nm=10";
+    let control = wire::Control { id: String::new(), action: Some(Action::Set(wire::Set { changes: vec![raise.to_owned()] })) };
+    assert!(client::control(&service.client, &service.name, &control)?.accepted);
+    let pulse = wire::TorquePulse { torque_nm: 5.0, duration_s: 0.1, ..wire::TorquePulse::default() };
+    assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+    listener.wait_for(Topic::Angles, 100, Duration::from_secs(60))?;
+    let (_, folder) = service.stop()?;
+    let is_kept = |data: &[u8]| !String::from_utf8_lossy(data).contains(raise);
+    let less = |n, message: &RecordedMessage| as_is(n, message).filter(|data| is_kept(data));
+    rewritten(&folder.path().join("run.mcap"), "less.mcap", &less, &str::to_owned)?;
+    for change in [["--add-pulse", "0.001:1:0.1"], ["--set", "slider.mass_kg=2"], ["--set", "commands.torque_limit_nm=3"]] {
+        let (code, _, said) = told(folder.path(), &["less.mcap", change[0], change[1], "--record", "changed.mcap"])?;
+        let refusal = "error: less.mcap: the recording cannot be re-simulated: at t = ";
+        assert!(code == Some(1) && said.starts_with(refusal), "{change:?}: {code:?} {said}");
+        let why = " s, a recorded torque would be refused: |torque_nm| = 5 is over the scene's limit of 2 N·m on the mean torque";
+        assert!(said.contains(why), "{change:?}: {said}");
+    }
+    let (code, _, said) = told(folder.path(), &["run.mcap", "--set", "slider.mass_kg=2", "--record", "changed.mcap"])?;
+    assert_eq!(code, Some(0), "the whole recording: {said}");
     Ok(())
 }
 

@@ -11,6 +11,7 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
+use super::client_args::file_hint;
 use super::failure::Failure;
 use super::output::of_standard_output;
 use super::values::{finite, seconds};
@@ -28,6 +29,9 @@ Examples:
 
 Exit codes: 0 done, 1 failed, 2 usage or bad scene, 3 finished but lossy, 4 diverged, 5 too late, 6 finished, \
     not to be trusted, 130 interrupted. More: flexcrank guide exit-codes.";
+
+/// Names that other programs have for `--until`.
+const ENDS: [&str; 3] = ["--duration", "--end", "--time"];
 
 /// Simulates planar mechanisms with flexible links in real time, on a zenoh bus, recorded to MCAP.
 #[derive(Debug, Parser)]
@@ -65,8 +69,8 @@ fn print(error: clap::Error) -> ExitCode {
     }
 }
 
-/// Adds a way on to an error of the arguments: the commands there are, the place of a scene and of options, a decimal point, or a
-/// value in one word.
+/// Adds a way on to an error of the arguments: the commands there are, the place of a scene and of options, the option for the
+/// end, a decimal point, the commands for a file, or a value in one word.
 fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -> clap::Error {
     let innermost = words.iter().skip(1).fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
     let command = if innermost.has_subcommands() { innermost } else { root };
@@ -74,17 +78,27 @@ fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -
     let given = given.map(ToString::to_string).unwrap_or_default();
     let (is_option, is_root) = (given.starts_with('-'), innermost.get_name() == root.get_name());
     let joined = in_one_word(&given, innermost, words);
+    let means_end = ENDS.contains(&given.as_str()) && innermost.get_arguments().any(|arg| arg.get_long() == Some("until"));
     let tip = match error.kind() {
         Kind::InvalidSubcommand | Kind::UnknownArgument if is_root && (is_option || given.contains(['.', '/'])) => {
             Some(format!("scenes and options of a run stand after `run`: flexcrank run {given}"))
         }
         Kind::UnknownArgument if joined.is_some() => joined,
+        Kind::UnknownArgument if means_end => {
+            // clap suggests `--at`, and shows its usage.
+            error.remove(ContextKind::SuggestedArg);
+            error.insert(ContextKind::Usage, ContextValue::StyledStr(innermost.clone().render_usage()));
+            Some("the option for the end is --until TIME".to_owned())
+        }
         // After other arguments, a word that is no command counts as one argument too many.
         Kind::InvalidSubcommand => Some(names(command)),
         Kind::UnknownArgument if !is_option && innermost.has_subcommands() => Some(names(command)),
         // clap's tip, to pass an option as a value, seldom helps.
         Kind::UnknownArgument if is_option && error.get(ContextKind::SuggestedArg).is_none() => Some(String::new()),
-        Kind::ValueValidation => error.get(ContextKind::InvalidValue).and_then(|value| decimal_comma_hint(&value.to_string())),
+        Kind::ValueValidation => error
+            .get(ContextKind::InvalidValue)
+            .map(ToString::to_string)
+            .and_then(|value| decimal_comma_hint(&value).or_else(|| file_hint(&value).map(|hint| format!("{value} is {hint}")))),
         _ => None,
     };
     match tip {
@@ -98,19 +112,26 @@ fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -
     error
 }
 
-/// A tip for a word that belongs to the one before it: the unit of a time, or the value of an option that needs an equals sign.
+/// A tip for a word that belongs to the one before it: the unit of a time, or a value that needs an equals sign.
 fn in_one_word(given: &str, command: &clap::Command, words: &[OsString]) -> Option<String> {
     let needs_equals = |option: &str| {
         let long = option.strip_prefix("--");
         long.is_some() && command.get_arguments().any(|arg| arg.get_long() == long && arg.is_require_equals_set())
     };
-    words.windows(2).filter(|pair| pair[1] == *given).find_map(|pair| match pair[0].to_str()? {
+    let of_set = |three: &[OsString]| match [&three[0], &three[1], &three[2]].map(|word| word.to_str()) {
+        [Some("--set"), Some(key), Some(value)] if value == given && !key.contains('=') => {
+            Some(format!("the value follows an equals sign: --set {key}={value}"))
+        }
+        _ => None,
+    };
+    let of_option = words.windows(2).filter(|pair| pair[1] == *given).find_map(|pair| match pair[0].to_str()? {
         number if finite(number).is_some() && seconds(&format!("{number}{given}")).is_some() => {
             Some(format!("a time is written without a space: {number}{given}"))
         }
         option if needs_equals(option) => Some(format!("the value follows an equals sign: {option}={given}")),
         _ => None,
-    })
+    });
+    of_option.or_else(|| words.windows(3).find_map(of_set))
 }
 
 /// The commands of a command.
@@ -297,6 +318,52 @@ mod tests {
         }
     }
 
+    /// The refusal of a line, with its tip; nothing if it is accepted.
+    fn refusal(line: &str) -> String {
+        let words: Vec<OsString> = std::iter::once("flexcrank").chain(line.split(' ')).map(OsString::from).collect();
+        let mut command = Cli::complete_command();
+        let refused = command.try_get_matches_from_mut(&words).err();
+        refused.map(|error| with_tips(error, &command, &words).to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn regress_another_name_of_the_end_leads_to_until() {
+        for line in ["run --duration 5", "run arm.toml --time=5", "run --end 5", "trade --duration 1", "response --end 1"] {
+            let said = refusal(line);
+            assert!(said.contains("tip: the option for the end is --until TIME\n") && !said.contains("--at"), "{line}: {said}");
+            assert!(said.contains(" [OPTIONS] [SCENE"), "{line}: {said}");
+        }
+        assert!(!refusal("info take.mcap --duration 5").contains("--until"));
+        assert!(refusal("run --untl 5").contains("'--until'"));
+    }
+
+    /// clap does not ask for an option that something else excludes.
+    #[test]
+    fn regress_an_option_that_needs_another_is_refused_also_beside_one_that_excludes_that() {
+        for line in [
+            "cycle --r4 1 --r5 1 --sweep-ratio",
+            "cycle --r4 1 --r5 1 --dimensionless",
+            "modes --over slider.mass_kg=1:2:1 --live crank",
+            "run --no-record --split 10min",
+            "run --no-record --max-recording-size 1GB",
+            "run --no-record --flush 50ms",
+            "run --no-record --fsync",
+            "sweep campaign.toml --scalars pivot_peak_force_n",
+            "replay take.mcap --wait-timeout 5",
+        ] {
+            let said = refusal(line);
+            assert!(said.contains("cannot be used with") || said.contains("were not provided"), "{line}: {said}");
+        }
+        for line in [
+            "cycle --balance --r4 1 --r5 1",
+            "sweep campaign.toml --plot plots --scalars pivot_peak_force_n",
+            "sweep campaign.toml --indices",
+            "replay take.mcap --wait-for 1 --wait-timeout 5",
+        ] {
+            assert_eq!(refusal(line), "", "{line}");
+        }
+    }
+
     #[test]
     fn regress_a_value_in_two_words_is_refused_with_the_word_to_write() {
         for (line, tip) in [
@@ -306,13 +373,11 @@ mod tests {
             ("setpoint crank --hold 10 ms --torque 5", "a time is written without a space: 10ms"),
             ("list --wait 3s", "the value follows an equals sign: --wait=3s"),
             ("control crank pause --wait 3s", "the value follows an equals sign: --wait=3s"),
+            ("check arm.toml --set rod.length_m 0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
             ("pulse crank --torque 5 Nm --duration 1", ""),
             ("guide bus ms", ""),
         ] {
-            let words: Vec<OsString> = std::iter::once("flexcrank").chain(line.split(' ')).map(OsString::from).collect();
-            let mut command = Cli::complete_command();
-            let refused = command.try_get_matches_from_mut(&words).err();
-            let said = refused.map(|error| with_tips(error, &command, &words).to_string()).unwrap_or_default();
+            let said = refusal(line);
             let found = said.split_once("tip: ").and_then(|(_, tip)| tip.lines().next()).unwrap_or_default();
             assert_eq!(found, tip, "{line}: {said}");
         }

@@ -1,5 +1,6 @@
 //! Options of commands to one service: the bus, and how long to wait for the service.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::bus_args::BusArgs;
@@ -7,6 +8,8 @@ use super::failure::{CommandResult, Failure};
 use super::signals::interruption_leaves;
 use super::values::{positive_time, seconds};
 use crate::bus::{self, BusError, Name, Session, client};
+use crate::recording::begins_as_mcap;
+use crate::scene::scene_hint;
 
 /// Time between two looks for a service that is not there yet.
 const RETRY_PERIOD: Duration = Duration::from_millis(100);
@@ -26,7 +29,10 @@ impl ClientArgs {
     /// Opens a session on which the service is present.
     pub(super) fn open(&self, name: &Name) -> CommandResult<Session> {
         self.refuse_time_as_name(name)?;
-        self.waiting_for(&format!("`{name}`"), || self.try_open(name))
+        self.waiting_for(&format!("`{name}`"), || self.try_open(name)).map_err(|absent| {
+            let file = file_hint(&name.to_string());
+            file.map_or(absent, |hint| Failure::Usage(format!("{name}: not a service, but {hint}")))
+        })
     }
 
     /// Refuses a name that was meant as the time to wait: `--wait 3s`.
@@ -65,6 +71,13 @@ impl ClientArgs {
             }
         }
     }
+}
+
+/// The commands for a file that was given in place of the name of a service, if it is a recording or a scene.
+pub(super) fn file_hint(name: &str) -> Option<String> {
+    let path = Path::new(name);
+    let recording = || format!("a recording: `flexcrank replay {name}` plays it on the bus, `flexcrank plot {name}` draws it");
+    begins_as_mcap(path).then(recording).or_else(|| scene_hint(path))
 }
 
 /// Whether a service that starts later would mend the error.

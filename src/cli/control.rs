@@ -7,9 +7,11 @@ use super::client_args::ClientArgs;
 use super::completions;
 use super::failure::{CommandResult, Failure};
 use super::replay::rate;
-use super::replies::{fresh_id, send_and_print};
+use super::replies::{fresh_id, send_and_print, send_over};
+use super::suspect_numbers::newly_suspect;
 use super::values::{change, count, time};
-use crate::bus::{BusError, Name, client};
+use crate::bus::{BusError, Name, Session, client};
+use crate::scene::SceneSource;
 use crate::wire::{self, Control, Next, Rate, ReplayControl, Seek, control, replay_control};
 
 /// Shown by `--help`.
@@ -114,7 +116,20 @@ pub(super) fn control(args: Args) -> CommandResult {
         Action::Next { count } => return control_replay(&args, replay_control::Action::Next(Next { count })),
     };
     let message = Control { id: fresh_id(), action: Some(action) };
-    send_and_print(&args.client, &args.name, args.json, |session| Ok(client::control(session, &args.name, &message)?))
+    let session = args.client.open(&args.name)?;
+    if let Action::Set { changes } = &args.action {
+        warn_of_suspect_changes(&session, &args.name, changes);
+    }
+    send_over(&session, args.json, |session| Ok(client::control(session, &args.name, &message)?))
+}
+
+/// Warns of numbers that look like mistakes in the changed scene, unless the running one has them already. A change that no running
+/// scene accepts gets no warning: the reply states the reason.
+fn warn_of_suspect_changes(session: &Session, name: &Name, changes: &[String]) {
+    let Some(text) = client::scene(session, name) else { return };
+    let running = SceneSource::parse("scene.toml", &text, &[]);
+    let suspects = running.and_then(|before| Ok(newly_suspect(&before.scene, &before.changed(changes)?.scene)));
+    suspects.iter().flatten().for_each(|warning| say!("warning: {warning}"));
 }
 
 /// Sends a command that only a replay accepts.

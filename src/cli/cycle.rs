@@ -70,10 +70,10 @@ pub(super) struct Args {
     #[arg(long, requires_all = ["r4", "r5"], conflicts_with_all = ["dimensionless", "sweep_ratio"])]
     balance: bool,
     /// Distance of counterweight m4 from the pivot, on the crank's extension, m.
-    #[arg(long, value_name = "M", requires = "balance", value_parser = arm)]
+    #[arg(long, value_name = "M", requires = "balance", conflicts_with_all = ["dimensionless", "sweep_ratio"], value_parser = arm)]
     r4: Option<f64>,
     /// Distance of counterweight m5 from the crank pin, on the rod's extension, m.
-    #[arg(long, value_name = "M", requires = "balance", value_parser = arm)]
+    #[arg(long, value_name = "M", requires = "balance", conflicts_with_all = ["dimensionless", "sweep_ratio"], value_parser = arm)]
     r5: Option<f64>,
     /// Sweep a range of ratios: peaks, and the swept volume relative to the machine's size.
     #[arg(long, value_name = "FROM:TO:N", num_args = 0..=1, default_missing_value = "0.1:0.6:51", conflicts_with = "ratio", value_parser = range)]

@@ -69,6 +69,8 @@ struct Session {
     /// State and simulated time in the last status.
     state: Option<String>,
     sim_time_s: Option<f64>,
+    /// Why the recording ended. A `what-if` records no status.
+    end: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -132,7 +134,8 @@ impl Info {
         let Info { file, size_bytes, begin, duration_s, messages, damage, ends_early, session, topics } = self;
         writeln!(out, "{}: {}, {messages} messages", shown_sentence(file), ByteSize(*size_bytes).display().si())?;
         writeln!(out, "  recorded      {begin}, {} s", shown_s(*duration_s))?;
-        if let Some(Session { name, command_line, version, commit, scene, commands, checkpoints, state, sim_time_s }) = session {
+        if let Some(session) = session {
+            let Session { name, command_line, version, commit, scene, commands, checkpoints, state, sim_time_s, end } = session;
             writeln!(out, "  session       {}: {}", shown_name(name), shown_sentence(command_line))?;
             writeln!(out, "  build         flexcrank {}, commit {}", shown_name(version), shown_name(commit))?;
             match scene {
@@ -142,10 +145,11 @@ impl Info {
                 None => writeln!(out, "  scene         refused by this build")?,
             }
             writeln!(out, "  contains      {}, {}", counted(*commands, "command"), counted(*checkpoints, "checkpoint"))?;
-            match (state, sim_time_s) {
-                (Some(state), Some(sim_time_s)) => {
+            match (state, sim_time_s, end) {
+                (Some(state), Some(sim_time_s), _) => {
                     writeln!(out, "  last status   {state}, at simulated {} s", shown_s(*sim_time_s))?;
                 }
+                (_, _, Some(end)) => writeln!(out, "  last status   none: {}", shown_sentence(end))?,
                 _ => writeln!(out, "  last status   none")?,
             }
         }
@@ -214,6 +218,7 @@ impl Session {
             checkpoints: messages(Topic::Checkpoint),
             state: status.as_ref().map(|status| status.state().as_str_name().to_lowercase()),
             sim_time_s: status.and_then(|status| Some(status.stamp?.sim_time_s)),
+            end: overview.end.as_ref().map(|end| end.reason.clone()),
         }
     }
 }

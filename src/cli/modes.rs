@@ -78,7 +78,7 @@ pub(super) struct Args {
     #[arg(long, requires = "speed", conflicts_with = "live")]
     pub periodic: bool,
     /// Chart stability over the speeds and this key: the largest multiplier of a turn.
-    #[arg(long, value_name = "KEY=FROM:TO:STEP", requires = "periodic", value_parser = Over::parse)]
+    #[arg(long, value_name = "KEY=FROM:TO:STEP", requires = "periodic", conflicts_with = "live", value_parser = Over::parse)]
     pub over: Option<Over>,
     /// Number of modes.
     #[arg(long, value_name = "N", default_value = "8", value_parser = count)]

@@ -81,7 +81,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "N", default_value = "0", value_parser = programs)]
     pub wait_for: usize,
     /// Wait at most this long for --wait-for.
-    #[arg(long, value_name = "TIME", default_value = "1min", value_parser = time)]
+    #[arg(long, value_name = "TIME", default_value = "1min", requires = "wait_for", value_parser = time)]
     pub wait_timeout: f64,
     /// Replay even if another service on the bus has this name.
     #[arg(long)]

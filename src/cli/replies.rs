@@ -21,10 +21,18 @@ pub(super) fn send_and_print(
     json: bool,
     send: impl FnOnce(&Session) -> CommandResult<CommandReply>,
 ) -> CommandResult {
-    let session = client.open(name)?;
+    send_over(&client.open(name)?, json, send)
+}
+
+/// Sends one command over a session, closes the session, prints the reply, as JSON if asked.
+pub(super) fn send_over(
+    session: &Session,
+    json: bool,
+    send: impl FnOnce(&Session) -> CommandResult<CommandReply>,
+) -> CommandResult {
     interruption_leaves("the command was sent, and its reply not awaited".to_owned());
-    let reply = send(&session);
-    bus::close(&session)?;
+    let reply = send(session);
+    bus::close(session)?;
     let reply = reply?;
     if json {
         print_json(&ReplyLine::new(&reply, None))?;

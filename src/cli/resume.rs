@@ -18,9 +18,22 @@ pub(super) struct ResumeArgs {
     /// never stopped.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "count", "overrides", "shadow"])]
     pub resume: Option<PathBuf>,
-    /// Resume at this simulated time of the session instead.
-    #[arg(long, value_name = "TIME", requires = "resume", value_parser = positive_time)]
+    /// With --resume, resume at this simulated time of the session instead.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub at: Option<f64>,
+}
+
+impl ResumeArgs {
+    /// Refuses a time to resume at without a session. clap's `requires` does not, where a scene excludes `--resume`.
+    pub(super) fn check(&self) -> CommandResult<()> {
+        match (&self.resume, self.at) {
+            (None, Some(at_s)) => Err(Failure::Usage(format!(
+                "--at {at_s}: only a recorded session resumes at a time, with --resume FILE; a scene begins at 0 and ends at \
+                 --until {at_s}"
+            ))),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The start of one service.

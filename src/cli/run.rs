@@ -34,6 +34,7 @@ use crate::simulation::PublishRate;
 const SLOWDOWN_SEED: u64 = 17;
 pub(super) fn run(mut args: Args) -> CommandResult {
     Viewers::check(args.foxglove)?;
+    args.resume.check()?;
     if args.supervise {
         if args.scene.len() > 1 {
             return Err(Failure::Usage("--supervise runs one service: give one scene".to_owned()));

@@ -86,16 +86,16 @@ pub(super) struct Args {
     #[arg(long)]
     pub no_record: bool,
     /// Flush period: a crash loses at most what was recorded in this time.
-    #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = flush_period)]
+    #[arg(long, value_name = "TIME", default_value = "200ms", conflicts_with = "no_record", value_parser = flush_period)]
     pub flush: Duration,
     /// At every flush, wait until the data is on the disk: a power failure loses no more either.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "no_record")]
     pub fsync: bool,
     /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each part is complete by itself.
-    #[arg(long, value_name = "SIZE|TIME", value_parser = split)]
+    #[arg(long, value_name = "SIZE|TIME", conflicts_with = "no_record", value_parser = split)]
     pub split: Option<Split>,
     /// Stop recording before it exceeds this size, all parts together; the simulation goes on: 2GB.
-    #[arg(long, value_name = "SIZE", value_parser = recording_size)]
+    #[arg(long, value_name = "SIZE", conflicts_with = "no_record", value_parser = recording_size)]
     pub max_recording_size: Option<bytesize::ByteSize>,
     /// Also publish the mechanism as shapes for Foxglove and Lichtblick: foxglove.SceneUpdate, at 25 Hz or HZ.
     #[arg(long, value_name = "HZ", num_args = 0..=1, require_equals = true, default_missing_value = "25", value_parser = frames)]

@@ -25,6 +25,11 @@ const LIGHTEST_KG_PER_M3: f64 = 25.0;
 /// Densities up to here, kg/m³, stand for none, in models of links without mass.
 const NO_DENSITY_KG_PER_M3: f64 = 1.0;
 
+/// Gravity on Earth, m/s².
+const EARTH_M_PER_S2: f64 = 9.81;
+/// Gravity is rarely this many times that on Earth: on Jupiter 2.5 times.
+const STRONG_GRAVITY: f64 = 10.0;
+
 /// The warnings of a scene; of a built-in one, those of what was changed in it: the thesis's crank is a metre thick.
 pub(super) fn suspect_numbers(source: &SceneSource) -> Vec<String> {
     let built_in = builtin::find(&source.origin).and_then(|found| SceneSource::parse(found.name, found.text, &[]));
@@ -42,7 +47,8 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain));
-    of_links.chain(of_lengths).chain(many_turns(chain.start.angle_rad)).collect()
+    let of_gravity = strong_gravity(chain.gravity_m_per_s2);
+    of_links.chain(of_lengths).chain(of_gravity).chain(many_turns(chain.start.angle_rad)).collect()
 }
 
 /// A warning of a section that is thicker than its link is long, as with sizes in mm. A section without a shape counts as
@@ -124,6 +130,16 @@ fn long_crank(chain: &Chain) -> Option<String> {
     (crank.length_m > LONGEST_CRANK_M).then(warning)
 }
 
+/// Warnings of gravity that is far stronger than on Earth, as in mm/s².
+fn strong_gravity(gravity_m_per_s2: [f64; 2]) -> impl Iterator<Item = String> {
+    let times = |given: f64| given.abs() / EARTH_M_PER_S2;
+    let strong = ["x", "y"].into_iter().zip(gravity_m_per_s2).filter(move |(_, given)| times(*given) > STRONG_GRAVITY);
+    strong.map(move |(axis, given)| {
+        let [times, given, meant] = [times(given), given, 1e-3 * given].map(figure);
+        format!("gravity.{axis}_m_per_s2 = {given} is {times} times that on Earth: it is in m/s², and {given} mm/s² is {meant}")
+    })
+}
+
 /// A warning of a start angle beyond a full turn, as in degrees.
 fn many_turns(angle_rad: f64) -> Option<String> {
     let warning = || {
@@ -176,10 +192,15 @@ mod tests {
                 "rod.density_kg_per_m3=7.85",
                 "rod.density_kg_per_m3 = 7.85 is lighter than any stiff material: densities are in kg/m³, and 7.85 g/cm³ is 7850",
             ),
+            (
+                "gravity.y_m_per_s2=-9810",
+                "gravity.y_m_per_s2 = -9810 is 1000 times that on Earth: it is in m/s², and -9810 mm/s² is -9.81",
+            ),
         ] {
             assert_eq!(warnings("crank-slider", &[given])?, [warning]);
         }
-        assert_eq!(warnings("crank-slider", &["rod.length_m=40", "start.angle_rad=-6.28"])?, [""; 0]);
+        let large = ["rod.length_m=40", "start.angle_rad=-6.28", "gravity.y_m_per_s2=-98"];
+        assert_eq!(warnings("crank-slider", &large)?, [""; 0]);
         let both = warnings("crank-slider", &["rod.youngs_modulus_pa=70", "rod.density_kg_per_m3=2.7"])?;
         assert!(both.len() == 2 && both[0].ends_with("70 GPa is 70e9") && both[1].ends_with("2.7 g/cm³ is 2700"), "{both:?}");
         let aluminium = warnings("crank-slider", &["rod.youngs_modulus_pa=7e4", "rod.density_kg_per_m3=2700"])?;

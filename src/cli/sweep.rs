@@ -46,6 +46,7 @@ Exit codes: 0 done, 1 failed, or rows are missing after --merge, 2 usage, bad sp
 const NAMED: usize = 20;
 
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("of_scalars").args(["indices", "plot"]).multiple(true))]
 pub(super) struct Args {
     /// The campaign: a TOML file.
     pub spec: PathBuf,
@@ -71,7 +72,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "DIR", requires = "scalars", conflicts_with_all = ["shard", "jobs", "merge"])]
     pub plot: Option<PathBuf>,
     /// Scalars for --indices and --plot, separated by commas. Default of --indices: all.
-    #[arg(long, value_name = "SCALAR,…", value_delimiter = ',')]
+    #[arg(long, value_name = "SCALAR,…", value_delimiter = ',', requires = "of_scalars")]
     pub scalars: Vec<String>,
 }
 

@@ -22,6 +22,7 @@ use super::trade_modes::{lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
 use super::written::write_table;
+use crate::nearest::did_you_mean;
 use crate::plot::{Figure, Format, Picture as _, work_precision};
 use crate::scene::{INTEGRATORS, IntegratorKind, MODELS, ModelKind, Scene, SceneSource, builtin};
 use crate::study::trade::{
@@ -328,7 +329,8 @@ fn integrator(word: &str) -> Result<IntegratorKind, String> {
 
 fn find<T: Copy>(word: &str, words: &[(&str, T)]) -> Result<T, String> {
     let found = words.iter().find(|(other, _)| *other == word).map(|(_, kind)| *kind);
-    found.ok_or_else(|| format!("one of {}", words.iter().map(|(word, _)| *word).collect::<Vec<_>>().join(", ")))
+    let names = || words.iter().map(|(name, _)| *name);
+    found.ok_or_else(|| format!("one of {}{}", names().collect::<Vec<_>>().join(", "), did_you_mean(word, names())))
 }
 
 fn picture(text: &str) -> Result<PathBuf, String> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::end::RecordingEnd;
 use super::error::RecordingError;
 use super::format::RecordedMessage;
 use super::walk::{Damage, WalkFlow, WalkItem, walk};
@@ -33,6 +34,8 @@ pub struct Overview {
     pub damage: Vec<Damage>,
     /// Position at which the file ends early; `None` if it was closed properly.
     pub cut_off: Option<u64>,
+    /// The end, as the file states it; `None` if it does not.
+    pub end: Option<RecordingEnd>,
 }
 
 impl Overview {
@@ -43,8 +46,10 @@ impl Overview {
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut overview = Overview::default();
         let structure = walk(path, |item, _| {
-            if let WalkItem::Message(message) = item {
-                overview.add(message);
+            match item {
+                WalkItem::Message(message) => overview.add(message),
+                WalkItem::Metadata(name, entries) => overview.end = RecordingEnd::of(name, entries).or(overview.end.take()),
+                _ => {}
             }
             WalkFlow::Continue(())
         })?;

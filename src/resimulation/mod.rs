@@ -9,6 +9,7 @@ mod error;
 mod event;
 mod finding;
 mod missing_steps;
+mod own_refusal;
 mod physics;
 mod recheck;
 mod recorded_session;

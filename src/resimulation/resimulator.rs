@@ -1,12 +1,10 @@
 //! Re-simulation of a recorded scene, from one recorded instant to the next.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
 
 use prost::Message as _;
 
-use super::ResimulationError;
 use super::event::{changes, new_level, resets};
 use crate::runtime::{CHECKPOINT_PERIOD_S, SceneInForce, Successor};
 use crate::scene::{ModelKind, SceneAtLevel, SceneError, SceneSource};
@@ -65,18 +63,6 @@ pub(super) enum ResimulationFault {
         /// The step stated.
         step: u64,
     },
-}
-
-impl ResimulationFault {
-    /// The error of a what-if that it ends at a session time. The recorded session accepted its torques and changes: where one is
-    /// refused, the reason is the change that was asked for.
-    pub(super) fn of_what_if(&self, recording: &Path, at_s: f64) -> ResimulationError {
-        let (path, what) = (recording.to_owned(), self.to_string());
-        match self {
-            ResimulationFault::Refused(_) | ResimulationFault::Unchanged(_) => ResimulationError::Unsuited { path, at_s, what },
-            _ => ResimulationError::Unlike { path, what },
-        }
-    }
 }
 
 impl Resimulator {

@@ -9,6 +9,7 @@ use super::ResimulationError;
 use super::change::{AddedPulse, Change};
 use super::deviation::Deviation;
 use super::event::{decode, resets};
+use super::own_refusal::error_of_what_if;
 use super::recorded_session::{ORIGINAL_TIMES, RecordedSession};
 use super::recorded_torque::RecordedTorque;
 use super::resimulator::{ResimulationFault, Resimulator};
@@ -146,7 +147,8 @@ fn compute(
         Ok(()) => None,
         Err(Stopped::ResimulationFault(ResimulationFault::Diverged(diverged))) => Some(diverged),
         Err(Stopped::ResimulationFault(fault)) => {
-            return Err(fault.of_what_if(&source.path, attempt.resimulator.stamp().session_s()));
+            let at_s = attempt.resimulator.stamp().session_s();
+            return Err(error_of_what_if(source, (&fault, at_s), first + 1..=number));
         }
         Err(Stopped::Other(error)) => return Err(error),
     };

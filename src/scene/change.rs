@@ -97,6 +97,9 @@ mod tests {
         for change in [
             "slider.mass_kg=0.3",
             "rod.damping_s=2e-4",
+            "rod.youngs_modulus_pa=7e10",
+            "rod.density_kg_per_m3=2700",
+            "rod.section.height_m=0.02",
             "rod.rigid=true",
             "rod.elements=8",
             "rod.modes=4",

@@ -7,6 +7,7 @@ use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 use super::{SceneError, parse};
 use crate::decimal_comma::decimal_comma_hint;
 use crate::percent::percent_hint;
+use crate::repeated_table::repeated_table;
 
 /// The text of a scene, where it came from, and what the command line changed.
 pub(super) struct SceneText {
@@ -24,8 +25,7 @@ impl SceneText {
         let mut applied = Vec::new();
         for given in overrides {
             let refuse = |problem: &str| SceneError::whole(format!("--set {given}"), problem);
-            let (key, value) = given.split_once('=').ok_or_else(|| refuse("expected KEY=VALUE"))?;
-            let (key, value) = (key.trim(), value.trim());
+            let (key, value) = key_and_value(given)?;
             let parsed = read(value).map_err(|problem| refuse(&problem))?;
             set(document.as_item_mut(), key, parsed).map_err(|problem| refuse(&problem))?;
             applied.push((key.to_owned(), value.to_owned()));
@@ -76,6 +76,16 @@ impl SceneText {
     }
 }
 
+/// Key and value of an override.
+///
+/// # Errors
+/// The refusal of a text without an equals sign.
+pub(super) fn key_and_value(given: &str) -> Result<(&str, &str), SceneError> {
+    let problem = "expected KEY=VALUE, such as slider.mass_kg=0.3";
+    let (key, value) = given.split_once('=').ok_or_else(|| SceneError::whole(format!("--set {given}"), problem))?;
+    Ok((key.trim(), value.trim()))
+}
+
 /// Whether a dotted key is `table` or stands in it.
 fn is_within(key: &str, table: &str) -> bool {
     key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -89,41 +99,36 @@ pub(super) fn path_at(text: &str, offset: usize) -> String {
     path.join(".")
 }
 
-/// A text without the key of a dotted path; `None` if it does not have that key.
+/// A text without the key of a dotted path, or without the list that has it as an entry; `None` if it does not have that key.
 pub(super) fn without(text: &str, path: &str) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
-    let (parents, last) = path.rsplit_once('.').map_or((None, path), |(parents, last)| (Some(parents), last));
-    let mut parents = parents.into_iter().flat_map(|parents| parents.split('.'));
-    let parent = parents.try_fold(document.as_item_mut(), |item, part| child_mut(item, part))?;
+    let (parents, last) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut parts = parents.split('.').filter(|part| !part.is_empty());
+    let parent = parts.try_fold(document.as_item_mut(), |item, part| child_mut(item, part))?;
+    if parent.is_array() {
+        return without(text, parents);
+    }
     parent.as_table_like_mut()?.remove(last)?;
     Some(document.to_string())
 }
 
 /// The refusal of a text that is no TOML.
 fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
-    SceneError::whole(place_at(origin, text, error.span()), syntax_problem(text, error))
+    match repeated_table(text, (error.message(), error.span()), |name| parse::refused_list(name).is_none()) {
+        Some((place, problem)) => SceneError::whole(place_at(origin, text, Some(place..place)), format!("not TOML: {problem}")),
+        None => SceneError::whole(place_at(origin, text, error.span()), syntax_problem(text, error)),
+    }
 }
 
-/// The reason why a text is no TOML. A number with a decimal comma, in per cent or with its unit, or a table that is there twice,
-/// gets a hint.
+/// The reason why a text is no TOML. A number with a decimal comma, in per cent or with its unit gets a hint.
 fn syntax_problem(text: &str, error: &TomlError) -> String {
     let span = error.span().unwrap_or_default();
     let line = text.lines().nth(lines_before(text, &span));
     let message = error.message().trim().replace('\n', " ");
-    let hint = match message.as_str() {
-        "duplicate key" => line.and_then(repeated_table_hint),
-        _ => {
-            let value = value_at(text, span.start);
-            line.and_then(decimal_comma_in).or_else(|| percent_hint(value)).or_else(|| unit_hint(value))
-        }
-    };
+    let value = value_at(text, span.start);
+    let hint = || line.and_then(decimal_comma_in).or_else(|| percent_hint(value)).or_else(|| unit_hint(value));
+    let hint = if message == "duplicate key" { None } else { hint() };
     format!("not TOML: {}", hint.unwrap_or(message))
-}
-
-/// A hint at a second `[name]`, where a scene has a list of such tables.
-fn repeated_table_hint(line: &str) -> Option<String> {
-    let name = line.trim_start().strip_prefix('[')?.split(']').next()?.trim();
-    parse::refused_list(name).is_none().then(|| format!("[{name}] is there twice: each entry of a list is a table [[{name}]]"))
 }
 
 /// A hint at the first number with a decimal comma in a line of `KEY = VALUE`, or in a value.
@@ -247,6 +252,11 @@ fn entries(item: &Item) -> usize {
     item.as_array_of_tables().map(|tables| tables.len()).or(item.as_array().map(|list| list.len())).unwrap_or(0)
 }
 
+/// The entries of a list or of an array of tables, numbered from 0.
+fn numbered(item: &Item) -> impl Iterator<Item = (usize, &Item)> {
+    (0..entries(item)).filter_map(move |index| Some((index, item.get(index)?)))
+}
+
 fn key_span(item: &Item, path: &[&str]) -> Option<Range<usize>> {
     let (last, parents) = path.split_last()?;
     let parent = parents.iter().try_fold(item, |item, part| child(item, part))?;
@@ -257,32 +267,30 @@ fn key_span(item: &Item, path: &[&str]) -> Option<Range<usize>> {
 }
 
 fn descend(item: &Item, offset: usize, path: &mut Vec<String>) {
-    let covers = |span: Option<Range<usize>>| span.is_some_and(|span| span.contains(&offset));
-    if let Some(tables) = item.as_array_of_tables() {
-        for (index, table) in tables.iter().enumerate() {
-            if covers(table.span()) || covers_entry(table, offset) {
-                path.push(index.to_string());
-                return descend_table(table, offset, path);
-            }
-        }
-    } else if let Some(table) = item.as_table_like() {
-        descend_table(table, offset, path);
+    if let Some(table) = item.as_table_like() {
+        return descend_table(table, offset, path);
+    }
+    if let Some((index, entry)) = numbered(item).find(|(_, entry)| covers(entry, offset)) {
+        path.push(index.to_string());
+        descend(entry, offset, path);
     }
 }
 
 fn descend_table(table: &dyn TableLike, offset: usize, path: &mut Vec<String>) {
     for (name, item) in table.iter() {
         let on_key = table.key(name).and_then(|key| key.span()).is_some_and(|span| span.contains(&offset));
-        let inside = item.span().is_some_and(|span| span.contains(&offset))
-            || item.as_table_like().is_some_and(|table| covers_entry(table, offset))
-            || item
-                .as_array_of_tables()
-                .is_some_and(|all| all.iter().any(|t| covers_entry(t, offset) || t.span().is_some_and(|s| s.contains(&offset))));
-        if on_key || inside {
+        if on_key || covers(item, offset) {
             path.push(name.to_owned());
             return descend(item, offset, path);
         }
     }
+}
+
+/// Whether an item covers `offset` of the text, or a key, a value or an entry of it does.
+fn covers(item: &Item, offset: usize) -> bool {
+    item.span().is_some_and(|span| span.contains(&offset))
+        || item.as_table_like().is_some_and(|table| covers_entry(table, offset))
+        || numbered(item).any(|(_, entry)| covers(entry, offset))
 }
 
 fn covers_entry(table: &dyn TableLike, offset: usize) -> bool {
@@ -296,12 +304,41 @@ fn covers_entry(table: &dyn TableLike, offset: usize) -> bool {
 mod tests {
     use crate::scene::{SceneSource, builtin};
 
+    fn refused(text: &str, given: &[&str]) -> String {
+        let overrides: Vec<String> = given.iter().map(|&given| given.to_owned()).collect();
+        SceneSource::parse("scene.toml", text, &overrides).err().map(|refused| refused.to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn regress_a_table_before_the_entries_of_its_list_is_refused_by_its_line() {
+        let said = refused("[pulse]\ntorque_nm = 1\n[[pulse]]\ntorque_nm = 2\n", &[]);
+        assert_eq!(said, "scene.toml:1: not TOML: [pulse] is there twice: each entry of a list is a table [[pulse]]");
+    }
+
+    #[test]
+    fn regress_a_mistake_in_a_list_of_one_line_names_entry_and_key() {
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        let known = "(known here: start_s, torque_nm, duration_s, shape)";
+        let unknown = format!("unknown key; did you mean `torque_nm`? {known}");
+        let number = "must be a number without its unit, which the key names";
+        for (given, said) in [
+            ("pulse=[{start_s=0, torque=1, duration_s=1}]", format!("pulse.0.torque = 1: {unknown}")),
+            ("pulse=[{}, {start_s=0, torque_nm=true}]", format!("pulse.1.torque_nm = true: {number}")),
+            ("pulse=[{start_s=0, torque_nm=1, duration_s=1}, 3]", format!("pulse.1 = 3: must be a table {known}")),
+            ("level=[{name='a', changes=[3]}]", "level.0.changes.0 = 3: must be a word in quotes".to_owned()),
+            ("slider.resistance_table=[[0, 0], [1, 'a']]", format!("slider.resistance_table.1.1 = 'a': {number}")),
+        ] {
+            assert_eq!(refused(text, &[given]), format!("--set {given}: {said}"));
+        }
+        let lines = "pulse = [\n  3,\n  { torque = 1 },\n]\n[slider]\nresistance_table = [[0, 'a'], [1, 'b']]\nmas_kg = 1\n";
+        let further = SceneSource::parse("scene.toml", lines, &[]).err().map(|refused| refused.in_full()).unwrap_or_default();
+        let keys: Vec<&str> = further.lines().filter_map(|line| line.trim().split(" = ").next()).collect();
+        let expected = ["scene.toml:2: pulse.0", "scene.toml:6: slider.resistance_table.0.1", "scene.toml:7: slider.mas_kg"];
+        assert_eq!(keys, expected, "a refused entry goes with its list: {further}");
+    }
+
     #[test]
     fn regress_a_share_in_per_cent_is_refused_with_the_number_to_write() {
-        let refused = |text: &str, given: &[&str]| {
-            let overrides: Vec<String> = given.iter().map(|&given| given.to_owned()).collect();
-            SceneSource::parse("scene.toml", text, &overrides).err().map(|refused| refused.to_string()).unwrap_or_default()
-        };
         let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
         let said = refused(text, &["solver.balance_tolerance=1%"]);
         assert_eq!(said, "--set solver.balance_tolerance=1%: not TOML: 1% is written as 0.01");

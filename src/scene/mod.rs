@@ -81,6 +81,10 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] when there is no such scene, the file cannot be read, or anything in it is refused.
     pub fn open(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        // A value that is a word of its own, `--set rod.length_m 0.3`, counts as the name.
+        for given in overrides {
+            document::key_and_value(given)?;
+        }
         if let Ok(scene) = builtin::find(name) {
             return Self::parse(name, scene.text, overrides);
         }

@@ -2,7 +2,7 @@
 
 use super::document::{self, SceneText};
 use super::error::MOST_FURTHER;
-use super::{SceneError, keys, raw};
+use super::{SceneError, keys, raw, validate};
 use crate::nearest::did_you_mean;
 
 pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
@@ -13,15 +13,23 @@ pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
     })
 }
 
-/// The other names and types that are wrong: what remains of the text without the refused keys is read again.
+/// The other names and types that are wrong: what remains of the text without the refused keys is read again. The name of a model
+/// that does not exist is one of them.
 fn others(text: &SceneText, first: &SceneError) -> Vec<SceneError> {
     let mut found = Vec::new();
     let mut read = document::without(&text.merged, &first.key);
     while let Some(rest) = read.filter(|_| found.len() < MOST_FURTHER) {
-        let Err(error) = toml::from_str::<raw::Scene>(&rest) else { break };
-        let refused = refusal(text, &rest, &error);
-        read = document::without(&rest, &refused.key);
-        found.push(refused);
+        match toml::from_str::<raw::Scene>(&rest) {
+            Ok(scene) => {
+                found.extend(validate::unknown_model(text, &scene));
+                break;
+            }
+            Err(error) => {
+                let refused = refusal(text, &rest, &error);
+                read = document::without(&rest, &refused.key);
+                found.push(refused);
+            }
+        }
     }
     found
 }
@@ -55,9 +63,10 @@ pub(super) fn refused_list(path: &str) -> Option<String> {
     is_of_list.then(|| format!("{path}: {problem}"))
 }
 
-/// The keys of a table of the scene, as a hint.
+/// The keys of a table of the scene, or of an entry of a list such as `pulse.0`, as a hint.
 fn known_keys(table: &str) -> String {
-    let title = format!("[{table}]");
+    let list = table.rsplit_once('.').filter(|(_, entry)| entry.parse::<usize>().is_ok()).map(|(list, _)| list);
+    let title = format!("[{}]", list.unwrap_or(table));
     let names: Vec<&str> = keys::reference().iter().filter(|row| row.table.contains(&title)).map(|row| row.key).collect();
     if names.is_empty() { String::new() } else { format!(" (known here: {})", names.join(", ")) }
 }
@@ -109,6 +118,7 @@ fn kind(message: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::describe;
+    use crate::scene::SceneSource;
 
     #[test]
     fn regress_integer_types_are_whole_numbers_in_words() {
@@ -119,6 +129,24 @@ mod tests {
             ("invalid type: string \"a\"", "usize", "must be a whole number from 0"),
         ] {
             assert_eq!(describe(&format!("{given}, expected {expected}")), said);
+        }
+    }
+
+    /// Only a rigid link may give its mass: that is no mistake of a scene whose model is unknown.
+    #[test]
+    fn regress_an_unknown_model_is_refused_with_the_other_mistakes_and_none_that_follow_from_it() {
+        let links = "[crank]\nlength_m = 0.5\nmass_kg = 1.0\n[rod]\nlength_m = 1.5\nmass_kg = 1.0\n[slider]\n";
+        let rigid = "solver.model = \"rigd\": must be one of rigid, ";
+        for (text, expected) in [
+            (format!("{links}mas_kg = 1.0\n[solver]\nmodel = \"rigd\"\n"), &["slider.mas_kg = 1.0: unknown key", rigid][..]),
+            (format!("{links}mass_kg = -1.0\n[solver]\nmodel = \"rigd\"\n"), &["slider.mass_kg = -1.0: must be a number", rigid]),
+            ("[oscillator]\nmasses_kg = [1.0]\n[solver]\nmodel = \"sprng\"\n".to_owned(), &["solver.model = \"sprng\": must be"]),
+            ("[oscilator]\nmasses_kg = [1.0]\n[solver]\nmodel = \"mass-spring\"\n".to_owned(), &["oscilator: unknown key"]),
+        ] {
+            let refused = SceneSource::parse("scene.toml", &text, &[]).err().map(|refused| refused.in_full()).unwrap_or_default();
+            let lines: Vec<&str> = refused.lines().collect();
+            assert_eq!(lines.len(), expected.len(), "{refused}");
+            assert!(lines.iter().zip(expected).all(|(line, expected)| line.contains(*expected)), "{refused}");
         }
     }
 }

@@ -140,9 +140,22 @@ fn commands(check: &Checker, raw: &raw::Commands) -> Commands {
     }
 }
 
+/// The refusal of a model that does not exist.
+pub(super) fn unknown_model(text: &SceneText, raw: &raw::Scene) -> Option<SceneError> {
+    named_model(&Checker::new(text), &raw.solver).err()
+}
+
+fn named_model(check: &Checker, raw: &raw::Solver) -> Result<Option<ModelKind>, SceneError> {
+    raw.model.as_deref().map(|word| check.word("solver.model", word, &MODELS)).transpose()
+}
+
 fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver, SceneError> {
-    let usual = if oscillator { ModelKind::MassSpring } else { ModelKind::Modal };
-    let model = raw.model.as_deref().map_or(Ok(usual), |word| check.word("solver.model", word, &MODELS))?;
+    // `least` stands in for an unknown model: it needs fewer keys of links than any other, so that no refusal follows from it.
+    let (usual, least) = match oscillator {
+        true => (ModelKind::MassSpring, ModelKind::MassSpring),
+        false => (ModelKind::Modal, ModelKind::Rigid),
+    };
+    let model = check.noted(named_model(check, raw)).map_or(least, |named| named.unwrap_or(usual));
     if oscillator != (model == ModelKind::MassSpring) {
         return Err(check.refuse("solver.model", "mass-spring goes with an [oscillator], and nothing else does"));
     }

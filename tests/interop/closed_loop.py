@@ -8,16 +8,16 @@ import tempfile
 import time
 from pathlib import Path
 
-from check import BINARY, PATIENCE_S, Machine, expect, expect_if, service, wait_for
+from check import BINARY, PATIENCE_S, Machine, expect, expect_if, free_endpoint, service, wait_for
 
 RESISTANCE = "slider.resistance_table=[[0, 0], [3.14, 0], [5.8, 20], [6.28, 0]]"
 
 
-def endpoints():
-    """The endpoints of the service `crank`, if it runs."""
+def endpoints(name="crank"):
+    """The endpoints of the service of this name, if it runs."""
     listed = subprocess.run([BINARY, "list", "--json"], capture_output=True, text=True)
     services = [json.loads(line) for line in listed.stdout.splitlines()]
-    return next((service["endpoints"] for service in services if service["name"] == "crank"), [])
+    return next((service["endpoints"] for service in services if service["name"] == name), [])
 
 
 def listing(number, most_lines):
@@ -25,6 +25,28 @@ def listing(number, most_lines):
     text = Path("src/guide/bus.md").read_text().split("```python\n")[1 + number].split("```")[0]
     expect(f"listing {number} of the guide has at most {most_lines} lines", len(text.strip().splitlines()) <= most_lines)
     return text
+
+
+def regress_a_program_reaches_its_endpoint_alone(folder):
+    """The guide's programs at another endpoint than that of `crank`: a peer of zenoh goes on from there to `crank`."""
+    programs = (listing(0, 15), listing(1, 25))
+    sent = lambda program, endpoint: subprocess.run(
+        [sys.executable, "-c", program, endpoint], capture_output=True, text=True, timeout=PATIENCE_S
+    )
+    process = subprocess.Popen([BINARY, "run", "--no-record", "--name", "arm"], cwd=folder)
+    try:
+        wait_for(lambda: endpoints("arm"), "the other service is found")
+        for program in programs * 2:
+            refused = sent(program, endpoints("arm")[0])
+            says = refused.returncode == 1 and refused.stderr.startswith("no `schema` from `crank` at ")
+            expect("a program of the guide reaches its endpoint alone", says, refused.stdout + refused.stderr)
+    finally:
+        process.kill()
+        process.wait()
+    for program in programs:
+        refused = sent(program, free_endpoint())
+        says = refused.returncode == 1 and "ZError: Unable to connect" in refused.stderr
+        expect("an endpoint where nothing listens is an error", says, (refused.stdout + refused.stderr).strip().splitlines()[-1])
 
 
 def pulsed(folder):
@@ -35,6 +57,7 @@ def pulsed(folder):
         command = [sys.executable, "-c", listing(0, 15), endpoints()[0]]
         sent = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
         expect("the guide's pulse is accepted", sent.stdout.startswith("accepted: true\neffective_step: "), sent.stdout + sent.stderr)
+        regress_a_program_reaches_its_endpoint_alone(folder)
         process.send_signal(signal.SIGINT)
         expect("Ctrl-C ends cleanly", process.wait(PATIENCE_S) == 0)
     finally:

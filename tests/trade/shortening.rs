@@ -86,6 +86,19 @@ fn val_check_recommends_axial_where_it_matters() {
     assert!((shortening_m * STIFFNESS_N / (0.3 * force_n) - 1.0).abs() < 1e-12, "{json}");
 }
 
+/// A thick crank bends even less than it shortens.
+#[test]
+fn regress_check_says_why_it_recommends_nothing_where_a_link_hardly_bends() {
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank"))
+        .args(["check", "crank-slider", "--set", "crank.section.height_m=0.4", "--set", "crank.axial=false"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    let line = said.lines().find(|line| line.starts_with("  shortening   crank: ")).unwrap();
+    let ratio: f64 = line.split_once("(ratio ").and_then(|(_, rest)| rest.split_once(')')).unwrap().0.parse().unwrap();
+    assert!(ratio > 0.1 && line.ends_with("): too small to matter, not above 1e-7 of the length"), "{line}");
+}
+
 /// Without stretch, the slider errs by the rod's shortening.
 #[test]
 fn val_a_stiff_rod_under_a_large_load_is_chosen_to_stretch() {

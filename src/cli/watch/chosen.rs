@@ -1,12 +1,13 @@
 //! The signals that `watch --plain --signals` prints, and the refusal of names that no signal has.
 
+use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
 use super::super::failure::{CommandResult, Failure};
-use super::signals::Signals;
+use super::signals::{Signals, topic_of_signal};
 use crate::nearest::did_you_mean;
 use crate::shown::shown_name;
-use crate::wire::{Message, Shadow, Stamp};
+use crate::wire::{Message, NodeState, Shadow, Stamp, Topic};
 
 /// The chosen signals; none stands for all.
 #[derive(Debug, Default)]
@@ -15,6 +16,8 @@ pub(super) struct ChosenSignals {
     pub names: Vec<String>,
     /// All signals so far, until each name has one.
     seen: Signals,
+    /// The topics that have published until then.
+    heard: HashSet<Topic>,
     /// Arrival of the first sample.
     since: Option<Instant>,
 }
@@ -24,43 +27,69 @@ impl ChosenSignals {
         let mut seen = Signals::default();
         // A shadow may begin later, and has no samples while the service is paused.
         seen.shadow(&Shadow { stamp: Some(Stamp::default()), joint_force_n: Some(0.0), ..Shadow::default() });
-        ChosenSignals { names: names.to_vec(), seen, since: None }
+        ChosenSignals { names: names.to_vec(), seen, ..ChosenSignals::default() }
     }
 
     /// Adds the signals of a message.
     pub(super) fn add(&mut self, message: &Message) {
-        if self.missing().is_some() {
-            self.seen.add(message);
-            if message.topic().is_telemetry() {
-                self.since.get_or_insert_with(Instant::now);
-            }
+        if self.missing().next().is_none() {
+            return;
+        }
+        self.seen.add(message);
+        // Loads show whether there is a slider, perhaps long before the next displacements.
+        if self.seen.has_slider {
+            self.seen.slider(f64::NAN, &NodeState::default());
+        }
+        if message.topic().is_telemetry() {
+            self.heard.insert(message.topic());
+            self.since.get_or_insert_with(Instant::now);
         }
     }
 
-    /// Whether every name has a signal, or no sample has come yet. Topics have rates of their own, so that a signal may come later than
-    /// others.
+    /// Whether every name has a signal, may have one later, or no sample has come yet. Topics have rates of their own, so that a signal
+    /// may come later than others.
     ///
     /// # Errors
-    /// [`Failure::Usage`] for a name that has none this long after the first sample.
+    /// [`Failure`] for a name that is refused this long after the first sample.
     pub(super) fn are_there(&self, patience: Duration) -> CommandResult<bool> {
-        let (Some(since), Some(missing)) = (self.since, self.missing()) else { return Ok(true) };
+        let Some(since) = self.since.filter(|_| self.missing().next().is_some()) else { return Ok(true) };
         if since.elapsed() < patience {
             return Ok(false);
         }
-        let near = did_you_mean(missing, self.seen.names());
-        let hint = if near.is_empty() { "; `watch --plain --json` prints all by name" } else { &near };
-        Err(Failure::Usage(format!("no signal `{}`{hint}", shown_name(missing))))
+        self.missing().find_map(|name| self.refusal(name)).map_or(Ok(true), Err)
     }
 
-    fn missing(&self) -> Option<&str> {
-        self.names.iter().map(String::as_str).find(|name| self.seen.find(name).is_none())
+    /// The names that have no signal so far.
+    fn missing(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str).filter(move |name| self.seen.find(name).is_none())
+    }
+
+    /// The refusal of a name without a signal. As long as its topic has published nothing, a name with the right last part may be right.
+    /// One without a link, joint or node is right: its signal may come later.
+    fn refusal(&self, name: &str) -> Option<Failure> {
+        let shown = shown_name(name);
+        match topic_of_signal(name).filter(|topic| !self.heard.contains(topic)) {
+            Some(_) if !name.contains('.') => None,
+            Some(silent) => Some(Failure::Failed(format!(
+                "the service has published nothing on `{}` yet, so it is not known whether there is a signal `{shown}`",
+                silent.chunk()
+            ))),
+            None => {
+                let near = did_you_mean(name, self.seen.names());
+                let hint = if near.is_empty() { "; `watch --plain --json` prints all by name" } else { &near };
+                Some(Failure::Usage(format!("no signal `{shown}`{hint}")))
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
-    use crate::wire::Loads;
+    use crate::recording::Messages;
+    use crate::wire::{Angles, Displacements, Loads};
 
     fn chosen(names: &[&str]) -> ChosenSignals {
         ChosenSignals::new(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>())
@@ -87,5 +116,48 @@ mod tests {
             };
             assert_eq!(said.as_deref(), refusal, "{name}");
         }
+    }
+
+    /// A replay that begins between two samples of a topic, or displacements that are published rarely.
+    #[test]
+    fn regress_a_name_whose_topic_has_published_nothing_is_not_called_unknown() {
+        let displacements = Message::Displacements(Box::default());
+        let loads = Message::Loads(Box::new(Loads { resistance_n: Some(1.0), ..Loads::default() }));
+        let silent = "the service has published nothing on `angles` yet, so it is not known whether there is a signal";
+        let unknown = |name: &str| Failure::Usage(format!("no signal `{name}`; `watch --plain --json` prints all by name"));
+        for (name, refusal) in [
+            ("kinetic_j", None),
+            ("slider.vx_m_per_s", None),
+            ("crank.chord_rad", Some(Failure::Failed(format!("{silent} `crank.chord_rad`")))),
+            ("links.crank.chord_rad", Some(Failure::Failed(format!("{silent} `links.crank.chord_rad`")))),
+            ("chord_rad", Some(unknown("chord_rad"))),
+            ("crank.2.y_m", Some(unknown("crank.2.y_m"))),
+            ("crank.revolutions", Some(unknown("crank.revolutions"))),
+        ] {
+            let mut chosen = chosen(&[name]);
+            [&displacements, &loads].into_iter().for_each(|message| chosen.add(message));
+            let judged = chosen.are_there(Duration::ZERO);
+            assert_eq!(format!("{judged:?}"), format!("{:?}", refusal.map_or(Ok(true), Err)), "{name}");
+        }
+        let mut chosen = chosen(&["crank.chord_rad"]);
+        chosen.add(&loads);
+        chosen.add(&Message::Angles(Box::default()));
+        let judged = chosen.are_there(Duration::ZERO);
+        assert!(matches!(&judged, Err(Failure::Usage(said)) if said.starts_with("no signal `crank.chord_rad`")), "{judged:?}");
+    }
+
+    #[test]
+    fn prop_the_topic_of_each_signal_is_known_by_its_name() -> Result<(), Box<dyn std::error::Error>> {
+        for message in Messages::open(Path::new("recordings/sample-three-pulses.mcap"))?.take(100) {
+            let message = message?;
+            let schema = message.channel.schema.as_ref().map_or("", |schema| &schema.name);
+            let Some(message) = Message::decode(schema, &message.data)? else { continue };
+            let mut signals = Signals::default();
+            signals.add(&message);
+            for name in signals.names().filter(|_| message.topic().is_telemetry()) {
+                assert_eq!(topic_of_signal(name), Some(message.topic()), "{name}");
+            }
+        }
+        Ok(())
     }
 }

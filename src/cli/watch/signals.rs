@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::strip::Strip;
-use crate::wire::{Angles, Displacements, Energies, Loads, Message, Shadow, Stamp, Status};
+use crate::wire::{Angles, Displacements, Energies, Loads, Message, NodeState, Shadow, Stamp, Status, Topic};
 
 /// All signals by name.
 #[derive(Debug, Default)]
@@ -52,9 +52,14 @@ impl Signals {
             self.put(time_s, &name, "exact_x_m", node.exact_x_m);
         }
         if let Some(end) = all.nodes.last().filter(|_| self.has_slider) {
-            self.put(time_s, "slider", "x_m", Some(end.x_m));
-            self.put(time_s, "slider", "vx_m_per_s", Some(end.vx_m_per_s));
+            self.slider(time_s, end);
         }
+    }
+
+    /// Adds the values of the slider, which is the last node.
+    pub(super) fn slider(&mut self, time_s: f64, end: &NodeState) {
+        self.put(time_s, "slider", "x_m", Some(end.x_m));
+        self.put(time_s, "slider", "vx_m_per_s", Some(end.vx_m_per_s));
     }
 
     pub(super) fn loads(&mut self, loads: &Loads) {
@@ -140,6 +145,25 @@ impl Signals {
         let deflections = self.strips.iter().filter(|(name, _)| name.ends_with(".deflection_m"));
         let sizes = deflections.map(|(name, strip)| (name, size(strip)));
         sizes.max_by(|one, other| one.1.total_cmp(&other.1)).map(|(name, _)| name.clone())
+    }
+}
+
+/// The topic whose messages show whether there is a signal of this name, by the last part of the name; `None` if no telemetry has it.
+pub(super) fn topic_of_signal(name: &str) -> Option<Topic> {
+    let (of, what) = name.rsplit_once('.').unwrap_or(("", name));
+    match what {
+        "driving_torque_nm" | "resistance_n" | "guide_force_n" => Some(Topic::Loads),
+        "kinetic_j" | "strain_j" | "potential_j" | "work_in_j" | "dissipated_j" | "balance_error_j" | "energy_in_play_j" => {
+            Some(Topic::Energies)
+        }
+        // All others are signals of a link, a node, a joint or an element.
+        _ if of.is_empty() => None,
+        "chord_rad" | "rate_rad_per_s" | "acceleration_rad_per_s2" => Some(Topic::Angles),
+        // Loads show whether there is a slider.
+        "x_m" | "vx_m_per_s" if of == "slider" => Some(Topic::Loads),
+        "x_m" | "y_m" | "deflection_m" | "exact_x_m" => Some(Topic::Displacements),
+        "fx_n" | "fy_n" | "axial_n" | "shear_n" | "moment_start_nm" => Some(Topic::Loads),
+        _ => None,
     }
 }
 

@@ -8,6 +8,7 @@ use toml_edit::Document;
 
 use super::axis::{Axis, Levels};
 use super::sobol;
+use crate::repeated_table::repeated_table;
 use crate::scene::{builtin, toml_problem};
 use crate::shown::Shown;
 use crate::text_file;
@@ -145,12 +146,7 @@ impl Spec {
         if toml::from_str::<toml::Table>(text).is_ok_and(|table| is_scene(&table)) {
             return Err(SpecError::scene(origin));
         }
-        let raw: RawSpec = toml::from_str(text).map_err(|error| SpecError {
-            place: error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start)),
-            problem: repeated_table_problem(text, &error).or_else(|| no_list_problem(text, &error)).unwrap_or_else(|| {
-                error.span().map(|span| named(text, span)).unwrap_or_default() + &toml_problem(error.message())
-            }),
-        })?;
+        let raw: RawSpec = toml::from_str(text).map_err(|error| misread(origin, text, &error))?;
         raw.validate().map_err(|refused| SpecError { place: refused.place(origin, text), problem: refused.problem })
     }
 
@@ -194,12 +190,16 @@ fn named(text: &str, span: Range<usize>) -> String {
     }
 }
 
-/// The problem with a second `[name]`, where a campaign has a list of such tables.
-fn repeated_table_problem(text: &str, error: &toml::de::Error) -> Option<String> {
-    let start = error.span().filter(|_| error.message() == "duplicate key")?.start;
-    let line = from_line(text, start)?.trim_start();
-    let name = LISTS.into_iter().find(|name| line.starts_with(&format!("[{name}]")))?;
-    Some(format!("[{name}] is there twice: each entry of a list is a table [[{name}]]"))
+/// The refusal of a text that is no TOML or has other keys or values.
+fn misread(origin: &str, text: &str, error: &toml::de::Error) -> SpecError {
+    let repeated = repeated_table(text, (error.message(), error.span()), |name| LISTS.contains(&name));
+    let place = repeated.as_ref().map(|(place, _)| *place).or_else(|| error.span().map(|span| span.start));
+    let key = || error.span().map(|span| named(text, span)).unwrap_or_default();
+    let problem = repeated.map(|(_, problem)| problem).or_else(|| no_list_problem(text, error));
+    SpecError {
+        place: place.map_or(origin.to_owned(), |place| at_line(origin, text, place)),
+        problem: problem.unwrap_or_else(|| key() + &toml_problem(error.message())),
+    }
 }
 
 /// The problem with a table `[name]` or a value, where a campaign has a list of such tables.

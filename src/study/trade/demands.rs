@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::configuration::Configuration;
 use super::output_group::OutputGroup;
-use super::run::Failed;
+use super::reference::NoReference;
 
 /// Requirements on the choice.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,7 @@ pub enum Refusal {
     /// All that held both failed when they were verified.
     Verification(Unverified),
     /// The other run has no reference.
-    NoVerification(Failed),
+    NoVerification(NoReference),
     /// No configuration ran.
     Nothing,
 }
@@ -97,7 +97,7 @@ impl fmt::Display for Refusal {
                  by its slowest repeat; at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
             ),
             Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
-            Refusal::NoVerification(failed) => write!(f, "verification fails: no reference at another speed and pulse: {failed}"),
+            Refusal::NoVerification(none) => write!(f, "verification fails: no reference at another speed and pulse: {none}"),
             Refusal::Nothing => f.write_str("no configuration ran to its end"),
         }
     }

@@ -293,15 +293,66 @@ model = "modal"
 integrator = "esdirk"
 step_s = 0.001
 "#;
+    /// Crank and rod in line. The slider presses the rod beyond its buckling load, 25 N. Its other modes are damped too much to swing.
+    const BUCKLING: &str = r#"
+[crank]
+length_m = 0.12
+rigid = true
+mass_kg = 0.1
+
+[rod]
+length_m = 0.48
+section = { shape = "round", diameter_m = 0.008 }
+density_kg_per_m3 = 1410.0
+youngs_modulus_pa = 2.9e9
+damping_s = 1e-2
+
+[slider]
+mass_kg = 0.08
+resistance_n = 27.0
+
+[base]
+torsion_spring_nm_per_rad = 50.0
+
+[[pulse]]
+start_s = 0.0
+torque_nm = 1.0
+duration_s = 0.02
+
+[solver]
+model = "modal"
+integrator = "esdirk"
+step_s = 0.001
+"#;
     const UNTIL_S: f64 = 0.6;
     /// Stroke and peaks of a run; forces do not count.
     const SCALES: [f64; CHANNELS.len()] = [1.0, 0.24, 7.2e-6, 1.07e-2, 1.0, 1.0, 1.0];
 
     fn lab() -> Result<(Scene, Excitation), Box<dyn std::error::Error>> {
-        let scene = SceneSource::parse("lab.toml", LAB, &[])?.scene;
-        let grid = Grid::new(UNTIL_S, Some([4e-3].as_slice()))?;
+        excited(LAB, UNTIL_S, 4e-3)
+    }
+
+    /// A scene, and its vibrations in a run.
+    fn excited(text: &str, until_s: f64, interval_s: f64) -> Result<(Scene, Excitation), Box<dyn std::error::Error>> {
+        let scene = SceneSource::parse("scene.toml", text, &[])?.scene;
+        let grid = Grid::new(until_s, Some([interval_s].as_slice()))?;
         let excitation = Excitation::new(&scene, &grid, &SCALES, &OutputGroup::DEFAULT)?;
         Ok((scene, excitation))
+    }
+
+    /// The vibrations beyond a tolerance that a model of some resolution loses.
+    fn lost_by_model(
+        (scene, excitation): (&Scene, &Excitation),
+        (model, resolution): (ModelKind, usize),
+        tolerance: f64,
+    ) -> Result<Vec<String>, Box<dyn std::error::Error>> {
+        let links = &scene.chain().ok_or("no links")?.links;
+        let (rigid, axial) = (links.iter().map(|link| link.rigid).collect(), vec![Axial::OfScene(false); links.len()]);
+        let family = Family { model, integrator: IntegratorKind::Esdirk, resolution, rigid, axial };
+        let mut asked = Asked { scene, excitation, tolerance, until_s: UNTIL_S, models: Vec::new() };
+        let errors = asked.errors(&Configuration { family, step_s: 1e-3 }).ok_or("not known")?;
+        let by_model = errors.iter().filter(|error| error.lost == Some(Reason::Model));
+        Ok(by_model.map(|error| excitation.modes[error.mode].name.clone()).collect())
     }
 
     /// At some angles the rod stretches as it moves at others while the chain turns, whose ω is 0.
@@ -323,17 +374,24 @@ step_s = 0.001
     #[test]
     fn regress_the_vibrations_are_those_of_links_that_stretch_as_the_reference_does() -> Tested {
         let (scene, excitation) = lab()?;
-        let mut asked = Asked { scene: &scene, excitation: &excitation, tolerance: 1e-3, until_s: UNTIL_S, models: Vec::new() };
-        let mut lost = |model: ModelKind, resolution: usize| -> Option<Vec<String>> {
-            let (rigid, axial) = (vec![false; 2], vec![Axial::OfScene(false); 2]);
-            let family = Family { model, integrator: IntegratorKind::Esdirk, resolution, rigid, axial };
-            let errors = asked.errors(&Configuration { family, step_s: 1e-3 })?;
-            let by_model = errors.iter().filter(|error| error.lost == Some(Reason::Model));
-            Some(by_model.map(|error| excitation.modes[error.mode].name.clone()).collect())
-        };
-        assert_eq!(lost(ModelKind::FiniteElement, 8).ok_or("not known")?, Vec::<String>::new());
-        let without_stretching = lost(ModelKind::Modal, 4).ok_or("not known")?;
+        let lost = |model: ModelKind, resolution: usize| lost_by_model((&scene, &excitation), (model, resolution), 1e-3);
+        assert_eq!(lost(ModelKind::FiniteElement, 8)?, Vec::<String>::new());
+        let without_stretching = lost(ModelKind::Modal, 4)?;
         assert!(without_stretching.contains(&"rod stretching 2".to_owned()), "{without_stretching:?}");
+        Ok(())
+    }
+
+    /// The rod's buckling has the numbers 1 and 2 and is no vibration: a model with two modes vibrates in the one numbered 3.
+    #[test]
+    fn regress_a_model_that_buckles_has_the_modes_up_to_its_highest_number() -> Tested {
+        let (scene, excitation) = excited(BUCKLING, 0.1, 1e-3)?;
+        let lowest = excitation.modes.iter().find(|mode| mode.name.starts_with("rod bending")).ok_or("the rod does not bend")?;
+        assert_eq!(lowest.name, "rod bending 3");
+        for (modes, highest) in [(2, 3), (3, 4)] {
+            let lost = lost_by_model((&scene, &excitation), (ModelKind::Modal, modes), 0.0)?;
+            let is_lost = |number: usize| lost.contains(&format!("rod bending {number}"));
+            assert_eq!([highest, highest + 1].map(is_lost), [false, true], "{modes} modes: {lost:?}");
+        }
         Ok(())
     }
 }

@@ -48,7 +48,7 @@ pub use lost_modes::{LostModes, ModeError, Reason};
 pub use measured_level::MeasuredLevel;
 pub(crate) use output_group::STRAIGHT;
 pub use output_group::{CHANNELS, Channel, OutputGroup};
-pub use reference::{Reference, WELL_RESOLVED};
+pub use reference::{NoReference, Reference, WELL_RESOLVED};
 pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
@@ -128,8 +128,8 @@ pub enum TradeError {
     #[error("none of the models and integrators asked for suits this scene")]
     Nothing,
     /// There is no reference.
-    #[error("no reference: the finite-element model cannot run this scene: {0}")]
-    NoReference(Failed),
+    #[error("no reference: {0}")]
+    NoReference(NoReference),
 }
 
 /// Part of the budget that one run of the reference may take, nominally.

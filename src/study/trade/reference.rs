@@ -1,5 +1,7 @@
 //! The reference of all measurements: the finite-element model, refined until it agrees with itself.
 
+use std::fmt;
+
 use super::REFERENCE_PART;
 use super::configuration::{Axial, Configuration, Family};
 use super::effort::RunEffort;
@@ -42,13 +44,46 @@ pub struct Reference {
     pub(super) scales: [f64; CHANNELS.len()],
 }
 
+/// There is no reference: the finite-element model does not run the scene twice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoReference {
+    /// The instants, from which the steps of the reference follow.
+    grid: Grid,
+    /// Step of the last run that failed, s.
+    step_s: f64,
+    /// Whether the budget prevents shorter steps.
+    is_out_of_budget: bool,
+    /// Why that run failed.
+    failed: Failed,
+}
+
+impl fmt::Display for NoReference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let NoReference { grid, step_s, is_out_of_budget, failed } = self;
+        if let Failed::Build(refused) = failed {
+            return write!(f, "{refused}");
+        }
+        let (origin, remedy) = match (grid.has_few_instants(), *is_out_of_budget) {
+            (true, _) => (" that follows from --steps", "; try shorter --steps, which are in seconds without a unit"),
+            (false, true) => ("", "; try a longer --budget, which allows shorter steps"),
+            (false, false) => ("", ""),
+        };
+        let first_s = step_s_of_level(grid, 0);
+        write!(
+            f,
+            "the finite-element model, refined from a step of {first_s:e} s{origin}, still fails at {step_s:e} s{remedy}: \
+             {failed}"
+        )
+    }
+}
+
 impl Reference {
     /// Refines until two successive runs agree to `target` in `outputs`, or the next would take more than `share_s`. Cost is
     /// nominal, so that the reference is the same from run to run; on a slow or busy machine, the time of the last run counts
     /// too.
     ///
     /// # Errors
-    /// [`Failed`] if the finite-element model cannot run the scene even twice.
+    /// [`NoReference`] if the finite-element model cannot run the scene even twice.
     pub(super) fn converge(
         scene: &Scene,
         chain: &Chain,
@@ -56,12 +91,12 @@ impl Reference {
         wanted: (&[OutputGroup], f64),
         share_s: f64,
         progress: &mut dyn FnMut(&Configuration),
-    ) -> Result<Self, Failed> {
+    ) -> Result<Self, NoReference> {
         let (outputs, target) = wanted;
         let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
         let mut last_s = 0.0;
-        let mut failure =
-            Failed::from(BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() });
+        let untried = BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() };
+        let (mut step_s, mut failed, mut is_out_of_budget) = (step_s_of_level(grid, 0), Failed::from(untried), false);
         for k in 0..=REFINEMENTS {
             let configuration = level(chain, grid, k);
             // The share that a refinement needs by its nominal cost, and by the time of the last run.
@@ -71,6 +106,7 @@ impl Reference {
                     best.cut_short = needed_s[0] <= share_s;
                     best.finer_budget_s = Some(needed_s[0].max(needed_s[1]) / REFERENCE_PART);
                 }
+                is_out_of_budget = true;
                 break;
             }
             progress(&configuration);
@@ -80,8 +116,8 @@ impl Reference {
                     run
                 }
                 // A finer step may succeed where a coarse one fails.
-                Err(failed) => {
-                    failure = failed;
+                Err(failure) => {
+                    (step_s, failed) = (configuration.step_s, failure);
                     continue;
                 }
             };
@@ -95,7 +131,7 @@ impl Reference {
                 break;
             }
         }
-        best.ok_or(failure)
+        best.ok_or(NoReference { grid: *grid, step_s, is_out_of_budget, failed })
     }
 
     /// Errors of another run against the reference.
@@ -133,7 +169,11 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
         axial: Axial::of(chain),
     };
-    Configuration { family, step_s: tidy(grid.interval_s / (STEPS * 4_f64.powi(k as i32))) }
+    Configuration { family, step_s: step_s_of_level(grid, k) }
+}
+
+fn step_s_of_level(grid: &Grid, k: u32) -> f64 {
+    tidy(grid.interval_s / (STEPS * 4_f64.powi(k as i32)))
 }
 
 /// Approximate run time on a typical machine, s.
