@@ -33,6 +33,14 @@ pub(crate) fn discard_unfinished() -> [usize; 2] {
     counts
 }
 
+/// NAME.PROCESS.part in the nearest folder that exists, so that a refusal leaves no folder behind.
+pub(crate) fn part_in_nearest_folder(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let folder = path.ancestors().skip(1).find(|folder| folder.as_os_str().is_empty() || folder.is_dir());
+    folder.unwrap_or(Path::new("")).join(name)
+}
+
 /// The place of an unfinished file. Dropping it deletes the file.
 pub(crate) struct Unfinished(Option<TempPath>);
 

@@ -13,7 +13,8 @@ use common::{Listener, Outcome, Service, scene};
 use flexcrank::bus::{Topic, client};
 use flexcrank::recording::RecordedMessage;
 use flexcrank::resimulation::{
-    Change, Finding, LargestDifference, LossReason, RecordedSession, UnlikeMeshes, Verification, WhatIfOutcome, verify, what_if,
+    AddedPulse, Change, Finding, LargestDifference, LossReason, RecordedSession, UnlikeMeshes, Verification, WhatIfOutcome,
+    verify, what_if,
 };
 use flexcrank::runtime::Pace;
 use flexcrank::scene::{SceneSource, builtin};
@@ -108,6 +109,23 @@ fn regress_driving_torques_of_other_steps_are_compared_over_the_same_time() -> O
         // One more newton metre in the mean of the pulse is up to two at its peak.
         let difference_nm = torque_difference_nm(&file, &format!("{step_s}-pulse.mcap"), &[&step, "pulse.0.torque_nm=21"])?;
         assert!((1.5..=2.0).contains(&difference_nm), "{step_s}: {difference_nm:e}");
+    }
+    Ok(())
+}
+
+/// A pulse that takes effect between two of the longer steps begins there, and not with the next of them.
+#[test]
+fn regress_pulses_keep_their_instants_with_other_steps() -> Outcome {
+    let fine = scene(&["solver.step_s=5e-4"])?;
+    let (_, folder) = Service::start(fine, Pace::Max, Some(1.0), PublishRate::Hz(200.0))?.finish()?;
+    let [file, pulsed] = ["run.mcap", "pulsed.mcap"].map(|name| folder.path().join(name));
+    let pulses = vec![AddedPulse { start_s: 0.3005, torque_nm: 5.0, duration_s: 0.1 }];
+    what_if(&RecordedSession::open(&file)?, &Change { pulses, ..Change::default() }, &pulsed, &|_| {})?;
+    for step_s in ["1e-3", "2e-3", "5e-3"] {
+        let name = format!("{step_s}.mcap");
+        let difference_nm = torque_difference_nm(&pulsed, &name, &[&format!("solver.step_s={step_s}")])?;
+        assert!(difference_nm < 1e-9, "{step_s}: {difference_nm:e}");
+        assert_eq!(verify(&RecordedSession::open(&pulsed.with_file_name(&name))?, &|_, _| {})?.findings, [], "{step_s}");
     }
     Ok(())
 }

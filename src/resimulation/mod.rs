@@ -3,6 +3,7 @@
 mod best_level;
 mod change;
 mod channels;
+mod command_instant;
 mod deviation;
 mod difference;
 mod error;

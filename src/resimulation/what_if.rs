@@ -1,12 +1,13 @@
 //! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, SystemTime};
 
 use prost::Message as _;
 
 use super::ResimulationError;
 use super::change::{AddedPulse, Change};
+use super::command_instant::{keep_instant, step_of};
 use super::deviation::Deviation;
 use super::event::{decode, resets};
 use super::own_refusal::error_of_what_if;
@@ -21,7 +22,7 @@ use crate::recording::{
 };
 use crate::scene::{PulseShape, SceneSource};
 use crate::simulation::{Diverged, Effective, EnergyVerdict, PulseRefused, PulseRequest, Stamp};
-use crate::whole_file::Unfinished;
+use crate::whole_file::{Unfinished, part_in_nearest_folder};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, Message, Topic, applied_command};
 
 /// Settings of the new recording.
@@ -68,7 +69,7 @@ pub fn what_if(
     pulses.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     // Before any file is made.
     let first = change.beginning(source, pulses.first())?;
-    let part = unfinished_path(path);
+    let part = part_in_nearest_folder(path);
     let unfinished = Unfinished::at(part.clone()).map_err(RecordingError::new_file(path))?;
     let computed = compute(source, (change, pulses, first), &part, progress);
     let mut outcome = computed.map_err(|failed| failed.of_file(&part, path))?;
@@ -76,14 +77,6 @@ pub fn what_if(
     unfinished.finish(path, true).map_err(RecordingError::new_file(path))?;
     outcome.written.iter_mut().for_each(|written| written.path = path.to_owned());
     Ok(outcome)
-}
-
-/// The place of the unfinished file: in the nearest folder that exists, so that a refusal leaves no folder behind.
-fn unfinished_path(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let folder = path.ancestors().skip(1).find(|folder| folder.as_os_str().is_empty() || folder.is_dir());
-    folder.unwrap_or(Path::new("")).join(name)
 }
 
 /// `pulses`: those added, in order; `first`: the number of messages before the checkpoint to start from.
@@ -219,7 +212,10 @@ impl Attempt<'_> {
         }
         // Steps of another size are matched by time.
         let steps = self.resimulator.steps_at(stamp.epoch, stamp.sim_time_s);
-        let step = if ours { steps.round() } else { (steps - 1e-6).ceil().max(0.0) };
+        let step = match &event {
+            Message::Commands(command) => step_of(command, steps),
+            _ => steps.round(),
+        };
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
             return Ok(());
         }
@@ -295,6 +291,7 @@ impl Attempt<'_> {
             return self.record_change(command, (effective, changed_j), message);
         }
         let mut command = command.clone();
+        keep_instant(&mut command, self.resimulator.simulation());
         if let Some(applied_command::Command::Advance(advance)) = &mut command.command {
             advance.steps = self.steps_as_long(advance.steps);
             if advance.steps == 0 {
