@@ -35,11 +35,11 @@ Examples:
 Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
-The scene is run over 2 s, a second after its last pulse, or two turns of its drive, for at most 20,000 steps or 2 s of computing: \
-    that shows the cost of a step on this machine and the balance of energies. The step error is the largest difference of the first \
-    link's angle from such a run with half the step, without the model's own error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
+The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for at most \
+    20,000 steps or 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The step error \
+    is the largest difference of the first link's angle from such a run with half the step, without the model's own error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
     which a link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
-    error. Such a run takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance; `trade` measures which \
+    error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance; `trade` measures which \
     step suffices.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \

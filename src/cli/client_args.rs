@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::bus_args::BusArgs;
 use super::failure::{CommandResult, Failure};
-use super::signals::interruption_leaves;
+use super::signals::{interruption_leaves, interruption_leaves_nothing};
 use super::values::{positive_time, seconds};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::recording::begins_as_mcap;
@@ -26,13 +26,27 @@ pub(super) struct ClientArgs {
 }
 
 impl ClientArgs {
-    /// Opens a session on which the service is present.
+    /// Opens a session on which the service is present, to send it something.
     pub(super) fn open(&self, name: &Name) -> CommandResult<Session> {
+        interruption_leaves("nothing was sent".to_owned());
+        self.open_present(name)
+    }
+
+    /// Opens a session on which the service is present, to read from it.
+    pub(super) fn open_to_read(&self, name: &Name) -> CommandResult<Session> {
+        interruption_leaves_nothing();
+        self.open_present(name)
+    }
+
+    fn open_present(&self, name: &Name) -> CommandResult<Session> {
         self.refuse_time_as_name(name)?;
-        self.waiting_for(&format!("`{name}`"), || self.try_open(name)).map_err(|absent| {
-            let file = file_hint(&name.to_string());
-            file.map_or(absent, |hint| Failure::Usage(format!("{name}: not a service, but {hint}")))
-        })
+        if let Some(hint) = file_hint(&name.to_string()) {
+            return self.try_open(name).map_err(|absent| match may_appear(&absent) {
+                true => Failure::Usage(format!("{name}: not a service, but {hint}")),
+                false => absent.into(),
+            });
+        }
+        self.waiting_for(&format!("`{name}`"), || self.try_open(name))
     }
 
     /// Refuses a name that was meant as the time to wait: `--wait 3s`.
@@ -47,7 +61,6 @@ impl ClientArgs {
     /// Tries until it succeeds, or fails for a reason that waiting does not mend, or the time to wait is over.
     pub(super) fn waiting_for<T>(&self, awaited: &str, attempt: impl Fn() -> Result<T, BusError>) -> CommandResult<T> {
         let (begun, longest_s) = (Instant::now(), self.wait.map(|given_s| given_s.unwrap_or(USUAL_WAIT_S)));
-        interruption_leaves("nothing was sent".to_owned());
         loop {
             match (attempt(), longest_s) {
                 (Err(error), Some(wait_s)) if may_appear(&error) => {

@@ -7,6 +7,7 @@ use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::print_json;
+use super::signals::interruption_leaves_nothing;
 use super::status_line::state_word;
 use crate::bus::client::{self, Described};
 use crate::bus::{self, BusError, BusOptions};
@@ -48,6 +49,7 @@ struct Listed {
 }
 
 pub(super) fn list(args: &Args) -> CommandResult {
+    interruption_leaves_nothing();
     let described = args.client.waiting_for("a service", || described(&args.client.bus.options()))?;
     let services: Vec<Listed> = described.into_iter().map(Listed::from).collect();
     if args.json {

@@ -255,7 +255,7 @@ impl Args {
 fn live(args: &Args, name: &Name) -> CommandResult {
     // While it waits for the service, a signal ends it.
     let _waiting = Interruption::watch()?;
-    let session = args.client.open(name)?;
+    let session = args.client.open_to_read(name)?;
     let answer = client::modes(&session, name, args.count, PATIENCE);
     bus::close(&session)?;
     let answer = answer?;

@@ -6,7 +6,7 @@ use super::failure::{CommandResult, Failure};
 use super::sample_intervals::regular_s;
 use super::turning::coarse_turning;
 use super::vibration_sampling::rare_samples;
-use crate::plot::{self, Figure, Named, PlotError, SIMULATED_TIME};
+use crate::plot::{self, Figure, Format, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
 use crate::scene::{ModelKind, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
@@ -38,7 +38,7 @@ impl Source {
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = has_extension_of_recordings(path) || begins_as_mcap(path);
-        if let Some(hint) = scene_hint(path) {
+        if let Some(hint) = scene_hint(path).or_else(|| picture_hint(path).filter(|_| !recorded)) {
             return Err(Failure::Failed(format!("{}: neither a recording nor a table, but {hint}", path.display())));
         }
         let (mut tables, whole) = if recorded {
@@ -165,6 +165,12 @@ impl Source {
 
 fn has_extension_of_recordings(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+}
+
+/// The words for a picture that was given in place of its numbers.
+fn picture_hint(path: &Path) -> Option<String> {
+    let is_picture = path.is_file() && Format::of(path).is_some();
+    is_picture.then(|| "a picture: name the file that it shows".to_owned())
 }
 
 /// Reads a CSV table. The refusal of a Parquet table names the commands that draw it, or write CSV.

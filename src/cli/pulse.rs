@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use clap_complete::engine::ArgValueCandidates;
 
+use super::aligned_table::figure;
 use super::client_args::ClientArgs;
 use super::completions;
 use super::exit_status::ExitStatus;
@@ -14,11 +15,14 @@ use super::output::{output, print_json};
 use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
 use super::signals::interruption_leaves;
-use super::values::{pulse_delay, pulse_duration, torque};
+use super::values::{GivenDuration, pulse_delay, pulse_duration, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 use crate::wire;
+
+/// Pulses are rarely as long, s: a duration of this size without a unit may be meant in ms.
+const LONG_S: f64 = 10.0;
 
 /// Both forms: a pulse needs torque and duration.
 pub(super) const USAGE: &str = "\
@@ -48,7 +52,7 @@ pub(super) struct Args {
     pub torque: Option<f64>,
     /// Duration.
     #[arg(long, value_name = "TIME", requires = "torque", value_parser = pulse_duration)]
-    pub duration: Option<f64>,
+    pub duration: Option<GivenDuration>,
     /// Send the pulses of a CSV file one after another; columns torque_nm, duration_s, and optionally delay_s, shape, id.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "delay", "shape", "id"])]
     pub from: Option<PathBuf>,
@@ -88,14 +92,21 @@ pub(super) fn pulse(args: Args) -> CommandResult {
     if let Some(file) = &args.from {
         return sequence(&args, file);
     }
+    args.duration.and_then(long_without_unit).iter().for_each(|warning| say!("warning: {warning}"));
     let request = PulseRequest {
         torque_nm: args.torque.unwrap_or_default(),
-        duration_s: args.duration.unwrap_or_default(),
+        duration_s: args.duration.map_or(0.0, |given| given.duration_s),
         delay_s: args.delay,
         shape: args.shape.into(),
     };
     let message = wire::pulse_message(&args.id.clone().unwrap_or_else(fresh_id), &request);
     send_and_print(&args.client, &args.name, args.json, |session| Ok(client::pulse(session, &args.name, &message)?))
+}
+
+/// A warning of a long duration without a unit.
+fn long_without_unit(GivenDuration { duration_s, is_bare }: GivenDuration) -> Option<String> {
+    let given = figure(duration_s);
+    (is_bare && duration_s >= LONG_S).then(|| format!("--duration {given} has no unit: that is {given} s"))
 }
 
 /// Sends the pulses of a file in order; stops at the first refusal.
@@ -126,4 +137,19 @@ fn send_all(session: &Session, args: &Args, pulses: &[ListedPulse]) -> CommandRe
         }
     }
     Ok(ExitStatus::Success)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_long_duration_without_a_unit_is_suspect() {
+        let warning = |text: &str| pulse_duration(text).map(long_without_unit);
+        assert_eq!(warning("100"), Ok(Some("--duration 100 has no unit: that is 100 s".to_owned())));
+        for text in ["100s", "100ms", "0.1", "9.9", "2min"] {
+            assert_eq!(warning(text), Ok(None), "{text}");
+        }
+        assert!(warning("7200").is_err());
+    }
 }

@@ -36,6 +36,11 @@ pub(super) fn interruption_leaves(what: String) {
     *left() = Some(what);
 }
 
+/// An interruption from now on leaves nothing.
+pub(super) fn interruption_leaves_nothing() {
+    interruption_leaves(String::new());
+}
+
 /// An interruption from now on leaves files, if any.
 pub(super) fn interruption_leaves_files() {
     *left() = None;
@@ -94,6 +99,7 @@ fn end() -> ! {
         let _ = io::stderr().write_all(b"\r\x1b[K");
     }
     match (discard_unfinished(), left().as_deref()) {
+        (_, Some("")) => say_reason!("interrupted"),
         (_, Some(what)) => say_reason!("interrupted: {what}"),
         ([0, _], None) => say_reason!("interrupted: nothing was written"),
         ([finished, _], None) => say_reason!("interrupted: {} written, the rest not", counted(finished as u64, "file")),

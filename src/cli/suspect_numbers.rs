@@ -3,12 +3,24 @@
 use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
-use crate::scene::{Bar, Chain, End, Link, Scene, SceneSource, builtin};
+use crate::scene::{Bar, Chain, Drive, End, Link, Motion, Scene, SceneSource, builtin};
 
 /// Links are rarely this many times as long as one another.
 const LENGTH_RATIO: f64 = 100.0;
 /// No crank of an engine or a machine with a slider is longer, m: the largest engines have 1.7 m.
 const LONGEST_CRANK_M: f64 = 10.0;
+/// No boom or blade is longer, m.
+const LONGEST_LINK_M: f64 = 300.0;
+/// Shorter links may be as thin as a wire, m.
+const LONGEST_WIRE_M: f64 = 20.0;
+/// Longer links are rarely this many times as long as their section is thick.
+const THICKNESS_RATIO: f64 = 1000.0;
+/// Angles that are all whole multiples of this are rarely radians.
+const ROUND_DEGREES: f64 = 5.0;
+/// Such angles are smaller in a table that may be in radians, rad.
+const FEW_DEGREES: f64 = 30.0;
+/// Torque that acts for longer is rarely called a pulse, s.
+const LONGEST_PULSE_S: f64 = 30.0;
 /// No material is softer, Pa: the softest foams have this modulus.
 const SOFTEST_PA: f64 = 1e4;
 /// Waves √(E/ρ) are not slower in solids that links are made of, m/s: rubber has 30 m/s and more, and steel 5000 m/s, which is
@@ -46,19 +58,26 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
-    let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain));
+    let long_link = || chain.links.iter().find_map(long_link);
+    let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain)).or_else(long_link);
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
-    of_links.chain(of_lengths).chain(of_gravity).chain(many_turns(chain.start.angle_rad)).collect()
+    let of_angles = many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive));
+    of_links.chain(of_lengths).chain(of_gravity).chain(of_angles).chain(long_pulses(&scene.drive)).collect()
 }
 
-/// A warning of a section that is thicker than its link is long, as with sizes in mm. A section without a shape counts as
-/// a rectangle: one of the height h has the second moment of area `A h²/12`.
-fn no_slender_bar(link: &Link) -> Option<String> {
+/// The thickness of the section of a flexible link, m, after a word that says whether it is exact. A section without a shape
+/// counts as a rectangle: one of the height h has the second moment of area `A h²/12`.
+fn thickness(link: &Link) -> Option<(&'static str, f64)> {
     let bar = link.bar.filter(|_| !link.rigid)?;
-    let (about, height_m) = match bar.extreme_fibre_m {
+    Some(match bar.extreme_fibre_m {
         Some(fibre_m) => ("", 2.0 * fibre_m),
         None => ("some ", (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt()),
-    };
+    })
+}
+
+/// A warning of a section that is thicker than its link is long, as with sizes in mm.
+fn no_slender_bar(link: &Link) -> Option<String> {
+    let (about, height_m) = thickness(link)?;
     let [height, length] = [height_m, link.length_m].map(figure);
     let warning = || {
         let name = link.name.as_str();
@@ -130,6 +149,20 @@ fn long_crank(chain: &Chain) -> Option<String> {
     (crank.length_m > LONGEST_CRANK_M).then(warning)
 }
 
+/// A warning of a link that is longer than any, or than a bar of its section, as with a length in mm.
+fn long_link(link: &Link) -> Option<String> {
+    let [name, given, meant] = [link.name.as_str().to_owned(), figure(link.length_m), figure(1e-3 * link.length_m)];
+    let times = thickness(link).map_or(0.0, |(_, height_m)| link.length_m / height_m);
+    let why = if link.length_m > LONGEST_LINK_M {
+        "longer than any boom or blade".to_owned()
+    } else if link.length_m > LONGEST_WIRE_M && times > THICKNESS_RATIO {
+        format!("{times:.0} times the thickness of its section")
+    } else {
+        return None;
+    };
+    Some(format!("{name}.length_m = {given} is {why}: lengths are in m, and {given} mm is {meant}"))
+}
+
 /// Warnings of gravity that is far stronger than on Earth, as in mm/s².
 fn strong_gravity(gravity_m_per_s2: [f64; 2]) -> impl Iterator<Item = String> {
     let times = |given: f64| given.abs() / EARTH_M_PER_S2;
@@ -147,6 +180,29 @@ fn many_turns(angle_rad: f64) -> Option<String> {
         format!("start.angle_rad = {} is {turns:.1} turns: angles are in radians", figure(angle_rad))
     };
     (angle_rad.abs() > TAU).then(warning)
+}
+
+/// A warning of a table of the drive that begins beyond a full turn, or whose angles are as round and large as degrees.
+fn table_in_degrees(drive: &Drive) -> Option<String> {
+    let Drive::Motion(Motion::Table(rows)) = drive else { return None };
+    let [_, first_rad] = rows.first()?;
+    let largest_rad = rows.iter().map(|[_, angle_rad]| angle_rad.abs()).fold(0.0, f64::max);
+    let is_round = rows.iter().all(|[_, angle_rad]| angle_rad % ROUND_DEGREES == 0.0);
+    let warning = || {
+        let turns = largest_rad / TAU;
+        format!("drive.table reaches {} rad, {turns:.1} turns: angles are in radians", figure(largest_rad))
+    };
+    (first_rad.abs() > TAU || (is_round && largest_rad >= FEW_DEGREES)).then(warning)
+}
+
+/// Warnings of pulses that last long, as with a duration in ms.
+fn long_pulses(drive: &Drive) -> impl Iterator<Item = String> {
+    let pulses = if let Drive::Torque { pulses, .. } = drive { &pulses[..] } else { &[] };
+    let long = pulses.iter().enumerate().filter(|(_, pulse)| pulse.duration_s > LONGEST_PULSE_S);
+    long.map(|(index, pulse)| {
+        let [given, meant] = [pulse.duration_s, 1e-3 * pulse.duration_s].map(figure);
+        format!("pulse.{index}.duration_s = {given} is long for a pulse: times are in s, and {given} ms is {meant}")
+    })
 }
 
 #[cfg(test)]
@@ -199,7 +255,7 @@ mod tests {
         ] {
             assert_eq!(warnings("crank-slider", &[given])?, [warning]);
         }
-        let large = ["rod.length_m=40", "start.angle_rad=-6.28", "gravity.y_m_per_s2=-98"];
+        let large = ["rod.length_m=20", "start.angle_rad=-6.28", "gravity.y_m_per_s2=-98"];
         assert_eq!(warnings("crank-slider", &large)?, [""; 0]);
         let both = warnings("crank-slider", &["rod.youngs_modulus_pa=70", "rod.density_kg_per_m3=2.7"])?;
         assert!(both.len() == 2 && both[0].ends_with("70 GPa is 70e9") && both[1].ends_with("2.7 g/cm³ is 2700"), "{both:?}");
@@ -216,8 +272,46 @@ mod tests {
         let both = warnings("crank-slider", &["crank.length_m=50", "rod.length_m=250"])?;
         let warning = "crank.length_m = 50 is longer than the crank of any engine: lengths are in m, and 50 mm is 0.05";
         assert_eq!(both, [warning]);
-        assert_eq!(warnings("crank-slider", &["crank.length_m=10", "rod.length_m=40"])?, [""; 0]);
+        assert_eq!(warnings("crank-slider", &["crank.length_m=10", "rod.length_m=20"])?, [""; 0]);
         assert_eq!(warnings("thesis-beam", &["beam.length_m=60"])?, [""; 0], "a boom or a blade");
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_beam_in_mm_is_suspect() -> Result<(), SceneError> {
+        for (given, warning) in [
+            (
+                &["beam.length_m=850"][..],
+                "beam.length_m = 850 is longer than any boom or blade: lengths are in m, and 850 mm is 0.85",
+            ),
+            (
+                &["beam.length_m=50", "beam.area_m2=1e-4", "beam.second_moment_m4=8.333e-10"],
+                "beam.length_m = 50 is 5000 times the thickness of its section: lengths are in m, and 50 mm is 0.05",
+            ),
+        ] {
+            assert_eq!(warnings("thesis-beam", given)?, [warning]);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_table_of_the_drive_in_degrees_is_suspect() -> Result<(), SceneError> {
+        let with = |table: &str| warnings("thesis-compressor", &[format!("drive={{table={table}}}").as_str()]);
+        let reaches = |angle: &str, turns: &str| format!("drive.table reaches {angle} rad, {turns} turns: angles are in radians");
+        assert_eq!(with("[[0, 0], [2, 90], [4, 90]]")?, [reaches("90", "14.3")]);
+        assert_eq!(with("[[0, 180], [5, 180], [10, 180]]")?, [reaches("180", "28.6")]);
+        assert_eq!(with("[[0, 7.5], [1, -12.5]]")?, [reaches("12.5", "2.0")], "begins beyond a full turn");
+        for radians in ["[[0, 0], [2, 1.5708]]", "[[0, 0], [1, 5], [2, 10]]", "[[0, 0], [10, 1570.8]]"] {
+            assert_eq!(with(radians)?, [""; 0], "{radians}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_pulse_in_ms_is_suspect() -> Result<(), SceneError> {
+        let warning = "pulse.0.duration_s = 300 is long for a pulse: times are in s, and 300 ms is 0.3";
+        assert_eq!(warnings("crank-slider", &["pulse.0.duration_s=300"])?, [warning]);
+        assert_eq!(warnings("crank-slider", &["pulse.0.duration_s=30"])?, [""; 0]);
         Ok(())
     }
 

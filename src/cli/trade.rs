@@ -58,7 +58,9 @@ Columns (all with --wide, --csv and --json; without these, FE is finite-element,
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
     against the next longer step, mesh the one against the next coarser mesh. corr. is there with --fixed-cost. `*` marks the front: no other \
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
-    less than ten times as large.
+    less than ten times as large. In --csv and --json, reference_error is that uncertainty in the output that error is of, and \
+    error_is_bound is 1 for `<`: error is then an upper bound. reference_ten_times_better is 1 if no output that counts has either \
+    mark. In the picture, triangles stand for `<` and rings for `~`.
 
 Vibrations, after the table, are those without damping, numbered by frequency. energy is the mean part of a mode in the energy of \
     all vibrations, moving the same of what moves, output the most by which its vibration changes an output that counts: for forces, \
@@ -114,7 +116,8 @@ pub(super) struct Args {
     /// Modes for modal, of the slowest link; the other links get those up to the same frequency.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
-    /// Simulated duration. Default: 2 s, or a second after the last pulse, or two turns of a prescribed motion.
+    /// Simulated duration. Default: 2 s, a second after the last pulse, two turns of a prescribed motion, or to the last row of
+    /// drive.table; a ringing after that needs --until.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     until: Option<f64>,
     /// Outputs whose errors count; energy counts over ten minutes with --tolerance.

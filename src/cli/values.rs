@@ -58,10 +58,20 @@ pub(super) fn hold(text: &str) -> Result<f64, String> {
     time_within(text, SHORTEST_HOLD_S, LONGEST_HOLD_S, "1us to 60s")
 }
 
-/// The duration of a pulse, s. Its limits are those of [`PulseRequest::check`](crate::simulation::PulseRequest::check), as those of its
+/// A duration as it was given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GivenDuration {
+    /// In seconds.
+    pub duration_s: f64,
+    /// Whether it was a number alone.
+    pub is_bare: bool,
+}
+
+/// The duration of a pulse. Its limits are those of [`PulseRequest::check`](crate::simulation::PulseRequest::check), as those of its
 /// delay.
-pub(super) fn pulse_duration(text: &str) -> Result<f64, String> {
-    time_within(text, 1e-9, 3600.0, "1ns to 1h")
+pub(super) fn pulse_duration(text: &str) -> Result<GivenDuration, String> {
+    let duration_s = time_within(text, 1e-9, 3600.0, "1ns to 1h")?;
+    Ok(GivenDuration { duration_s, is_bare: finite(text).is_some() })
 }
 
 /// The delay of a pulse, s.

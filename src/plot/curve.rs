@@ -10,13 +10,14 @@ const RESOLUTION: f64 = 0.4;
 /// Strokes and gaps of [`Mark::Line`] and of [`Mark::Dashes`], px: of the first curve of a colour, and of later ones.
 const LINES: [&str; 4] = ["", "16 3 3 3", "3 3", "16 3 3 3 3 3"];
 const DASHES: [&str; 4] = ["6 4", "6 3 1.5 3", "1.5 3", "6 3 1.5 3 1.5 3"];
-/// Width of the ring that stands for every other point of one colour, px.
-const RING: f64 = 1.2;
+/// Width of the stroke of hollow markers, px.
+const HOLLOW_STROKE: f64 = 1.2;
 
 /// Draws a curve into a frame.
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, series: &Series, colour: Colour) {
-    if series.mark == Mark::Points {
-        series.points().filter_map(|point| frame.at(point)).for_each(|at| mark_point(canvas, at, POINT_RADIUS, colour));
+    if matches!(series.mark, Mark::Points | Mark::Rings | Mark::Triangles) {
+        let points = series.points().filter_map(|point| frame.at(point));
+        points.for_each(|at| draw_marker(canvas, at, POINT_RADIUS, series.mark, colour));
         return;
     }
     for run in runs(series, frame) {
@@ -27,17 +28,29 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, series: &Series, colour: 
 /// Draws the sample of a curve in a legend, from `[x, y]` rightwards.
 pub(super) fn draw_sample(canvas: &mut Canvas, [x, y]: [f64; 2], length_px: f64, mark: Mark, colour: Colour) {
     match mark {
-        Mark::Points => mark_point(canvas, [x + length_px - POINT_RADIUS, y], 1.2 * POINT_RADIUS, colour),
-        _ => stroke(canvas, &[[x, y], [x + length_px, y]], mark, colour),
+        Mark::Points | Mark::Rings | Mark::Triangles => {
+            draw_marker(canvas, [x + length_px - POINT_RADIUS, y], 1.2 * POINT_RADIUS, mark, colour);
+        }
+        Mark::Line | Mark::Wide | Mark::Dashes => stroke(canvas, &[[x, y], [x + length_px, y]], mark, colour),
     }
 }
 
-/// A point, or a ring where another curve's points have the colour.
-fn mark_point(canvas: &mut Canvas, at: [f64; 2], radius_px: f64, colour: Colour) {
-    canvas.circle(at, radius_px, colour);
-    if colour.alike() % 2 == 1 {
-        canvas.circle(at, radius_px - RING, WHITE);
+/// Draws the marker of one point. A dot becomes a ring where another curve's points have its colour.
+pub(super) fn draw_marker(canvas: &mut Canvas, at: [f64; 2], radius_px: f64, mark: Mark, colour: Colour) {
+    if mark == Mark::Triangles {
+        return canvas.line(&triangle(at, radius_px), colour, HOLLOW_STROKE, "");
     }
+    canvas.circle(at, radius_px, colour);
+    if mark == Mark::Rings || colour.alike() % 2 == 1 {
+        canvas.circle(at, radius_px - HOLLOW_STROKE, WHITE);
+    }
+}
+
+/// A triangle on its tip, some larger than a dot of this radius, as a closed line.
+fn triangle([x, y]: [f64; 2], radius_px: f64) -> [[f64; 2]; 4] {
+    let [half_width, above, below] = [1.3, 0.9, 1.4].map(|part| part * radius_px);
+    let first = [x - half_width, y - above];
+    [first, [x + half_width, y - above], [x, y + below], first]
 }
 
 fn strokes(mark: Mark, colour: Colour) -> &'static str {

@@ -17,6 +17,8 @@ pub struct Figure {
     pub bands: Vec<Band>,
     /// Points that are numbered in place and listed beside the panel, joined by a line.
     pub numbered: Vec<Numbered>,
+    /// Marks that the legend explains, in grey: each stands for the same in every colour.
+    pub explained: Vec<(Mark, String)>,
     /// Files whose curves lie over one another, each labelled with its file, in the order of their colours. One legend above all
     /// panels names those that are shown, also a single one.
     pub files: Vec<String>,
@@ -47,6 +49,8 @@ pub struct Numbered {
     pub at: [f64; 2],
     /// The curve whose colour it has.
     pub series: usize,
+    /// Its marker; a dot unless it is a hollow one.
+    pub mark: Mark,
     /// Two lines of the list: name and details.
     pub lines: [String; 2],
 }
@@ -99,8 +103,12 @@ pub enum Mark {
     Wide,
     /// A dashed line, for a curve that may lie on another.
     Dashes,
-    /// A marker at every point.
+    /// A dot at every point.
     Points,
+    /// A ring at every point.
+    Rings,
+    /// A hollow triangle on its tip at every point, for values that are upper bounds.
+    Triangles,
 }
 
 impl Figure {

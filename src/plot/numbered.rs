@@ -1,6 +1,7 @@
 //! Numbered points: a badge beside each in its panel, and the list beside the panel.
 
 use super::canvas::{Align, Canvas};
+use super::curve::draw_marker;
 use super::figure::Numbered;
 use super::frame::Frame;
 use super::lettering::fitted_em;
@@ -33,7 +34,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, list: &[Numbered]) {
         if let Some(at) = point {
             let centre = place(frame, at, &shown, &badges);
             canvas.line(&[at, centre], colour, 1.0, "");
-            canvas.circle(at, POINT_RADIUS + 1.0, colour);
+            draw_marker(canvas, at, POINT_RADIUS + 1.0, entry.mark, colour);
             draw_badge(canvas, centre, number + 1, colour);
             badges.push(Badge { point: at, centre });
         }

@@ -50,8 +50,13 @@ fn without_curves(figure: &Figure, files: &[String]) -> Figure {
     }
 }
 
-/// Adds the curves of the file at `place` to the panels of their signals.
+/// Adds the curves of the file at `place` to the panels of their signals, and the marks that its figure explains.
 fn add_curves(overlay: &mut Figure, figure: &Figure, place: usize) {
+    for explained in &figure.explained {
+        if !overlay.explained.contains(explained) {
+            overlay.explained.push(explained.clone());
+        }
+    }
     for (panel, series) in figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
         let y = panel.y.of(&series.label);
         let at = overlay.panels.iter().position(|other| other.y == y).unwrap_or_else(|| {

@@ -30,7 +30,7 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
     if let Some(table) = topic("displacements") {
         figures.extend(ends(table, has_slider(topics)));
         let axis = Axis::new("deflection", "m");
-        figures.push(over_time(DEFLECTIONS, "Largest deflections from the chord", table, axis, deflections(table)));
+        figures.push(over_time(DEFLECTIONS, "Deflections from the chord", table, axis, deflections(table)));
     }
     if let Some(table) = topic("loads") {
         let torque = table.column("driving_torque_nm").map(|values| (String::new(), values)).into_iter().collect();

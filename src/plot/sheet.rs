@@ -7,7 +7,7 @@ use super::legend::{Legend, SAMPLE};
 use super::numbered;
 use super::output::Picture;
 use super::style::sheet::{BELOW, EDGE, RIGHT, TOP, WIDTH};
-use super::style::{Colour, text};
+use super::style::{Colour, GREY, text};
 use super::{band, curve};
 
 /// Height of the frame of one panel, least height of one of several, and the height that several share, px.
@@ -39,11 +39,13 @@ impl Picture for Figure {
         let colour = |label: &str| Colour::curve(labels.iter().position(|other| *other == label).unwrap_or_default());
         let (mut frames, mut legends) = (self.frames(&panels), Vec::new());
         let (mut top, mut before) = (TOP, Vec::new());
-        let mut of_all_panels = [self.shown_files(&panels), band::labels(&self.bands)].concat();
+        let explained: Vec<&str> = self.explained.iter().map(|(_, label)| label.as_str()).collect();
+        let mut of_all_panels = [self.shown_files(&panels), band::labels(&self.bands), explained].concat();
         for (panel, frame) in panels.iter().zip(&mut frames) {
-            let own: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+            let mut own: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+            own.dedup();
             let shown = if self.files.is_empty() && own.len() > 1 && own != before { own.as_slice() } else { &[] };
-            // The legend of the first panel explains files and bands of all.
+            // The legend of the first panel explains files, bands and marks of all.
             let shown = [shown, &std::mem::take(&mut of_all_panels)].concat();
             let legend = Legend::new(&shown, frame.left, WIDTH - EDGE);
             frame.top = top + legend.height();
@@ -62,9 +64,11 @@ impl Picture for Figure {
             }
             legend.draw(&mut canvas, frame.top - legend.height() - 4.0, |canvas, entry, at| {
                 let mut curves = panel.series.iter().chain(panels.iter().flat_map(|panel| &panel.series));
-                match curves.find(|series| series.label == shown[entry]) {
-                    Some(series) => curve::draw_sample(canvas, at, SAMPLE, series.mark, colour(&series.label)),
-                    None => band::draw_sample(canvas, at, &self.bands, shown[entry]),
+                let explained = self.explained.iter().find(|(_, label)| label == shown[entry]);
+                match (curves.find(|series| series.label == shown[entry]), explained) {
+                    (Some(series), _) => curve::draw_sample(canvas, at, SAMPLE, series.mark, colour(&series.label)),
+                    (None, Some((mark, _))) => curve::draw_sample(canvas, at, SAMPLE, *mark, GREY),
+                    (None, None) => band::draw_sample(canvas, at, &self.bands, shown[entry]),
                 }
             });
         }

@@ -48,14 +48,14 @@ pub(super) struct StepTerms {
 /// error of the rigid chain grows or fades: at a dead centre that the crank barely passes, by orders of magnitude. `e^{Ah}` stands while
 /// the links turn by a hundredth of a radian and their rates change by a twentieth ([`CarriedTurn`]). An open chain of two links has two
 /// such turns, whose errors grow together as it tumbles. A corner in the table of the slider's resistance, which no smooth error term
-/// sees, adds its own error to the rate of the rotation. Errors of ESDIRK are changes from step to step, which cancel in it where vibration is not resolved;
-/// there the first one shows more.
+/// sees, adds its own error to the rate of the rotation. Errors of ESDIRK are changes from step to step, which cancel in it where
+/// vibration is not resolved; there the first one shows more.
 ///
 /// **What it is good for.** It is an estimate of size, not a bound. Of the default scene and R2s, over 2 s, from 1e-2 to 1e-7 rad, it was
-/// 0.4 to 3.1 of the true error, but for finite elements with ESDIRK: there 0.4 to 6.6 on R2s and 0.9 to 21 on the default scene, whose
-/// vibration no step resolved. Of an open chain that tumbles it was 0.08 to 18, least with ESDIRK where vibration is not resolved, and of a
-/// table of resistance whose corners are passed quickly 0.2 to 7. `tests/damped/estimate.rs` measures that. It knows nothing of the
-/// model's own error, and nothing of chaos.
+/// 0.4 to 3.1 of the true error, but for finite elements with ESDIRK: there 0.4 to 6.6 on R2s and 0.9 to 23 on the default scene, whose
+/// vibration no step resolved. From 1e-5 rad on, it was 0.08 to 18 of an open chain that tumbles, and least where vibration is not
+/// resolved; of a table of resistance whose corners are passed quickly, 0.2 to 7. `tests/damped/estimate.rs` measures that. It knows
+/// nothing of the model's own error, and nothing of chaos.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// Errors of the first link's chord angle, magnitudes summed, rad.
@@ -87,8 +87,7 @@ impl ErrorEstimate {
         self.last_step_rad = 0.0;
     }
 
-    /// Adds one more part of a step, of `h_s`, by its terms. The rotation's error is carried along where
-    /// the chain turns freely.
+    /// Adds one more part of a step, of `h_s`, by its terms. The rotation's error is carried along where the chain turns freely.
     pub(super) fn add(&mut self, h_s: f64, step: &StepTerms, turns: bool) {
         let mut errors = [Measure::default(); 2];
         for ((error, term), left) in errors.iter_mut().zip(&step.terms).zip(&mut self.left) {

@@ -97,7 +97,9 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError> {
-        self.before = self.mechanism.chords(&self.state.q, &self.state.v)[0];
+        if self.rigid.as_ref().is_some_and(RigidChain::has_corners) {
+            self.before = self.mechanism.chords(&self.state.q, &self.state.v)[0];
+        }
         self.integrator.step(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, h_s, &mut self.state)
     }
 
@@ -112,8 +114,9 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         }
         let LocalError { q, v } = self.integrator.local_error(h_s);
         let measured = |vector: &[f64]| {
-            let parts = self.turns.each_ref().map(|part| dot(part, vector));
-            let turns_rad = self.rigid.as_ref().map_or([0.0; ROTATIONS], |rigid| rigid.turned(chords, parts));
+            let mut parts = [0.0; ROTATIONS];
+            parts.iter_mut().zip(&self.turns).take(turns).for_each(|(part, row)| *part = dot(row, vector));
+            let turns_rad = self.rigid.as_ref().map_or(parts, |rigid| rigid.turned(chords, parts));
             Measure { turns_rad, ..self.mechanism.measure(&self.state.q, vector) }
         };
         let of_q = measured(q.vector());
@@ -123,8 +126,9 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
             ErrorTerm::Difference(_, factor, size) => Term { measure, factor, size: Some(size) },
         });
         let of_corner = |part| self.integrator.corner_error(part);
+        let cornered = self.rigid.as_ref().filter(|rigid| rigid.has_corners());
         let corner = |rigid: &RigidChain| rigid.corner_error(h_s, [self.before, chords[0]], of_corner);
-        Some(StepTerms { terms, corner_rad_per_s: self.rigid.as_ref().map_or(0.0, corner) })
+        Some(StepTerms { terms, corner_rad_per_s: cornered.map_or(0.0, corner) })
     }
 
     fn rotations(&self) -> Option<[[f64; 2]; ROTATIONS]> {

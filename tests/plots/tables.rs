@@ -1,6 +1,6 @@
 //! CSV tables.
 
-use flexcrank::plot::{Mark, Named, figure, overview};
+use flexcrank::plot::{Mark, Named, figure, overview, work_precision};
 use flexcrank::study::Table;
 
 use super::{complaint, plot, png_size, texts};
@@ -199,6 +199,44 @@ fn prop_a_trade_gives_a_work_precision_diagram() {
 }
 
 #[test]
+fn regress_errors_that_the_reference_knows_less_well_have_hollow_marks() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("trade.csv");
+    let rows = [
+        "model,integrator,discretization,failure,step_s,error,error_is_bound,reference_error,seconds_per_simulated_s",
+        "rigid,runge-kutta,–,,0.01,1,0,1e-4,1e-4",
+        "modal,esdirk,1 mode,,0.01,0.075,1,0.075,1e-3",
+        "modal,esdirk,2 modes,,0.01,0.2,0,0.075,2e-3",
+    ];
+    let explained = [(Mark::Triangles, "below the reference's own uncertainty"), (Mark::Rings, "reference not ten times better")];
+    let line = "uncertainty of the reference";
+    std::fs::write(&file, rows.join("\n")).unwrap();
+    let drawn = work_precision(&Table::read_csv(&file).unwrap()).unwrap();
+    let series: Vec<_> = drawn.panels[0].series.iter().map(|one| (one.label.as_str(), one.mark, one.ys.clone())).collect();
+    let expected = [
+        ("rigid", Mark::Points, vec![1.0]),
+        ("modal", Mark::Points, vec![]),
+        ("modal", Mark::Rings, vec![0.2]),
+        ("modal", Mark::Triangles, vec![0.075]),
+        (line, Mark::Dashes, vec![0.075; 2]),
+    ];
+    assert_eq!(series, expected);
+    assert_eq!(drawn.explained, explained.map(|(mark, label)| (mark, label.to_owned())));
+    assert_eq!(drawn.numbered.iter().map(|point| point.mark).collect::<Vec<_>>(), [Mark::Points, Mark::Triangles]);
+    let labels = [explained[0].1, explained[1].1, line, "rigid", "modal"];
+    let shown = |name: &str| {
+        let output = plot(folder.path(), &["trade.csv", "-o", name]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        let texts = texts(&std::fs::read_to_string(folder.path().join(name)).unwrap());
+        labels.map(|label| texts.iter().filter(|text| *text == label).count())
+    };
+    assert_eq!(shown("trade.svg"), [1; 5]);
+    // Of an earlier version.
+    std::fs::write(&file, rows.join("\n").replace("error_is_bound,reference_error", "a,b")).unwrap();
+    assert_eq!(shown("earlier.svg"), [0, 0, 0, 1, 1]);
+}
+
+#[test]
 fn regress_a_long_entry_of_the_list_ends_within_the_figure() {
     let folder = folder();
     let rows = [
@@ -227,6 +265,8 @@ fn prop_undrawable_input_is_refused() {
     std::fs::write(at.join("ragged.csv"), "a,b\n1\n").unwrap();
     std::fs::write(at.join("noise.mcap"), "no recording").unwrap();
     std::fs::write(at.join("table.parquet"), b"PAR1\x15\xff\xff").unwrap();
+    std::fs::write(at.join("trade.svg"), "<svg>\n<style>a,b\n</style>\n</svg>\n").unwrap();
+    std::fs::write(at.join("trade.PNG"), b"\x89PNG\r\n").unwrap();
     for (arguments, code, says) in [
         (vec!["turn.csv", "--y", "driving_torqe_nm"], 2, "did you mean `driving_torque_nm`?"),
         (vec!["turn.csv", "--y", "driving_torque_nm", "--x", "crank_angle"], 2, "did you mean `crank_angle_rad`?"),
@@ -240,6 +280,9 @@ fn prop_undrawable_input_is_refused() {
         (vec!["none.csv"], 1, "none.csv"),
         (vec!["noise.mcap"], 1, "noise.mcap"),
         (vec!["table.parquet"], 1, "table.parquet: is a Parquet table, and `plot` reads CSV: `sweep --plot` draws a campaign"),
+        (vec!["trade.svg"], 1, "trade.svg: neither a recording nor a table, but a picture: name the file that it shows"),
+        (vec!["trade.PNG"], 1, "trade.PNG: neither a recording nor a table, but a picture"),
+        (vec!["none.svg"], 1, "none.svg: No such file"),
         (vec!["turn.csv", "--format", "gif"], 2, "svg"),
         (vec!["turn.csv", "--thesis", "t"], 2, "--thesis"),
         (vec!["turn.csv", "--from", "1"], 2, "no column `stamp.sim_time_s`"),

@@ -7,6 +7,7 @@ mod levels;
 mod rigid_links;
 mod rows;
 mod shortening;
+mod uncertainty;
 mod vibrations;
 
 use std::path::Path;
@@ -324,33 +325,6 @@ fn val_a_model_loses_deflections_that_follow_their_loads() {
     assert_eq!(table(&told, Some(&modes)).words("lost_modes").unwrap(), ["rod bending 3 (model)", "none"]);
     let unknown = LostModes { rows: vec![None; 2], ..modes };
     assert_eq!(table(&told, Some(&unknown)).words("lost_modes").unwrap(), ["", ""]);
-}
-
-#[test]
-fn regress_a_refusal_because_of_the_reference_names_the_budget() {
-    let best = Configuration {
-        family: Family {
-            model: ModelKind::FiniteElement,
-            integrator: IntegratorKind::Esdirk,
-            resolution: 8,
-            rigid: vec![false, false],
-            axial: vec![Axial::OfScene(true); 2],
-        },
-        step_s: 1e-3,
-    };
-    let refusal = |reference, finer_budget_s| {
-        let best = best.clone();
-        Refusal::Tolerance { best, times: 2.078, output: OutputGroup::Deflection, reference, finer_budget_s }.to_string()
-    };
-    let unknown = ", where the reference itself is not known so well (see its estimate)";
-    for (reference, finer_budget_s, remedy) in [
-        (true, Some(601.0), format!("{unknown}: --budget 11min refines it once more")),
-        (true, None, format!("{unknown}, at its finest")),
-        (false, Some(601.0), "is 2.078 times over it in deflection".to_owned()),
-    ] {
-        let refusal = refusal(reference, finer_budget_s);
-        assert!(refusal.ends_with(&remedy), "{refusal}");
-    }
 }
 
 #[test]

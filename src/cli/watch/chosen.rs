@@ -89,7 +89,7 @@ mod tests {
 
     use super::*;
     use crate::recording::Messages;
-    use crate::wire::{Angles, Displacements, Loads};
+    use crate::wire::Loads;
 
     fn chosen(names: &[&str]) -> ChosenSignals {
         ChosenSignals::new(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>())

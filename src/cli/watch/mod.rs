@@ -90,7 +90,7 @@ pub(super) fn watch(args: &Args) -> CommandResult {
     let plain = args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal();
     // While it waits for the service, it ends as other commands.
     let waiting = Interruption::watch()?;
-    let session = args.client.open(&args.name)?;
+    let session = args.client.open_to_read(&args.name)?;
     drop(waiting);
     let watched = show(&session, args, plain);
     bus::close(&session)?;

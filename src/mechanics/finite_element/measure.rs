@@ -21,7 +21,7 @@ impl FiniteElement {
             Member::Flexible { .. } => turning(self.vector(self.first_end(), q), self.vector(self.first_end(), v)),
             _ => self.layout.root.map_or([0.0; 2], |root| [q[root], v[root]]),
         };
-        let second = match self.members.get(1) {
+        let second = match self.members.get(1).filter(|_| !self.slides()) {
             Some(Member::Flexible { first, elements, .. }) => {
                 let [start, end] = [*first, first + 2 * elements];
                 turning(self.position(end, q) - self.position(start, q), self.moved(end, q, v) - self.moved(start, q, v))

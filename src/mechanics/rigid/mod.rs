@@ -7,6 +7,7 @@
 //!
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
+mod corners;
 mod line;
 mod rigid_chain;
 mod small_turn;
@@ -20,7 +21,7 @@ use crate::mechanics::mechanism::{
     ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilibrium, ROTATIONS, Singular, Weights,
 };
 use crate::mechanics::observation::{Energy, NodeObservation, Observation};
-use crate::mechanics::resistance::{corners_between, resistance_n};
+use crate::mechanics::resistance::resistance_n;
 use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
 
@@ -144,23 +145,6 @@ impl Rigid {
         let mut pose = Pose::NONE;
         set_pose(&self.chain, theta_rad, &mut pose);
         pose
-    }
-
-    /// Jumps of the crank's acceleration's slope in time, rad/s³, where it passes corners of the resistance's table, each with the part
-    /// of the way between two states (angle, rad, and rate, rad/s) at which it does: `J = −ΔF′ x_E′ |θ̇|/M`, as the jump of `F′` is
-    /// that in the positive direction.
-    pub fn corners(&self, from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = (f64, f64)> {
-        let resistance = match &self.chain.end {
-            End::Free { .. } => &Resistance::Constant(0.0),
-            End::Slider(slider) => &slider.resistance,
-        };
-        corners_between(resistance, from[0], to[0]).map(move |corner| {
-            let part = (corner.crank_rad - from[0]) / (to[0] - from[0]);
-            let rate = from[1] + part * (to[1] - from[1]);
-            let pose = self.pose::<3>(corner.crank_rad);
-            let inertia_kg_m2 = self.equation(&pose, corner.crank_rad, 0.0).mass;
-            (part, -corner.slope_jump_n_per_rad * pose.end[1][0] * rate.abs() / inertia_kg_m2)
-        })
     }
 
     /// Whether anything but torque and weight does work.

@@ -38,6 +38,11 @@ impl RigidChain {
         }
     }
 
+    /// Whether its resistance has corners.
+    pub fn has_corners(&self) -> bool {
+        matches!(self, RigidChain::OneAngle(rigid) if rigid.has_corners())
+    }
+
     /// Error of the first link's rate by corners of the resistance that it passes in a step, rad/s, from its angle, rad, and rate, rad/s,
     /// before and after it, and from the scheme's error of a corner at a part of the step: see
     /// [`Integrator::corner_error`](crate::integrate::Integrator::corner_error).

@@ -18,6 +18,11 @@ use super::small_turn::{Block, CarriedTurn};
 use crate::mechanics::mechanism::ROTATIONS;
 use crate::scene::{Base, Chain, End};
 
+/// Largest matrix of which the series is taken; its terms, the first of which left out is below 1e-16; and the largest matrix of all.
+const SERIES: f64 = 0.25;
+const TERMS: u32 = 10;
+const LARGEST: f64 = 1e12;
+
 /// The open chain of two links as if they were rigid.
 #[derive(Debug, Clone)]
 pub struct TwoLinks {
@@ -65,7 +70,7 @@ impl TwoLinks {
             a.fixed_view_mut::<2, 2>(0, 2).copy_from(&Matrix2::identity());
             a.fixed_view_mut::<2, 2>(2, 0).copy_from(&-stiffness);
             a.fixed_view_mut::<2, 2>(2, 2).copy_from(&-damping);
-            let grown = (a * step_s).exp();
+            let grown = exponential(&(a * step_s));
             for (i, row) in blocks.iter_mut().enumerate() {
                 for (j, block) in row.iter_mut().enumerate() {
                     *block = [[grown[(i, j)], grown[(i, j + 2)]], [grown[(i + 2, j)], grown[(i + 2, j + 2)]]];
@@ -107,6 +112,25 @@ impl TwoLinks {
         let damping = Matrix2::new(damper_nm_s_per_rad, 2.0 * ks * second_rate, -2.0 * ks * first_rate, 0.0);
         Some([inverse * stiffness, inverse * damping])
     }
+}
+
+/// `e^A` by a Taylor series of `A/2ᵏ`, squared k times. NaN where A is not finite, or so large that nothing is known of what it does.
+fn exponential(a: &Matrix4<f64>) -> Matrix4<f64> {
+    let size = a.abs().column_sum().max();
+    if size.is_nan() || size >= LARGEST {
+        return Matrix4::repeat(f64::NAN);
+    }
+    let halvings = (size / SERIES).log2().ceil().max(0.0) as i32;
+    let part = a * 0.5_f64.powi(halvings);
+    let (mut power, mut sum) = (Matrix4::identity(), Matrix4::identity());
+    for k in 1..=TERMS {
+        power *= part / f64::from(k);
+        sum += power;
+    }
+    for _ in 0..halvings {
+        sum *= sum;
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -190,6 +214,45 @@ mod tests {
             (most, wrong) = (most.max(difference.abs()), wrong.max((carried[0][0] - difference).abs()));
         }
         assert!(most > 10.0 * apart && wrong < 0.1 * most, "{wrong:e} of {most:e}");
+        Ok(())
+    }
+
+    /// Against the eigenvalues of blocks, from small to stiff: a swing, a growth, and decays.
+    #[test]
+    fn val_the_exponential_is_that_of_its_blocks() {
+        for size in [1e-6, 0.1, 1.0, 30.0] {
+            let mut a = Matrix4::zeros();
+            (a[(0, 2)], a[(2, 0)]) = (size, -size);
+            (a[(1, 1)], a[(3, 3)]) = (-1e3 * size, 0.5 * size);
+            let found = exponential(&a);
+            for (place, value) in [
+                ((0, 0), size.cos()),
+                ((0, 2), size.sin()),
+                ((2, 0), -size.sin()),
+                ((1, 1), (-1e3 * size).exp()),
+                ((3, 3), (0.5 * size).exp()),
+                ((0, 1), 0.0),
+            ] {
+                assert!(
+                    (found[place] - value).abs() < 1e-10 * (1.0 + f64::abs(value)),
+                    "{size} {place:?}: {} for {value}",
+                    found[place]
+                );
+            }
+        }
+    }
+
+    /// A library's exponential panics at some such states, and never ends at others.
+    #[test]
+    fn regress_states_beyond_all_bounds_are_carried_nowhere() -> Tested {
+        let two = TwoLinks::new(&chain()?).ok_or("not two links")?;
+        for rate in [1e8, 1e30, 1e200, f64::INFINITY, f64::NAN] {
+            for step_s in [1e-3, 10.0] {
+                let carried = two.carried_turn(step_s, [[0.3, rate], [-0.9, -rate]], 1e6);
+                let after = carried.after([[1e-9, 0.0], [0.0; 2]]);
+                assert!(after.as_flattened().iter().all(|number| number.is_finite()), "{rate} {step_s}: {after:?}");
+            }
+        }
         Ok(())
     }
 

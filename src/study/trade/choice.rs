@@ -2,8 +2,8 @@
 
 use super::Study;
 use super::configuration::Configuration;
-use super::demands::{Demands, Refusal};
-use super::output_group::OutputGroup;
+use super::demands::{Demands, Excess, Refusal};
+use super::reference::largest;
 use super::sweep::{Measured, Row};
 use super::verification::{Trial, Verification};
 use crate::scene::Scene;
@@ -87,15 +87,24 @@ pub(super) fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<
     })
 }
 
+/// The refusal where no configuration is known to be within the tolerance. The best has the least error that is certain: errors
+/// that the reference does not know well may be less than measured.
 fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> Refusal {
-    let Some((row, measured)) = all.iter().min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { return Refusal::Nothing };
-    let told = |output: &OutputGroup| measured.errors.of(*output).max(study.reference.estimate.of(*output));
-    let output = study.outputs.iter().copied().max_by(|a, b| told(a).total_cmp(&told(b))).unwrap_or(OutputGroup::Angle);
-    Refusal::Tolerance {
-        best: row.configuration.clone(),
-        times: measured.error / demands.tolerance,
-        output,
-        reference: study.reference.estimate.of(output) > demands.tolerance,
-        finer_budget_s: study.reference.finer_budget_s,
-    }
+    let (reference, outputs) = (&study.reference, study.outputs.as_slice());
+    let certain = |m: &Measured| largest(outputs, |output| reference.certain_error(&m.errors, output));
+    let certain_and_measured = |m: &Measured| [certain(m).map_or(0.0, |(_, error)| error), m.errors.worst(outputs)];
+    let compared = |one: &Measured, other: &Measured| {
+        let ([certain, measured], [other_certain, other_measured]) = (certain_and_measured(one), certain_and_measured(other));
+        certain.total_cmp(&other_certain).then(measured.total_cmp(&other_measured))
+    };
+    let Some((row, best)) = all.iter().copied().min_by(|a, b| compared(a.1, b.1)) else { return Refusal::Nothing };
+    let bounded = || largest(outputs, |output| reference.bounded_error(&best.errors, &[output]));
+    let surely_over = certain(best).filter(|(_, error)| *error > demands.tolerance);
+    let Some((output, error)) = surely_over.or_else(bounded) else { return Refusal::Nothing };
+    let excess = match (surely_over, reference.mark(&best.errors, output)) {
+        (Some(_), "") => Excess::Measured,
+        (Some(_), _) => Excess::AtLeast,
+        (None, _) => Excess::AtMost { sufficient_budget_s: reference.sufficient_budget_s(outputs, demands.tolerance) },
+    };
+    Refusal::Tolerance { best: row.configuration.clone(), times: error / demands.tolerance, output, excess }
 }

@@ -18,18 +18,16 @@ pub struct Demands {
 /// Why no configuration will do.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Refusal {
-    /// The tolerance is met by none, at any speed.
+    /// The tolerance is not known to be met by any, at any speed.
     Tolerance {
-        /// The most accurate.
+        /// The one with the least error that is certain.
         best: Configuration,
         /// Its error over the tolerance.
         times: f64,
         /// The output that errs most.
         output: OutputGroup,
-        /// Whether it is the reference that is not known well enough.
-        reference: bool,
-        /// Time budget of a study that refines it once more, s; `None` if no study does.
-        finer_budget_s: Option<f64>,
+        /// How well the reference knows this error.
+        excess: Excess,
     },
     /// The speed is reached by none, at any accuracy.
     Speed {
@@ -57,6 +55,20 @@ pub enum Refusal {
     Nothing,
 }
 
+/// How well the reference knows an error that is not within the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Excess {
+    /// The error is measured, by a reference that is ten times better.
+    Measured,
+    /// The error is at least this, whatever the reference becomes.
+    AtLeast,
+    /// The error is at most this: a finer reference may find it within the tolerance.
+    AtMost {
+        /// Time budget of a study that is expected to refine it so far, s; `None` if no study does.
+        sufficient_budget_s: Option<f64>,
+    },
+}
+
 /// The last configuration that was tried, and why its verification failed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unverified {
@@ -77,16 +89,14 @@ pub struct Unverified {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Tolerance { best, times, output, reference, finer_budget_s } => {
-                write!(f, "the tolerance fails: the best, {best}, is {times:.3} times over it in {}", output.as_str())?;
-                if !reference {
-                    return Ok(());
-                }
-                f.write_str(", where the reference itself is not known so well (see its estimate)")?;
-                match finer_budget_s {
-                    Some(budget_s) => write!(f, ": --budget {}min refines it once more", (budget_s / 60.0).ceil()),
-                    None => f.write_str(", at its finest"),
-                }
+            Refusal::Tolerance { best, times, output, excess } => {
+                let (fails, part) = match excess {
+                    Excess::Measured => ("the tolerance fails", ""),
+                    Excess::AtLeast => ("the tolerance fails", "at least "),
+                    Excess::AtMost { .. } => ("no configuration is known to hold the tolerance", "up to "),
+                };
+                let (output, reason) = (output.as_str(), excess.reason());
+                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {output}{reason}")
             }
             Refusal::Speed { best, times } => {
                 write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow by its slowest repeat")
@@ -100,6 +110,18 @@ impl fmt::Display for Refusal {
             Refusal::NoVerification(none) => write!(f, "verification fails: no reference at another speed and pulse: {none}"),
             Refusal::Nothing => f.write_str("no configuration ran to its end"),
         }
+    }
+}
+
+impl Excess {
+    /// The rest of a refusal that is due to the reference, with the budget that should help; empty of any other.
+    fn reason(self) -> String {
+        let Excess::AtMost { sufficient_budget_s } = self else { return String::new() };
+        let remedy = match sufficient_budget_s {
+            Some(budget_s) => format!("--budget {}min should refine it so far", (budget_s / 60.0).ceil()),
+            None => "no --budget refines it so far".to_owned(),
+        };
+        format!(": the reference itself is not known well enough to judge (see its estimate); {remedy}")
     }
 }
 

@@ -36,7 +36,7 @@ use crate::study::duration::usual_until_s;
 
 pub use choice::{Choice, Chosen, choose};
 pub use configuration::{Axial, Configuration, Family};
-pub use demands::{Demands, Refusal, Unverified};
+pub use demands::{Demands, Excess, Refusal, Unverified};
 pub use effort::RunEffort;
 pub use errors::Errors;
 pub use excitation::{Excitation, ExcitedMode, NoExcitation};
@@ -52,7 +52,7 @@ pub use reference::{NoReference, Reference, WELL_RESOLVED};
 pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
-pub use table::{INTERRUPTED, table};
+pub use table::{ERROR_IS_BOUND, INTERRUPTED, REFERENCE_ERROR, table};
 pub use transfer_trial::NoSwitch;
 pub use verification::Trial;
 

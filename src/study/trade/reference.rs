@@ -22,10 +22,15 @@ const DEARER: f64 = 8.0;
 const SLOWER: f64 = 5.0;
 /// Largest number of refinements.
 const REFINEMENTS: u32 = 6;
+/// Factor by which a refinement is expected to reduce the uncertainty: half of what the orders promise, as errors do not fall
+/// evenly.
+const GAIN: f64 = 8.0;
 /// Number of runs that are made regardless of cost.
 const LEAST: u32 = 2;
 /// An error is well resolved if it exceeds the reference's uncertainty by this factor.
 pub const WELL_RESOLVED: f64 = 10.0;
+/// The mark of an error below the reference's own uncertainty.
+pub(super) const BOUND: &str = "<";
 
 /// A converged run with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +74,9 @@ impl fmt::Display for NoReference {
             (false, false) => ("", ""),
         };
         let first_s = step_s_of_level(grid, 0);
+        if *step_s == first_s {
+            return write!(f, "the finite-element model fails at a step of {first_s:e} s{origin}{remedy}: {failed}");
+        }
         write!(
             f,
             "the finite-element model, refined from a step of {first_s:e} s{origin}, still fails at {step_s:e} s{remedy}: \
@@ -147,7 +155,7 @@ impl Reference {
     /// The mark of the error of one output: `<` below the reference's own uncertainty, `~` less than ten times as large, else none.
     pub fn mark(&self, errors: &Errors, output: OutputGroup) -> &'static str {
         match (errors.of(output), self.estimate.of(output)) {
-            (error, estimate) if error < estimate => "<",
+            (error, estimate) if error < estimate => BOUND,
             (error, estimate) if error < WELL_RESOLVED * estimate => "~",
             _ => "",
         }
@@ -155,10 +163,39 @@ impl Reference {
 
     /// The mark of [`Reference::bounded_error`]: that of the output with the largest.
     pub(super) fn bounded_mark(&self, errors: &Errors, outputs: &[OutputGroup]) -> &'static str {
-        let bounded = |output: &OutputGroup| self.bounded_error(errors, &[*output]);
-        let largest = outputs.iter().max_by(|one, other| bounded(one).total_cmp(&bounded(other)));
-        largest.map_or("", |output| self.mark(errors, *output))
+        self.bounded_output(errors, outputs).map_or("", |output| self.mark(errors, output))
     }
+
+    /// The reference's own uncertainty in the output of [`Reference::bounded_error`].
+    pub(super) fn bounded_uncertainty(&self, errors: &Errors, outputs: &[OutputGroup]) -> f64 {
+        self.bounded_output(errors, outputs).map_or(0.0, |output| self.estimate.of(output))
+    }
+
+    fn bounded_output(&self, errors: &Errors, outputs: &[OutputGroup]) -> Option<OutputGroup> {
+        largest(outputs, |output| self.bounded_error(errors, &[output])).map(|(output, _)| output)
+    }
+
+    /// The part of an error that is certain: all of it if it is well resolved, else what exceeds the reference's own uncertainty.
+    pub(super) fn certain_error(&self, errors: &Errors, output: OutputGroup) -> f64 {
+        match (errors.of(output), self.estimate.of(output)) {
+            (error, estimate) if error < WELL_RESOLVED * estimate => (error - estimate).max(0.0),
+            (error, _) => error,
+        }
+    }
+
+    /// Time budget of a study that is expected to know the reference to `error` in `outputs`, s; `None` if no study refines it so
+    /// far. One refinement at least.
+    pub(super) fn sufficient_budget_s(&self, outputs: &[OutputGroup], error: f64) -> Option<f64> {
+        let refinements = (self.estimate.worst(outputs) / error).log(GAIN).ceil().max(1.0);
+        let refined = (self.configuration.family.resolution / ELEMENTS).checked_ilog2().unwrap_or(0);
+        let is_possible = f64::from(refined) + refinements <= f64::from(REFINEMENTS);
+        self.finer_budget_s.filter(|_| is_possible).map(|budget_s| budget_s * DEARER.powf(refinements - 1.0))
+    }
+}
+
+/// The output with the largest value, and that.
+pub(super) fn largest(outputs: &[OutputGroup], value: impl Fn(OutputGroup) -> f64) -> Option<(OutputGroup, f64)> {
+    outputs.iter().map(|output| (*output, value(*output))).max_by(|one, other| one.1.total_cmp(&other.1))
 }
 
 fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {

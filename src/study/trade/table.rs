@@ -3,12 +3,17 @@
 use super::fixed_cost::Corrections;
 use super::lost_modes::{LostModes, ModeError};
 use super::output_group::CHANNELS;
+use super::reference::BOUND;
 use super::sweep::{Measured, Row};
 use super::{Study, WELL_RESOLVED};
 use crate::study::Table;
 
 /// The column, 1 in every row, that only the table of an interrupted study has: it is a part.
 pub const INTERRUPTED: &str = "interrupted";
+/// The column that is 1 where `error` is an upper bound: it is below the reference's own uncertainty, which stands in its place.
+pub const ERROR_IS_BOUND: &str = "error_is_bound";
+/// The column of the reference's own uncertainty in the output that `error` is of, relative as that.
+pub const REFERENCE_ERROR: &str = "reference_error";
 
 /// Every configuration with everything measured of it; what failed has empty measurements. Without `modes`, as after an
 /// interruption, the cells of vibrations are empty.
@@ -24,8 +29,12 @@ pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
     table.push_words("failure", words(&|row| row.outcome.as_ref().err().map(ToString::to_string).unwrap_or_default()));
     table.push("step_s", study.rows.iter().map(|row| row.configuration.step_s).collect());
     table.push("on_front", numbers(&|m| f64::from(u8::from(m.on_front))));
+    let (reference, outputs) = (&study.reference, study.outputs.as_slice());
+    let is_bound = |m: &Measured| reference.bounded_mark(&m.errors, outputs) == BOUND;
     table.push("error", numbers(&|m| m.error));
-    let well = |m: &Measured| study.outputs.iter().all(|o| m.errors.of(*o) >= WELL_RESOLVED * study.reference.estimate.of(*o));
+    table.push(ERROR_IS_BOUND, numbers(&|m| f64::from(u8::from(is_bound(m)))));
+    table.push(REFERENCE_ERROR, numbers(&|m| reference.bounded_uncertainty(&m.errors, outputs)));
+    let well = |m: &Measured| outputs.iter().all(|o| m.errors.of(*o) >= WELL_RESOLVED * reference.estimate.of(*o));
     table.push("reference_ten_times_better", numbers(&|m| f64::from(u8::from(well(m)))));
     table.push("observed_order", numbers(&|m| m.order.unwrap_or(f64::NAN)));
     table.push("observed_mesh_order", numbers(&|m| m.mesh_order.unwrap_or(f64::NAN)));
