@@ -2,8 +2,11 @@
 
 mod common;
 
-use std::process::Command;
+use std::io::{BufRead as _, BufReader};
+use std::net::TcpListener;
+use std::process::{Command, Stdio};
 
+use common::Outcome;
 use flexcrank::scene::SceneSource;
 use flexcrank::simulation::{Cause, Diverged, Simulation};
 use flexcrank::wire::Status;
@@ -171,5 +174,29 @@ fn prop_the_verdict_is_the_same_at_every_publishing_rate() -> Result<(), Box<dyn
         };
         assert_eq!(ended("0.5")?, ended("all")?, "{scene} {overrides:?}");
     }
+    Ok(())
+}
+
+/// `check` and `trade` know nothing of what came over the bus.
+#[test]
+fn regress_a_divergence_after_commands_says_that_the_remedy_is_for_the_scene_without_them() -> Outcome {
+    let endpoint = format!("tcp/{}", TcpListener::bind("127.0.0.1:0")?.local_addr()?);
+    let flexcrank = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        command.args(words).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let run =
+        ["run", "--name", "softened", "--listen", &endpoint, "--no-record", "--until", "100", "--set", "solver.step_s=0.002"];
+    let mut child = flexcrank(&run).spawn()?;
+    let mut lines = BufReader::new(child.stderr.take().ok_or("no standard error")?).lines().map_while(Result::ok);
+    lines.find(|line| line.contains(&endpoint)).ok_or("no start line")?;
+    let pulse = ["pulse", "softened", "--torque", "50", "--duration", "90s", "--connect", &endpoint];
+    assert!(flexcrank(&pulse).output()?.status.success());
+    let said: Vec<String> = lines.collect();
+    let ended = child.wait()?;
+    assert_eq!(ended.code(), Some(4), "{said:?}");
+    let last = "that holds for the scene as it began, without the 1 command that this session accepted";
+    assert_eq!(said.last().map(String::as_str), Some(last), "{said:?}");
     Ok(())
 }

@@ -39,7 +39,7 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     20,000 steps or 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The step error \
     is the largest difference of the first link's angle from such a run with half the step, without the model's own error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
     which a link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
-    error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance; `trade` measures which \
+    error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance, which a longer one may not; `trade` measures which \
     step suffices.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \

@@ -42,7 +42,11 @@ pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option
     match (done, remedy) {
         (ExitStatus::Diverged, Some(remedy)) => say!("{remedy}"),
         (ExitStatus::Untrusted, Some(remedy)) => say!("not to be trusted: {remedy}"),
-        _ => {}
+        _ => return done,
+    }
+    let commands: u64 = reports.iter().map(|report| report.commands_accepted).sum();
+    if commands > 0 {
+        say!("that holds for the scene as it began, without the {} that this session accepted", counted(commands, "command"));
     }
     done
 }

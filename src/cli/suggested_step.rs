@@ -35,10 +35,12 @@ fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>,
         tried_s = step_s;
         let mut shorter = scene.clone();
         shorter.solver.step_s = step_s;
-        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO).verdict);
-        if trial.is_ok_and(|verdict| is_kept(&verdict)) {
+        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO));
+        if let Some(trial) = trial.ok().filter(|trial| is_kept(&trial.verdict)) {
             let longer = format!("{reason}; {first_s} s would suffice for that, but does not keep the energy balance");
-            return (Some(step_s), if step_s == first_s { reason } else { longer });
+            let reason = if step_s == first_s { reason } else { longer };
+            let judged = trial.cut_off_s.map(|time_s| format!("; the balance of its first {} s alone is judged", figure(time_s)));
+            return (Some(step_s), reason + &judged.unwrap_or_default());
         }
         if begun.elapsed() >= LONGEST {
             break;

@@ -105,6 +105,8 @@ pub struct LiveReport {
     pub worst_out_of_range: f64,
     /// Samples and messages that full queues dropped from bus or recording.
     pub dropped: u64,
+    /// Commands accepted from the bus.
+    pub commands_accepted: u64,
     /// Messages encoded because a topic had subscribers or was recorded.
     pub encoded: u64,
 }
@@ -198,8 +200,19 @@ impl RunningSimulation {
         let closed = self.closed.await.map_err(|_| ServiceError::Died("output"))?;
         closed.left?;
         let dropped = lost + self.inbox.shared().dropped();
-        let Closed { angles, recordings, encoded, .. } = closed;
-        Ok(LiveReport { name: self.name, ending, verdict, unconverged, worst_out_of_range, angles, recordings, dropped, encoded })
+        let Closed { angles, recordings, commands_accepted, encoded, .. } = closed;
+        Ok(LiveReport {
+            name: self.name,
+            ending,
+            verdict,
+            unconverged,
+            worst_out_of_range,
+            angles,
+            recordings,
+            dropped,
+            commands_accepted,
+            encoded,
+        })
     }
 }
 

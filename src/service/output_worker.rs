@@ -96,6 +96,8 @@ impl OutputStatistics {
 
 /// The results of a simulation that has ended.
 pub(super) struct Closed {
+    /// Commands accepted.
+    pub commands_accepted: u64,
     /// Whether it left the bus in order.
     pub left: Result<(), BusError>,
     pub recordings: Vec<Result<Written, RecordingError>>,
@@ -109,7 +111,8 @@ impl OutputWorker {
         self.finish_best_level(if others { Duration::ZERO } else { LAST_DIFFERENCES });
         self.close_recording(EndReason::RunEnded);
         let angles = self.endpoint.snapshot().angles;
-        Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, encoded: self.statistics.encoded }
+        let OutputStatistics { commands_accepted, encoded, .. } = self.statistics;
+        Closed { left: self.endpoint.close(), recordings: self.recordings.finished, angles, commands_accepted, encoded }
     }
 
     pub(super) fn handle(&mut self, output: Output) {
