@@ -35,12 +35,13 @@ Examples:
 Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
-The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for at most \
-    20,000 steps or 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The step error \
-    is the largest difference of the first link's angle from such a run with half the step, without the model's own error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at \
-    which a link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
-    error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance, which a longer one may not; `trade` measures which \
-    step suffices.
+The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for \
+    at most 20,000 steps or 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The \
+    step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
+    error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at which a \
+    link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
+    error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance, \
+    which a longer one may not; `trade` measures which step suffices.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
@@ -48,10 +49,11 @@ A line `published` names a rate for `run --publish-hz` where the default has few
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
     `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length.
 
---json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from rest), \
-    lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
-    step_error_rad (largest change of the first link's angle as the step is halved), out_of_range (largest deflection over length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, \
-    reason, shortening (link, force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
+--json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
+    rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
+    step_error_rad (largest change of the first link's angle as the step is halved), out_of_range (largest deflection over \
+    length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, \
+    force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
     diverges, 6 its energy balance leaves solver.balance_tolerance.";

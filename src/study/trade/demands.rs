@@ -82,6 +82,8 @@ pub struct Unverified {
     pub over_ten_minutes: bool,
     /// Whether the uncertainty of the reference may account for the error.
     pub reference: bool,
+    /// Time budget that should refine that reference so far that it can be judged, s; `None` if none does.
+    pub sufficient_budget_s: Option<f64>,
     /// Whether the budget left out finer configurations.
     pub left_out: bool,
 }
@@ -131,10 +133,14 @@ impl fmt::Display for Unverified {
         let run = if self.over_ten_minutes { "in energy over ten minutes" } else { "on another speed and pulse" };
         let error = format!("has {error_times:.3} times the tolerance there");
         let time = format!("needs in its slowest repeat {speed_times:.3} times the time allowed");
-        let looser = match (self.reference, self.left_out) {
-            (true, _) => "a looser --tolerance, or a larger --budget, which refines the reference",
-            (false, true) => "a looser --tolerance, or a larger --budget, which measures finer configurations",
-            (false, false) => "a looser --tolerance",
+        let looser = match (self.reference, self.sufficient_budget_s, self.left_out) {
+            (true, Some(budget_s), _) => {
+                let minutes = (budget_s / 60.0).ceil();
+                format!("a looser --tolerance, or --budget {minutes}min, which should refine the reference so far")
+            }
+            (true, None, _) => "a looser --tolerance, as no --budget refines the reference so far".to_owned(),
+            (false, _, true) => "a looser --tolerance, or a larger --budget, which measures finer configurations".to_owned(),
+            (false, _, false) => "a looser --tolerance".to_owned(),
         };
         write!(f, "{run}: {last} ")?;
         match (*error_times > 1.0, *speed_times > 1.0) {
@@ -165,16 +171,31 @@ mod tests {
         let last = Configuration { family, step_s: 5e-4 };
         let unverified = |[error_times, speed_times]: [f64; 2], [over_ten_minutes, reference, left_out]: [bool; 3]| {
             let last = last.clone();
-            Refusal::Verification(Unverified { last, error_times, speed_times, over_ten_minutes, reference, left_out })
+            let sufficient_budget_s = left_out.then_some(530.0);
+            Refusal::Verification(Unverified {
+                last,
+                error_times,
+                speed_times,
+                over_ten_minutes,
+                reference,
+                sufficient_budget_s,
+                left_out,
+            })
         };
         let [other, energy] = ["on another speed and pulse", "in energy over ten minutes"];
         let [error, time] = ["has 1.055 times the tolerance there", "needs in its slowest repeat 1.200 times the time allowed"];
         let [looser, slower] = ["choose a looser --tolerance", "a smaller --real-time-factor"];
-        let budget = "or a larger --budget, which";
+        let (budget, refines) = ("or a larger --budget, which", "which should refine the reference so far");
         for (times, facts, run, said) in [
             ([1.055, 0.014], [false; 3], other, format!("{error}; {looser}")),
             ([1.055, 0.014], [true, false, false], energy, format!("{error}; {looser}")),
-            ([1.055, 0.014], [false, true, true], other, format!("{error}; {looser}, {budget} refines the reference")),
+            ([1.055, 0.014], [false, true, true], other, format!("{error}; {looser}, or --budget 9min, {refines}")),
+            (
+                [1.055, 0.014],
+                [false, true, false],
+                other,
+                format!("{error}; {looser}, as no --budget refines the reference so far"),
+            ),
             ([1.055, 0.014], [true, false, true], energy, format!("{error}; {looser}, {budget} measures finer configurations")),
             ([0.0, 1.2], [false, false, true], other, format!("{time}; choose {slower}")),
             ([1.055, 1.2], [false; 3], other, format!("{error}, and {time}; {looser}, and {slower}")),
