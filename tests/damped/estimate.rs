@@ -1,7 +1,8 @@
 //! The estimate that a run publishes, beside its true error: against the same model and mesh, converged in the step.
 
 use flexcrank::scene::IntegratorKind::{Esdirk, GeneralizedAlpha, RungeKutta, TwoPoint};
-use flexcrank::scene::{IntegratorKind, ModelKind};
+use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
+use flexcrank::simulation::Simulation;
 
 use crate::{LOOKS, apart_rad, run};
 
@@ -141,4 +142,19 @@ fn within(scene: &str, model: ModelKind, integrator: IntegratorKind, range_rad: 
     let found = ratios(scene, model, integrator, range_rad);
     let found = found.unwrap_or_else(|| panic!("{scene} {model:?} {integrator:?}: no step"));
     assert!(found[0] > least && found[1] < most, "{scene} {model:?} {integrator:?}: {found:?}");
+}
+
+/// So that checkpoints of crank-sliders are those of older builds.
+#[test]
+fn regress_only_chains_whose_second_link_turns_by_itself_have_numbers_of_it() {
+    for model in ["modal", "finite-element"] {
+        let given = [format!("solver.model={model}")];
+        let sources = [SceneSource::open("crank-slider", &given), SceneSource::parse("tumbles", TUMBLES, &given)];
+        let counts = sources.map(|source| {
+            let mut simulation = Simulation::new(&source.unwrap().scene).unwrap();
+            (0..20).for_each(|_| _ = simulation.step().unwrap());
+            simulation.error_estimate().unwrap().numbers().len()
+        });
+        assert_eq!(counts, [20, 38], "{model}");
+    }
 }
