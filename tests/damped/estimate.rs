@@ -152,7 +152,9 @@ fn regress_only_chains_whose_second_link_turns_by_itself_have_numbers_of_it() {
         let sources = [SceneSource::open("crank-slider", &given), SceneSource::parse("tumbles", TUMBLES, &given)];
         let counts = sources.map(|source| {
             let mut simulation = Simulation::new(&source.unwrap().scene).unwrap();
-            (0..20).for_each(|_| _ = simulation.step().unwrap());
+            for _ in 0..20 {
+                simulation.step().unwrap();
+            }
             simulation.error_estimate().unwrap().numbers().len()
         });
         assert_eq!(counts, [20, 38], "{model}");
