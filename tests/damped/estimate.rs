@@ -12,33 +12,7 @@ const TO_RAD: f64 = 1e-2;
 const UNTIL_S: f64 = 2.0;
 
 /// An open chain that tumbles, whose errors grow a hundredfold.
-const TUMBLES: &str = "
-[crank]
-length_m = 0.4
-section = { shape = \"rectangle\", width_m = 0.03, height_m = 0.006 }
-density_kg_per_m3 = 2700
-youngs_modulus_pa = 7e10
-damping_s = 2e-4
-[rod]
-length_m = 0.3
-section = { shape = \"tube\", outer_m = 0.012, inner_m = 0.01 }
-density_kg_per_m3 = 1600
-youngs_modulus_pa = 1.2e11
-damping_s = 1e-4
-[tip]
-mass_kg = 0.03
-[base]
-damper_nm_s_per_rad = 0.02
-[gravity]
-y_m_per_s2 = -9.81
-[start]
-angle_rad = -1.5707963267948966
-[[pulse]]
-start_s = 0.2
-torque_nm = 2.0
-duration_s = 0.1
-shape = \"raised-cosine\"
-";
+const TUMBLES: &str = include_str!("../data/tumbles.toml");
 
 /// Corners of a resistance, passed at up to a hundred radians per second.
 const CORNERS: &str = "

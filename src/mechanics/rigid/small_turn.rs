@@ -47,7 +47,7 @@ impl SmallTurn {
     }
 }
 
-/// The angle (rad) and rate (rad/s) of one link after a step, rows, by those of one before it, columns.
+/// How the angle (rad) and rate (rad/s) of one link after a step, rows, depend on those of one link before it, columns.
 pub type Block = [[f64; 2]; 2];
 
 /// Small motion over a step. It stands while the links turn by little.
@@ -57,7 +57,7 @@ pub struct CarriedTurn {
     pub step_s: f64,
     /// The angle, rad, and rate, rad/s, of the first link, and of a second one that is free.
     pub links: [[f64; 2]; ROTATIONS],
-    /// What each of them after the step, rows, has of each of them before it, columns.
+    /// Row i, column j: how link i after the step depends on link j before it.
     pub blocks: [[Block; ROTATIONS]; ROTATIONS],
 }
 
