@@ -245,6 +245,7 @@ mod tests {
     /// A library's exponential panics at some such states, and never ends at others.
     #[test]
     fn regress_states_beyond_all_bounds_are_carried_nowhere() -> Tested {
+        assert!(exponential(&Matrix4::from_diagonal_element(-10.0 * LARGEST))[(0, 0)].is_nan());
         let two = TwoLinks::new(&chain()?).ok_or("not two links")?;
         for rate in [1e8, 1e30, 1e200, f64::INFINITY, f64::NAN] {
             for step_s in [1e-3, 10.0] {
