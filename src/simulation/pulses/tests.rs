@@ -1,6 +1,8 @@
 //! Pulses against 200-digit arithmetic, and the laws that their means and rises keep.
 
 use super::*;
+use crate::scene::SceneSource;
+use crate::simulation::Simulation;
 
 const SHAPES: [PulseShape; 2] = [PulseShape::Rectangular, PulseShape::RaisedCosine];
 
@@ -108,7 +110,7 @@ fn prop_first_moments_add_up_to_that_of_the_pulse() {
 fn prop_early_torque_goes_as_one_over_the_duration_squared() {
     for duration_s in [1e2, 1e3, 3600.0, 1e5, 1e6, 1e7, 1e9] {
         let pulses = one(Pulse { start_s: 0.0, torque_nm: 20.0, duration_s, shape: PulseShape::RaisedCosine });
-        let found = [pulses.mean_nm(0.004, 0.005), pulses.rise_nm_per_s(0.004, 0.005), pulses.value_nm(0.005)];
+        let found = [pulses.mean_nm(0.004, 0.005), pulses.rise_nm_per_s(0.004, 0.005), pulses.value_nm(0.005, 0.0)];
         let turn = 2.0 * PI / duration_s;
         for (found, early) in found.iter().zip([61e-6 / 3.0, 9e-3, 25e-6]) {
             let error = found / (10.0 * turn * turn * early) - 1.0;
@@ -126,7 +128,7 @@ fn val_rise_is_that_of_the_first_moment() {
         let moment: f64 = (0..n)
             .map(|k| {
                 let s = h * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
-                s * torque_nm(&pulse, 0.5 * (from_s + to_s) + s - pulse.start_s) * h / f64::from(n)
+                s * torque_nm(&pulse, 0.5 * (from_s + to_s) + s - pulse.start_s, 0.0) * h / f64::from(n)
             })
             .sum();
         let (rise, expected) = (pulses.rise_nm_per_s(from_s, to_s), 12.0 * moment / h.powi(3));
@@ -141,4 +143,25 @@ fn val_overlapping_pulses_add() {
         pulses.push(Pulse { start_s: 0.0, torque_nm: 3.0, duration_s: 1.0, shape: PulseShape::Rectangular });
     }
     assert_eq!(pulses.mean_nm(0.25, 0.5), 6.0);
+}
+
+/// Of the 54 edges, rounding leaves some before the end of the step that they fall on, and some behind it.
+#[test]
+fn regress_a_jump_at_the_end_of_a_step_is_still_to_come() {
+    let torque_nm = 0.2;
+    for start in 40..67_u32 {
+        let pulse = format!("pulse=[{{ start_s = {}, torque_nm = {torque_nm}, duration_s = 0.2 }}]", f64::from(start) / 100.0);
+        let overrides =
+            ["solver.step_s=0.0005", "solver.model=rigid", "solver.integrator=runge-kutta", &pulse].map(str::to_owned);
+        let mut simulation = Simulation::new(&SceneSource::open("crank-slider", &overrides).unwrap().scene).unwrap();
+        let mut torque_after = |steps: u32| {
+            while simulation.step_count() < u64::from(steps) {
+                simulation.step().unwrap();
+            }
+            simulation.law.torque.mean_nm
+        };
+        let (first, last) = (20 * start, 20 * start + 400);
+        let found = [first - 1, first, first + 1, last - 1, last, last + 1].map(&mut torque_after);
+        assert_eq!(found, [0.0, 0.0, torque_nm, torque_nm, torque_nm, 0.0], "{pulse}");
+    }
 }
