@@ -16,8 +16,8 @@ use std::process::Command;
 use flexcrank::scene::{IntegratorKind, ModelKind, Scene, SceneSource};
 use flexcrank::simulation::Simulation;
 use flexcrank::study::trade::{
-    Axial, Configuration, Demands, Family, INTERRUPTED, LostModes, OutputGroup, Question, Refusal, Selection, Study, choose,
-    study, table,
+    Configuration, Demands, Family, INTERRUPTED, LostModes, OutputGroup, Question, Refusal, Selection, Study, choose, study,
+    table,
 };
 
 fn open(scene: &str, overrides: &[&str]) -> SceneSource {

@@ -76,7 +76,7 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
             integrator: IntegratorKind::Esdirk,
             resolution: 8,
             rigid: vec![false, false],
-            axial: vec![Axial::OfScene(true); 2],
+            axial: vec![true; 2],
         },
         step_s: 1e-3,
     };

@@ -155,7 +155,7 @@ impl fmt::Display for Unverified {
 
 #[cfg(test)]
 mod tests {
-    use super::super::configuration::{Axial, Family};
+    use super::super::configuration::Family;
     use super::*;
     use crate::scene::{IntegratorKind, ModelKind};
 
@@ -166,7 +166,7 @@ mod tests {
             integrator: IntegratorKind::Esdirk,
             resolution: 3,
             rigid: vec![false, false],
-            axial: vec![Axial::OfScene(false); 2],
+            axial: vec![false; 2],
         };
         let last = Configuration { family, step_s: 5e-4 };
         let unverified = |[error_times, speed_times]: [f64; 2], [over_ten_minutes, reference, left_out]: [bool; 3]| {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use super::configuration::{Axial, Configuration, Family};
+use super::configuration::{Configuration, Family};
 use super::grid::Grid;
 use super::output_group::{CHANNELS, OutputGroup};
 use super::run::Failed;
@@ -226,7 +226,7 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         integrator: IntegratorKind::Esdirk,
         resolution: RESOLUTION,
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
-        axial: vec![Axial::Added; chain.links.len()],
+        axial: vec![true; chain.links.len()],
     };
     let still = NormalModes::new(&family.scene(scene, grid.interval_s), chain.start.angle_rad, VIBRATIONS + BEYOND)?;
     let highest = still.modes().iter().map(|mode| mode.equation.stiffness.sqrt()).fold(0.0, f64::max);

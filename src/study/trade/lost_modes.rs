@@ -247,7 +247,7 @@ fn damping_ratio(eigenvalue: Complex<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::scene::{IntegratorKind, ModelKind, SceneSource};
-    use crate::study::trade::{Axial, CHANNELS, Grid, OutputGroup};
+    use crate::study::trade::{CHANNELS, Grid, OutputGroup};
 
     type Tested = Result<(), Box<dyn std::error::Error>>;
 
@@ -347,7 +347,7 @@ step_s = 0.001
         tolerance: f64,
     ) -> Result<Vec<String>, Box<dyn std::error::Error>> {
         let links = &scene.chain().ok_or("no links")?.links;
-        let (rigid, axial) = (links.iter().map(|link| link.rigid).collect(), vec![Axial::OfScene(false); links.len()]);
+        let (rigid, axial) = (links.iter().map(|link| link.rigid).collect(), vec![false; links.len()]);
         let family = Family { model, integrator: IntegratorKind::Esdirk, resolution, rigid, axial };
         let mut asked = Asked { scene, excitation, tolerance, until_s: UNTIL_S, models: Vec::new() };
         let errors = asked.errors(&Configuration { family, step_s: 1e-3 }).ok_or("not known")?;

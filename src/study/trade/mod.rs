@@ -35,7 +35,7 @@ use crate::small_motion::Vibrations;
 use crate::study::duration::usual_until_s;
 
 pub use choice::{Choice, Chosen, choose};
-pub use configuration::{Axial, Configuration, Family};
+pub use configuration::{Configuration, Family};
 pub use demands::{Demands, Excess, Refusal, Unverified};
 pub use effort::RunEffort;
 pub use errors::Errors;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::REFERENCE_PART;
-use super::configuration::{Axial, Configuration, Family};
+use super::configuration::{Configuration, Family};
 use super::effort::RunEffort;
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
@@ -204,7 +204,7 @@ fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
         integrator: IntegratorKind::GeneralizedAlpha,
         resolution: ELEMENTS << k,
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
-        axial: Axial::of(chain),
+        axial: chain.links.iter().map(|link| link.axial).collect(),
     };
     Configuration { family, step_s: step_s_of_level(grid, k) }
 }

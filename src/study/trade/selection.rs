@@ -1,7 +1,7 @@
 //! The families of configurations that suit a scene and are selected.
 
-use super::configuration::{Axial, Family};
-use crate::scene::{IntegratorKind, Link, ModelKind, Scene};
+use super::configuration::Family;
+use crate::scene::{IntegratorKind, ModelKind, Scene};
 use crate::simulation::Simulation;
 use crate::study::{MATTERS, shortenings};
 
@@ -27,8 +27,9 @@ const MODES: [usize; 4] = [1, 2, 3, 4];
 const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
 
 impl Selection {
-    /// Families that can compute the scene, the cheaper before the dearer. Links stretch, too, where their loads shorten them by more
-    /// than the tolerance `enough`, or a tenth, of their deflection.
+    /// Families that can compute the scene, the cheaper before the dearer. Of `modal` there are those with the scene's own links that
+    /// stretch; those in which none does, if one does in the scene; and those in which all do, if the loads shorten one that does
+    /// not in the scene by more than the tolerance `enough`, or a tenth, of its deflection.
     pub(super) fn families(&self, scene: &Scene, enough: Option<f64>) -> Vec<Family> {
         let mut families = Vec::new();
         for model in MODELS.into_iter().filter(|model| asked(&self.models, *model)) {
@@ -51,9 +52,8 @@ impl Selection {
         families
     }
 
-    /// Patterns of rigid and of stretching links: the scene's own, with more rigid links if selected; and of all these those with links that
-    /// stretch because their loads would shorten them too much otherwise.
-    fn patterns(&self, scene: &Scene, model: ModelKind, enough: Option<f64>) -> Vec<(Vec<bool>, Vec<Axial>)> {
+    /// Patterns of rigid and of stretching links: the scene's own rigid links, with more of them if selected.
+    fn patterns(&self, scene: &Scene, model: ModelKind, enough: Option<f64>) -> Vec<(Vec<bool>, Vec<bool>)> {
         let Some(chain) = scene.chain() else { return Vec::new() };
         let asked: Vec<bool> = chain.links.iter().map(|link| link.rigid).collect();
         let meshed = matches!(model, ModelKind::Modal | ModelKind::FiniteElement);
@@ -61,23 +61,33 @@ impl Selection {
         if self.link_by_link && meshed && asked == [false, false] {
             patterns.splice(0..0, [vec![true, false], vec![false, true]]);
         }
-        let own = Axial::of(chain);
-        let mut patterns: Vec<_> = patterns.into_iter().map(|rigid| (rigid, own.clone())).collect();
+        let own: Vec<bool> = chain.links.iter().map(|link| link.axial).collect();
+        let mut stretching = vec![own.clone()];
         if model == ModelKind::Modal {
-            let shortened = shortenings(scene).unwrap_or_default();
-            let part = enough.unwrap_or(MATTERS).min(MATTERS);
-            let is_short = |link: &Link| shortened.iter().any(|shortened| shortened.link == link.name && shortened.exceeds(part));
-            let stretching = |(rigid, axial): &(Vec<bool>, Vec<Axial>)| {
-                let links = chain.links.iter().zip(rigid).zip(axial);
-                let axial: Vec<Axial> =
-                    links.map(|((link, rigid), own)| if !rigid && is_short(link) { Axial::Added } else { *own }).collect();
-                (rigid.clone(), axial)
-            };
-            let added: Vec<_> = patterns.iter().map(stretching).filter(|(_, axial)| axial.contains(&Axial::Added)).collect();
-            patterns.extend(added);
+            if own.contains(&true) {
+                stretching.insert(0, vec![false; own.len()]);
+            }
+            if shortens(scene, enough) {
+                stretching.push(vec![true; own.len()]);
+            }
         }
-        patterns
+        let among_rigid = |rigid: Vec<bool>| {
+            let stretch = |axial: &Vec<bool>| -> Vec<bool> {
+                let links = axial.iter().zip(&own).zip(&rigid);
+                links.map(|((axial, own), rigid)| if *rigid { *own } else { *axial }).collect()
+            };
+            let mut patterns: Vec<_> = stretching.iter().map(stretch).map(|axial| (rigid.clone(), axial)).collect();
+            patterns.dedup();
+            patterns
+        };
+        patterns.into_iter().flat_map(among_rigid).collect()
     }
+}
+
+/// Whether loads shorten a link that does not stretch by more than the tolerance `enough`, or a tenth, of its deflection.
+fn shortens(scene: &Scene, enough: Option<f64>) -> bool {
+    let part = enough.unwrap_or(MATTERS).min(MATTERS);
+    shortenings(scene).unwrap_or_default().iter().any(|shortened| shortened.exceeds(part))
 }
 
 /// Flexible models need a flexible link; otherwise `rigid` gives the same for less.
@@ -101,21 +111,33 @@ mod tests {
     use super::*;
     use crate::scene::SceneSource;
 
-    #[test]
-    fn regress_links_stretch_where_they_shorten_by_more_than_the_tolerance() {
-        let stiff = ["rod.axial=false", "crank.axial=false", "rod.section.height_m=0.03"].map(str::to_owned);
-        let scene = SceneSource::open("crank-slider", &stiff).unwrap().scene;
+    /// The links that stretch in families of the default scene with `overrides`.
+    fn stretching(overrides: &[&str], enough: Option<f64>) -> Vec<Vec<bool>> {
+        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+        let scene = SceneSource::open("crank-slider", &overrides).unwrap().scene;
         let selection = Selection {
             models: vec![ModelKind::Modal],
             integrators: vec![IntegratorKind::Esdirk],
             modes: vec![1],
             ..Selection::default()
         };
+        selection.families(&scene, enough).into_iter().map(|family| family.axial).collect()
+    }
+
+    #[test]
+    fn regress_links_stretch_where_they_shorten_by_more_than_the_tolerance() {
+        let stiff = ["rod.axial=false", "crank.axial=false", "rod.section.height_m=0.03"];
+        let [none, all] = [[false; 2], [true; 2]];
         // The rod shortens by a thousandth of its deflection, the crank by half of that.
-        for (enough, rods) in [(None, 0), (Some(2e-3), 0), (Some(8e-4), 1)] {
-            let families = selection.families(&scene, enough);
-            let stretching = families.iter().filter(|family| family.axial[1] == Axial::Added);
-            assert_eq!((stretching.count(), families.len()), (rods, 1 + rods), "{enough:?}");
-        }
+        assert_eq!(stretching(&stiff, None), [none]);
+        assert_eq!(stretching(&stiff, Some(2e-3)), [none]);
+        assert_eq!(stretching(&stiff, Some(8e-4)), [none, all]);
+    }
+
+    #[test]
+    fn regress_links_that_stretch_in_the_scene_are_tried_without() {
+        assert_eq!(stretching(&[], None), [[false; 2], [true; 2]]);
+        assert_eq!(stretching(&["crank.rigid=true"], None), [[true, false], [true; 2]]);
+        assert_eq!(stretching(&["crank.rigid=true", "rod.axial=false"], None), [[true, false]]);
     }
 }
