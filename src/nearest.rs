@@ -46,24 +46,41 @@ fn has_words_of(given: &str, name: &str) -> bool {
 
 /// A question to end a refusal with, if one of `names` is like the one given; else nothing.
 pub(crate) fn did_you_mean<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> String {
-    nearest(given, names).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
+    nearest(given, names).map(question).unwrap_or_default()
 }
 
-/// The column that holds what `watch` calls `slider.x_m` and `slider.vx_m_per_s`, that of the middle of a link, or else the one that
-/// is most like `given`.
+/// The same for one of the columns of a recording, or of the signals of `watch`.
+#[cfg(feature = "service")]
+pub(crate) fn did_you_mean_column<'a>(given: &str, columns: impl IntoIterator<Item = &'a str>) -> String {
+    nearest_column(given, columns).map(question).unwrap_or_default()
+}
+
+fn question(near: &str) -> String {
+    format!("; did you mean `{near}`?")
+}
+
+/// The column that holds what `slider.x_m` or `tip.x_m` means, that of the middle of a link, or else the one that is most like
+/// `given`.
 #[cfg(feature = "service")]
 pub(crate) fn nearest_column<'a>(given: &str, columns: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let columns: Vec<&'a str> = columns.into_iter().collect();
-    column_of_slider(given, &columns).or_else(|| middle_column(given, &columns)).or_else(|| nearest(given, columns))
+    column_of_end(given, &columns).or_else(|| middle_column(given, &columns)).or_else(|| nearest(given, columns))
 }
 
-/// The column of the rod's last node for `slider.x_m`.
+/// The column of the last node of the last link: of the rod for `slider.x_m`, of the rod or the beam for `tip.x_m`. `watch` names
+/// it without `nodes`. Links do not deflect at their ends.
 #[cfg(feature = "service")]
-fn column_of_slider<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
-    let wanted = given.strip_prefix("slider.")?;
+fn column_of_end<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
+    let (end, wanted) = given.split_once('.').filter(|(_, wanted)| !wanted.starts_with("deflection"))?;
+    let links: &[&str] = match end {
+        "slider" => &["rod"],
+        "tip" => &["rod", "beam"],
+        _ => return None,
+    };
     let node = |column: &str| -> Option<u32> {
-        let (node, field) = column.strip_prefix("nodes.rod.")?.split_once('.')?;
-        if field == wanted { node.parse().ok() } else { None }
+        let (link, rest) = column.strip_prefix("nodes.").unwrap_or(column).split_once('.')?;
+        let (node, _) = rest.split_once('.').filter(|(_, field)| links.contains(&link) && *field == wanted)?;
+        node.parse().ok()
     };
     columns.iter().filter_map(|column| Some((node(column)?, *column))).max().map(|(_, column)| column)
 }
@@ -74,7 +91,9 @@ fn column_of_slider<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
 fn middle_column<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
     let without_list = given.split_once('.').map(|(_, rest)| rest);
     [Some(given), without_list].into_iter().flatten().find_map(|words| {
-        let with_words: Vec<&'a str> = columns.iter().copied().filter(|column| has_words_of(words, column)).collect();
+        let mut with_words: Vec<&'a str> = columns.iter().copied().filter(|column| has_words_of(words, column)).collect();
+        // The signals of `watch` are sorted by letters: 10 before 2.
+        with_words.sort_by_cached_key(|column| numbers(column));
         let middle = *with_words.get(with_words.len() / 2)?;
         with_words.iter().all(|column| without_numbers(column) == without_numbers(middle)).then_some(middle)
     })
@@ -85,6 +104,12 @@ fn middle_column<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
 fn without_numbers(name: &str) -> String {
     let parts = name.split('.').map(|part| if part.bytes().all(|byte| byte.is_ascii_digit()) { "N" } else { part });
     parts.collect::<Vec<_>>().join(".")
+}
+
+/// The numbers in a name, in order.
+#[cfg(feature = "service")]
+fn numbers(name: &str) -> Vec<u64> {
+    name.split('.').filter_map(|part| part.parse().ok()).collect()
 }
 
 /// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
@@ -128,6 +153,31 @@ mod tests {
             ("slider.mass", None),
         ] {
             assert_eq!(nearest_column(given, columns), column, "{given}");
+        }
+    }
+
+    #[test]
+    fn regress_the_tip_is_the_last_node_of_the_last_link() {
+        let nodes = |link: &str, last: u32, list: &str| -> Vec<String> {
+            let fields = ["x_m", "y_m", "deflection_m"];
+            let mut names: Vec<String> =
+                (0..=last).flat_map(|node| fields.map(|field| format!("{list}{link}.{node}.{field}"))).collect();
+            names.sort();
+            names
+        };
+        let beam = nodes("beam", 8, "nodes.");
+        let signals = nodes("beam", 10, "");
+        let pendulum = [nodes("crank", 10, "nodes."), nodes("rod", 2, "nodes.")].concat();
+        for (columns, given, column) in [
+            (&beam, "tip.y_m", "nodes.beam.8.y_m"),
+            (&signals, "tip.y_m", "beam.10.y_m"),
+            (&pendulum, "tip.x_m", "nodes.rod.2.x_m"),
+            // An end does not deflect from the chord, the middle does.
+            (&beam, "tip.deflection_m", "nodes.beam.4.deflection_m"),
+            (&signals, "beam.deflection_m", "beam.5.deflection_m"),
+            (&signals, "links.beam.deflection", "beam.5.deflection_m"),
+        ] {
+            assert_eq!(nearest_column(given, columns.iter().map(String::as_str)), Some(column), "{given}");
         }
     }
 

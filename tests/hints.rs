@@ -120,6 +120,42 @@ fn regress_a_time_to_wait_after_a_space_is_no_name() -> Result<(), Box<dyn Error
     Ok(())
 }
 
+/// 100 is meant in ms.
+#[test]
+fn regress_an_added_pulse_that_lasts_long_without_a_unit_is_warned_of() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let warned = "warning: --add-pulse: DURATION 100 has no unit: that is 100 s\n\
+                  warning: the pulse added at t = 1 s lasts until t = 101 s, and the recording ends at t = 6 s\n";
+    for (pulse, warned) in [("1:0.001:100", warned), ("1:0.001:100ms", ""), ("5.9:0.001:0.1", "")] {
+        let path = folder.path().join(format!("{pulse}.mcap"));
+        let record = path.to_str().ok_or("a path that is no text")?;
+        let ended = flexcrank(&["what-if", SAMPLE, "--add-pulse", pulse, "--record", record])?;
+        assert_eq!(ended, (Some(0), warned.to_owned()), "{pulse}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_recording_named_as_another_kind_of_file_is_refused() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let run = ["run", "--no-bus", "--pace", "max", "--until", "0.1", "--record"];
+    for words in [&run[..], &["what-if", SAMPLE, "--set", "slider.mass_kg=2", "--record"], &["recover", SAMPLE, "-o"]] {
+        for name in ["o1.csv", "o1.PNG"] {
+            let path = folder.path().join(name).display().to_string();
+            let (code, said) = flexcrank(&[words, &[path.as_str()]].concat())?;
+            let refusal = format!("error: {path}: a recording is an MCAP file, named *.mcap; `flexcrank export` ");
+            assert!(code == Some(2) && said.starts_with(&refusal), "{words:?}: {said}");
+        }
+    }
+    assert_eq!(std::fs::read_dir(folder.path())?.count(), 0, "no file");
+    for name in ["take", "take.1"] {
+        let path = folder.path().join(name).display().to_string();
+        let (code, said) = flexcrank(&[&run[..], &[path.as_str()]].concat())?;
+        assert_eq!(code, Some(0), "{said}");
+    }
+    Ok(())
+}
+
 #[test]
 fn regress_a_deflection_without_its_node_is_that_of_the_middle() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;

@@ -126,6 +126,7 @@ fn regress_incomplete_arguments() -> Result<(), Box<dyn Error>> {
     refused(&["pulse", "crank"], 2, &["--torque <NM>|--from <FILE>", "--torque <NM> --duration <TIME> [NAME]"])?;
     refused(&["pulse", "crank", "--torque", "1"], 2, &["--duration <TIME>"])?;
     refused(&["watch", "crank", "--plain", "--torque", "1"], 2, &["cannot be used with", "--torque"])?;
+    refused(&["watch", "crank", "--json", "--torque", "1"], 2, &["cannot be used with", "--torque"])?;
     refused(&["what-if", SAMPLE], 2, &["--add-pulse <START:TORQUE:DURATION>|--set <KEY=VALUE>"])?;
     refused(&["what-if", SAMPLE, "--add-pulse", "1:1"], 2, &["three numbers START:TORQUE:DURATION"])
 }
@@ -232,7 +233,7 @@ fn regress_numbers_and_times_are_refused_in_words() -> Result<(), Box<dyn Error>
     refused(&["run", "--count", "many"], 2, &["a whole number from 1 to 999"])?;
     refused(&["replay", SAMPLE, "--wait-for", "x"], 2, &["a whole number"])?;
     refused(&["run", "--set", "rod.length_m=\"80 mm\""], 2, &["rod.length_m = \"80 mm\": must be a number without its unit"])?;
-    refused(&["run", "--shadow", "foo"], 2, &["error: --shadow foo: must be one of rigid"])?;
+    refused(&["run", "--shadow", "modl"], 2, &["error: --shadow modl: must be one of rigid", "did you mean `modal`?"])?;
     refused(&["run", "--shadow", "best"], 2, &["--shadow best needs a scene with [[level]] tables"])?;
     let (_, _, said) = flexcrank(&["run", "--shadow", "foo"])?;
     assert!(!said.contains("--set"), "{said}");

@@ -35,6 +35,22 @@ pub(super) fn must_have_folder(path: &Path) -> CommandResult<()> {
     }
 }
 
+/// Endings of files of other kinds.
+const OTHER_ENDINGS: [&str; 15] =
+    ["csv", "tsv", "txt", "md", "json", "jsonl", "toml", "yaml", "yml", "parquet", "npz", "svg", "png", "pdf", "html"];
+
+/// Refuses a new recording with the name of another kind of file, or in a folder that does not exist.
+pub(super) fn must_suit_recording(path: &Path) -> CommandResult<()> {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if OTHER_ENDINGS.iter().any(|other| ending == *other) {
+        return Err(Failure::Usage(format!(
+            "{}: a recording is an MCAP file, named *.mcap; `flexcrank export` makes tables of it, `flexcrank plot` figures",
+            path.display()
+        )));
+    }
+    must_have_folder(path)
+}
+
 /// Refuses to begin work whose default folder of recordings cannot be written, or created, and names the options that help. The folder
 /// is not created.
 pub(super) fn must_hold_recordings(folder: &Path, remedy: &str) -> CommandResult<()> {

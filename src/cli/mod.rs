@@ -10,6 +10,7 @@ macro_rules! say_reason {
     ($($said:tt)*) => { $crate::cli::log::say_reason(&format!($($said)*)) };
 }
 
+mod acceleration_sampling;
 mod aligned_table;
 mod args;
 mod async_runtime;

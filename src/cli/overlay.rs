@@ -23,7 +23,7 @@ pub(super) fn overlaid(sources: &mut [Source], x: Option<&str>, ys: &[String]) -
     let title = columns_title(sources, &ys)?;
     let figures = |source: &Source| {
         let figures = if ys.is_empty() { source.figures(None, &[])? } else { columns(source, x.as_ref(), &ys, &title)? };
-        Ok((source.stem.clone(), figures))
+        Ok((source.label(), figures))
     };
     let files = sources.iter().map(figures).collect::<Result<Vec<_>, PlotError>>()?;
     let mut laid = plot::overlaid(&files);

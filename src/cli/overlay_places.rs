@@ -76,6 +76,6 @@ pub(super) fn name_with_meshes(source: &Source, columns: &[PlacedColumn]) -> Str
             meshes.push(mesh);
         }
     }
-    let stem = &source.stem;
-    if meshes.is_empty() { stem.clone() } else { format!("{stem} ({})", meshes.join(", ")) }
+    let label = source.label();
+    if meshes.is_empty() { label } else { format!("{label} ({})", meshes.join(", ")) }
 }

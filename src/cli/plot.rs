@@ -94,9 +94,9 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     bar.finish_and_clear();
     let mut sources = sources?;
     let sentences = |source: &Source| {
-        let of_figures = || [source.straight_links(), source.coarse_turning()];
-        let of_all = args.y.is_empty().then(of_figures).into_iter().flatten();
-        of_all.chain([source.interrupted_study(), source.rare_samples(&args.y)]).flatten()
+        let straight_links = args.y.is_empty().then(|| source.straight_links()).flatten();
+        let missed_motion = source.missed_motion(&args.y, args.animation.is_some());
+        straight_links.into_iter().chain(source.interrupted_study()).chain(missed_motion)
     };
     sources.iter().flat_map(sentences).for_each(|sentence| say!("{sentence}"));
     tell_apart(&mut sources);
@@ -249,17 +249,17 @@ fn stems(sources: &[Source]) -> String {
 /// The figures of files, laid over one another part by part if there are several files.
 fn figures(args: &Args, sources: &mut [Source]) -> CommandResult<Vec<Entry>> {
     let (all, x) = (stems(sources), args.x.as_deref());
-    let (parts, overlay) = match sources {
-        [source] => (source.figures(x, &args.y)?, false),
-        several => (overlaid(several, x, &args.y)?, true),
+    let (parts, names, overlay) = match sources {
+        [source] => (source.figures(x, &args.y)?, source.label(), false),
+        several => (overlaid(several, x, &args.y)?, all.clone(), true),
     };
     let one = parts.len() == 1;
     let entry = |(part, mut figure): (String, Figure)| {
         figure.title = match (&args.title, figure.title) {
-            (None, words) if words.is_empty() => all.clone(),
+            (None, words) if words.is_empty() => names.clone(),
             // The legend names files that lie over one another.
             (None, words) if overlay => words,
-            (None, words) => format!("{words}: {all}"),
+            (None, words) => format!("{words}: {names}"),
             (Some(title), words) if one || words.is_empty() => title.clone(),
             (Some(title), words) => format!("{title}: {words}"),
         };

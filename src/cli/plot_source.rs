@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::acceleration_sampling::{ACCELERATION, rare_accelerations};
 use super::failure::{CommandResult, Failure};
 use super::sample_intervals::regular_s;
 use super::turning::coarse_turning;
@@ -16,6 +17,9 @@ use crate::text_file;
 
 /// The first bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
+
+/// Topics of samples of the motion. Each may have a rate of its own.
+const MOTION: [&str; 4] = ["displacements", "angles", "loads", "energies"];
 
 /// A file and its numbers.
 pub(super) struct Source {
@@ -74,23 +78,40 @@ impl Source {
         topic.map_or(&self.none, |topic| &topic.table)
     }
 
-    /// A sentence about a first link that turns so far from sample to sample that paths are polygons; `None` if it does not.
-    pub fn coarse_turning(&self) -> Option<String> {
-        let sentence = coarse_turning(self.topic("angles"), self.displacements())?;
-        Some(format!("{}: {sentence}", self.path.display()))
+    /// Sentences about motion that lines from sample to sample miss in the columns that are drawn. Without columns, everything is
+    /// drawn; but an animation shows neither accelerations nor forces.
+    pub fn missed_motion(&self, ys: &[String], is_animation: bool) -> Vec<String> {
+        let [angles, displacements] = ["angles", "displacements"].map(|name| self.topic(name));
+        let turning = self.coarse_turning(ys);
+        let draws_deflections = self.draws_loads_or(".deflection_m", displacements, ys);
+        let vibration = draws_deflections.then(|| rare_samples(displacements)).flatten();
+        // The other sentences already say that curves are wrong, and name the rate to begin with.
+        let is_new = turning.is_none() && vibration.is_none();
+        let draws_accelerations = is_new && !is_animation && self.draws_loads_or(ACCELERATION, angles, ys);
+        let accelerations = draws_accelerations.then(|| rare_accelerations(angles)).flatten();
+        let sentences = [turning, vibration, accelerations].into_iter().flatten();
+        sentences.map(|sentence| format!("{}: {sentence}", self.path.display())).collect()
     }
 
-    /// A sentence about vibrations of links that the samples are too rare to show; `None` if they do, or if neither deflections nor
-    /// forces are among the columns that are drawn. Without columns, everything is drawn.
-    pub fn rare_samples(&self, ys: &[String]) -> Option<String> {
+    /// A sentence about a first link that turns far from sample to sample; `None` if it does not, or if only angles are drawn:
+    /// straight lines show even turning.
+    fn coarse_turning(&self, ys: &[String]) -> Option<String> {
+        let is_angle = |name: &str| name.ends_with(".chord_rad") || name.ends_with(".revolutions");
+        let is_curved = |name: &str| !name.starts_with("stamp.") && !is_angle(name);
+        let names = ys.iter().filter_map(|given| self.column_name(given).ok());
+        let names: Vec<&str> = names.filter(|&name| is_curved(name)).collect();
+        let is_drawn = |topic: &&Table| ys.is_empty() || names.iter().any(|name| topic.column(name).is_some());
+        let drawn = MOTION.map(|name| self.topic(name)).into_iter().filter(is_drawn);
+        coarse_turning(self.topic("angles"), drawn.filter_map(regular_s).reduce(f64::max)?)
+    }
+
+    /// Whether loads with samples as rare as those of this topic are drawn, or columns with this ending.
+    fn draws_loads_or(&self, ending: &str, topic: &Table, ys: &[String]) -> bool {
         let loads = self.topic("loads");
-        // Either topic may have a rate of its own.
-        let are_loads_as_rare = regular_s(loads) >= regular_s(self.displacements());
+        let are_loads_as_rare = regular_s(loads) >= regular_s(topic);
         let is_load = |name: &str| are_loads_as_rare && !name.starts_with("stamp.") && loads.column(name).is_some();
-        let vibrates = |name: &str| name.ends_with(".deflection_m") || is_load(name);
-        let is_drawn = ys.is_empty() || ys.iter().any(|given| self.column_name(given).is_ok_and(vibrates));
-        let sentence = is_drawn.then(|| rare_samples(self.displacements()))??;
-        Some(format!("{}: {sentence}", self.path.display()))
+        let is_meant = |name: &str| name.ends_with(ending) || is_load(name);
+        ys.is_empty() || ys.iter().any(|given| self.column_name(given).is_ok_and(is_meant))
     }
 
     /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if
@@ -109,11 +130,22 @@ impl Source {
         (!straight.is_empty()).then(|| format!("{file}: no deflections of {links}: {why}"))
     }
 
+    /// Its name in titles and legends. That of a part says so: `trade (interrupted study)`.
+    pub fn label(&self) -> String {
+        let part = if self.is_interrupted_study() { " (interrupted study)" } else { "" };
+        format!("{}{part}", self.stem)
+    }
+
     /// A sentence about a table of `trade` that is a part; `None` of any other file.
     pub fn interrupted_study(&self) -> Option<String> {
-        let table = &self.tables.first()?.table;
-        let is_part = !self.recorded && table.column(INTERRUPTED).is_some() && plot::work_precision(table).is_some();
-        is_part.then(|| format!("{}: a part of the configurations, because `trade` was interrupted", self.path.display()))
+        let sentence = || format!("{}: a part of the configurations, because `trade` was interrupted", self.path.display());
+        self.is_interrupted_study().then(sentence)
+    }
+
+    /// Whether it is a table of a `trade` that was interrupted.
+    fn is_interrupted_study(&self) -> bool {
+        let is_part = |table: &Table| table.column(INTERRUPTED).is_some() && plot::work_precision(table).is_some();
+        !self.recorded && self.tables.first().is_some_and(|named| is_part(&named.table))
     }
 
     /// Its figures, each with the name of its part of the file. Their titles do not name the file.

@@ -15,14 +15,11 @@ use super::output::{output, print_json};
 use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
 use super::signals::interruption_leaves;
-use super::values::{GivenDuration, pulse_delay, pulse_duration, torque};
+use super::values::{GivenDuration, LONG_PULSE_S, pulse_delay, pulse_duration, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
 use crate::wire;
-
-/// Pulses are rarely as long, s: a duration of this size without a unit may be meant in ms.
-const LONG_S: f64 = 10.0;
 
 /// Both forms: a pulse needs torque and duration.
 pub(super) const USAGE: &str = "\
@@ -92,7 +89,7 @@ pub(super) fn pulse(args: Args) -> CommandResult {
     if let Some(file) = &args.from {
         return sequence(&args, file);
     }
-    args.duration.and_then(long_without_unit).iter().for_each(|warning| say!("warning: {warning}"));
+    args.duration.and_then(GivenDuration::suspect_pulse).iter().for_each(|warning| say!("warning: {warning}"));
     let request = PulseRequest {
         torque_nm: args.torque.unwrap_or_default(),
         duration_s: args.duration.map_or(0.0, |given| given.duration_s),
@@ -103,15 +100,17 @@ pub(super) fn pulse(args: Args) -> CommandResult {
     send_and_print(&args.client, &args.name, args.json, |session| Ok(client::pulse(session, &args.name, &message)?))
 }
 
-/// A warning of a long duration without a unit.
-fn long_without_unit(GivenDuration { duration_s, is_bare }: GivenDuration) -> Option<String> {
-    let given = figure(duration_s);
-    (is_bare && duration_s >= LONG_S).then(|| format!("--duration {given} has no unit: that is {given} s"))
+/// A warning of the first long pulse of a file, whose durations may be meant in ms.
+fn suspect_file(file: &Path, pulses: &[ListedPulse]) -> Option<String> {
+    let long = pulses.iter().find(|pulse| pulse.request.duration_s >= LONG_PULSE_S)?;
+    let duration = figure(long.request.duration_s);
+    Some(format!("{}:{}: duration_s = {duration}: that is {duration} s, unusually long for a pulse", file.display(), long.line))
 }
 
 /// Sends the pulses of a file in order; stops at the first refusal.
 fn sequence(args: &Args, file: &Path) -> CommandResult {
     let pulses = sequence::read(file)?;
+    suspect_file(file, &pulses).iter().for_each(|warning| say!("warning: {warning}"));
     let session = args.client.open(&args.name)?;
     let done = send_all(&session, args, &pulses);
     bus::close(&session)?;
@@ -145,11 +144,24 @@ mod tests {
 
     #[test]
     fn regress_a_long_duration_without_a_unit_is_suspect() {
-        let warning = |text: &str| pulse_duration(text).map(long_without_unit);
+        let warning = |text: &str| pulse_duration(text).map(GivenDuration::suspect_pulse);
         assert_eq!(warning("100"), Ok(Some("--duration 100 has no unit: that is 100 s".to_owned())));
         for text in ["100s", "100ms", "0.1", "9.9", "2min"] {
             assert_eq!(warning(text), Ok(None), "{text}");
         }
         assert!(warning("7200").is_err());
+    }
+
+    #[test]
+    fn regress_a_long_duration_in_a_file_is_suspect() {
+        let of = |durations_s: [f64; 2]| {
+            let listed = |line, duration_s| {
+                let request = PulseRequest { torque_nm: 1.0, duration_s, delay_s: 0.0, shape: PulseShape::Rectangular };
+                ListedPulse { line, id: None, request }
+            };
+            suspect_file(Path::new("p.csv"), &[listed(2, durations_s[0]), listed(3, durations_s[1])])
+        };
+        assert_eq!(of([0.1, 100.0]).as_deref(), Some("p.csv:3: duration_s = 100: that is 100 s, unusually long for a pulse"));
+        assert_eq!(of([0.1, 9.9]), None);
     }
 }

@@ -10,7 +10,7 @@ use super::command_line::command_line;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::fixed_cost::with_fixed_cost;
-use super::folders::{must_have_folder, must_hold_recordings};
+use super::folders::{must_hold_recordings, must_suit_recording};
 use super::foxglove::Viewers;
 use super::resume::{self, ResumeArgs, RunStart};
 use super::ros2_args::Nodes;
@@ -23,6 +23,7 @@ use super::status_line::StatusLine;
 use super::supervise::supervise;
 use super::suspect_numbers::suspect_numbers;
 use crate::bus::{self, BusOptions, Name, Session};
+use crate::nearest::did_you_mean;
 use crate::recording::{RecordingError, Split, paths};
 use crate::resimulation::BestLevelRun;
 use crate::runtime::{Ending, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
@@ -46,7 +47,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
             args.resume = ResumeArgs { resume: Some(file), at: None };
         }
     }
-    args.record.as_deref().map_or(Ok(()), must_have_folder)?;
+    args.record.as_deref().map_or(Ok(()), must_suit_recording)?;
     let (fixed, starts) = starts(&args)?;
     let remedy = step_remedy(starts.iter().map(|start| &start.scene.scene));
     let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };
@@ -218,7 +219,8 @@ fn second_run(scene: &SceneSource, model: &str) -> CommandResult<SecondRun> {
     let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     let Some(kind) = kind else {
         let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
-        return Err(Failure::Usage(format!("--shadow {model}: must be one of {}, or {BEST}", words.join(", "))));
+        let near = did_you_mean(model, words.iter().copied().chain([BEST]));
+        return Err(Failure::Usage(format!("--shadow {model}: must be one of {}, or {BEST}{near}", words.join(", "))));
     };
     let origin = format!("--shadow {model}: {}", scene.origin);
     let scene = SceneSource { origin: origin.clone(), ..scene.clone() }.by_model(kind).map_err(|refused| {

@@ -5,6 +5,10 @@ use crate::study::Table;
 
 /// Part of the intervals between samples that are no gaps.
 const REGULAR: f64 = 0.9;
+/// Intervals longer than this many regular ones are gaps.
+const GAP: f64 = 1.5;
+/// Steps longer than this part of the time between samples were all published.
+pub(super) const EVERY_STEP: f64 = 0.75;
 
 /// The time between a sample and the one before it.
 pub(super) struct Interval {
@@ -28,4 +32,17 @@ pub(super) fn regular_s(table: &Table) -> Option<f64> {
     durations_s.sort_by(f64::total_cmp);
     let last = durations_s.len().checked_sub(1)?;
     durations_s.get((REGULAR * last as f64) as usize).copied()
+}
+
+/// The intervals that are no gaps.
+pub(super) fn regular_intervals(table: &Table) -> Vec<Interval> {
+    let gap_s = GAP * regular_s(table).unwrap_or_default();
+    intervals(table).into_iter().filter(|interval| interval.duration_s < gap_s).collect()
+}
+
+/// The shortest step between samples, s.
+pub(super) fn step_s(table: &Table) -> Option<f64> {
+    let steps = table.column("stamp.step")?;
+    let step_s = |Interval { row, duration_s }| duration_s / (steps[row] - steps[row - 1]);
+    intervals(table).into_iter().map(step_s).filter(|step_s| *step_s > 0.0).reduce(f64::min)
 }

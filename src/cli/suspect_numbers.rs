@@ -1,6 +1,6 @@
 //! Warnings of numbers that are allowed, but look like mistakes, such as a length in mm.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::aligned_table::figure;
 use crate::scene::{Bar, Chain, Drive, End, Link, Motion, Scene, SceneSource, builtin};
@@ -36,6 +36,10 @@ const STIFF_PA: f64 = 1e9;
 const LIGHTEST_KG_PER_M3: f64 = 25.0;
 /// Densities up to here, kg/m³, stand for none, in models of links without mass.
 const NO_DENSITY_KG_PER_M3: f64 = 1.0;
+/// Damping ratios of a link's first bending mode are smaller, except in models of links that hardly vibrate.
+const STRONG_DAMPING: f64 = 0.5;
+/// Smaller numbers are rarely damping ratios.
+const LEAST_DAMPING_RATIO: f64 = 1e-3;
 
 /// Gravity on Earth, m/s².
 const EARTH_M_PER_S2: f64 = 9.81;
@@ -56,7 +60,7 @@ pub(super) fn newly_suspect(before: &Scene, after: &Scene) -> Vec<String> {
 
 fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
-    let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link)];
+    let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), strong_damping(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let long_link = || chain.links.iter().find_map(long_link);
     let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain)).or_else(long_link);
@@ -124,6 +128,22 @@ fn light_material(link: &Link) -> Option<String> {
         )
     };
     (is_light && modulus_pa >= STIFF_PA).then(warning)
+}
+
+/// A warning of damping so strong that its time is probably meant as a damping ratio. The first bending mode between pins,
+/// `ω = (π/l)² √(EJ/ρA)`, has the damping ratio `½ ω damping_s`.
+fn strong_damping(link: &Link) -> Option<String> {
+    let bar = link.bar.filter(|_| !link.rigid)?;
+    let stiffness_per_mass = bar.bending_stiffness_nm2() / bar.mass_per_length_kg_per_m();
+    let ratio = 0.5 * (PI / link.length_m).powi(2) * stiffness_per_mass.sqrt() * link.damping_s;
+    let warning = || {
+        let (name, given, percent) = (link.name.as_str(), figure(link.damping_s), 100.0 * ratio);
+        format!(
+            "{name}.damping_s = {given} damps its first bending mode by some {percent:.0} % of critical: it is a time in s, not \
+             a damping ratio: see `flexcrank guide scenes`"
+        )
+    };
+    (link.damping_s >= LEAST_DAMPING_RATIO && ratio >= STRONG_DAMPING).then(warning)
 }
 
 /// A warning of a link that is far longer than the other, as with a length in mm.
@@ -252,6 +272,11 @@ mod tests {
                 "gravity.y_m_per_s2=-9810",
                 "gravity.y_m_per_s2 = -9810 is 1000 times that on Earth: it is in m/s², and -9810 mm/s² is -9.81",
             ),
+            (
+                "rod.damping_s=0.02",
+                "rod.damping_s = 0.02 damps its first bending mode by some 66 % of critical: it is a time in s, not a damping \
+                 ratio: see `flexcrank guide scenes`",
+            ),
         ] {
             assert_eq!(warnings("crank-slider", &[given])?, [warning]);
         }
@@ -331,6 +356,10 @@ mod tests {
             ["rod.youngs_modulus_pa=1e7", "rod.density_kg_per_m3=20"],
             ["rod.youngs_modulus_pa=1e5", "rod.density_kg_per_m3=300"],
             ["rod.youngs_modulus_pa=1e6", "rod.density_kg_per_m3=1100"],
+            ["rod.youngs_modulus_pa=1e6", "rod.damping_s=1"],
+            ["rod.youngs_modulus_pa=2.1e11", "rod.damping_s=0.015"],
+            // So thick that vibrations die at once.
+            ["rod.section.height_m=1", "rod.damping_s=9e-4"],
             // The falling flexible pendulum, a benchmark: 11 m/s.
             ["rod.youngs_modulus_pa=7e5", "rod.density_kg_per_m3=5540"],
             ["rod.youngs_modulus_pa=2.1e11", "rod.density_kg_per_m3=1"],

@@ -54,7 +54,8 @@ Levels of detail are settings between which a running service can switch. --leve
     error_rad is the larger error of the crank's chord angle. Before they are accepted, a run switches between neighbours, both ways.
 
 Columns (all with --wide, --csv and --json; without these, FE is finite-element, RK4 runge-kutta, and rigid/axial a rigid crank and \
-    a rod with axial flexibility): error is the largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
+    a rod with axial flexibility): links of modal stretch where they are called axial, and those of finite-element always. error is the \
+    largest that counts. s/s is seconds of computing per simulated second: median, and half the spread of the repeats. p99.9 and worst \
     are costs of single steps. newton and factor are iterations and factorizations per step. order is the observed order \
     against the next longer step, mesh the one against the next coarser mesh. corr. is there with --fixed-cost. `*` marks the front: no other \
     configuration is both cheaper and more accurate. `<` marks an error below the reference's own uncertainty, `~` one \
@@ -117,7 +118,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
     /// Simulated duration. Default: 2 s, a second after the last pulse, two turns of a prescribed motion, or to the last row of
-    /// drive.table; a ringing after that needs --until.
+    /// drive.table; a ringing after that needs --until. It is rounded up to a whole number of instants at which runs are compared.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     until: Option<f64>,
     /// Outputs whose errors count; energy counts over ten minutes with --tolerance.
@@ -289,9 +290,9 @@ fn show_study(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandR
 fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult<()> {
     let table = table(study, modes);
     args.output.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.output.json))?;
-    let title = format!("{}: error in {}", args.scene, words(&study.outputs));
+    let part = if study.interrupted { " (interrupted study)" } else { "" };
+    let title = format!("{}: error in {}{part}", args.scene, words(&study.outputs));
     if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
-        let title = if figure.title.is_empty() { title } else { format!("{title} ({})", figure.title) };
         let figure = Figure { title, ..figure };
         figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
         say!("wrote {}", path.display());

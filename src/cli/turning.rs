@@ -1,6 +1,6 @@
-//! The turning of the first link from sample to sample of a recording: where it is wide, drawn paths are polygons.
+//! The turning of the first link from sample to sample of a recording: where it is wide, drawn curves and paths are polygons.
 
-use super::sample_intervals::{Interval, intervals, regular_s};
+use super::sample_intervals::{Interval, intervals};
 use super::suggested_rate::suggested_rate;
 use crate::study::Table;
 
@@ -9,8 +9,9 @@ const COARSE_RAD: f64 = 0.3;
 /// Turning from sample to sample up to which a path looks smooth, rad.
 const SMOOTH_RAD: f64 = 0.1;
 
-/// A sentence about the topics `angles` and `displacements` of a recording if the first link turns far between positions.
-pub(super) fn coarse_turning(angles: &Table, displacements: &Table) -> Option<String> {
+/// A sentence about the topic `angles` of a recording if the first link turns far between samples that are drawn, which are
+/// `interval_s` apart.
+pub(super) fn coarse_turning(angles: &Table, interval_s: f64) -> Option<String> {
     let link_of = |column: &str| Some(column.strip_prefix("links.")?.strip_suffix(".chord_rad")?.to_owned());
     let (link, chords_rad) = angles.columns().find_map(|(name, values)| Some((link_of(name)?, values)))?;
     let steps = angles.column("stamp.step")?;
@@ -19,15 +20,16 @@ pub(super) fn coarse_turning(angles: &Table, displacements: &Table) -> Option<St
         (turned_rad.abs() / duration_s, duration_s / steps)
     };
     let (speed_rad_per_s, step_s) = intervals(angles).into_iter().map(speed_and_step).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let turned_rad = speed_rad_per_s * regular_s(displacements)?;
+    let turned_rad = speed_rad_per_s * interval_s;
     let sentence = || {
         let advice = advice(speed_rad_per_s, step_s);
-        format!("the {link} turns by up to {turned_rad:.1} rad from sample to sample, so that paths are polygons; {advice}")
+        let so = "so that curves and paths are polygons";
+        format!("the {link} turns by up to {turned_rad:.1} rad from sample to sample, {so}; {advice}")
     };
     (turned_rad > COARSE_RAD).then(sentence)
 }
 
-/// The way to smooth paths.
+/// The way to smooth curves and paths.
 fn advice(speed_rad_per_s: f64, step_s: f64) -> String {
     let [smooth_s, coarse_s] = [SMOOTH_RAD, COARSE_RAD].map(|turned_rad| turned_rad / speed_rad_per_s);
     let how = suggested_rate(smooth_s, coarse_s, step_s);
@@ -59,22 +61,21 @@ mod tests {
 
     #[test]
     fn regress_wide_turning_is_named_with_a_rate_that_suffices() {
-        let said = |speed: f64, angles: u32, displacements: u32| {
-            coarse_turning(&samples(speed, &every(angles)), &samples(speed, &every(displacements)))
-        };
-        let wide = "the crank turns by up to 0.6 rad from sample to sample, so that paths are polygons; record with --publish-hz";
+        let said = |speed: f64, angles: u32, drawn: u32| coarse_turning(&samples(speed, &every(angles)), 1e-4 * f64::from(drawn));
+        let so = "so that curves and paths are polygons; record with --publish-hz";
+        let wide = format!("the crank turns by up to 0.6 rad from sample to sample, {so}");
         let named = Some(format!("{wide} 1300 for smooth ones"));
         assert_eq!((said(120.0, 50, 50), said(-120.0, 50, 50)), (named.clone(), named.clone()));
-        assert_eq!((said(120.0, 8, 50), said(120.0, 50, 8)), (named, None), "paths are those of displacements");
+        assert_eq!((said(120.0, 8, 50), said(120.0, 50, 8)), (named, None), "the samples that are drawn count");
         assert_eq!((said(1200.0, 5, 5), said(50.0, 50, 50)), (Some(format!("{wide} all for smooth ones")), None));
         let longer = Some(format!("{wide} all and a shorter solver.step_s for smooth ones"));
         assert_eq!(said(6000.0, 1, 1), longer);
-        assert_eq!(coarse_turning(&Table::default(), &Table::default()), None);
+        assert_eq!(coarse_turning(&Table::default(), 1.0), None);
     }
 
     #[test]
     fn regress_gaps_and_resets_are_no_turning() {
-        let slow = |stamps: &[[u32; 2]]| coarse_turning(&samples(50.0, stamps), &samples(50.0, stamps));
+        let slow = |stamps: &[[u32; 2]]| coarse_turning(&samples(50.0, stamps), 5e-3);
         let lost: Vec<[u32; 2]> = every(50).into_iter().filter(|[_, step]| !(500..800).contains(step)).collect();
         let reset: Vec<[u32; 2]> = every(50).into_iter().map(|[_, step]| [u32::from(step > 950), step]).collect();
         assert_eq!((slow(&lost), slow(&reset)), (None, None));

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::aligned_table::figure;
 use crate::percent::percent_hint;
 use crate::recording::Split;
 use crate::runtime::{BadSpin, Pace, Spin};
@@ -58,6 +59,9 @@ pub(super) fn hold(text: &str) -> Result<f64, String> {
     time_within(text, SHORTEST_HOLD_S, LONGEST_HOLD_S, "1us to 60s")
 }
 
+/// Pulses are rarely as long, s: a duration of this size without a unit may be meant in ms.
+pub(super) const LONG_PULSE_S: f64 = 10.0;
+
 /// A duration as it was given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GivenDuration {
@@ -65,6 +69,19 @@ pub(super) struct GivenDuration {
     pub duration_s: f64,
     /// Whether it was a number alone.
     pub is_bare: bool,
+}
+
+impl GivenDuration {
+    /// A warning of a pulse's long duration without a unit.
+    pub(super) fn suspect_pulse(self) -> Option<String> {
+        self.suspect_pulse_of("--duration")
+    }
+
+    /// The same, where the duration has another name.
+    pub(super) fn suspect_pulse_of(self, name: &str) -> Option<String> {
+        let given = figure(self.duration_s);
+        (self.is_bare && self.duration_s >= LONG_PULSE_S).then(|| format!("{name} {given} has no unit: that is {given} s"))
+    }
 }
 
 /// The duration of a pulse. Its limits are those of [`PulseRequest::check`](crate::simulation::PulseRequest::check), as those of its

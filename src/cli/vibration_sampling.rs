@@ -8,15 +8,13 @@ use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use super::sample_intervals::{Interval, intervals, regular_s};
+use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step_s};
 use super::suggested_rate::{smooth_s, suggested_rate};
 use crate::study::Table;
 use crate::study::trade::STRAIGHT;
 
 /// Samples of a stretch whose spectra are computed.
 const STRETCH: usize = 64;
-/// Intervals longer than this many regular ones are gaps.
-const GAP: f64 = 1.5;
 /// Most that a line from sample to sample may be off, over the range of the deflection. Lines of a vibration over the whole range
 /// exceed it with fewer than 5.4 samples in a period, and are off by 0.024 with 10. In recordings of the built-in scenes at the
 /// default rate, lines are off by less than 0.03, or more than 0.15.
@@ -25,14 +23,11 @@ const MISSED: f64 = 0.08;
 const FEWEST: usize = 2;
 /// Where a cubic is compared with a line, over the interval.
 const COMPARED: [f64; 3] = [0.25, 0.5, 0.75];
-/// Steps longer than this part of the time between samples were all published.
-const EVERY_STEP: f64 = 0.75;
 
 /// A sentence about the topic `displacements` of a recording if lines between its samples miss vibrations of links.
 pub(super) fn rare_samples(displacements: &Table) -> Option<String> {
     let interval_s = regular_s(displacements)?;
-    let regular: Vec<Interval> =
-        intervals(displacements).into_iter().filter(|interval| interval.duration_s < GAP * interval_s).collect();
+    let regular = regular_intervals(displacements);
     let missed_hz = |link: &str| Deflection::of(displacements, link)?.missed_hz(&regular, interval_s);
     let missed = |link: String| Some((missed_hz(&link)?, format!("the {link}")));
     let (frequencies_hz, links): (Vec<f64>, Vec<String>) = links(displacements).into_iter().filter_map(missed).unzip();
@@ -43,13 +38,6 @@ pub(super) fn rare_samples(displacements: &Table) -> Option<String> {
     let links = links.join(" and ");
     let so = "so that curves have wrong swings and peaks";
     Some(format!("samples are too rare for the vibration of {links}, {so}; record with --publish-hz {how} for right ones"))
-}
-
-/// The shortest step between samples, s.
-fn step_s(table: &Table) -> Option<f64> {
-    let steps = table.column("stamp.step")?;
-    let step_s = |Interval { row, duration_s }| duration_s / (steps[row] - steps[row - 1]);
-    intervals(table).into_iter().map(step_s).filter(|step_s| *step_s > 0.0).reduce(f64::min)
 }
 
 /// The rows between gaps and resets.

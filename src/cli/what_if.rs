@@ -10,13 +10,13 @@ use super::command_line::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::{must_have_folder, must_hold_recordings};
+use super::folders::{must_hold_recordings, must_suit_recording};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
 use super::run_conclusion::step_remedy;
 use super::suspect_numbers::newly_suspect;
-use super::values::{positive_time, time, torque};
+use super::values::{GivenDuration, pulse_duration, time, torque};
 use crate::recording::{Written, paths};
 use crate::resimulation::{
     AddedPulse, Change, Deviation, LargestDifference, RecordedSession, UnlikeMeshes, WhatIfOutcome, what_if as compute,
@@ -44,8 +44,8 @@ pub(super) struct Args {
     #[arg(add = ArgValueCompleter::new(completions::recordings))]
     pub file: PathBuf,
     /// Add a pulse; START in simulated time since the session began, TORQUE in N·m, DURATION: 3:5:100ms.
-    #[arg(long, value_name = "START:TORQUE:DURATION", allow_hyphen_values = true, value_parser = added_pulse)]
-    pub add_pulse: Vec<AddedPulse>,
+    #[arg(long, value_name = "START:TORQUE:DURATION", allow_hyphen_values = true, value_parser = given_pulse)]
+    pub add_pulse: Vec<GivenPulse>,
     /// Override a key of the scene.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
@@ -54,34 +54,62 @@ pub(super) struct Args {
     pub record: Option<PathBuf>,
 }
 
-fn added_pulse(text: &str) -> Result<AddedPulse, String> {
+/// A pulse to add, as it was given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GivenPulse {
+    start_s: f64,
+    torque_nm: f64,
+    duration: GivenDuration,
+}
+
+impl GivenPulse {
+    fn added(self) -> AddedPulse {
+        AddedPulse { start_s: self.start_s, torque_nm: self.torque_nm, duration_s: self.duration.duration_s }
+    }
+}
+
+fn given_pulse(text: &str) -> Result<GivenPulse, String> {
     let parts: Vec<&str> = text.split(':').collect();
     let [start, given, duration] = parts[..] else {
         return Err("three numbers START:TORQUE:DURATION, such as 3.0:5:100ms".to_owned());
     };
     let name = |part: &'static str| move |problem: String| format!("{part} must be {problem}");
-    Ok(AddedPulse {
+    Ok(GivenPulse {
         start_s: time(start).map_err(name("START"))?,
         torque_nm: torque(given).map_err(name("TORQUE"))?,
-        duration_s: positive_time(duration).map_err(name("DURATION"))?,
+        duration: pulse_duration(duration).map_err(name("DURATION"))?,
     })
 }
 
 pub(super) fn what_if(args: Args) -> CommandResult {
     let Args { file, add_pulse, overrides, record } = args;
     match &record {
-        Some(path) => must_have_folder(path)?,
+        Some(path) => must_suit_recording(path)?,
         None => must_hold_recordings(Path::new(paths::FOLDER), "record elsewhere with --record FILE")?,
     }
     let source = RecordedSession::open(&file)?;
-    let change = Change { pulses: add_pulse, overrides, command_line: command_line() };
+    let suspects = add_pulse.iter().filter_map(|pulse| pulse.duration.suspect_pulse_of("--add-pulse: DURATION"));
+    suspects.for_each(|warning| say!("warning: {warning}"));
+    let pulses = add_pulse.into_iter().map(GivenPulse::added).collect();
+    let change = Change { pulses, overrides, command_line: command_line() };
     let fresh = || paths::fresh(Path::new(paths::FOLDER), &format!("{}-what-if", source.name), SystemTime::now());
     let bar = over_file(&file, 1);
     let outcome = compute(&source, &change, &record.unwrap_or_else(fresh), &|position| bar.set_position(position));
     bar.finish_and_clear();
     let outcome = outcome?;
     newly_suspect(&source.scene.scene, &outcome.scene.scene).iter().for_each(|warning| say!("warning: {warning}"));
+    cut_short(&change.pulses, &outcome).iter().for_each(|warning| say!("warning: {warning}"));
     report(&outcome)
+}
+
+/// A warning of the first added pulse that lasts beyond the end of the recording.
+fn cut_short(pulses: &[AddedPulse], WhatIfOutcome { from_s, deviation, diverged, .. }: &WhatIfOutcome) -> Option<String> {
+    let end_s = shown_s(deviation.until_s);
+    let ended = |pulse: AddedPulse| shown_s(pulse.start_s + pulse.duration_s);
+    let is_compared = diverged.is_none() && deviation.until_s > *from_s;
+    let cut = pulses.iter().find(|pulse| is_compared && ended(**pulse) > end_s)?;
+    let [start_s, pulse_end_s] = [shown_s(cut.start_s), ended(*cut)];
+    Some(format!("the pulse added at t = {start_s} s lasts until t = {pulse_end_s} s, and the recording ends at t = {end_s} s"))
 }
 
 fn report(outcome: &WhatIfOutcome) -> CommandResult {
@@ -156,14 +184,15 @@ mod tests {
 
     #[test]
     fn regress_the_wrong_part_of_an_added_pulse_is_named() {
-        assert_eq!(added_pulse("3:-5:100ms"), Ok(AddedPulse { start_s: 3.0, torque_nm: -5.0, duration_s: 0.1 }));
+        let added = given_pulse("3:-5:100ms").map(GivenPulse::added);
+        assert_eq!(added, Ok(AddedPulse { start_s: 3.0, torque_nm: -5.0, duration_s: 0.1 }));
         for (text, problem) in [
             ("-1:5:0.1", "START must be a time from 0 to 1e9 s"),
             ("3:5Nm:0.1", "TORQUE must be a number in N·m without its unit"),
-            ("3:5:100mm", "DURATION must be a time from 1ns to 1e9 s"),
+            ("3:5:100mm", "DURATION must be a time from 1ns to 1h"),
             ("3:5", "three numbers START:TORQUE:DURATION"),
         ] {
-            let refused = added_pulse(text).err().unwrap_or_default();
+            let refused = given_pulse(text).err().unwrap_or_default();
             assert!(refused.starts_with(problem), "{text}: {refused}");
         }
     }

@@ -7,7 +7,7 @@ use super::style::{CURVE_WIDTH, Colour, POINT_RADIUS, WHITE, WIDE_OPACITY, WIDE_
 
 /// Points nearer than this to the last one drawn are left out, px: thinner than any line.
 const RESOLUTION: f64 = 0.4;
-/// Strokes and gaps of [`Mark::Line`] and of [`Mark::Dashes`], px: of the first curve of a colour, and of later ones.
+/// Strokes and gaps of unbroken lines and of dashed ones, px: of the first curve of a colour, and of later ones.
 const LINES: [&str; 4] = ["", "16 3 3 3", "3 3", "16 3 3 3 3 3"];
 const DASHES: [&str; 4] = ["6 4", "6 3 1.5 3", "1.5 3", "6 3 1.5 3 1.5 3"];
 /// Width of the stroke of hollow markers, px.
@@ -31,7 +31,7 @@ pub(super) fn draw_sample(canvas: &mut Canvas, [x, y]: [f64; 2], length_px: f64,
         Mark::Points | Mark::Rings | Mark::Triangles => {
             draw_marker(canvas, [x + length_px - POINT_RADIUS, y], 1.2 * POINT_RADIUS, mark, colour);
         }
-        Mark::Line | Mark::Wide | Mark::Dashes => stroke(canvas, &[[x, y], [x + length_px, y]], mark, colour),
+        Mark::Line | Mark::Wide | Mark::Dashes | Mark::Limit => stroke(canvas, &[[x, y], [x + length_px, y]], mark, colour),
     }
 }
 
@@ -54,7 +54,7 @@ fn triangle([x, y]: [f64; 2], radius_px: f64) -> [[f64; 2]; 4] {
 }
 
 fn strokes(mark: Mark, colour: Colour) -> &'static str {
-    let strokes = if mark == Mark::Dashes { DASHES } else { LINES };
+    let strokes = if matches!(mark, Mark::Dashes | Mark::Limit) { DASHES } else { LINES };
     strokes[colour.alike() % strokes.len()]
 }
 

@@ -103,6 +103,8 @@ pub enum Mark {
     Wide,
     /// A dashed line, for a curve that may lie on another.
     Dashes,
+    /// A dashed line, for a limit that is the same for all curves.
+    Limit,
     /// A dot at every point.
     Points,
     /// A ring at every point.

@@ -6,7 +6,7 @@ use super::figure::{Figure, Mark, Panel, Series};
 /// first file is wide and pale.
 ///
 /// Figures of one name, title and horizontal quantity share a figure. If a name has several of these, the later ones get a number:
-/// `path-2`. Bands and numbered points are left out: each file has its own.
+/// `path-2`. A limit is in every panel of its file. Bands and numbered points are left out: each file has its own.
 pub fn overlaid(files: &[(String, Vec<(String, Figure)>)]) -> Vec<(String, Figure)> {
     let names: Vec<String> = files.iter().map(|(file, _)| file.clone()).collect();
     let mut laid: Vec<(&str, Figure)> = Vec::new();
@@ -50,14 +50,19 @@ fn without_curves(figure: &Figure, files: &[String]) -> Figure {
     }
 }
 
-/// Adds the curves of the file at `place` to the panels of their signals, and the marks that its figure explains.
+/// Adds the curves of the file at `place` to the panels of their signals, its limits to each of these panels, and explains its
+/// marks and limits.
 fn add_curves(overlay: &mut Figure, figure: &Figure, place: usize) {
-    for explained in &figure.explained {
-        if !overlay.explained.contains(explained) {
-            overlay.explained.push(explained.clone());
+    let file = overlay.files[place].clone();
+    let all = figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |series| (panel, series)));
+    let (limits, curves): (Vec<_>, Vec<_>) = all.partition(|(_, series)| series.mark == Mark::Limit);
+    let names_of_limits = limits.iter().map(|(_, limit)| (limit.mark, limit.label.clone()));
+    for explained in figure.explained.iter().cloned().chain(names_of_limits) {
+        if !overlay.explained.contains(&explained) {
+            overlay.explained.push(explained);
         }
     }
-    for (panel, series) in figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |series| (panel, series))) {
+    for (panel, series) in curves {
         let y = panel.y.of(&series.label);
         let at = overlay.panels.iter().position(|other| other.y == y).unwrap_or_else(|| {
             overlay.panels.push(Panel { y, series: Vec::new() });
@@ -70,8 +75,11 @@ fn add_curves(overlay: &mut Figure, figure: &Figure, place: usize) {
             (2.., Mark::Line) => Mark::Dashes,
             (_, mark) => mark,
         };
-        let label = overlay.files[place].clone();
-        overlay.panels[at].series.push(Series { label, mark, ..series.clone() });
+        overlay.panels[at].series.push(Series { label: file.clone(), mark, ..series.clone() });
+    }
+    for (_, limit) in limits {
+        let own_panels = overlay.panels.iter_mut().filter(|panel| panel.series.iter().any(|series| series.label == file));
+        own_panels.for_each(|panel| panel.series.push(Series { label: file.clone(), ..limit.clone() }));
     }
 }
 

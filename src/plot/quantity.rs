@@ -3,19 +3,43 @@
 use super::figure::Axis;
 
 /// Units as they end names, and as they are written.
-const UNITS: [&str; 15] = ["m", "m2", "s", "s2", "kg", "n", "nm", "j", "rad", "deg", "pa", "hz", "ns", "us", "w"];
-const SIGNS: [&str; 15] = ["m", "m²", "s", "s²", "kg", "N", "N·m", "J", "rad", "°", "Pa", "Hz", "ns", "µs", "W"];
+const UNITS: [&str; 17] = ["m", "m2", "m3", "m4", "s", "s2", "kg", "n", "nm", "j", "rad", "deg", "pa", "hz", "ns", "us", "w"];
+const SIGNS: [&str; 17] = ["m", "m²", "m³", "m⁴", "s", "s²", "kg", "N", "N·m", "J", "rad", "°", "Pa", "Hz", "ns", "µs", "W"];
 /// Divisors of dimensionless values.
 const DIVISORS: [(&str, &str); 6] =
     [("l2", "l₂"), ("l1", "l₁"), ("m3", "m₃"), ("omega", "ω"), ("omega2", "ω²"), ("squared", "²")];
+/// What is counted or timed for each second: how its name ends, its words, and its unit.
+const PER_SECOND: [(&str, &str, &str); 2] =
+    [("steps_per_s", "steps per second", ""), ("seconds_per_simulated_s", "computing time per simulated second", "s/s")];
+/// Names with this beginning end in the unit of a quantity, though its relative error has none.
+const RELATIVE: &str = "relative_error_";
 
 /// Label and unit that a column's name gives.
 pub fn axis(column: &str) -> Axis {
     if let Some((stem, divisor)) = dimensionless(column) {
         return Axis::new(format!("{} / {divisor}", words(stem)), "");
     }
+    if let Some(axis) = per_second(column).or_else(|| quotient(column)) {
+        return axis;
+    }
     let (stem, unit) = split(column);
-    Axis::new(words(stem), unit)
+    Axis::new(words(stem), if column.starts_with(RELATIVE) { String::new() } else { unit })
+}
+
+/// `slowest_seconds_per_simulated_s` as slowest computing time per simulated second, in s/s.
+fn per_second(column: &str) -> Option<Axis> {
+    PER_SECOND.into_iter().find_map(|(name, label, unit)| {
+        let before = column.strip_suffix(name)?;
+        (before.is_empty() || before.ends_with('_')).then(|| Axis::new(before.replace('_', " ") + label, unit))
+    })
+}
+
+/// A quantity divided by another: `rod_deflection_m_per_torque_nm` as rod deflection per torque, in m per N·m.
+fn quotient(column: &str) -> Option<Axis> {
+    let (above, below) = column.rsplit_once("_per_").filter(|(_, below)| written(below).is_none())?;
+    let [(above, unit), (below, of)] = [above, below].map(split);
+    let have_units = !unit.is_empty() && !of.is_empty();
+    have_units.then(|| Axis::new(format!("{} per {}", words(above), words(below)), format!("{unit} per {of}")))
 }
 
 /// Fields of messages whose names say less than their comments do.
@@ -106,7 +130,7 @@ fn split(column: &str) -> (&str, String) {
     best
 }
 
-/// `n_s_per_m` as `N·s/m`.
+/// `n_s_per_m` as `N·s/m`, and `per_s` as `1/s`.
 fn written(suffix: &str) -> Option<String> {
     let mut parts = suffix.split("per_");
     let product = |part: &str| {
@@ -114,10 +138,10 @@ fn written(suffix: &str) -> Option<String> {
         let signs: Option<Vec<&str>> = part.trim_end_matches('_').split('_').map(sign).collect();
         signs.map(|signs| signs.join("·"))
     };
-    let above = product(parts.next()?)?;
-    match (parts.next(), parts.next()) {
-        (None, _) => Some(above),
-        (Some(below), None) => Some(format!("{above}/{}", product(below)?)),
+    match (parts.next()?, parts.next(), parts.next()) {
+        (above, None, _) => product(above),
+        ("", Some(below), None) => Some(format!("1/{}", product(below)?)),
+        (above, Some(below), None) => Some(format!("{}/{}", product(above)?, product(below)?)),
         _ => None,
     }
 }

@@ -1,8 +1,9 @@
 //! Work–precision diagrams: error over cost, both logarithmic.
 
-use super::figure::{Axis, Figure, Mark, Numbered};
+use super::figure::{Axis, Figure, Mark, Numbered, Scale};
+use super::quantity;
 use crate::study::Table;
-use crate::study::trade::{ERROR_IS_BOUND, INTERRUPTED, REFERENCE_ERROR, WELL_RESOLVED, front};
+use crate::study::trade::{ERROR_IS_BOUND, REFERENCE_ERROR, WELL_RESOLVED, front};
 
 const COST: &str = "seconds_per_simulated_s";
 const ERROR: &str = "error";
@@ -22,12 +23,11 @@ struct Point {
 ///
 /// Every configuration is a point in the colour of its model. Those of the Pareto front are numbered, cheapest first. Errors
 /// that are bounds, and those for which the reference is not ten times better, have hollow markers, and a line shows its
-/// uncertainty; tables of earlier versions do not tell them apart. It has a title only if the study was interrupted, so that the
-/// table is a part.
+/// uncertainty; tables of earlier versions do not tell them apart. It has no title.
 pub fn work_precision(table: &Table) -> Option<Figure> {
     let points = points(table)?;
-    let title = if table.column(INTERRUPTED).is_some() { "interrupted study" } else { "" };
-    let mut figure = Figure::new(title, Axis::log("computing time per simulated second", "s/s"), Axis::log("relative error", ""));
+    let cost = Axis { scale: Scale::Log, ..quantity::axis(COST) };
+    let mut figure = Figure::new("", cost, Axis::log("relative error", ""));
     let mut models: Vec<&str> = Vec::new();
     for point in &points {
         if !models.contains(&point.model.as_str()) {
@@ -64,7 +64,7 @@ fn with_uncertainty(figure: Figure, table: &Table, points: &[Point]) -> Figure {
     let uncertainty = table.column(REFERENCE_ERROR).unwrap_or_default().iter().copied().fold(0.0, f64::max);
     let costs = || points.iter().map(|point| point.at[0]);
     let ends = [costs().fold(f64::INFINITY, f64::min), costs().fold(0.0, f64::max)];
-    figure.series("uncertainty of the reference", &ends, &[uncertainty; 2], Mark::Dashes)
+    figure.series("uncertainty of the reference", &ends, &[uncertainty; 2], Mark::Limit)
 }
 
 fn points(table: &Table) -> Option<Vec<Point>> {

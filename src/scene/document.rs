@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 
-use super::{SceneError, parse};
+use super::{SceneError, keys, parse};
 use crate::decimal_comma::decimal_comma_hint;
 use crate::percent::percent_hint;
 use crate::repeated_table::repeated_table;
@@ -26,7 +26,7 @@ impl SceneText {
         for given in overrides {
             let refuse = |problem: &str| SceneError::whole(format!("--set {given}"), problem);
             let (key, value) = key_and_value(given)?;
-            let parsed = read(value).map_err(|problem| refuse(&problem))?;
+            let parsed = read(key, value).map_err(|problem| refuse(&problem))?;
             set(document.as_item_mut(), key, parsed).map_err(|problem| refuse(&problem))?;
             applied.push((key.to_owned(), value.to_owned()));
         }
@@ -116,17 +116,19 @@ pub(super) fn without(text: &str, path: &str) -> Option<String> {
 fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
     match repeated_table(text, (error.message(), error.span()), |name| parse::refused_list(name).is_none()) {
         Some((place, problem)) => SceneError::whole(place_at(origin, text, Some(place..place)), format!("not TOML: {problem}")),
-        None => SceneError::whole(place_at(origin, text, error.span()), syntax_problem(text, error)),
+        None => SceneError::whole(place_at(origin, text, error.span()), syntax_problem("", text, error)),
     }
 }
 
-/// The reason why a text is no TOML. A number with a decimal comma, in per cent or with its unit gets a hint.
-fn syntax_problem(text: &str, error: &TomlError) -> String {
+/// The reason why a scene, or the value of `key`, is no TOML. A number with a decimal comma, in per cent or with its unit gets a
+/// hint.
+fn syntax_problem(key: &str, text: &str, error: &TomlError) -> String {
     let span = error.span().unwrap_or_default();
     let line = text.lines().nth(lines_before(text, &span));
     let message = error.message().trim().replace('\n', " ");
     let value = value_at(text, span.start);
-    let hint = || line.and_then(decimal_comma_in).or_else(|| percent_hint(value)).or_else(|| unit_hint(value));
+    let share_hint = || share_hint(key_before(text, span.start).unwrap_or(key), value);
+    let hint = || line.and_then(decimal_comma_in).or_else(share_hint).or_else(|| unit_hint(value));
     let hint = if message == "duplicate key" { None } else { hint() };
     format!("not TOML: {}", hint.unwrap_or(message))
 }
@@ -149,6 +151,21 @@ fn value_at(text: &str, offset: usize) -> &str {
     text.get(start..offset + length).unwrap_or_default().trim()
 }
 
+/// The name of the key that stands before `offset` of a text.
+fn key_before(text: &str, offset: usize) -> Option<&str> {
+    let (key, _) = text.get(..offset)?.rsplit_once('=')?;
+    key.trim_end().rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
+}
+
+/// A hint at a value in per cent: the number to write, or the unit of a key that is no share.
+fn share_hint(key: &str, value: &str) -> Option<String> {
+    let number = percent_hint(value)?;
+    let Some(unit) = keys::unit(key) else { return Some(number) };
+    let is_damping = key.ends_with(keys::DAMPING.name);
+    let formula = if is_damping { ": `flexcrank guide scenes` has its value for a damping ratio" } else { "" };
+    Some(format!("`{value}` is a share, and {key} is in {unit}{formula}"))
+}
+
 /// A hint at the unit of a value that is a number with one: `0.42 m`, `210GPa`.
 fn unit_hint(value: &str) -> Option<String> {
     let number = value.trim_start_matches(['+', '-']);
@@ -158,15 +175,15 @@ fn unit_hint(value: &str) -> Option<String> {
     has_unit.then(|| format!("`{value}`: write the number alone, as its key names the unit"))
 }
 
-/// A value as TOML. Text that begins like no other value is a bare word: a string.
-fn read(text: &str) -> Result<Value, String> {
+/// The value of a key as TOML. Text that begins like no other value is a bare word: a string.
+fn read(key: &str, text: &str) -> Result<Value, String> {
     if text.is_empty() {
         return Err("expected KEY=VALUE: the value is missing".to_owned());
     }
     let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
     text.parse().or_else(|error: TomlError| match is_word {
         true => Ok(Value::from(text)),
-        false => Err(syntax_problem(text, &error)),
+        false => Err(syntax_problem(key, text, &error)),
     })
 }
 
@@ -344,5 +361,22 @@ mod tests {
         assert_eq!(said, "--set solver.balance_tolerance=1%: not TOML: 1% is written as 0.01");
         let said = refused(&text.replace("[solver]", "[solver]\nbalance_tolerance = 0.5 %  # strict"), &[]);
         assert!(said.ends_with(": not TOML: 0.5 % is written as 0.005"), "{said}");
+    }
+
+    #[test]
+    fn regress_a_share_is_refused_where_the_key_has_a_unit() {
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        let damping = "damping_s is in s: `flexcrank guide scenes` has its value for a damping ratio";
+        let said = refused(text, &["rod.damping_s=0.5%"]);
+        assert_eq!(said, format!("--set rod.damping_s=0.5%: not TOML: `0.5%` is a share, and rod.{damping}"));
+        for (was, is, problem) in [
+            ("damping_s = 1e-4", "damping_s = 2 %  # of critical", format!("`2 %` is a share, and {damping}")),
+            ("width_m = 0.01", "width_m = 1%", "`1%` is a share, and width_m is in m".to_owned()),
+        ] {
+            let said = refused(&text.replace(was, is), &[]);
+            assert!(said.ends_with(&format!(": not TOML: {problem}")), "{said}");
+        }
+        let given = "pulse=[{start_s=0, torque_nm=5%}]";
+        assert_eq!(refused(text, &[given]), format!("--set {given}: not TOML: `5%` is a share, and torque_nm is in N·m"));
     }
 }

@@ -341,6 +341,12 @@ pub fn reference() -> Vec<KeyRow> {
     TABLES.iter().flat_map(|table| table.keys.iter().map(|key| key.row(table.title))).collect()
 }
 
+/// The unit of a key, given by its last part or in full: `length_m`, `rod.length_m`; `None` if it has none.
+pub(super) fn unit(key: &str) -> Option<&'static str> {
+    let name = key.rsplit('.').find(|part| part.parse::<usize>().is_err())?;
+    reference().iter().find(|row| row.key == name).map(|row| row.unit).filter(|unit| !["", "1"].contains(unit))
+}
+
 /// The scene reference in Markdown, a table of keys for each table of a scene, as the guide has it.
 pub fn reference_markdown() -> String {
     let section = |table: &Table| {

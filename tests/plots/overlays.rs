@@ -187,3 +187,34 @@ fn regress_nodes_of_a_rigid_link_lie_at_their_places() {
     assert_eq!(said("nodes.rod.2.x_m"), places);
     assert_eq!(said("nodes.rod.2.deflection_m"), format!("{places}rigid.mcap: no column `nodes.rod.2.deflection_m`\n"));
 }
+
+#[test]
+fn regress_a_part_of_a_trade_lies_over_a_whole_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let head = "model,integrator,discretization,failure,step_s,error,error_is_bound,reference_error,seconds_per_simulated_s";
+    let rigid = "rigid,runge-kutta,–,,0.01,0.5,0,0.04,1e-4";
+    let modal = ["modal,esdirk,1 mode,,0.01,0.06,0,0.04,1e-3", "modal,esdirk,1 mode,,0.005,0.05,0,0.04,2e-3"];
+    std::fs::write(at.join("whole.csv"), [head, rigid, modal[0], modal[1]].join("\n")).unwrap();
+    std::fs::write(at.join("part.csv"), format!("{head},interrupted\n{},1\n{},1\n", modal[0], modal[1])).unwrap();
+    let output = plot(at, &["part.csv", "whole.csv", "--overlay", "-o", "both.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let svg = read_to_string(at.join("both.svg")).unwrap();
+    let drawn = texts(&svg);
+    let panels = ["modal relative error", "rigid relative error"];
+    let legend = ["part (interrupted study)", "whole", "reference not ten times better", "uncertainty of the reference"];
+    for text in ["part, whole"].iter().chain(&panels).chain(&legend) {
+        assert_eq!(drawn.iter().filter(|other| other == text).count(), 1, "{text} in {drawn:?}");
+    }
+    let labels = drawn.iter().filter(|text| text.ends_with("relative error")).count();
+    assert_eq!(labels, panels.len(), "no panel for the uncertainty of the reference: {drawn:?}");
+    for (colour, lines) in [("#0072b2", 1), ("#d55e00", 2)] {
+        let dashed = format!("stroke=\"{colour}\" stroke-width=\"1.9\" stroke-dasharray=\"6 4\"");
+        assert_eq!(svg.matches(&dashed).count(), lines, "the uncertainty in each panel of the file in {colour}: {svg}");
+    }
+    // Columns that are chosen have a legend, too.
+    let output = plot(at, &["part.csv", "whole.csv", "--overlay", "--y", "error", "-o", "columns.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let drawn = texts(&read_to_string(at.join("columns.svg")).unwrap());
+    assert!(drawn.iter().any(|text| text == legend[0]), "{drawn:?}");
+}

@@ -189,7 +189,7 @@ fn regress_paths_that_are_polygons_are_named() {
     let ramp = text.replace("speed_rad_per_s = 157.07963267948966", "ramp = { to_rad_per_s = 157.0, over_s = 0.2 }");
     std::fs::write(at.join("ramp.toml"), ramp).unwrap();
     let wide = |turned: &str, how: &str| {
-        let so = "from sample to sample, so that paths are polygons; record with --publish-hz";
+        let so = "from sample to sample, so that curves and paths are polygons; record with --publish-hz";
         format!("run.mcap: the crank turns by up to {turned} rad {so} {how} for smooth ones\n")
     };
     for (scene, more, range, said) in [
@@ -205,8 +205,13 @@ fn regress_paths_that_are_polygons_are_named() {
         let _ = std::fs::remove_file(at.join("run.mcap"));
         record(at, scene, "0.2", "run.mcap", more);
         assert_eq!(complaint(&plot(at, &[&["run.mcap", "--list"][..], range].concat())), said, "{scene} {more:?} {range:?}");
-        let columns = plot(at, &["run.mcap", "--y", "links.crank.chord_rad", "-o", "angle.svg"]);
-        assert_eq!(complaint(&columns), "");
+        let curve =
+            |files: &[&str], column: &str| complaint(&plot(at, &[files, &["-o", "curve.svg", "--y", column], range].concat()));
+        let of_force = if more.contains(&"1700,displacements=200") { String::new() } else { said };
+        assert_eq!(curve(&["run.mcap"], "slider-pin.fx_n"), of_force, "{scene} {more:?} {range:?}");
+        let twice = curve(&["run.mcap", "run.mcap", "--overlay"], "slider-pin.fx_n");
+        assert_eq!(twice, of_force.repeat(2), "{scene} {more:?} {range:?}");
+        assert_eq!(curve(&["run.mcap"], "links.crank.chord_rad"), "", "straight lines show even turning");
     }
 }
 

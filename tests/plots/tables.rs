@@ -154,12 +154,14 @@ fn regress_a_table_of_an_interrupted_trade_is_a_part() {
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
         let drawn = texts(&std::fs::read_to_string(folder.path().join("trade.svg")).unwrap());
-        assert_eq!(drawn.iter().any(|text| text == "interrupted study: trade"), is_part, "{drawn:?}");
+        assert_eq!(drawn.iter().any(|text| text == "trade (interrupted study)"), is_part, "{drawn:?}");
         let columns = ["trade.csv", "--x", "seconds_per_simulated_s", "--y", "error", "-o", "columns.svg"];
         let output = plot(folder.path(), &columns);
         let said = complaint(&output);
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert_eq!(said.contains("trade.csv: a part of the configurations"), is_part, "{said}");
+        let drawn = texts(&std::fs::read_to_string(folder.path().join("columns.svg")).unwrap());
+        assert_eq!(drawn.iter().any(|text| text == "Error: trade (interrupted study)"), is_part, "{drawn:?}");
     }
 }
 
@@ -218,7 +220,7 @@ fn regress_errors_that_the_reference_knows_less_well_have_hollow_marks() {
         ("modal", Mark::Points, vec![]),
         ("modal", Mark::Rings, vec![0.2]),
         ("modal", Mark::Triangles, vec![0.075]),
-        (line, Mark::Dashes, vec![0.075; 2]),
+        (line, Mark::Limit, vec![0.075; 2]),
     ];
     assert_eq!(series, expected);
     assert_eq!(drawn.explained, explained.map(|(mark, label)| (mark, label.to_owned())));
@@ -349,6 +351,20 @@ fn val_names_are_read_as_quantities() {
         ("crank_inertia_about_o_kg_m2", "crank inertia about o", "kg·m²"),
         ("links.crank.rate_rad_per_s", "crank rate", "rad/s"),
         ("friction_n_s_per_m", "friction", "N·s/m"),
+        ("damper_nm_s_per_rad", "damper", "N·m·s/rad"),
+        ("rod.density_kg_per_m3", "rod density", "kg/m³"),
+        ("rod.section.second_moment_m4", "rod section second moment", "m⁴"),
+        ("nodes.rod.4.vx_m_per_s", "rod node 4 velocity along x", "m/s"),
+        ("steps_per_s", "steps per second", ""),
+        ("seconds_per_simulated_s", "computing time per simulated second", "s/s"),
+        ("slowest_seconds_per_simulated_s", "slowest computing time per simulated second", "s/s"),
+        ("growth_per_s", "growth", "1/s"),
+        ("eigenvalue_re_per_s", "eigenvalue re", "1/s"),
+        ("crank_angle_rad_per_torque_nm", "crank angle per torque", "rad per N·m"),
+        ("slider_speed_m_per_s_per_slider_force_n", "slider speed per slider force", "m/s per N"),
+        ("relative_error_end_position_m", "relative error end position", ""),
+        ("swept_volume_per_size", "swept volume per size", ""),
+        ("steps_per_revolution", "steps per revolution", ""),
         ("force_o_x", "force o x", ""),
         ("m", "m", ""),
         ("x_m", "x", "m"),

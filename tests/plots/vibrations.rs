@@ -1,10 +1,16 @@
-//! Vibrations of links that are faster than the samples.
+//! Motion of links that is faster than the samples.
 
 use std::fs::{remove_file, write};
 use std::process::Command;
 
 use super::recording::record;
 use super::{complaint, plot};
+
+/// The sentence about accelerations of this link.
+fn rare_accelerations(link: &str) -> String {
+    let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks; record with --publish-hz all";
+    format!("run.mcap: samples are too rare for accelerations of the {link}, {so} for right ones\n")
+}
 
 /// Its rod bends at 201 Hz.
 const PRESS: &str = r#"
@@ -52,15 +58,18 @@ fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
     };
     let [all, deflection, force, angle]: [&[&str]; 4] =
         [&["--list"], &["--y", "rod.4.deflection_m"], &["--y", "pivot.fx_n"], &["--y", "links.rod.chord_rad"]];
+    let so = "so that curves and paths are polygons; record with --publish-hz 300 for smooth ones";
+    let turning = format!("run.mcap: the crank turns by up to 0.3 rad from sample to sample, {so}\n");
     for (scene, rate, drawn, expected) in [
         ("press.toml", "200", &[all, deflection, force][..], rare("all")),
         ("press.toml", "200", &[angle], String::new()),
         ("press.toml", "200,loads=all", &[all, deflection], rare("all")),
         ("press.toml", "200,loads=all", &[force], String::new()),
-        ("press.toml", "200,displacements=all", &[all, deflection], String::new()),
+        ("press.toml", "200,displacements=all", &[deflection, angle], String::new()),
+        ("press.toml", "200,displacements=all", &[all, force], rare_accelerations("crank")),
         ("press.toml", "all", &[all, deflection, force], String::new()),
         // Four samples in a period: lines are off by 12 % of the range.
-        ("crank-slider", "50", &[deflection, force], rare("200")),
+        ("crank-slider", "50", &[deflection, force], format!("{turning}{}", rare("200"))),
         ("crank-slider", "200", &[all, deflection, force], String::new()),
     ] {
         // Recordings are never overwritten.
@@ -121,10 +130,70 @@ fn regress_plot_names_links_whose_vibration_dies_away_after_some_samples() {
     };
     for range in [&[][..], &["--to", "0.02"]] {
         let rare = said("rare.mcap", range);
-        assert!(rare.starts_with("rare.mcap: samples are too rare for the vibration of the rod, "), "{range:?}: {rare}");
+        assert!(rare.contains("rare.mcap: samples are too rare for the vibration of the rod, "), "{range:?}: {rare}");
         assert_eq!(said("all.mcap", range), "", "{range:?}");
     }
-    assert_eq!(said("rare.mcap", &["--from", "0.1"]), "");
+    assert!(!said("rare.mcap", &["--from", "0.1"]).contains("vibration"));
+}
+
+/// The edges of its pulses make it ring at 308 Hz, which bends it by a fiftieth of its largest deflection.
+const PENDULUM: &str = r#"
+[beam]
+length_m = 0.8
+section = { shape = "rectangle", width_m = 0.03, height_m = 0.003 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7e10
+elements = 8
+modes = 3
+
+[tip]
+mass_kg = 0.1
+
+[[pulse]]
+start_s = 0.1
+torque_nm = 0.5
+duration_s = 0.36
+
+[[pulse]]
+start_s = 0.7
+torque_nm = -0.5
+duration_s = 0.36
+
+[solver]
+model = "modal"
+integrator = "esdirk"
+step_s = 0.001
+"#;
+
+#[test]
+fn regress_plot_names_links_whose_accelerations_are_faster_than_the_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("pendulum.toml"), PENDULUM).unwrap();
+    let acceleration: &[&str] = &["--y", "links.beam.acceleration_rad_per_s2"];
+    let [all, force, deflection, angle]: [&[&str]; 4] =
+        [&["--list"], &["--y", "pivot.fx_n"], &["--y", "beam.4.deflection_m"], &["--y", "links.beam.chord_rad"]];
+    let rare = rare_accelerations("beam");
+    let animation: &[&str] = &["--animation"];
+    // The edges of a pulse are no vibration.
+    let rigid: &[&str] = &["--set", "beam.rigid=true"];
+    for (rate, more, drawn, expected) in [
+        ("200", &[][..], &[all, force, acceleration][..], rare.as_str()),
+        ("200", &[], &[deflection, angle, animation], ""),
+        ("200,angles=all,loads=all", &[], &[all, force, acceleration], ""),
+        ("200,loads=all", &[], &[acceleration], &rare),
+        ("200,loads=all", &[], &[force], ""),
+        ("all", &[], &[all, force, acceleration], ""),
+        ("200", rigid, &[all, force, acceleration], ""),
+    ] {
+        // Recordings are never overwritten.
+        let _ = remove_file(at.join("run.mcap"));
+        record(at, "pendulum.toml", "1.2", "run.mcap", &[&["--publish-hz", rate][..], more].concat());
+        for &chosen in drawn {
+            let output = plot(at, &[&["run.mcap", "-o", "curves.svg"][..], chosen].concat());
+            assert_eq!((output.status.code(), complaint(&output).as_str()), (Some(0), expected), "{rate} {more:?} {chosen:?}");
+        }
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use ratatui::widgets::{Block, Borders};
 
 use super::state::View;
 use super::strip::StripEntry;
-use crate::nearest::did_you_mean;
+use crate::nearest::did_you_mean_column;
 
 /// Smallest height of a chart: its title and two rows of curve.
 const LEAST_ROWS: u16 = 3;
@@ -32,7 +32,7 @@ fn chart(frame: &mut Frame, area: Rect, name: &str, view: &View, focus: bool) {
     let window_s = view.window_s();
     let block = Block::new().borders(Borders::TOP);
     let Some(strip) = view.signals.find(name) else {
-        let hint = did_you_mean(name, view.signals.names());
+        let hint = did_you_mean_column(name, view.signals.names());
         return frame.render_widget(block.title(format!(" {name}: not there{hint} ")), area);
     };
     let seen: Vec<StripEntry> = strip.last(window_s).collect();

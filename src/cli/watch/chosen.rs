@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::super::failure::{CommandResult, Failure};
 use super::signals::{Signals, topic_of_signal};
-use crate::nearest::did_you_mean;
+use crate::nearest::did_you_mean_column;
 use crate::shown::shown_name;
 use crate::wire::{Message, NodeState, Shadow, Stamp, Topic};
 
@@ -75,7 +75,7 @@ impl ChosenSignals {
                 silent.chunk()
             ))),
             None => {
-                let near = did_you_mean(name, self.seen.names());
+                let near = did_you_mean_column(name, self.seen.names());
                 let hint = if near.is_empty() { "; `watch --plain --json` prints all by name" } else { &near };
                 Some(Failure::Usage(format!("no signal `{shown}`{hint}")))
             }
@@ -89,7 +89,7 @@ mod tests {
 
     use super::*;
     use crate::recording::Messages;
-    use crate::wire::Loads;
+    use crate::wire::{Displacements, Loads};
 
     fn chosen(names: &[&str]) -> ChosenSignals {
         ChosenSignals::new(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>())
@@ -115,6 +115,20 @@ mod tests {
                 other => Some(format!("{other:?}")),
             };
             assert_eq!(said.as_deref(), refusal, "{name}");
+        }
+    }
+
+    #[test]
+    fn regress_an_unknown_signal_of_a_node_has_one_that_moves_suggested() {
+        let node = |index| NodeState { link: "beam".to_owned(), index, deflection_m: Some(0.0), ..NodeState::default() };
+        let nodes = (0..=12).map(node).collect();
+        let displacements = Message::Displacements(Box::new(Displacements { nodes, ..Displacements::default() }));
+        for (name, near) in [("tip.y_m", "beam.12.y_m"), ("beam.deflection_m", "beam.6.deflection_m")] {
+            let mut chosen = chosen(&[name]);
+            chosen.add(&displacements);
+            let judged = chosen.are_there(Duration::ZERO);
+            let refusal = format!("no signal `{name}`; did you mean `{near}`?");
+            assert!(matches!(&judged, Err(Failure::Usage(said)) if *said == refusal), "{judged:?}");
         }
     }
 

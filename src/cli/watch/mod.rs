@@ -32,7 +32,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::replies::{format_reply, fresh_id};
 use super::signals::{Interruption, interrupted};
-use super::values::{positive_time, torque};
+use super::values::{GivenDuration, pulse_duration, torque};
 use crate::bus::{self, Name, Session, Topic, TopicQueue, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
@@ -73,20 +73,21 @@ pub(super) struct Args {
     #[arg(long, value_name = "NM", default_value = "5", value_parser = torque)]
     pub torque: f64,
     /// Duration of that pulse.
-    #[arg(long, value_name = "TIME", default_value = "0.1", value_parser = positive_time)]
-    pub duration: f64,
+    #[arg(long, value_name = "TIME", default_value = "0.1", value_parser = pulse_duration)]
+    pub duration: GivenDuration,
     /// Print lines, as without a terminal: no charts, no keys. With --signals, one line a second: state, time and these.
     #[arg(long, conflicts_with_all = ["torque", "duration"])]
     pub plain: bool,
     /// With --plain, print one JSON object a second: state, sim_time_s, real_time_factor, message, ended (true in the last line,
     /// once the service has ended), and in an object signals all signals at that time, or those of --signals, by name.
-    #[arg(long, requires = "plain")]
+    #[arg(long, requires = "plain", conflicts_with_all = ["torque", "duration"])]
     pub json: bool,
     #[command(flatten)]
     pub client: ClientArgs,
 }
 
 pub(super) fn watch(args: &Args) -> CommandResult {
+    args.duration.suspect_pulse().iter().for_each(|warning| say!("warning: {warning}"));
     let plain = args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal();
     // While it waits for the service, it ends as other commands.
     let waiting = Interruption::watch()?;
@@ -105,7 +106,12 @@ fn show(session: &Session, args: &Args, plain: bool) -> CommandResult {
     }
     let mut view = View::new(args.name.clone(), args.signals.clone());
     view.snapshot(client::snapshot(session, &args.name).unwrap_or_default());
-    let pulse = PulseRequest { torque_nm: args.torque, duration_s: args.duration, delay_s: 0.0, shape: PulseShape::Rectangular };
+    let pulse = PulseRequest {
+        torque_nm: args.torque,
+        duration_s: args.duration.duration_s,
+        delay_s: 0.0,
+        shape: PulseShape::Rectangular,
+    };
     let (requests, said) = speaker(session.clone(), args.name.clone(), pulse)?;
     // Signals are handled as long as the runtime lives.
     let signals = runtime()?;
