@@ -1,6 +1,8 @@
 //! The most similar known name, for error messages.
 
 #[cfg(feature = "service")]
+use crate::recording::is_stamp_or_time;
+#[cfg(feature = "service")]
 use crate::shown::{shown_name, shown_names};
 
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
@@ -115,7 +117,7 @@ fn numbers(name: &str) -> Vec<u64> {
 /// Columns by topic for a refusal, a line each: numbers in names become N. Stamps, checkpoints and histograms are left out.
 #[cfg(feature = "service")]
 pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl IntoIterator<Item = (&'a str, N)>) -> String {
-    let is_data = |name: &&str| !name.starts_with("stamp.") && !["log_time", "publish_time"].contains(name);
+    let is_data = |name: &&str| !is_stamp_or_time(name);
     let line = |(topic, names): (&str, N)| {
         let mut names: Vec<String> = names.into_iter().filter(is_data).map(without_numbers).collect();
         names.retain(|name| !name.ends_with(".N"));

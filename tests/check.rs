@@ -77,3 +77,50 @@ fn val_the_error_of_the_step_is_the_true_one_and_warned_of_beyond_a_radian() -> 
     }
     Ok(())
 }
+
+/// A drive prescribes the crank's angle. The truth is a run with a twentieth of the step.
+#[test]
+fn val_the_error_of_the_step_of_a_driven_chain_is_that_of_its_deflection() -> Tried {
+    let driven = ["pulse=[]", "drive.speed_rad_per_s=20.0", "start.rate_rad_per_s=20.0", "crank.rigid=true"].map(str::to_owned);
+    let deflections_m = |step_s: f64| -> Tried<Vec<f64>> {
+        let overrides = [&driven[..], &[format!("solver.step_s={step_s}")]].concat();
+        let mut simulation = Simulation::new(&SceneSource::open("crank-slider", &overrides)?.scene)?;
+        let mut found = Vec::new();
+        for step in 1..=(0.62 / step_s) as u32 {
+            simulation.step()?;
+            if step.is_multiple_of((5e-3 / step_s).round() as u32) {
+                found.push(simulation.observe()?.links[1].nodes[2].deflection_m.ok_or("no deflection")?);
+            }
+        }
+        Ok(found)
+    };
+    let (own_m, fine_m) = (deflections_m(5e-3)?, deflections_m(2.5e-4)?);
+    let peak_m = fine_m.iter().fold(0.0_f64, |most, fine_m| most.max(fine_m.abs()));
+    let true_error = own_m.iter().zip(&fine_m).map(|(own_m, fine_m)| (own_m - fine_m).abs()).fold(0.0, f64::max) / peak_m;
+    let given = [&driven[..], &["solver.step_s=5e-3".to_owned()]].concat();
+    let (out, _) = checked("crank-slider", &given, Some("--json"))?;
+    let found: serde_json::Value = serde_json::from_str(&out)?;
+    let error = found["step_error_of_deflection"].as_f64().ok_or("no error")?;
+    assert!((0.5..1.5).contains(&(error / true_error)) && true_error > 1e-4, "{error:e} for {true_error:e}");
+    assert!(found["step_error_rad"].is_null(), "{out}");
+    let (out, _) = checked("crank-slider", &given, None)?;
+    assert!(out.contains(&format!(" m in the rod's deflection, {error:.1e} of its peak, until ")), "{out}");
+    Ok(())
+}
+
+/// Without damping, energy that the step takes out adds up: the usual two seconds keep the balance with a step that forty do not.
+#[test]
+fn regress_the_suggested_step_keeps_the_balance_until_the_time_asked_for() -> Tried {
+    let undamped = ["check", "--json", "--set", "crank.damping_s=0", "--set", "rod.damping_s=0"];
+    let checked = |more: &[&str]| -> Tried<(Option<i32>, f64)> {
+        let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(undamped).args(more).output()?;
+        let found: serde_json::Value = serde_json::from_slice(&ended.stdout)?;
+        Ok((ended.status.code(), found["suggested_step_s"].as_f64().ok_or("no step")?))
+    };
+    let (_, usual_s) = checked(&[])?;
+    let with = |step_s: f64| format!("solver.step_s={step_s}");
+    assert_eq!(checked(&["--until", "40", "--set", &with(usual_s)])?.0, Some(6), "{usual_s}");
+    let (_, longer_s) = checked(&["--until", "40"])?;
+    assert_eq!(checked(&["--until", "40", "--set", &with(longer_s)])?.0, Some(0), "{longer_s}");
+    Ok(())
+}

@@ -169,3 +169,23 @@ fn regress_a_deflection_without_its_node_is_that_of_the_middle() -> Result<(), B
     }
     Ok(())
 }
+
+/// A drive that leaves no room for torque, or contradicts the start, is looked at all the same.
+#[test]
+fn regress_a_contradiction_of_the_drive_hides_no_other_mistake() -> Result<(), Box<dyn Error>> {
+    for (given, mistakes) in [
+        (
+            ["torque.constant_nm=1", "drive={ ramp = { to_rad_per_s = 28.0 } }"],
+            ["leaves no room for torque", "missing key `over_s`"],
+        ),
+        (["pulse.0.torque_nm=1e99", "drive.speed_rad_per_s=3"], ["leaves no room for torque", "pulse.0.torque_nm = 1e99"]),
+        (
+            ["start.rate_rad_per_s=3", "drive.speed_rad_per_s=1e9"],
+            ["contradicts drive.speed_rad_per_s", "a number from -1e6 to 1e6"],
+        ),
+    ] {
+        let (code, said) = flexcrank(&["check", "--set", given[0], "--set", given[1]])?;
+        assert!(code == Some(2) && mistakes.iter().all(|mistake| said.contains(mistake)), "{said}");
+    }
+    Ok(())
+}

@@ -9,12 +9,12 @@ use crate::study::Table;
 
 /// How names of columns of accelerations end.
 pub(super) const ACCELERATION: &str = ".acceleration_rad_per_s2";
-/// Most that the mean of a line from sample to sample may be off, over the range of the acceleration. Neighbouring lines of a
-/// vibration over the whole range exceed it with less than five samples in a period. In 355 recordings of 26 scenes, every curve
+/// Most that the mean of a line from sample to sample may be off, over the range of the acceleration. Three lines in a row of a
+/// vibration over the whole range exceed it with fewer than 4.4 samples in a period. In 355 recordings of 26 scenes, every curve
 /// that is named is off by 0.07 of its range or more in four lines at least.
 const MISSED: f64 = 0.05;
-/// Fewer pairs of neighbours may be off. The edge of a torque makes one line wrong, and leaves its neighbours right.
-const FEWEST: usize = 2;
+/// Fewer lines in a row may be off. The edge of a torque makes one line wrong, a short pulse two, and both leave others right.
+const FEWEST: usize = 3;
 /// Ranges of the acceleration up to this are those of links at rest, rad/s².
 const REST: f64 = 1e-5;
 /// Ranges of the acceleration up to this part of the squared rate are those of links that turn evenly.
@@ -44,8 +44,8 @@ fn is_missed(angles: &Table, link: &str, regular: &[Interval]) -> bool {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| [least.min(*value), most.max(*value)]);
     let range = (most - least).max(REST).max(EVEN * fastest.powi(2));
     let is_off = |interval: &Interval| off(rates, accelerations, interval).is_some_and(|off| off > MISSED * range);
-    let is_pair_off = |before: &Interval, after: &Interval| before.row + 1 == after.row && is_off(before) && is_off(after);
-    regular.windows(2).filter(|pair| matches!(pair, [before, after] if is_pair_off(before, after))).count() >= FEWEST
+    let rows: Vec<usize> = regular.iter().filter_map(|interval| is_off(interval).then_some(interval.row)).collect();
+    rows.chunk_by(|row, next| row + 1 == *next).any(|run| run.len() >= FEWEST)
 }
 
 /// The amount by which the mean of the line between two samples is off, rad/s²: `|Δω/h − (α₀ + α₁)/2|` with rates `ω` and
@@ -105,24 +105,27 @@ mod tests {
 
     /// The middle of a line over the top of a vibration with `n` samples in a period is off by `1 − cos(π/n)` of half the range.
     #[test]
-    fn regress_a_curve_of_accelerations_that_is_off_by_a_tenth_of_its_range_is_named() {
+    fn regress_a_curve_of_accelerations_that_is_off_by_an_eighth_of_its_range_is_named() {
         for steps in 2..=30_u32 {
             let off = 0.5 * (1.0 - (0.5 * TAU * VIBRATION_HZ * STEP_S * f64::from(steps)).cos());
             let said = vibrating(&every(steps));
-            assert!(said.is_some() || off < 0.1, "every {steps} steps: off by {off}");
+            assert!(said.is_some() || off < 0.125, "every {steps} steps: off by {off}");
             assert!(said.is_none() || off > 0.05, "every {steps} steps: off by {off}, and {said:?}");
         }
     }
 
     #[test]
     fn regress_edges_of_torques_are_no_vibration() {
-        // Two pulses whose edges lie between samples.
-        let pulse = |t: f64, start_s: f64| [(t - start_s).clamp(0.0, 0.16), f64::from((start_s..start_s + 0.16).contains(&t))];
-        let pulses = |t: f64| {
-            let [[first_rate, first], [second_rate, second]] = [pulse(t, 0.1013), pulse(t, 0.5022)];
-            [first_rate - second_rate, first - second]
-        };
-        assert_eq!(rare_accelerations(&samples(STEP_S, &every(50), &pulses)), None);
+        // Two pulses whose edges lie between samples. Those of short pulses lie in neighbouring intervals.
+        for duration_s in [0.16, 0.0095, 0.0075, 0.005] {
+            let is_on = |t: f64, start_s: f64| (start_s..start_s + duration_s).contains(&t);
+            let pulse = |t: f64, start_s: f64| [(t - start_s).clamp(0.0, duration_s), f64::from(is_on(t, start_s))];
+            let pulses = |t: f64| {
+                let [[first_rate, first], [second_rate, second]] = [pulse(t, 0.1013), pulse(t, 0.5013)];
+                [first_rate - second_rate, first - second]
+            };
+            assert_eq!(rare_accelerations(&samples(STEP_S, &every(50), &pulses)), None, "{duration_s} s");
+        }
     }
 
     #[test]

@@ -19,17 +19,19 @@ use super::step_error::StepError;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{slowest_motion, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
-use super::trial_run::Trial;
+use super::trial_run::{RunLength, Trial};
+use super::values::positive_time;
 use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene, SceneSource, builtin};
 use crate::simulation::EnergyVerdict;
 use crate::small_motion::{NoModes, Vibrations};
-use crate::study::{MATTERS, NEGLIGIBLE, Shortening, shortenings, usual_until_s};
+use crate::study::{MATTERS, NEGLIGIBLE, Shortening, shortenings};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank check mine.toml
+  flexcrank check mine.toml --until 10min               a step that keeps the balance so long
   flexcrank check crank-slider --set solver.model=finite-element --set rod.elements=16 --json
 
 Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \
@@ -38,10 +40,11 @@ Frequencies are those of small undamped vibrations about rest at the start posit
 The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for \
     at most 20,000 steps or 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The \
     step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
-    error; beyond 1 rad, a warning says that the motion is lost. The suggested step resolves the lowest frequency at which a \
+    error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
+    deflection in a link's middle. The suggested step resolves the lowest frequency at which a \
     link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
     error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance, \
-    which a longer one may not; `trade` measures which step suffices.
+    which a longer one may not: see --until; `trade` measures which step suffices.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
@@ -51,7 +54,8 @@ A line `published` names a rate for `run --publish-hz` where the default has few
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
-    step_error_rad (largest change of the first link's angle as the step is halved), out_of_range (largest deflection over \
+    step_error_rad (largest change of the first link's angle as the step is halved), step_error_of_deflection (with a [drive]: \
+    largest change of the deflection in a link's middle, over its peak), out_of_range (largest deflection over \
     length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, \
     force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
 
@@ -73,6 +77,9 @@ pub(super) struct Args {
     /// Override a key of the scene; VALUE is TOML, or a bare word for a string.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// Run the scene to this simulated time, for at most 30 s of computing each time, and judge balance and step by that.
+    #[arg(long, value_name = "TIME", value_parser = positive_time)]
+    pub until: Option<f64>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
@@ -93,6 +100,7 @@ struct Checked {
     lowest_bending_hz: Option<f64>,
     balance_error: Option<f64>,
     step_error_rad: Option<f64>,
+    step_error_of_deflection: Option<f64>,
     out_of_range: Option<f64>,
     step_cost_s: Option<f64>,
     real_time_factor: Option<f64>,
@@ -120,12 +128,13 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let found = Vibrations::of_scene(scene);
     let vibrations = found.as_ref().copied().unwrap_or_default();
     let frequencies_hz = vibrations.and_then(|vibrations| vibrations.frequencies_hz);
-    let trial = Trial::of(&mut simulation, usual_until_s(scene), MEASURED);
+    let length = args.until.map_or_else(|| RunLength::usual(scene), RunLength::asked);
+    let trial = Trial::of(&mut simulation, length, MEASURED);
     let slowest = slowest_motion(scene, vibrations);
     bar.set_message("running the scene with half the step");
-    let step_error = StepError::of(scene, &trial);
+    let step_error = StepError::of(scene, &trial, length);
     bar.set_message("looking for a step that suffices");
-    let (suggested_step_s, reason) = suggested_step(scene, vibrations, &trial);
+    let (suggested_step_s, reason) = suggested_step(scene, vibrations, &trial, length);
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),
@@ -138,7 +147,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
         balance_error: trial.balance_error,
-        step_error_rad: step_error.map(|error| error.largest_rad),
+        step_error_rad: step_error.and_then(|error| error.angle_rad),
+        step_error_of_deflection: step_error.and_then(|error| error.deflection).map(|error| error.of_peak),
         out_of_range: trial.out_of_range,
         step_cost_s: trial.step_cost_s,
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
@@ -229,9 +239,8 @@ impl Checked {
             self.balance_error.map_or("not judged".to_owned(), |error| format!("within {error:.1e} of the energy in play"));
         let part = trial.cut_off_s.map_or(String::new(), |time_s| format!("; of the first {} s alone", figure(time_s)));
         writeln!(out, "  balance      {balance}{part}")?;
-        // None at all where the angle of a rigid link is prescribed.
-        if let Some(StepError { largest_rad, until_s }) = step_error.filter(|error| error.largest_rad > 0.0) {
-            writeln!(out, "  step error   {largest_rad:.1e} rad in the first link's angle, until {} s", figure(until_s))?;
+        if let Some(step_error) = step_error {
+            writeln!(out, "  step error   {step_error}")?;
         }
         if let (Some(cost_s), Some(factor)) = (self.step_cost_s, self.real_time_factor) {
             writeln!(out, "  cost         {:.1} µs a step, {} times real time", 1e6 * cost_s, figure(factor))?;

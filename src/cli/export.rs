@@ -8,7 +8,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::{may_be_folder, must_have_folder};
+use super::folders::{may_be_folder, must_have_folder, must_suit_recording};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_parts;
@@ -55,6 +55,7 @@ pub(super) struct Args {
 
 pub(super) fn export(args: Args) -> CommandResult {
     let Args { file, csv, parquet, ros2, from, to, every, columns } = args;
+    ros2.as_deref().map_or(Ok(()), must_suit_recording)?;
     [&csv, &parquet, &ros2].into_iter().flatten().try_for_each(|path| must_have_folder(path))?;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;
     let what = recording::Export { csv, parquet, ros2, from_s: from, to_s: to, every_s: every, columns };

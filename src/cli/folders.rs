@@ -39,16 +39,16 @@ pub(super) fn must_have_folder(path: &Path) -> CommandResult<()> {
 const OTHER_ENDINGS: [&str; 15] =
     ["csv", "tsv", "txt", "md", "json", "jsonl", "toml", "yaml", "yml", "parquet", "npz", "svg", "png", "pdf", "html"];
 
-/// Refuses a new recording with the name of another kind of file, or in a folder that does not exist.
+/// Refuses a new recording with the name of another kind of file.
 pub(super) fn must_suit_recording(path: &Path) -> CommandResult<()> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if OTHER_ENDINGS.iter().any(|other| ending == *other) {
-        return Err(Failure::Usage(format!(
-            "{}: a recording is an MCAP file, named *.mcap; `flexcrank export` makes tables of it, `flexcrank plot` figures",
-            path.display()
-        )));
+    if !OTHER_ENDINGS.iter().any(|other| ending == *other) {
+        return Ok(());
     }
-    must_have_folder(path)
+    Err(Failure::Usage(format!(
+        "{}: a recording is an MCAP file, named *.mcap; `flexcrank export` makes tables of it, `flexcrank plot` figures",
+        path.display()
+    )))
 }
 
 /// Refuses to begin work whose default folder of recordings cannot be written, or created, and names the options that help. The folder

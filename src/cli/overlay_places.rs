@@ -17,10 +17,12 @@ pub(super) struct AskedColumn<'a> {
 }
 
 impl<'a> AskedColumn<'a> {
-    /// The column of a node or an element stands for its place in the first file that has it.
+    /// The column of a node or an element stands for its place in the first file that has that node or element, with or without the
+    /// column: rigid links have nodes, and no deflections.
     pub fn new(sources: &[Source], given: &'a str) -> Self {
-        let placed = |source: &Source| PlacedColumn::of(&source.tables, source.column_name(given).ok()?);
-        let place = sources.iter().find_map(placed).filter(|column| has_unlike_meshes(sources, column));
+        let column = sources.iter().find_map(|source| source.column_name(given).ok());
+        let placed = |column: &str| sources.iter().find_map(|source| PlacedColumn::of(&source.tables, column));
+        let place = column.and_then(placed).filter(|column| has_unlike_meshes(sources, column));
         let name = place.as_ref().map_or_else(|| given.to_owned(), PlacedColumn::name);
         AskedColumn { given, name, place }
     }

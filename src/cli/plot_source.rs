@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::acceleration_sampling::{ACCELERATION, rare_accelerations};
 use super::failure::{CommandResult, Failure};
 use super::sample_intervals::regular_s;
-use super::turning::coarse_turning;
+use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
 use crate::plot::{self, Figure, Format, Named, PlotError, SIMULATED_TIME};
-use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, read_columns};
+use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
 use crate::scene::{ModelKind, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
@@ -17,9 +17,6 @@ use crate::text_file;
 
 /// The first bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
-
-/// Topics of samples of the motion. Each may have a rate of its own.
-const MOTION: [&str; 4] = ["displacements", "angles", "loads", "energies"];
 
 /// A file and its numbers.
 pub(super) struct Source {
@@ -82,34 +79,37 @@ impl Source {
     /// drawn; but an animation shows neither accelerations nor forces.
     pub fn missed_motion(&self, ys: &[String], is_animation: bool) -> Vec<String> {
         let [angles, displacements] = ["angles", "displacements"].map(|name| self.topic(name));
-        let turning = self.coarse_turning(ys);
-        let draws_deflections = self.draws_loads_or(".deflection_m", displacements, ys);
+        let turning = self.coarse_turning(ys, is_animation);
+        let draws_deflections = self.draws_motion_of(displacements, ".deflection_m", ys);
         let vibration = draws_deflections.then(|| rare_samples(displacements)).flatten();
-        // The other sentences already say that curves are wrong, and name the rate to begin with.
-        let is_new = turning.is_none() && vibration.is_none();
-        let draws_accelerations = is_new && !is_animation && self.draws_loads_or(ACCELERATION, angles, ys);
-        let accelerations = draws_accelerations.then(|| rare_accelerations(angles)).flatten();
+        let draws_accelerations = !is_animation && self.draws_motion_of(angles, ACCELERATION, ys);
+        // The other sentences already say that curves of these samples are wrong, and name the rate to begin with.
+        let is_coarse = regular_s(angles).and_then(|interval_s| coarse_turning(angles, interval_s)).is_some();
+        let is_new = vibration.is_none() && !is_coarse;
+        let accelerations = (draws_accelerations && is_new).then(|| rare_accelerations(angles)).flatten();
         let sentences = [turning, vibration, accelerations].into_iter().flatten();
         sentences.map(|sentence| format!("{}: {sentence}", self.path.display())).collect()
     }
 
-    /// A sentence about a first link that turns far from sample to sample; `None` if it does not, or if only angles are drawn:
-    /// straight lines show even turning.
-    fn coarse_turning(&self, ys: &[String]) -> Option<String> {
-        let is_angle = |name: &str| name.ends_with(".chord_rad") || name.ends_with(".revolutions");
-        let is_curved = |name: &str| !name.starts_with("stamp.") && !is_angle(name);
+    /// A sentence about a first link that turns far between samples that are drawn; `None` if it does not, or if only its angle,
+    /// revolutions and times are drawn: straight lines show even turning.
+    fn coarse_turning(&self, ys: &[String], is_animation: bool) -> Option<String> {
+        let angles = self.topic("angles");
+        let is_first_chord = |name: &str| first_chord(angles).is_some_and(|(chord, _)| chord == name);
+        let is_curved = |name: &str| !is_stamp_or_time(name) && !name.ends_with(".revolutions") && !is_first_chord(name);
         let names = ys.iter().filter_map(|given| self.column_name(given).ok());
         let names: Vec<&str> = names.filter(|&name| is_curved(name)).collect();
         let is_drawn = |topic: &&Table| ys.is_empty() || names.iter().any(|name| topic.column(name).is_some());
-        let drawn = MOTION.map(|name| self.topic(name)).into_iter().filter(is_drawn);
-        coarse_turning(self.topic("angles"), drawn.filter_map(regular_s).reduce(f64::max)?)
+        let drawn = topics_of_motion(ys, is_animation).iter().map(|name| self.topic(name)).filter(is_drawn);
+        coarse_turning(angles, drawn.filter_map(regular_s).reduce(f64::max)?)
     }
 
-    /// Whether loads with samples as rare as those of this topic are drawn, or columns with this ending.
-    fn draws_loads_or(&self, ending: &str, topic: &Table, ys: &[String]) -> bool {
+    /// Whether a sentence about samples of this topic applies to a column that is drawn: one with this ending, or a load. Loads
+    /// vibrate with the links, but may be right where they have more samples than the topic.
+    fn draws_motion_of(&self, topic: &Table, ending: &str, ys: &[String]) -> bool {
         let loads = self.topic("loads");
         let are_loads_as_rare = regular_s(loads) >= regular_s(topic);
-        let is_load = |name: &str| are_loads_as_rare && !name.starts_with("stamp.") && loads.column(name).is_some();
+        let is_load = |name: &str| are_loads_as_rare && !is_stamp_or_time(name) && loads.column(name).is_some();
         let is_meant = |name: &str| name.ends_with(ending) || is_load(name);
         ys.is_empty() || ys.iter().any(|given| self.column_name(given).is_ok_and(is_meant))
     }
@@ -192,6 +192,16 @@ impl Source {
         let scene = metadata.scene.as_deref().unwrap_or_default().lines().find_map(|line| line.strip_prefix("# "));
         let scene = plot::escape(scene.unwrap_or_default());
         format!("<li><b>{name}</b>: {session}{time}. {scene} Recorded at {started} by <code>{command}</code></li>\n")
+    }
+}
+
+/// Topics whose samples of the motion may be drawn. Each may have a rate of its own.
+fn topics_of_motion(ys: &[String], is_animation: bool) -> &'static [&'static str] {
+    match (is_animation, ys.is_empty()) {
+        (true, _) => &["displacements"],
+        // Few samples of energies say nothing about paths and other curves.
+        (false, true) => &["displacements", "angles", "loads"],
+        (false, false) => &["displacements", "angles", "loads", "energies"],
     }
 }
 

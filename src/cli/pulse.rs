@@ -89,7 +89,7 @@ pub(super) fn pulse(args: Args) -> CommandResult {
     if let Some(file) = &args.from {
         return sequence(&args, file);
     }
-    args.duration.and_then(GivenDuration::suspect_pulse).iter().for_each(|warning| say!("warning: {warning}"));
+    args.duration.and_then(|given| given.suspect_pulse("--duration")).iter().for_each(|warning| say!("warning: {warning}"));
     let request = PulseRequest {
         torque_nm: args.torque.unwrap_or_default(),
         duration_s: args.duration.map_or(0.0, |given| given.duration_s),
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn regress_a_long_duration_without_a_unit_is_suspect() {
-        let warning = |text: &str| pulse_duration(text).map(GivenDuration::suspect_pulse);
+        let warning = |text: &str| pulse_duration(text).map(|given| given.suspect_pulse("--duration"));
         assert_eq!(warning("100"), Ok(Some("--duration 100 has no unit: that is 100 s".to_owned())));
         for text in ["100s", "100ms", "0.1", "9.9", "2min"] {
             assert_eq!(warning(text), Ok(None), "{text}");

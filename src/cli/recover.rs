@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::must_suit_recording;
+use super::folders::{must_have_folder, must_suit_recording};
 use super::progress::bar;
 use crate::recording::{self, Loss, Recovered};
 use crate::shown::shown_name;
@@ -26,6 +26,7 @@ pub(super) struct Args {
 
 pub(super) fn recover(args: &Args) -> CommandResult {
     must_suit_recording(&args.output)?;
+    must_have_folder(&args.output)?;
     let bar = bar(0, "{wide_bar} {bytes}/{total_bytes}");
     let recovered = recording::recover(&args.file, &args.output, |done, all| {
         bar.set_length(all);

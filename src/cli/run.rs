@@ -10,7 +10,7 @@ use super::command_line::command_line;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::fixed_cost::with_fixed_cost;
-use super::folders::{must_hold_recordings, must_suit_recording};
+use super::folders::{must_have_folder, must_hold_recordings, must_suit_recording};
 use super::foxglove::Viewers;
 use super::resume::{self, ResumeArgs, RunStart};
 use super::ros2_args::Nodes;
@@ -47,7 +47,10 @@ pub(super) fn run(mut args: Args) -> CommandResult {
             args.resume = ResumeArgs { resume: Some(file), at: None };
         }
     }
-    args.record.as_deref().map_or(Ok(()), must_suit_recording)?;
+    if let Some(path) = &args.record {
+        must_suit_recording(path)?;
+        must_have_folder(path)?;
+    }
     let (fixed, starts) = starts(&args)?;
     let remedy = step_remedy(starts.iter().map(|start| &start.scene.scene));
     let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };

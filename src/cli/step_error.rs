@@ -1,44 +1,88 @@
 //! The error of a scene's time step, seen by a run with half of it.
 
-use std::time::{Duration, Instant};
+use std::fmt;
+use std::time::Instant;
 
-use super::trial_run::{LONGEST, Look, Trial};
-use crate::scene::Scene;
+use super::aligned_table::figure;
+use super::trial_run::{Look, RunLength, Trial};
+use crate::scene::{Drive, Scene};
 use crate::simulation::Simulation;
 
-/// Longest run with half the step, computing time.
-const LONGEST_HALVED: Duration = LONGEST.saturating_mul(2);
-
-/// The first link's angle in two runs, with the scene's step and with half of it.
+/// The largest differences of two runs, with the scene's step and with half of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StepError {
-    /// Largest difference, rad.
-    pub(super) largest_rad: f64,
+    /// That of the first link's angle, rad; `None` where it is prescribed.
+    pub(super) angle_rad: Option<f64>,
+    /// That of the deflection in the middle of a link, where the angle is prescribed; the largest over the link's own peak.
+    pub(super) deflection: Option<DeflectionError>,
     /// Simulated time over which they were compared, s.
-    pub(super) until_s: f64,
+    until_s: f64,
+}
+
+/// The difference of the deflections in the middle of a link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct DeflectionError {
+    link: &'static str,
+    /// m.
+    largest_m: f64,
+    /// Over the largest deflection.
+    pub(super) of_peak: f64,
 }
 
 impl StepError {
-    /// Compares a run of the scene with one of half the step, as far as that comes in [`LONGEST_HALVED`]. `None` if there is no link, or
-    /// nothing to compare.
+    /// Compares a run of the scene with one of half the step, as far as that comes in twice the computing time. `None` if there is no
+    /// link, or nothing to compare.
     ///
     /// A method of order p errs by `2ᵖ/(2ᵖ − 1)` times the difference, 4/3 times for p = 2, where the step is short enough.
-    pub(super) fn of(scene: &Scene, own: &Trial) -> Option<Self> {
+    pub(super) fn of(scene: &Scene, own: &Trial, length: RunLength) -> Option<Self> {
+        let chain = scene.chain()?;
         let mut halved = scene.clone();
         halved.solver.step_s *= 0.5;
         let (begun, mut run) = (Instant::now(), Simulation::new(&halved).ok()?);
-        let (mut found, mut steps): (Option<Self>, u32) = (None, 0);
-        'looks: for Look { step, angle_rad } in &own.looks {
-            while steps < 2 * step {
-                if begun.elapsed() > LONGEST_HALVED || run.step().is_err() {
+        let (mut angle_rad, mut steps, mut until_s) = (0.0_f64, 0, None);
+        let mut deflections = vec![[0.0_f64; 2]; chain.links.len()];
+        'looks: for look in &own.looks {
+            while steps < 2 * look.step {
+                if begun.elapsed() > 2 * length.longest || run.step().is_err() {
                     break 'looks;
                 }
                 steps += 1;
             }
-            let Some(other_rad) = run.observe().ok().and_then(|seen| Some(seen.links.first()?.chord_rad)) else { break };
-            let largest_rad = (angle_rad - other_rad).abs().max(found.map_or(0.0, |found| found.largest_rad));
-            found = Some(StepError { largest_rad, until_s: run.time_s() });
+            let Some(other) = run.observe().ok().and_then(|seen| Look::at(steps, seen)) else { break };
+            angle_rad = angle_rad.max((look.angle_rad - other.angle_rad).abs());
+            for (found, (own_m, other_m)) in deflections.iter_mut().zip(look.deflections_m.iter().zip(&other.deflections_m)) {
+                *found = [found[0].max((own_m - other_m).abs()), found[1].max(other_m.abs())];
+            }
+            until_s = Some(run.time_s());
         }
-        found
+        let until_s = until_s?;
+        let Drive::Motion(_) = scene.drive else {
+            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, until_s });
+        };
+        let bent = chain.links.iter().zip(deflections).filter(|(_, [_, peak_m])| *peak_m > 0.0);
+        let errors = bent.map(|(link, [largest_m, peak_m])| {
+            let (link, of_peak) = (link.name.as_str(), largest_m / peak_m);
+            DeflectionError { link, largest_m, of_peak }
+        });
+        Some(StepError {
+            angle_rad: None,
+            deflection: errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak)),
+            until_s,
+        })
+    }
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let until = figure(self.until_s);
+        match *self {
+            StepError { angle_rad: Some(angle_rad), .. } => {
+                write!(f, "{angle_rad:.1e} rad in the first link's angle, until {until} s")
+            }
+            StepError { deflection: Some(DeflectionError { link, largest_m, of_peak }), .. } => {
+                write!(f, "{largest_m:.1e} m in the {link}'s deflection, {of_peak:.1e} of its peak, until {until} s")
+            }
+            _ => write!(f, "none: the motion is prescribed, and no link bends"),
+        }
     }
 }

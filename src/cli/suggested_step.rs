@@ -4,11 +4,10 @@ use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 
 use super::aligned_table::figure;
-use super::trial_run::{LONGEST, Trial};
+use super::trial_run::{RunLength, Trial};
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene};
 use crate::simulation::{Diverged, EnergyVerdict, Simulation};
 use crate::small_motion::Vibrations;
-use crate::study::usual_until_s;
 
 /// Fewer steps of a run show nothing of it.
 const LEAST_STEPS_OF_RUN: f64 = 100.0;
@@ -16,14 +15,24 @@ const LEAST_STEPS_OF_RUN: f64 = 100.0;
 const HALVINGS: u32 = 7;
 
 /// A step for about 0.1 % of error with which a run of the scene keeps its energy balance, s, if there is one; and the reason.
-/// `own` is the run with the scene's own step.
-pub(super) fn suggested_step(scene: &Scene, vibrations: Option<Vibrations>, own: &Trial) -> (Option<f64>, String) {
-    kept_balance(scene, own, suggestion(scene, slowest_bending(scene, vibrations)))
+/// `own` is the run of this length with the scene's own step.
+pub(super) fn suggested_step(
+    scene: &Scene,
+    vibrations: Option<Vibrations>,
+    own: &Trial,
+    length: RunLength,
+) -> (Option<f64>, String) {
+    kept_balance(scene, own, length, suggestion(scene, slowest_bending(scene, vibrations)))
 }
 
 /// The suggestion, with a step halved until a run of the scene keeps its energy balance.
-fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>, String)) -> (Option<f64>, String) {
-    let until_s = usual_until_s(scene);
+fn kept_balance(
+    scene: &Scene,
+    own: &Trial,
+    length: RunLength,
+    (suggested_s, reason): (Option<f64>, String),
+) -> (Option<f64>, String) {
+    let until_s = length.until_s;
     let least = || format!("at least {LEAST_STEPS_OF_RUN} steps in a run of {} s", figure(until_s));
     let (first_s, reason) = match suggested_s {
         Some(step_s) if step_s * LEAST_STEPS_OF_RUN <= until_s => (step_s, reason),
@@ -35,14 +44,14 @@ fn kept_balance(scene: &Scene, own: &Trial, (suggested_s, reason): (Option<f64>,
         tried_s = step_s;
         let mut shorter = scene.clone();
         shorter.solver.step_s = step_s;
-        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, until_s, Duration::ZERO));
+        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, length, Duration::ZERO));
         if let Some(trial) = trial.ok().filter(|trial| is_kept(&trial.verdict)) {
             let longer = format!("{reason}; {first_s} s would suffice for that, but does not keep the energy balance");
             let reason = if step_s == first_s { reason } else { longer };
             let judged = trial.cut_off_s.map(|time_s| format!("; the balance of its first {} s alone is judged", figure(time_s)));
             return (Some(step_s), reason + &judged.unwrap_or_default());
         }
-        if begun.elapsed() >= LONGEST {
+        if begun.elapsed() >= length.longest {
             break;
         }
         step_s = one_digit(0.5 * step_s);

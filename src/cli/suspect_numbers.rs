@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::aligned_table::figure;
-use crate::scene::{Bar, Chain, Drive, End, Link, Motion, Scene, SceneSource, builtin};
+use crate::scene::{Bar, Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
 
 /// Links are rarely this many times as long as one another.
 const LENGTH_RATIO: f64 = 100.0;
@@ -60,6 +60,8 @@ pub(super) fn newly_suspect(before: &Scene, after: &Scene) -> Vec<String> {
 
 fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
+    let bends = scene.solver.model != ModelKind::Rigid;
+    let strong_damping = |link: &Link| if bends { strong_damping(link) } else { None };
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), strong_damping(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let long_link = || chain.links.iter().find_map(long_link);
@@ -138,9 +140,10 @@ fn strong_damping(link: &Link) -> Option<String> {
     let ratio = 0.5 * (PI / link.length_m).powi(2) * stiffness_per_mass.sqrt() * link.damping_s;
     let warning = || {
         let (name, given, percent) = (link.name.as_str(), figure(link.damping_s), 100.0 * ratio);
+        let strength = if ratio < 1.0 { format!("by some {percent:.0} % of critical") } else { "beyond critical".to_owned() };
         format!(
-            "{name}.damping_s = {given} damps its first bending mode by some {percent:.0} % of critical: it is a time in s, not \
-             a damping ratio: see `flexcrank guide scenes`"
+            "{name}.damping_s = {given} damps its first bending mode {strength}: it is a time in s, not a damping ratio: see \
+             `flexcrank guide scenes`"
         )
     };
     (link.damping_s >= LEAST_DAMPING_RATIO && ratio >= STRONG_DAMPING).then(warning)

@@ -2,21 +2,55 @@
 
 use std::time::{Duration, Instant};
 
+use crate::mechanics::{LinkObservation, Observation};
+use crate::scene::Scene;
 use crate::simulation::{Account, Diverged, EnergyVerdict, Simulation};
+use crate::study::usual_until_s;
 
-/// Longest run of the scene, computing time.
-pub(super) const LONGEST: Duration = Duration::from_secs(2);
-/// Most steps of the run.
-const MOST_STEPS: u32 = 20_000;
 /// Looks at the links in a run.
 const LOOKS: f64 = 5000.0;
 
-/// The first link at one instant of a run.
+/// The length of a run, and the limits within which it reaches that.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RunLength {
+    /// Simulated time, s.
+    pub(super) until_s: f64,
+    /// Most steps.
+    most_steps: u32,
+    /// Longest computing time.
+    pub(super) longest: Duration,
+}
+
+impl RunLength {
+    /// The usual one of a scene.
+    pub(super) fn usual(scene: &Scene) -> Self {
+        RunLength { until_s: usual_until_s(scene), most_steps: 20_000, longest: Duration::from_secs(2) }
+    }
+
+    /// One that was asked for.
+    pub(super) fn asked(until_s: f64) -> Self {
+        RunLength { until_s, most_steps: u32::MAX, longest: Duration::from_secs(30) }
+    }
+}
+
+/// The links at one instant of a run.
 pub(super) struct Look {
     /// Steps until then.
     pub(super) step: u32,
-    /// Angle of its chord, rad.
+    /// Angle of the first link's chord, rad.
     pub(super) angle_rad: f64,
+    /// Deflections of the links' middle nodes, m; 0 of a link without such a node.
+    pub(super) deflections_m: Vec<f64>,
+}
+
+impl Look {
+    /// `None` of a scene without links.
+    pub(super) fn at(step: u32, seen: &Observation) -> Option<Self> {
+        let angle_rad = seen.links.first()?.chord_rad;
+        let middle_m = |link: &LinkObservation| link.nodes.get(link.nodes.len() / 2).and_then(|node| node.deflection_m);
+        let deflections_m = seen.links.iter().map(|link| middle_m(link).unwrap_or_default()).collect();
+        Some(Look { step, angle_rad, deflections_m })
+    }
 }
 
 /// A run of the scene.
@@ -25,7 +59,7 @@ pub(super) struct Trial {
     pub(super) step_cost_s: Option<f64>,
     /// Largest error of the energy balance, over the energy in play; `None` if it is not judged.
     pub(super) balance_error: Option<f64>,
-    /// Looks at the first link; none of a scene without links.
+    /// Looks at the links; none of a scene without any.
     pub(super) looks: Vec<Look>,
     /// Largest deflection over length that was out of the model's range; `None` if none was.
     pub(super) out_of_range: Option<f64>,
@@ -35,18 +69,19 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    /// Runs to `until_s`, and on until `shortest` is over; within the limits of steps and time.
-    pub(super) fn of(simulation: &mut Simulation, until_s: f64, shortest: Duration) -> Self {
+    /// Runs to the end, and on until `shortest` is over; within the limits of steps and time.
+    pub(super) fn of(simulation: &mut Simulation, length: RunLength, shortest: Duration) -> Self {
+        let RunLength { until_s, most_steps, longest } = length;
         let begun = Instant::now();
         let (mut judged, mut steps, mut taken) = (None, 0_u32, Ok(()));
         let (mut cost, mut out_of_range, mut looks) = (Duration::ZERO, None, Vec::new());
         let seldom = (until_s / simulation.step_s() / LOOKS).max(1.0) as u32;
-        while taken.is_ok() && steps < MOST_STEPS {
+        while taken.is_ok() && steps < most_steps {
             let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
             if is_whole && judged.is_none() {
                 judged = Some(simulation.account());
             }
-            if steps > 0 && (is_whole && elapsed >= shortest || elapsed >= LONGEST) {
+            if steps > 0 && (is_whole && elapsed >= shortest || elapsed >= longest) {
                 break;
             }
             let stepping = Instant::now();
@@ -63,7 +98,7 @@ impl Trial {
                 && let Ok(seen) = simulation.observe()
             {
                 out_of_range = [out_of_range, seen.out_of_range].into_iter().flatten().reduce(f64::max);
-                looks.extend(seen.links.first().map(|link| Look { step: steps, angle_rad: link.chord_rad }));
+                looks.extend(Look::at(steps, seen));
             }
         }
         let cut_off_s = (taken.is_ok() && simulation.time_s() < until_s).then(|| simulation.time_s());

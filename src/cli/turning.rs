@@ -12,8 +12,8 @@ const SMOOTH_RAD: f64 = 0.1;
 /// A sentence about the topic `angles` of a recording if the first link turns far between samples that are drawn, which are
 /// `interval_s` apart.
 pub(super) fn coarse_turning(angles: &Table, interval_s: f64) -> Option<String> {
-    let link_of = |column: &str| Some(column.strip_prefix("links.")?.strip_suffix(".chord_rad")?.to_owned());
-    let (link, chords_rad) = angles.columns().find_map(|(name, values)| Some((link_of(name)?, values)))?;
+    let (column, chords_rad) = first_chord(angles)?;
+    let link = column.strip_prefix("links.")?.strip_suffix(".chord_rad")?;
     let steps = angles.column("stamp.step")?;
     let speed_and_step = |Interval { row, duration_s }| {
         let [turned_rad, steps] = [chords_rad, steps].map(|values: &[f64]| values[row] - values[row - 1]);
@@ -27,6 +27,11 @@ pub(super) fn coarse_turning(angles: &Table, interval_s: f64) -> Option<String> 
         format!("the {link} turns by up to {turned_rad:.1} rad from sample to sample, {so}; {advice}")
     };
     (turned_rad > COARSE_RAD).then(sentence)
+}
+
+/// The column of the topic `angles` with the chord angle of the first link: its name, and its values.
+pub(super) fn first_chord(angles: &Table) -> Option<(&str, &[f64])> {
+    angles.columns().find(|(name, _)| name.starts_with("links.") && name.ends_with(".chord_rad"))
 }
 
 /// The way to smooth curves and paths.

@@ -72,13 +72,8 @@ pub(super) struct GivenDuration {
 }
 
 impl GivenDuration {
-    /// A warning of a pulse's long duration without a unit.
-    pub(super) fn suspect_pulse(self) -> Option<String> {
-        self.suspect_pulse_of("--duration")
-    }
-
-    /// The same, where the duration has another name.
-    pub(super) fn suspect_pulse_of(self, name: &str) -> Option<String> {
+    /// A warning of a pulse's long duration without a unit, of this name.
+    pub(super) fn suspect_pulse(self, name: &str) -> Option<String> {
         let given = figure(self.duration_s);
         (self.is_bare && self.duration_s >= LONG_PULSE_S).then(|| format!("{name} {given} has no unit: that is {given} s"))
     }

@@ -10,7 +10,7 @@ use super::command_line::command_line;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::{must_hold_recordings, must_suit_recording};
+use super::folders::{must_have_folder, must_hold_recordings, must_suit_recording};
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
@@ -84,11 +84,14 @@ fn given_pulse(text: &str) -> Result<GivenPulse, String> {
 pub(super) fn what_if(args: Args) -> CommandResult {
     let Args { file, add_pulse, overrides, record } = args;
     match &record {
-        Some(path) => must_suit_recording(path)?,
+        Some(path) => {
+            must_suit_recording(path)?;
+            must_have_folder(path)?;
+        }
         None => must_hold_recordings(Path::new(paths::FOLDER), "record elsewhere with --record FILE")?,
     }
     let source = RecordedSession::open(&file)?;
-    let suspects = add_pulse.iter().filter_map(|pulse| pulse.duration.suspect_pulse_of("--add-pulse: DURATION"));
+    let suspects = add_pulse.iter().filter_map(|pulse| pulse.duration.suspect_pulse("--add-pulse: DURATION"));
     suspects.for_each(|warning| say!("warning: {warning}"));
     let pulses = add_pulse.into_iter().map(GivenPulse::added).collect();
     let change = Change { pulses, overrides, command_line: command_line() };

@@ -97,6 +97,11 @@ pub(super) fn place_of<T>(columns: &IndexMap<String, T>, in_row: usize, name: &s
 /// Names of the first columns.
 pub(super) const TIMES: [&str; 2] = ["log_time", "publish_time"];
 
+/// Whether a column belongs to the stamp or the times of a message, not to its data.
+pub(crate) fn is_stamp_or_time(name: &str) -> bool {
+    TIMES.contains(&name) || name.starts_with("stamp.")
+}
+
 /// A time range of a recording, relative to its first message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TimeRange {

@@ -16,6 +16,11 @@ pub(super) fn step_of(command: &AppliedCommand, steps: f64) -> f64 {
     step.max(0.0)
 }
 
+/// Whether a command at the instant `steps` of the grid falls into the step that ends at `step`, where it is applied.
+pub(super) fn begins_within(steps: f64, step: f64) -> bool {
+    steps + ROUNDING < step
+}
+
 /// Delays a pulse to its recorded instant, which may lie within the step that begins now.
 pub(super) fn keep_instant(command: &mut AppliedCommand, simulation: &Simulation) {
     let recorded_s = command.stamp.unwrap_or_default().sim_time_s;

@@ -1,5 +1,8 @@
 //! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
+mod later;
+
+use std::collections::VecDeque;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
@@ -7,7 +10,7 @@ use prost::Message as _;
 
 use super::ResimulationError;
 use super::change::{AddedPulse, Change};
-use super::command_instant::{keep_instant, step_of};
+use super::command_instant::{begins_within, keep_instant, step_of};
 use super::deviation::Deviation;
 use super::event::{decode, resets};
 use super::own_refusal::error_of_what_if;
@@ -20,10 +23,11 @@ use crate::recording::{
     self, EndReason, RecordedMessage, Recorder, RecordingError, SessionInfo, Settings, Structure, WalkFlow, WalkItem, WhenFull,
     Written, walk,
 };
-use crate::scene::{PulseShape, SceneSource};
-use crate::simulation::{Diverged, Effective, EnergyVerdict, PulseRefused, PulseRequest, Stamp};
+use crate::scene::SceneSource;
+use crate::simulation::{Diverged, Effective, EnergyVerdict, Stamp};
 use crate::whole_file::{Unfinished, part_in_nearest_folder};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, Message, Topic, applied_command};
+use later::WaitingCommand;
 
 /// Settings of the new recording.
 const SETTINGS: Settings =
@@ -114,6 +118,7 @@ fn compute(
         recorder,
         pulses,
         added: 0,
+        waiting: VecDeque::new(),
         from_s: None,
         deviation: Deviation::default(),
     };
@@ -128,7 +133,7 @@ fn compute(
         }
         if end.is_ok() { WalkFlow::Continue(()) } else { WalkFlow::Break(()) }
     })?;
-    let end = end.and_then(|()| attempt.all_added());
+    let end = end.and_then(|()| attempt.apply_all_waiting()).and_then(|()| attempt.all_added());
     let verdict = attempt.resimulator.simulation().energy_verdict();
     let worst_out_of_range = attempt.resimulator.worst_out_of_range();
     let Attempt { recorder, mut deviation, torque, from_s, .. } = attempt;
@@ -174,6 +179,8 @@ struct Attempt<'a> {
     pulses: Vec<AddedPulse>,
     /// Number of pulses added so far.
     added: usize,
+    /// Commands that wait for the end of the step they fall into, in order.
+    waiting: VecDeque<WaitingCommand>,
     /// Session time at which it began, once it has.
     from_s: Option<f64>,
     deviation: Deviation,
@@ -204,6 +211,7 @@ impl Attempt<'_> {
         if !ours && !matches!(event, Message::Commands(_)) {
             return Ok(());
         }
+        self.apply_waiting(stamp)?;
         if stamp.epoch == self.resimulator.instant().0 {
             self.add_pulses_before(self.resimulator.stamp().epoch_start_s + stamp.sim_time_s, message)?;
         }
@@ -219,7 +227,14 @@ impl Attempt<'_> {
         if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
             return Ok(());
         }
-        self.resimulator.go_to((stamp.epoch, step as u64), |_| {})?;
+        let instant = (stamp.epoch, step as u64);
+        if let Message::Commands(command) = &event
+            && begins_within(steps, step)
+        {
+            self.waiting.push_back(WaitingCommand { instant, command: command.clone(), message: message.clone() });
+            return Ok(());
+        }
+        self.resimulator.go_to(instant, |_| {})?;
         gap.iter().for_each(|gap| self.record(Topic::Gaps, gap.encode_to_vec(), message));
         if let Message::Commands(command) = &event {
             return self.command(command, message);
@@ -244,41 +259,6 @@ impl Attempt<'_> {
         self.torque.begin(checkpoint.stamp.unwrap_or_default());
         self.write_in_place_of(event, message)?;
         Ok(())
-    }
-
-    /// Adds every pulse that begins before `session_s`, before the step that it acts in.
-    fn add_pulses_before(&mut self, session_s: f64, message: &RecordedMessage) -> Result<(), Stopped> {
-        while let Some(pulse) = self.pulses.get(self.added).filter(|pulse| pulse.start_s < session_s).copied() {
-            self.added += 1;
-            let stamp = self.resimulator.stamp();
-            let (epoch, now) = self.resimulator.instant();
-            let in_epoch_s = pulse.start_s - stamp.epoch_start_s;
-            let step = (self.resimulator.steps_at(epoch, in_epoch_s).floor().max(0.0) as u64).max(now);
-            self.resimulator.go_to((epoch, step), |_| {})?;
-            let request = PulseRequest {
-                torque_nm: pulse.torque_nm,
-                duration_s: pulse.duration_s,
-                delay_s: (in_epoch_s - self.resimulator.simulation().time_s()).max(0.0),
-                shape: PulseShape::Rectangular,
-            };
-            let refused = |why: PulseRefused| Stopped::Other(ResimulationError::Pulse { at_s: pulse.start_s, why });
-            let effective = self.resimulator.apply(&request).map_err(refused)?;
-            let id = format!("what-if-{}", self.added);
-            let command = applied_command::Command::Torque(wire::pulse_message(&id, &request));
-            self.record_torque(&id, Some(command), effective, message);
-        }
-        Ok(())
-    }
-
-    fn all_added(&self) -> Result<(), Stopped> {
-        let path = self.source.path.clone();
-        match self.pulses.get(self.added) {
-            Some(pulse) => {
-                let last_s = Some(self.resimulator.stamp().session_s());
-                Err(Stopped::Other(ResimulationError::Outside { path, at_s: pulse.start_s, last_s }))
-            }
-            None => Ok(()),
-        }
     }
 
     fn command(&mut self, command: &AppliedCommand, message: &RecordedMessage) -> Result<(), Stopped> {

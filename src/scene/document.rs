@@ -127,8 +127,8 @@ fn syntax_problem(key: &str, text: &str, error: &TomlError) -> String {
     let line = text.lines().nth(lines_before(text, &span));
     let message = error.message().trim().replace('\n', " ");
     let value = value_at(text, span.start);
-    let share_hint = || share_hint(key_before(text, span.start).unwrap_or(key), value);
-    let hint = || line.and_then(decimal_comma_in).or_else(share_hint).or_else(|| unit_hint(value));
+    let key = key_before(text, span.start).unwrap_or(key);
+    let hint = || line.and_then(decimal_comma_in).or_else(|| share_hint(key, value)).or_else(|| unit_hint(value));
     let hint = if message == "duplicate key" { None } else { hint() };
     format!("not TOML: {}", hint.unwrap_or(message))
 }
@@ -151,19 +151,19 @@ fn value_at(text: &str, offset: usize) -> &str {
     text.get(start..offset + length).unwrap_or_default().trim()
 }
 
-/// The name of the key that stands before `offset` of a text.
+/// The name of the key that stands before `offset` of a text, in the same line.
 fn key_before(text: &str, offset: usize) -> Option<&str> {
-    let (key, _) = text.get(..offset)?.rsplit_once('=')?;
-    key.trim_end().rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
+    let (key, _) = text.get(..offset)?.rsplit('\n').next()?.rsplit_once('=')?;
+    key.trim_end().trim_end_matches('"').rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
 }
 
-/// A hint at a value in per cent: the number to write, or the unit of a key that is no share.
+/// A hint at a value in per cent: the number to write, or why the key is no share.
 fn share_hint(key: &str, value: &str) -> Option<String> {
     let number = percent_hint(value)?;
-    let Some(unit) = keys::unit(key) else { return Some(number) };
+    let Some(measure) = keys::measure(key) else { return Some(number) };
     let is_damping = key.ends_with(keys::DAMPING.name);
     let formula = if is_damping { ": `flexcrank guide scenes` has its value for a damping ratio" } else { "" };
-    Some(format!("`{value}` is a share, and {key} is in {unit}{formula}"))
+    Some(format!("`{value}` is a share, and {key} is {measure}{formula}"))
 }
 
 /// A hint at the unit of a value that is a number with one: `0.42 m`, `210GPa`.
@@ -372,6 +372,9 @@ mod tests {
         for (was, is, problem) in [
             ("damping_s = 1e-4", "damping_s = 2 %  # of critical", format!("`2 %` is a share, and {damping}")),
             ("width_m = 0.01", "width_m = 1%", "`1%` is a share, and width_m is in m".to_owned()),
+            ("damping_s = 1e-4", "\"damping_s\" = 1%", format!("`1%` is a share, and {damping}")),
+            ("modes = 4", "modes = 50%", "`50%` is a share, and modes is a whole number".to_owned()),
+            ("modes = 4", "modes =\n5%", "5% is written as 0.05".to_owned()),
         ] {
             let said = refused(&text.replace(was, is), &[]);
             assert!(said.ends_with(&format!(": not TOML: {problem}")), "{said}");

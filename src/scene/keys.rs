@@ -341,10 +341,17 @@ pub fn reference() -> Vec<KeyRow> {
     TABLES.iter().flat_map(|table| table.keys.iter().map(|key| key.row(table.title))).collect()
 }
 
-/// The unit of a key, given by its last part or in full: `length_m`, `rod.length_m`; `None` if it has none.
-pub(super) fn unit(key: &str) -> Option<&'static str> {
+/// The measure of a key, given by its last part or in full: `in m` of `length_m` or `rod.length_m`, `a whole number` of `modes`;
+/// `None` of a number without a unit.
+pub(super) fn measure(key: &str) -> Option<String> {
     let name = key.rsplit('.').find(|part| part.parse::<usize>().is_err())?;
-    reference().iter().find(|row| row.key == name).map(|row| row.unit).filter(|unit| !["", "1"].contains(unit))
+    let keys = TABLES.iter().flat_map(|table| table.keys.iter().map(|key| (key, key.row(table.title))));
+    let (key, KeyRow { unit, .. }) = { keys }.find(|(_, row)| row.key == name)?;
+    match (key, unit) {
+        (Key::Count(_), _) => Some("a whole number".to_owned()),
+        (_, "" | "1") => None,
+        _ => Some(format!("in {unit}")),
+    }
 }
 
 /// The scene reference in Markdown, a table of keys for each table of a scene, as the guide has it.

@@ -91,13 +91,15 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
 fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     let Some(drive) = &raw.drive else { return Ok(torque(check, raw)) };
     if !raw.pulse.is_empty() || raw.torque.is_some() {
-        return Err(check.refuse("drive", "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]"));
+        let problem = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
+        check.noted::<Drive>(Err(check.refuse("drive", problem)));
+        torque(check, raw);
     }
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
         (Some(speed), None, None) => {
             if raw.start.rate_rad_per_s.is_some_and(|rate| rate != *speed) {
                 let problem = format!("contradicts drive.speed_rad_per_s = {speed:?}, which prescribes the rate: leave it out");
-                return Err(check.refuse("start.rate_rad_per_s", problem));
+                check.noted::<Drive>(Err(check.refuse("start.rate_rad_per_s", problem)));
             }
             Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed))
         }

@@ -179,7 +179,7 @@ impl Simulation {
         let now_s = self.time_s();
         next.law.go_on_from(&self.law, now_s);
         next.load.go_on_from(&self.load);
-        next.law.torque = next.load.at(now_s, self.grid.step_s);
+        next.law.torque = next.load.after(now_s, next.grid.step_s);
         let (from, to) = ((&mut *self.engine, &self.law), (&mut *next.engine, &next.law));
         route.take(from, to, [now_s, next.grid.step_s], &mut next.saved)?;
         next.grid = self.grid.with_step(self.step, next.grid.step_s);

@@ -43,8 +43,13 @@ impl PulseRequest {
 
 /// A part of a step is no shorter than this part of it.
 pub(super) const SHORTEST_PART: f64 = 1e-6;
-/// What rounding can make of a time, over it: of a step's, of a start, and of a start with a duration.
+/// Largest rounding error of the time of a step, of a start, or of a start plus a duration, over that time.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// The largest distance of an edge that counts as at `time_s`, s.
+fn margin_s(time_s: f64, step_s: f64) -> f64 {
+    (SHORTEST_PART * step_s).max(ROUNDING * time_s)
+}
 
 /// Angular impulse delivered since the mean torque was last taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -199,15 +204,22 @@ impl Load {
         }
     }
 
-    /// The torque just before `time_s`, between steps of `step_s`.
+    /// The torque just before `time_s`, between steps of `step_s`: that of a sample.
     ///
-    /// An edge that rounding alone keeps from `time_s`, or less than [`SHORTEST_PART`] of a step, is at `time_s`: forces at the edges
-    /// of pulses are all those before the jump.
+    /// An edge that rounding alone keeps from `time_s`, or less than [`SHORTEST_PART`] of a step, is at `time_s`.
     #[inline]
-    pub(super) fn at(&self, time_s: f64, step_s: f64) -> Torque {
-        let margin_s = (SHORTEST_PART * step_s).max(ROUNDING * time_s);
-        let torque_nm = self.constant_nm + self.pulses.value_nm(time_s, margin_s);
-        Torque::constant(self.setpoint.value_nm(time_s, margin_s).map_or(torque_nm, |setpoint_nm| torque_nm + setpoint_nm))
+    pub(super) fn before(&self, time_s: f64, step_s: f64) -> Torque {
+        self.at(time_s, time_s - margin_s(time_s, step_s))
+    }
+
+    /// The torque just after `time_s`, between steps of `step_s`: that of a scene that begins there. Edges as for [`Load::before`].
+    pub(super) fn after(&self, time_s: f64, step_s: f64) -> Torque {
+        self.at(time_s, time_s + margin_s(time_s, step_s))
+    }
+
+    fn at(&self, time_s: f64, side_s: f64) -> Torque {
+        let torque_nm = self.constant_nm + self.pulses.value_nm(time_s, side_s);
+        Torque::constant(self.setpoint.value_nm(side_s).map_or(torque_nm, |setpoint_nm| torque_nm + setpoint_nm))
     }
 
     /// Adds the impulse of a step of `h_s` in which `torque` acted last, and drops the pulses and the setpoint that are over.

@@ -18,7 +18,7 @@ impl Loads {
         let mut load = Load::new(scene);
         load.reset();
         (load.uses_torque_slope, load.cuts_steps) = (true, true);
-        law.torque = load.at(0.0, scene.solver.step_s);
+        law.torque = load.before(0.0, scene.solver.step_s);
         Loads { law, load }
     }
 

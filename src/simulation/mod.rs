@@ -117,7 +117,7 @@ impl Simulation {
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let mut law = DriveLaw::new(&scene.drive, &scene.chain().map(|chain| chain.start).unwrap_or_default());
         let load = Load::new(scene);
-        law.torque = load.at(0.0, scene.solver.step_s);
+        law.torque = load.before(0.0, scene.solver.step_s);
         let mut simulation = Simulation {
             engine: build::engine(scene, &law)?,
             law,
@@ -155,7 +155,7 @@ impl Simulation {
         self.changed = false;
         self.law.set_origin(None);
         self.load.reset();
-        self.law.torque = self.load.at(0.0, self.grid.step_s);
+        self.law.torque = self.load.before(0.0, self.grid.step_s);
         self.observe()?;
         self.observed.start.clone_from(&self.observed.last);
         self.ledger = Ledger::new(self.observed.last.energy);
@@ -268,7 +268,7 @@ impl Simulation {
         self.last = taken;
         self.unconverged += u64::from(taken.left_over > self.solver.tolerance);
         self.ledger = ledger;
-        let at_end = self.load.at(to_s, self.grid.step_s);
+        let at_end = self.load.before(to_s, self.grid.step_s);
         self.load.deliver(&self.law.torque, from_s, to_s, self.grid.step_s);
         self.law.torque = at_end;
         Ok(())

@@ -128,13 +128,14 @@ fn rise_nm_per_s(pulse: &Pulse, from_s: f64, to_s: f64) -> f64 {
     pulse.torque_nm * (12.0 * overlap.share * about_middle) / (to_s - from_s)
 }
 
-/// Torque just before `elapsed_s` after the pulse began, N·m: `τ`, or `τ (1 − cos(2πu/D))`. A jump up to `margin_s` earlier is
-/// still to come.
-pub(super) fn torque_nm(pulse: &Pulse, elapsed_s: f64, margin_s: f64) -> f64 {
+/// Torque at `time_s`, N·m: `τ (1 − cos(2πu/D))` of a raised cosine u after it began. A rectangle, which jumps, has the torque `τ` that
+/// it has at `side_s`, shortly before or after.
+pub(super) fn torque_nm(pulse: &Pulse, time_s: f64, side_s: f64) -> f64 {
     let duration_s = pulse.duration_s;
     let acts = |elapsed_s: f64| elapsed_s > 0.0 && elapsed_s <= duration_s;
+    let elapsed_s = time_s - pulse.start_s;
     match pulse.shape {
-        PulseShape::Rectangular if acts(elapsed_s - margin_s) => pulse.torque_nm,
+        PulseShape::Rectangular if acts(side_s - pulse.start_s) => pulse.torque_nm,
         PulseShape::RaisedCosine if acts(elapsed_s) => {
             let near_s = elapsed_s.min(duration_s - elapsed_s);
             pulse.torque_nm * Phase::new(duration_s, [near_s; 2]).one_minus_cos
@@ -200,9 +201,9 @@ impl Pulses {
         edges.filter(|&edge_s| from_s < edge_s && edge_s < to_s).min_by(f64::total_cmp)
     }
 
-    /// Torque just before `time_s`, N·m. A jump up to `margin_s` earlier is still to come.
-    pub fn value_nm(&self, time_s: f64, margin_s: f64) -> f64 {
-        self.begun(time_s).map(|pulse| torque_nm(pulse, time_s - pulse.start_s, margin_s)).sum()
+    /// Torque at `time_s`, N·m: of rectangles, which jump, that at `side_s`, shortly before or after.
+    pub fn value_nm(&self, time_s: f64, side_s: f64) -> f64 {
+        self.begun(time_s.max(side_s)).map(|pulse| torque_nm(pulse, time_s, side_s)).sum()
     }
 
     /// Those that begin before `time_s`: most of many waiting pulses do not.

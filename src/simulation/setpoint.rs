@@ -70,9 +70,9 @@ impl SetpointState {
         self.held.map(|held| pulses::mean_nm(&held.pulse(), from_s, to_s))
     }
 
-    /// Torque just before `time_s`, N·m; `None` without a setpoint. A jump up to `margin_s` earlier is still to come.
-    pub(super) fn value_nm(&self, time_s: f64, margin_s: f64) -> Option<f64> {
-        self.held.map(|held| pulses::torque_nm(&held.pulse(), time_s - held.start_s, margin_s))
+    /// Torque at `time_s`, N·m; `None` without a setpoint.
+    pub(super) fn value_nm(&self, time_s: f64) -> Option<f64> {
+        self.held.map(|held| pulses::torque_nm(&held.pulse(), time_s, time_s))
     }
 
     /// The time between the two at which the torque ends, s. It begins between steps.

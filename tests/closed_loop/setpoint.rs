@@ -179,3 +179,38 @@ fn prop_the_shadow_follows_setpoints() -> Outcome {
     assert!(angles.last().is_some_and(|last| last.links[0].rate_rad_per_s != 0.0));
     Ok(())
 }
+
+/// Steps of 10 ms have no boundary between a setpoint at 101 ms and a pulse at 104 ms: the setpoint waits for 110 ms, and the pulse keeps
+/// its instant. So does an added pulse at 105 ms.
+#[test]
+fn regress_a_pulse_behind_a_setpoint_in_one_longer_step_keeps_its_instant() -> Outcome {
+    let service = Service::start(scene(&["pulse=[]", "solver.step_s=1e-3"])?, Pace::Lockstep, None, PublishRate::Hz(100.0))?;
+    let advance = |steps| {
+        let message = wire::Advance { id: String::new(), torque_nm: None, steps };
+        client::advance(&service.client, &service.name, &message, Duration::from_secs(20))
+    };
+    advance(101)?;
+    assert!(send(&service, "held", 0.5, 0.3)?.accepted);
+    advance(3)?;
+    let pulse = TorquePulse { id: "pushed".to_owned(), torque_nm: 1.0, duration_s: 0.05, ..TorquePulse::default() };
+    assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+    advance(296)?;
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    let changed = file.with_file_name("changed.mcap");
+    let change = Change {
+        overrides: vec!["solver.step_s=0.01".to_owned()],
+        pulses: vec![AddedPulse { start_s: 0.105, torque_nm: 0.1, duration_s: 0.05 }],
+        ..Change::default()
+    };
+    what_if(&RecordedSession::open(&file)?, &change, &changed, &|_| {})?;
+    assert_eq!(verify(&RecordedSession::open(&changed)?, &|_, _| {})?.findings, []);
+    let begins = |applied: AppliedCommand| {
+        let wire::CommandReply { id, effective_sim_time_s, .. } = applied.reply.unwrap_or_default();
+        (["held", "pushed", "what-if-1"].contains(&id.as_str())).then_some((id, (1e3 * effective_sim_time_s).round()))
+    };
+    let commands: Vec<_> = common::decoded(&changed, "commands")?.into_iter().filter_map(begins).collect();
+    let expected = [("pushed", 104.0), ("what-if-1", 105.0), ("held", 110.0)];
+    assert_eq!(commands, expected.map(|(id, time_ms)| (id.to_owned(), time_ms)));
+    Ok(())
+}

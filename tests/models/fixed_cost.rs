@@ -253,7 +253,8 @@ fn prop_trade_reports_the_corrections_that_suffice() {
         };
         assert!(if explicit { number == 0 } else { (1..=4).contains(&number) }, "{}: {number}", row.configuration);
     }
-    assert_eq!(table(&study, None).column("corrections").map(<[f64]>::len), Some(3));
+    // `rigid`, and `modal` by both integrators; without stretch alone by Runge–Kutta, for which that is too stiff.
+    assert_eq!(table(&study, None).column("corrections").map(<[f64]>::len), Some(4));
 }
 
 /// Steps of a measurement; FLEXCRANK_STEPS names another number.

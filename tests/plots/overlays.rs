@@ -142,6 +142,19 @@ fn regress_nodes_of_other_meshes_lie_over_one_another_by_place() {
     }
 }
 
+/// A rigid rod has nodes, and no deflections.
+#[test]
+fn regress_a_node_stands_for_its_place_in_the_first_file_even_without_the_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    record(at, "crank-slider", "0.1", "fine.mcap", &["--set", "rod.elements=8"]);
+    let rigid = ["--set", "solver.model=rigid", "--set", "solver.integrator=runge-kutta"];
+    record(at, "crank-slider", "0.1", "rigid.mcap", &rigid);
+    let output = plot(at, &["rigid.mcap", "fine.mcap", "--overlay", "--y", "rod.2.deflection_m", "-o", "one.svg"]);
+    let place = "rod at 1/2 length: node 2 in rigid.mcap (4 elements), node 4 in fine.mcap (8 elements)\n";
+    assert_eq!(complaint(&output), format!("{place}rigid.mcap: no column `rod.2.deflection_m`\n"));
+}
+
 #[test]
 fn regress_places_that_one_mesh_has_are_drawn_alone() {
     let folder = tempfile::tempdir().unwrap();

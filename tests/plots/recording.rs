@@ -181,6 +181,12 @@ fn regress_flexible_links_that_are_drawn_straight_are_named() {
     }
 }
 
+/// The sentence about a link that turns by this angle between samples.
+pub(super) fn coarse_turning(link: &str, turned_rad: &str, rate_hz: &str) -> String {
+    let so = "so that curves and paths are polygons; record with --publish-hz";
+    format!("run.mcap: the {link} turns by up to {turned_rad} rad from sample to sample, {so} {rate_hz} for smooth ones\n")
+}
+
 #[test]
 fn regress_paths_that_are_polygons_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -188,10 +194,7 @@ fn regress_paths_that_are_polygons_are_named() {
     let text = SceneSource::open("thesis-compressor", &[]).unwrap().text;
     let ramp = text.replace("speed_rad_per_s = 157.07963267948966", "ramp = { to_rad_per_s = 157.0, over_s = 0.2 }");
     std::fs::write(at.join("ramp.toml"), ramp).unwrap();
-    let wide = |turned: &str, how: &str| {
-        let so = "from sample to sample, so that curves and paths are polygons; record with --publish-hz";
-        format!("run.mcap: the crank turns by up to {turned} rad {so} {how} for smooth ones\n")
-    };
+    let wide = |turned: &str, how: &str| coarse_turning("crank", turned, how);
     for (scene, more, range, said) in [
         ("thesis-compressor", &["--publish-hz", "200"][..], &[][..], wide("0.8", "1700")),
         ("thesis-compressor", &["--publish-hz", "1700"], &[], String::new()),
@@ -207,11 +210,15 @@ fn regress_paths_that_are_polygons_are_named() {
         assert_eq!(complaint(&plot(at, &[&["run.mcap", "--list"][..], range].concat())), said, "{scene} {more:?} {range:?}");
         let curve =
             |files: &[&str], column: &str| complaint(&plot(at, &[files, &["-o", "curve.svg", "--y", column], range].concat()));
-        let of_force = if more.contains(&"1700,displacements=200") { String::new() } else { said };
-        assert_eq!(curve(&["run.mcap"], "slider-pin.fx_n"), of_force, "{scene} {more:?} {range:?}");
+        let of_curve = if more.contains(&"1700,displacements=200") { String::new() } else { said };
+        for column in ["slider-pin.fx_n", "links.rod.chord_rad"] {
+            assert_eq!(curve(&["run.mcap"], column), of_curve, "{scene} {more:?} {range:?} {column}");
+        }
         let twice = curve(&["run.mcap", "run.mcap", "--overlay"], "slider-pin.fx_n");
-        assert_eq!(twice, of_force.repeat(2), "{scene} {more:?} {range:?}");
-        assert_eq!(curve(&["run.mcap"], "links.crank.chord_rad"), "", "straight lines show even turning");
+        assert_eq!(twice, of_curve.repeat(2), "{scene} {more:?} {range:?}");
+        for even in ["links.crank.chord_rad", "links.crank.revolutions", "log_time", "publish_time", "stamp.step"] {
+            assert_eq!(curve(&["run.mcap"], even), "", "straight lines show even turning: {even}");
+        }
     }
 }
 

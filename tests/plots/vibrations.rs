@@ -3,7 +3,7 @@
 use std::fs::{remove_file, write};
 use std::process::Command;
 
-use super::recording::record;
+use super::recording::{coarse_turning, record};
 use super::{complaint, plot};
 
 /// The sentence about accelerations of this link.
@@ -58,11 +58,11 @@ fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
     };
     let [all, deflection, force, angle]: [&[&str]; 4] =
         [&["--list"], &["--y", "rod.4.deflection_m"], &["--y", "pivot.fx_n"], &["--y", "links.rod.chord_rad"]];
-    let so = "so that curves and paths are polygons; record with --publish-hz 300 for smooth ones";
-    let turning = format!("run.mcap: the crank turns by up to 0.3 rad from sample to sample, {so}\n");
+    let turning = coarse_turning("crank", "0.3", "300");
+    let time: &[&str] = &["--y", "log_time"];
     for (scene, rate, drawn, expected) in [
         ("press.toml", "200", &[all, deflection, force][..], rare("all")),
-        ("press.toml", "200", &[angle], String::new()),
+        ("press.toml", "200", &[angle, time], String::new()),
         ("press.toml", "200,loads=all", &[all, deflection], rare("all")),
         ("press.toml", "200,loads=all", &[force], String::new()),
         ("press.toml", "200,displacements=all", &[deflection, angle], String::new()),
@@ -192,6 +192,29 @@ fn regress_plot_names_links_whose_accelerations_are_faster_than_the_samples() {
         for &chosen in drawn {
             let output = plot(at, &[&["run.mcap", "-o", "curves.svg"][..], chosen].concat());
             assert_eq!((output.status.code(), complaint(&output).as_str()), (Some(0), expected), "{rate} {more:?} {chosen:?}");
+        }
+    }
+}
+
+#[test]
+fn regress_plot_judges_every_figure_by_its_own_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("pendulum.toml"), PENDULUM.replace("[tip]", "[start]\nrate_rad_per_s = 6.0\n\n[tip]")).unwrap();
+    let accelerations = rare_accelerations("beam");
+    let [crank, beam] = [coarse_turning("crank", "1.7", "300"), coarse_turning("beam", "0.8", "100")];
+    for (scene, until, rate, all, energy) in [
+        ("crank-slider", "2", "200,energies=10", String::new(), crank),
+        ("pendulum.toml", "1.2", "200,energies=10", accelerations.clone(), beam.clone()),
+        // Energies have the rate of loads.
+        ("pendulum.toml", "1.2", "200,loads=10", format!("{beam}{accelerations}"), beam),
+    ] {
+        // Recordings are never overwritten.
+        let _ = remove_file(at.join("run.mcap"));
+        record(at, scene, until, "run.mcap", &["--publish-hz", rate]);
+        for (chosen, expected) in [(&["--list"][..], all.as_str()), (&["--animation"], ""), (&["--y", "kinetic_j"], &energy)] {
+            let output = plot(at, &[&["run.mcap", "-o", "curves.svg"][..], chosen].concat());
+            assert_eq!((output.status.code(), complaint(&output).as_str()), (Some(0), expected), "{scene} {rate} {chosen:?}");
         }
     }
 }

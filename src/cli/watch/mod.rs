@@ -87,7 +87,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn watch(args: &Args) -> CommandResult {
-    args.duration.suspect_pulse().iter().for_each(|warning| say!("warning: {warning}"));
+    args.duration.suspect_pulse("--duration").iter().for_each(|warning| say!("warning: {warning}"));
     let plain = args.plain || !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal();
     // While it waits for the service, it ends as other commands.
     let waiting = Interruption::watch()?;

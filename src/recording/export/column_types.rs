@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 
 use crate::nearest::{columns_by_topic, nearest_column};
 use crate::recording::RecordingError;
-use crate::recording::rows::{FieldValue, TIMES, place_of};
+use crate::recording::rows::{FieldValue, TIMES, is_stamp_or_time, place_of};
 
 /// The type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,10 +114,6 @@ fn has_other(columns: &Columns, kind: fn(&str) -> bool) -> bool {
 
 fn is_time(name: &str) -> bool {
     TIMES.contains(&name)
-}
-
-fn is_stamp_or_time(name: &str) -> bool {
-    is_time(name) || name.starts_with("stamp.")
 }
 
 /// Whether a column is the wanted one or nested below it.

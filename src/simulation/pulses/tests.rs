@@ -1,8 +1,8 @@
 //! Pulses against 200-digit arithmetic, and the laws that their means and rises keep.
 
 use super::*;
-use crate::scene::SceneSource;
-use crate::simulation::Simulation;
+use crate::scene::{Scene, SceneSource};
+use crate::simulation::{Route, Simulation};
 
 const SHAPES: [PulseShape; 2] = [PulseShape::Rectangular, PulseShape::RaisedCosine];
 
@@ -110,7 +110,7 @@ fn prop_first_moments_add_up_to_that_of_the_pulse() {
 fn prop_early_torque_goes_as_one_over_the_duration_squared() {
     for duration_s in [1e2, 1e3, 3600.0, 1e5, 1e6, 1e7, 1e9] {
         let pulses = one(Pulse { start_s: 0.0, torque_nm: 20.0, duration_s, shape: PulseShape::RaisedCosine });
-        let found = [pulses.mean_nm(0.004, 0.005), pulses.rise_nm_per_s(0.004, 0.005), pulses.value_nm(0.005, 0.0)];
+        let found = [pulses.mean_nm(0.004, 0.005), pulses.rise_nm_per_s(0.004, 0.005), pulses.value_nm(0.005, 0.005)];
         let turn = 2.0 * PI / duration_s;
         for (found, early) in found.iter().zip([61e-6 / 3.0, 9e-3, 25e-6]) {
             let error = found / (10.0 * turn * turn * early) - 1.0;
@@ -128,7 +128,8 @@ fn val_rise_is_that_of_the_first_moment() {
         let moment: f64 = (0..n)
             .map(|k| {
                 let s = h * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
-                s * torque_nm(&pulse, 0.5 * (from_s + to_s) + s - pulse.start_s, 0.0) * h / f64::from(n)
+                let time_s = 0.5 * (from_s + to_s) + s;
+                s * torque_nm(&pulse, time_s, time_s) * h / f64::from(n)
             })
             .sum();
         let (rise, expected) = (pulses.rise_nm_per_s(from_s, to_s), 12.0 * moment / h.powi(3));
@@ -145,15 +146,19 @@ fn val_overlapping_pulses_add() {
     assert_eq!(pulses.mean_nm(0.25, 0.5), 6.0);
 }
 
+/// A rigid crank-slider with steps of 0.5 ms, pushed for 0.2 s from this hundredth of a second on.
+fn pushed(start: u32, torque_nm: f64) -> Scene {
+    let pulse = format!("pulse=[{{ start_s = {}, torque_nm = {torque_nm}, duration_s = 0.2 }}]", f64::from(start) / 100.0);
+    let overrides = ["solver.step_s=0.0005", "solver.model=rigid", "solver.integrator=runge-kutta", &pulse].map(str::to_owned);
+    SceneSource::open("crank-slider", &overrides).unwrap().scene
+}
+
 /// Of the 54 edges, rounding leaves some before the end of the step that they fall on, and some behind it.
 #[test]
 fn regress_a_jump_at_the_end_of_a_step_is_still_to_come() {
     let torque_nm = 0.2;
     for start in 40..67_u32 {
-        let pulse = format!("pulse=[{{ start_s = {}, torque_nm = {torque_nm}, duration_s = 0.2 }}]", f64::from(start) / 100.0);
-        let overrides =
-            ["solver.step_s=0.0005", "solver.model=rigid", "solver.integrator=runge-kutta", &pulse].map(str::to_owned);
-        let mut simulation = Simulation::new(&SceneSource::open("crank-slider", &overrides).unwrap().scene).unwrap();
+        let mut simulation = Simulation::new(&pushed(start, torque_nm)).unwrap();
         let mut torque_after = |steps: u32| {
             while simulation.step_count() < u64::from(steps) {
                 simulation.step().unwrap();
@@ -162,6 +167,21 @@ fn regress_a_jump_at_the_end_of_a_step_is_still_to_come() {
         };
         let (first, last) = (20 * start, 20 * start + 400);
         let found = [first - 1, first, first + 1, last - 1, last, last + 1].map(&mut torque_after);
-        assert_eq!(found, [0.0, 0.0, torque_nm, torque_nm, torque_nm, 0.0], "{pulse}");
+        assert_eq!(found, [0.0, 0.0, torque_nm, torque_nm, torque_nm, 0.0], "{start}");
+    }
+}
+
+/// A changed scene begins behind the jump.
+#[test]
+fn regress_a_scene_that_changes_at_a_jump_begins_with_the_torque_behind_it() {
+    let torque_nm = 0.2;
+    for start in 40..67_u32 {
+        let scene = pushed(start, torque_nm);
+        for (steps, expected) in [(20 * start, torque_nm), (20 * start + 400, 0.0)] {
+            let (mut simulation, mut next) = (Simulation::new(&scene).unwrap(), Simulation::new(&scene).unwrap());
+            (0..steps).for_each(|_| simulation.step().unwrap());
+            simulation.change_to(&mut next, &mut Route::new(&scene, &scene).unwrap()).unwrap();
+            assert_eq!(simulation.law.torque.mean_nm, expected, "{start} {steps}");
+        }
     }
 }

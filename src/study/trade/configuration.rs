@@ -205,8 +205,13 @@ impl Configuration {
         };
         // Seven digits: a product has rounding beyond them.
         let step_ms: f64 = format!("{:.6e}", 1e3 * self.step_s).parse().unwrap_or(1e3 * self.step_s);
-        let stretches = *model == ModelKind::Modal && self.family.stretching_links().count() > 0;
-        let stretch = if stretches { "-axial" } else { "" };
+        let stretch = match self.family.stretching_links().collect::<Vec<_>>()[..] {
+            _ if *model != ModelKind::Modal => "",
+            [] => "",
+            [0] if rigid[..] == [false, false] => "-axial-crank",
+            [1] if rigid[..] == [false, false] => "-axial-rod",
+            _ => "-axial",
+        };
         format!("{}{size}{part}{stretch}-{step_ms}ms", model.as_str())
     }
 }

@@ -27,9 +27,9 @@ const MODES: [usize; 4] = [1, 2, 3, 4];
 const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
 
 impl Selection {
-    /// Families that can compute the scene, the cheaper before the dearer. Of `modal` there are those with the scene's own links that
-    /// stretch; those in which none does, if one does in the scene; and those in which all do, if the loads shorten one that does
-    /// not in the scene by more than the tolerance `enough`, or a tenth, of its deflection.
+    /// Families that can compute the scene, the cheaper before the dearer. `modal` has up to three patterns of links that stretch: none,
+    /// if one does in the scene; the scene's own; and all, if its loads shorten a link that does not stretch there by more than the
+    /// tolerance `enough`, or a tenth, of its deflection.
     pub(super) fn families(&self, scene: &Scene, enough: Option<f64>) -> Vec<Family> {
         let mut families = Vec::new();
         for model in MODELS.into_iter().filter(|model| asked(&self.models, *model)) {
