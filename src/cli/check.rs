@@ -31,7 +31,7 @@ use crate::study::{MATTERS, NEGLIGIBLE, Shortening, shortenings};
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank check mine.toml
-  flexcrank check mine.toml --until 10min               a step that keeps the balance so long
+  flexcrank check mine.toml --until 1min                a step that keeps the balance so long
   flexcrank check crank-slider --set solver.model=finite-element --set rod.elements=16 --json
 
 Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \

@@ -54,8 +54,8 @@ pub enum BadCommand {
         /// Length limit.
         limit: usize,
     },
-    /// There is no payload.
-    #[error("the command has no payload: a {0} message is expected")]
+    /// There is no payload, or one of a message without any value.
+    #[error("the command is empty: a {0} message with values is expected")]
     Empty(String),
 }
 
