@@ -189,9 +189,19 @@ impl Source {
             .unwrap_or_default();
         let Ok(metadata) = RecordingMetadata::read(&self.path) else { return format!("<li><b>{name}</b>{time}</li>\n") };
         let [session, started, command] = ["name", "started", "command_line"].map(|key| plot::escape(metadata.fact(key)));
-        let scene = metadata.scene.as_deref().unwrap_or_default().lines().find_map(|line| line.strip_prefix("# "));
-        let scene = plot::escape(scene.unwrap_or_default());
-        format!("<li><b>{name}</b>: {session}{time}. {scene} Recorded at {started} by <code>{command}</code></li>\n")
+        let scene = plot::escape(&description(metadata.scene.as_deref().unwrap_or_default()));
+        format!("<li><b>{name}</b>: {session}{time}. {scene}Recorded at {started} by <code>{command}</code></li>\n")
+    }
+}
+
+/// The comment that a scene begins with, up to an empty line of it, as sentences before another one.
+fn description(scene: &str) -> String {
+    let comment = scene.lines().map_while(|line| line.strip_prefix('#')).map(str::trim).take_while(|line| !line.is_empty());
+    let text = comment.collect::<Vec<_>>().join(" ");
+    match text.chars().last() {
+        None => text,
+        Some('.' | '!' | '?' | ':') => text + " ",
+        Some(_) => text + ". ",
     }
 }
 
@@ -246,4 +256,21 @@ fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, 
         Named { name: topic.name, table, levels }
     };
     Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::description;
+
+    #[test]
+    fn regress_the_description_of_a_scene_is_the_comment_that_it_begins_with() {
+        for (scene, said) in [
+            ("# A press\n#  with a long rod\n#\n# Copied.\n[crank]", "A press with a long rod. "),
+            ("# Pushed once.\n\n# Steel.\n[crank]", "Pushed once. "),
+            ("[crank]\n# old value, wrong\nlength_m = 0.5", ""),
+            ("", ""),
+        ] {
+            assert_eq!(description(scene), said);
+        }
+    }
 }

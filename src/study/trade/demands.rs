@@ -69,11 +69,13 @@ pub enum Excess {
     },
 }
 
-/// The last configuration that was tried, and why its verification failed.
+/// The configuration that came nearest, and why its verification failed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unverified {
     /// The configuration.
-    pub last: Configuration,
+    pub configuration: Configuration,
+    /// Number of configurations that were tried.
+    pub tried: usize,
     /// Its error over the tolerance.
     pub error_times: f64,
     /// The demanded speed over what it reached.
@@ -129,7 +131,7 @@ impl Excess {
 
 impl fmt::Display for Unverified {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Unverified { last, error_times, speed_times, .. } = self;
+        let Unverified { configuration, tried, error_times, speed_times, .. } = self;
         let run = if self.over_ten_minutes { "in energy over ten minutes" } else { "on another speed and pulse" };
         let error = format!("has {error_times:.3} times the tolerance there");
         let time = format!("needs in its slowest repeat {speed_times:.3} times the time allowed");
@@ -142,7 +144,8 @@ impl fmt::Display for Unverified {
             (false, _, true) => "a looser --tolerance, or a larger --budget, which measures finer configurations".to_owned(),
             (false, _, false) => "a looser --tolerance".to_owned(),
         };
-        write!(f, "{run}: {last} ")?;
+        let nearest = if *tried > 1 { format!("the nearest of {tried}, {configuration},") } else { configuration.to_string() };
+        write!(f, "{run}: {nearest} ")?;
         match (*error_times > 1.0, *speed_times > 1.0) {
             (true, true) => write!(f, "{error}, and {time}; choose {looser}, and a smaller --real-time-factor"),
             (true, false) => write!(f, "{error}; choose {looser}"),
@@ -168,12 +171,13 @@ mod tests {
             rigid: vec![false, false],
             axial: vec![false; 2],
         };
-        let last = Configuration { family, step_s: 5e-4 };
+        let own = Configuration { family, step_s: 5e-4 };
         let unverified = |[error_times, speed_times]: [f64; 2], [over_ten_minutes, reference, left_out]: [bool; 3]| {
-            let last = last.clone();
+            let (configuration, tried) = (own.clone(), if over_ten_minutes { 12 } else { 1 });
             let sufficient_budget_s = left_out.then_some(530.0);
             Refusal::Verification(Unverified {
-                last,
+                configuration,
+                tried,
                 error_times,
                 speed_times,
                 over_ten_minutes,
@@ -201,7 +205,8 @@ mod tests {
             ([1.055, 1.2], [false; 3], other, format!("{error}, and {time}; {looser}, and {slower}")),
             ([0.0, 0.9], [false; 3], other, "errs by more than is of use there".to_owned()),
         ] {
-            assert_eq!(unverified(times, facts).to_string(), format!("verification fails {run}: {last} {said}"));
+            let nearest = if facts[0] { format!("the nearest of 12, {own},") } else { own.to_string() };
+            assert_eq!(unverified(times, facts).to_string(), format!("verification fails {run}: {nearest} {said}"));
         }
     }
 }

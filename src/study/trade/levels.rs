@@ -167,7 +167,7 @@ impl Contest<'_> {
         match &first.trial {
             Some(trial) if first.error() > self.demands.tolerance => {
                 let trial = Trial { error: first.error(), ..trial.clone() };
-                Err(NoLevels::First(self.verification.refusal(&trial, self.demands, &first.row.configuration)))
+                Err(NoLevels::First(self.verification.refusal(&trial, self.demands, (&first.row.configuration, 1))))
             }
             Some(_) if picked.len() == 1 => Err(NoLevels::Single(first.row.configuration.clone())),
             _ => Ok(picked),
@@ -183,7 +183,8 @@ impl Contest<'_> {
         });
         last.map_or(Refusal::Nothing, |(last, error, real_time_factor, over_ten_minutes)| {
             Refusal::Verification(Unverified {
-                last: last.clone(),
+                configuration: last.clone(),
+                tried: 1,
                 error_times: error / self.demands.tolerance,
                 speed_times: self.demands.real_time_factor / real_time_factor,
                 over_ten_minutes,

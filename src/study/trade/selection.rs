@@ -48,7 +48,9 @@ impl Selection {
                 }
             }
         }
-        families.retain(|family| suits(family, scene));
+        // A longer step may be refused: Runge–Kutta's must be short where links stretch.
+        let step_s = self.steps_s.iter().copied().fold(scene.solver.step_s, f64::min);
+        families.retain(|family| suits(family, scene, step_s));
         families
     }
 
@@ -91,11 +93,11 @@ fn shortens(scene: &Scene, enough: Option<f64>) -> bool {
 }
 
 /// Flexible models need a flexible link; otherwise `rigid` gives the same for less.
-fn suits(family: &Family, scene: &Scene) -> bool {
+fn suits(family: &Family, scene: &Scene, step_s: f64) -> bool {
     let all_rigid = family.rigid.iter().all(|rigid| *rigid);
     let redundant = all_rigid && matches!(family.model, ModelKind::Modal | ModelKind::Incremental);
     let incremental_with_rigid = family.model == ModelKind::Incremental && family.rigid.contains(&true);
-    !redundant && !incremental_with_rigid && Simulation::new(&family.scene(scene, scene.solver.step_s)).is_ok()
+    !redundant && !incremental_with_rigid && Simulation::new(&family.scene(scene, step_s)).is_ok()
 }
 
 fn asked<T: PartialEq>(list: &[T], item: T) -> bool {

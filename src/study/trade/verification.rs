@@ -73,12 +73,13 @@ impl<'a> Verification<'a> {
         counts.then(|| energy_error(configuration, self.scene, &self.study.grid, LONG_S)).transpose()
     }
 
-    /// The refusal of a configuration that does not hold.
-    pub(super) fn refusal(&self, trial: &Trial, demands: &Demands, configuration: &Configuration) -> Refusal {
+    /// The refusal of a configuration that does not hold, the nearest of so many.
+    pub(super) fn refusal(&self, trial: &Trial, demands: &Demands, (configuration, tried): (&Configuration, usize)) -> Refusal {
         Refusal::Verification(Unverified {
-            last: configuration.clone(),
+            configuration: configuration.clone(),
+            tried,
             error_times: trial.worst() / demands.tolerance,
-            speed_times: demands.real_time_factor / trial.real_time_factor,
+            speed_times: trial.speed_times(demands),
             over_ten_minutes: trial.long_energy.is_some_and(|error| error > demands.tolerance),
             reference: self.reference_may_err(&trial.errors, demands.tolerance),
             sufficient_budget_s: self.reference.sufficient_budget_s(&self.study.outputs, demands.tolerance),
@@ -97,6 +98,15 @@ impl<'a> Verification<'a> {
 impl Trial {
     fn worst(&self) -> f64 {
         self.error.max(self.long_energy.unwrap_or(0.0))
+    }
+
+    fn speed_times(&self, demands: &Demands) -> f64 {
+        demands.real_time_factor / self.real_time_factor
+    }
+
+    /// The larger of its error over the tolerance and the demanded speed over its own: above 1 if it does not hold.
+    pub(super) fn missed_times(&self, demands: &Demands) -> f64 {
+        (self.worst() / demands.tolerance).max(self.speed_times(demands))
     }
 
     pub(super) fn holds(&self, demands: &Demands) -> bool {
