@@ -105,6 +105,9 @@ fn val_the_error_of_the_step_of_a_driven_chain_is_that_of_its_deflection() -> Tr
     assert!(found["step_error_rad"].is_null(), "{out}");
     let (out, _) = checked("crank-slider", &given, None)?;
     assert!(out.contains(&format!(" m in the rod's deflection, {error:.1e} of its peak, until ")), "{out}");
+    let without_nodes = [&given[..], &["rod.elements=1".to_owned()]].concat();
+    let (out, _) = checked("crank-slider", &without_nodes, None)?;
+    assert!(out.contains("\n  step error   not known: the angle is prescribed, and no link has a node in its middle"), "{out}");
     Ok(())
 }
 

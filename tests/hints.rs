@@ -170,6 +170,21 @@ fn regress_a_deflection_without_its_node_is_that_of_the_middle() -> Result<(), B
     Ok(())
 }
 
+#[test]
+fn regress_a_table_in_brackets_of_a_list_is_refused_as_that() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("scene.toml");
+    let file = path.to_str().ok_or("no name")?;
+    let text = "[crank]\nlength_m = 0.1\n[rod]\nlength_m = 0.3\n[slider]\n[start]\n[solver]\nmodel = \"rigid\"\n";
+    for (line, name) in [(5, "slider"), (6, "start"), (7, "solver"), (3, "rod")] {
+        std::fs::write(&path, text.replace(&format!("[{name}]"), &format!("[[{name}]]")))?;
+        let (code, said) = flexcrank(&["check", file])?;
+        let refusal = format!("scene.toml:{line}: {name}: must be a single table [{name}]\n");
+        assert!(code == Some(2) && said.contains(&refusal), "{said}");
+    }
+    Ok(())
+}
+
 /// A drive that leaves no room for torque, or contradicts the start, is looked at all the same.
 #[test]
 fn regress_a_contradiction_of_the_drive_hides_no_other_mistake() -> Result<(), Box<dyn Error>> {

@@ -324,7 +324,7 @@ fn regress_a_run_shorter_than_one_step_is_refused() -> Result<(), Box<dyn Error>
     let until = |until| ["run", "--set", "solver.step_s=10", "--until", until, "--pace", "max", "--no-bus", "--no-record"];
     refused(&until("1"), 2, &["--until 1: the run would last 1 s, less than one step of 10 s"])?;
     let (code, _, said) = flexcrank(&until("10"))?;
-    assert!(code != Some(2) && !said.contains("--until"), "one step is enough: {said}");
+    assert!(code != Some(2) && !said.contains("would last"), "one step is enough: {said}");
     let resumed = ["run", "--resume", SAMPLE, "--until", "6.001", "--no-bus", "--no-record"];
     refused(&resumed, 2, &["--until 6.001: the run would last 0.001 s, less than one step of 0.002 s"])
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::aligned_table::figure;
 use super::trial_run::{Look, RunLength, Trial};
-use crate::scene::{Drive, Scene};
+use crate::scene::{Drive, ModelKind, Scene};
 use crate::simulation::Simulation;
 
 /// The largest differences of two runs, with the scene's step and with half of it.
@@ -15,6 +15,8 @@ pub(super) struct StepError {
     pub(super) angle_rad: Option<f64>,
     /// That of the deflection in the middle of a link, where the angle is prescribed; the largest over the link's own peak.
     pub(super) deflection: Option<DeflectionError>,
+    /// Whether a link bends in the model.
+    bends: bool,
     /// Simulated time over which they were compared, s.
     until_s: f64,
 }
@@ -56,19 +58,17 @@ impl StepError {
             until_s = Some(run.time_s());
         }
         let until_s = until_s?;
+        let bends = scene.solver.model != ModelKind::Rigid && chain.links.iter().any(|link| !link.rigid);
         let Drive::Motion(_) = scene.drive else {
-            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, until_s });
+            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, bends, until_s });
         };
         let bent = chain.links.iter().zip(deflections).filter(|(_, [_, peak_m])| *peak_m > 0.0);
         let errors = bent.map(|(link, [largest_m, peak_m])| {
             let (link, of_peak) = (link.name.as_str(), largest_m / peak_m);
             DeflectionError { link, largest_m, of_peak }
         });
-        Some(StepError {
-            angle_rad: None,
-            deflection: errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak)),
-            until_s,
-        })
+        let deflection = errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak));
+        Some(StepError { angle_rad: None, deflection, bends, until_s })
     }
 }
 
@@ -81,6 +81,9 @@ impl fmt::Display for StepError {
             }
             StepError { deflection: Some(DeflectionError { link, largest_m, of_peak }), .. } => {
                 write!(f, "{largest_m:.1e} m in the {link}'s deflection, {of_peak:.1e} of its peak, until {until} s")
+            }
+            StepError { bends: true, .. } => {
+                write!(f, "not known: the angle is prescribed, and no link has a node in its middle: set its elements to 4")
             }
             _ => write!(f, "none: the motion is prescribed, and no link bends"),
         }

@@ -40,7 +40,10 @@ fn refusal(text: &SceneText, read: &str, error: &toml::de::Error) -> SceneError 
     let problem = match describe(error.message()).as_str() {
         "must be a table" => format!("must be a table{}", known_keys(&key)),
         "must be a list" if !key.contains('.') => format!("must be a list, each entry in a table [[{key}]]"),
-        problem => problem.to_owned(),
+        problem => match key.strip_suffix(".0").filter(|table| is_single_table(table)) {
+            Some(table) => return text.refuse(table, format!("must be a single table [{table}]")),
+            None => problem.to_owned(),
+        },
     };
     let is_of_value = ["invalid type: ", "unknown variant "].into_iter().any(|beginning| error.message().starts_with(beginning));
     SceneError { never_allowed: is_of_value, ..text.refuse(&key, problem) }
@@ -61,6 +64,11 @@ pub(super) fn refused_list(path: &str) -> Option<String> {
     }
     let is_of_list = error.span().and_then(|span| text.get(span.start..)).is_some_and(|rest| rest.starts_with("[]"));
     is_of_list.then(|| format!("{path}: {problem}"))
+}
+
+/// Whether a scene has a table of this name, and no list.
+fn is_single_table(name: &str) -> bool {
+    keys::reference().iter().any(|row| !row.table.contains("[[") && row.table.split(['[', ']']).any(|title| title == name))
 }
 
 /// The keys of a table of the scene, or of an entry of a list such as `pulse.0`, as a hint.
