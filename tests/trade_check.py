@@ -57,6 +57,9 @@ def record(scene, row, folder):
         # The number is the rod's; the crank, a third as long, has those up to the same frequency.
         modes = int(row["discretization"].split()[0])
         keys += [f"rod.modes={modes}", f"crank.modes={max(1, modes // 3)}"]
+        # Both links stretch, or none does.
+        stretches = str("axial" in row["discretization"]).lower()
+        keys += [f"{link}.axial={stretches}" for link in ("crank", "rod")]
     path = folder / "run.mcap"
     flexcrank("run", scene, "--name", "trade-check", "--listen", "tcp/127.0.0.1:0", "--pace", "max", "--until", str(UNTIL_S),
               "--publish-hz", str(PER_S), "--record", str(path), *(word for key in keys for word in ("--set", key)))
