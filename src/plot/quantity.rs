@@ -8,7 +8,7 @@ const SIGNS: [&str; 17] = ["m", "m²", "m³", "m⁴", "s", "s²", "kg", "N", "N�
 /// Divisors of dimensionless values.
 const DIVISORS: [(&str, &str); 6] =
     [("l2", "l₂"), ("l1", "l₁"), ("m3", "m₃"), ("omega", "ω"), ("omega2", "ω²"), ("squared", "²")];
-/// What is counted or timed for each second: how its name ends, its words, and its unit.
+/// Counts and times of each second: the end of the name, the words, and the unit.
 const PER_SECOND: [(&str, &str, &str); 2] =
     [("steps_per_s", "steps per second", ""), ("seconds_per_simulated_s", "computing time per simulated second", "s/s")];
 /// Names with this beginning end in the unit of a quantity, though its relative error has none.
