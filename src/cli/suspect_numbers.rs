@@ -61,8 +61,8 @@ pub(super) fn newly_suspect(before: &Scene, after: &Scene) -> Vec<String> {
 fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
     let bends = scene.solver.model != ModelKind::Rigid;
-    let strong_damping = |link: &Link| if bends { strong_damping(link) } else { None };
-    let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), strong_damping(link)];
+    let of_damping = |link: &Link| strong_damping(link).filter(|_| bends);
+    let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), of_damping(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let long_link = || chain.links.iter().find_map(long_link);
     let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain)).or_else(long_link);

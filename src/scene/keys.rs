@@ -345,8 +345,8 @@ pub fn reference() -> Vec<KeyRow> {
 /// `None` of a number without a unit.
 pub(super) fn measure(key: &str) -> Option<String> {
     let name = key.rsplit('.').find(|part| part.parse::<usize>().is_err())?;
-    let keys = TABLES.iter().flat_map(|table| table.keys.iter().map(|key| (key, key.row(table.title))));
-    let (key, KeyRow { unit, .. }) = { keys }.find(|(_, row)| row.key == name)?;
+    let mut keys = TABLES.iter().flat_map(|table| table.keys.iter().map(|key| (key, key.row(table.title))));
+    let (key, KeyRow { unit, .. }) = keys.find(|(_, row)| row.key == name)?;
     match (key, unit) {
         (Key::Count(_), _) => Some("a whole number".to_owned()),
         (_, "" | "1") => None,

@@ -153,7 +153,7 @@ fn pushed(start: u32, torque_nm: f64) -> Scene {
     SceneSource::open("crank-slider", &overrides).unwrap().scene
 }
 
-/// Of the 54 edges, rounding leaves some before the end of the step that they fall on, and some behind it.
+/// Rounding leaves some of these 54 edges before the end of their step, and some behind it.
 #[test]
 fn regress_a_jump_at_the_end_of_a_step_is_still_to_come() {
     let torque_nm = 0.2;

@@ -69,7 +69,7 @@ pub enum Excess {
     },
 }
 
-/// The configuration that came nearest, and why its verification failed.
+/// The configuration that came nearest, or the last one tried as a level, and why its verification failed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unverified {
     /// The configuration.
