@@ -50,7 +50,17 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
     let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
-    writeln!(out, "  differs from the refinement before by {}\n", estimate.join(", "))?;
+    writeln!(out, "  uncertain by {}", estimate.join(", "))?;
+    if let Some(left_out) = study.reference.left_out.filter(|left_out| left_out.errors.is_none()) {
+        let minutes = (left_out.budget_s / 60.0).ceil();
+        writeln!(
+            out,
+            "  its steps do not resolve the bending of a link at {:.0} Hz: where that rings, as after a\n  rectangular pulse, \
+             errors can be larger; --budget {minutes}min resolves it",
+            left_out.hz
+        )?;
+    }
+    writeln!(out)?;
     let rows = if wide { rows } else { with_column_wrapped(&rows, LINKS) };
     print(&rows, LINKS + 1)?;
     for row in &study.rows {

@@ -15,11 +15,11 @@ fn said(options: &[&str]) -> String {
 /// Steps in seconds that were meant in milliseconds.
 #[test]
 fn regress_a_reference_that_fails_at_steps_from_the_given_ones_asks_for_shorter_ones() {
-    let words = ["trade", "crank-slider", "--steps", "2,1", "--until", "20", "--budget", "4s"];
+    let words = ["trade", "crank-slider", "--steps", "10,5", "--until", "100", "--budget", "4s"];
     let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).output().unwrap();
     let said = String::from_utf8(ended.stderr).unwrap();
-    let why = "error: no reference: the finite-element model, refined from a step of 8e-2 s that follows from --steps, still fails \
-               at 2e-2 s; try shorter --steps, which are in seconds without a unit: diverged in step ";
+    let why = "error: no reference: the finite-element model, refined from a step of 4e-1 s that follows from --steps, still fails \
+               at 5e-2 s; try shorter --steps, which are in seconds without a unit: diverged in step ";
     assert!(ended.status.code() == Some(1) && said.contains(why), "{said}");
 }
 

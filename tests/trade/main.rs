@@ -5,6 +5,7 @@
 mod command;
 mod levels;
 mod rigid_links;
+mod ringing;
 mod rows;
 mod shortening;
 mod uncertainty;

@@ -146,7 +146,7 @@ impl Family {
 }
 
 /// The first natural frequency of a link between two pins, rad/s.
-fn frequency(link: &Link) -> Option<f64> {
+pub(super) fn frequency(link: &Link) -> Option<f64> {
     let bar = link.bar.as_ref()?;
     Some((PI / link.length_m).powi(2) * (bar.bending_stiffness_nm2() / bar.mass_per_length_kg_per_m()).sqrt())
 }

@@ -33,6 +33,17 @@ impl Errors {
         Errors { rms, max, relative: std::array::from_fn(|k| max[k] / scales[k]), energy: 0.0 }
     }
 
+    /// The larger of each.
+    pub(super) fn or_larger(&self, other: &Errors) -> Self {
+        let larger = |one: &[f64; N], other: &[f64; N]| std::array::from_fn(|k| one[k].max(other[k]));
+        Errors {
+            rms: larger(&self.rms, &other.rms),
+            max: larger(&self.max, &other.max),
+            relative: larger(&self.relative, &other.relative),
+            energy: self.energy.max(other.energy),
+        }
+    }
+
     /// The largest relative error of one output.
     pub fn of(&self, output: OutputGroup) -> f64 {
         let channels = CHANNELS.iter().zip(self.relative).filter(|(channel, _)| channel.output == output).map(|(_, e)| e);

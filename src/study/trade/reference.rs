@@ -8,16 +8,17 @@ use super::effort::RunEffort;
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
 use super::output_group::{CHANNELS, OutputGroup, Sample, scales};
+use super::ringing::{LeftOut, LongestStep};
 use super::run::{Failed, Run, run};
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::BuildError;
 
-/// Elements per link of the coarsest mesh; each refinement doubles them and quarters the step, as the orders 4 and 2 require.
-const ELEMENTS: usize = 8;
-/// Steps in an interval at the coarsest.
+/// Elements per link of the coarsest mesh; each refinement doubles them and halves the step, as both are of fourth order.
+pub(super) const ELEMENTS: usize = 8;
+/// Steps in an interval at the coarsest, unless links ring faster.
 const STEPS: f64 = 25.0;
 /// Cost ratio of successive refinements.
-const DEARER: f64 = 8.0;
+const DEARER: f64 = 4.0;
 /// Largest expected ratio of a run's time to its nominal share.
 const SLOWER: f64 = 5.0;
 /// Largest number of refinements.
@@ -37,8 +38,10 @@ pub(super) const BOUND: &str = "<";
 pub struct Reference {
     /// The finest run.
     pub configuration: Configuration,
-    /// Difference from the previous refinement: the estimate of its error.
+    /// Difference from the previous refinement, and the part of vibrations that its steps leave out: the estimate of its error.
     pub estimate: Errors,
+    /// Vibrations that its first steps do not resolve, and that may count.
+    pub left_out: Option<LeftOut>,
     /// Work of the finest run.
     pub effort: RunEffort,
     /// Whether the clock prevented a refinement that the nominal cost allowed: another run may refine further.
@@ -54,6 +57,8 @@ pub struct Reference {
 pub struct NoReference {
     /// The instants, from which the steps of the reference follow.
     grid: Grid,
+    /// Step of the first run, s.
+    first_s: f64,
     /// Step of the last run that failed, s.
     step_s: f64,
     /// Whether the budget prevents shorter steps.
@@ -64,7 +69,7 @@ pub struct NoReference {
 
 impl fmt::Display for NoReference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let NoReference { grid, step_s, is_out_of_budget, failed } = self;
+        let NoReference { grid, first_s, step_s, is_out_of_budget, failed } = self;
         if let Failed::Build(refused) = failed {
             return write!(f, "{refused}");
         }
@@ -73,8 +78,7 @@ impl fmt::Display for NoReference {
             (false, true) => ("", "; try a longer --budget, which allows shorter steps"),
             (false, false) => ("", ""),
         };
-        let first_s = step_s_of_level(grid, 0);
-        if *step_s == first_s {
+        if step_s == first_s {
             return write!(f, "the finite-element model fails at a step of {first_s:e} s{origin}{remedy}: {failed}");
         }
         write!(
@@ -104,9 +108,11 @@ impl Reference {
         let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
         let mut last_s = 0.0;
         let untried = BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() };
-        let (mut step_s, mut failed, mut is_out_of_budget) = (step_s_of_level(grid, 0), Failed::from(untried), false);
+        let longest = LongestStep::new(scene, chain, grid, tidy(grid.interval_s / STEPS), (wanted, share_s), progress);
+        let first_s = longest.step_s;
+        let (mut step_s, mut failed, mut is_out_of_budget) = (first_s, Failed::from(untried), false);
         for k in 0..=REFINEMENTS {
-            let configuration = level(chain, grid, k);
+            let configuration = refinement(chain, ELEMENTS << k, tidy(first_s / f64::from(1 << k)));
             // The share that a refinement needs by its nominal cost, and by the time of the last run.
             let needed_s = [nominal_s(&configuration, grid), DEARER * last_s / SLOWER];
             if k >= LEAST && needed_s.iter().any(|needed_s| *needed_s > share_s) {
@@ -134,12 +140,24 @@ impl Reference {
             let Some(estimate) = estimate else { continue };
             let agreed = estimate.worst(outputs) <= target;
             let (effort, samples) = (run.effort, run.samples);
-            best = Some(Reference { configuration, estimate, effort, cut_short: false, finer_budget_s: None, samples, scales });
+            let (left_out, cut_short, finer_budget_s) = (None, false, None);
+            best = Some(Reference { configuration, estimate, left_out, effort, cut_short, finer_budget_s, samples, scales });
             if agreed {
                 break;
             }
         }
-        best.ok_or(NoReference { grid: *grid, step_s, is_out_of_budget, failed })
+        let best = best.ok_or(NoReference { grid: *grid, first_s, step_s, is_out_of_budget, failed })?;
+        Ok(match longest.left_out {
+            Some(left_out) => best.without(left_out),
+            None => best,
+        })
+    }
+
+    /// Takes account of vibrations that the steps leave out.
+    fn without(self, left_out: LeftOut) -> Self {
+        let estimate = left_out.errors.map_or(self.estimate, |errors| self.estimate.or_larger(&errors));
+        let finer_budget_s = Some(self.finer_budget_s.unwrap_or(0.0).max(left_out.budget_s));
+        Reference { estimate, left_out: Some(left_out), finer_budget_s, ..self }
     }
 
     /// Errors of another run against the reference.
@@ -198,19 +216,16 @@ pub(super) fn largest(outputs: &[OutputGroup], value: impl Fn(OutputGroup) -> f6
     outputs.iter().map(|output| (*output, value(*output))).max_by(|one, other| one.1.total_cmp(&other.1))
 }
 
-fn level(chain: &Chain, grid: &Grid, k: u32) -> Configuration {
+/// One run of a reference: all links flexible that are so in the scene.
+pub(super) fn refinement(chain: &Chain, elements: usize, step_s: f64) -> Configuration {
     let family = Family {
         model: ModelKind::FiniteElement,
-        integrator: IntegratorKind::GeneralizedAlpha,
-        resolution: ELEMENTS << k,
+        integrator: IntegratorKind::Esdirk,
+        resolution: elements,
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
         axial: chain.links.iter().map(|link| link.axial).collect(),
     };
-    Configuration { family, step_s: step_s_of_level(grid, k) }
-}
-
-fn step_s_of_level(grid: &Grid, k: u32) -> f64 {
-    tidy(grid.interval_s / (STEPS * 4_f64.powi(k as i32)))
+    Configuration { family, step_s }
 }
 
 /// Approximate run time on a typical machine, s.
@@ -226,15 +241,15 @@ mod tests {
     #[test]
     fn regress_the_largest_error_bears_the_mark_of_its_output() {
         let source = SceneSource::open("ref-r2s", &[]).unwrap();
-        let grid = Grid::new(1.0, None).unwrap();
         let errors = |[angle, slider]: [f64; 2]| {
             let mut relative = [0.0; CHANNELS.len()];
             [relative[0], relative[1]] = [angle, slider];
             Errors { rms: relative, max: relative, relative, energy: 0.0 }
         };
         let reference = Reference {
-            configuration: level(source.scene.chain().unwrap(), &grid, 0),
+            configuration: refinement(source.scene.chain().unwrap(), 8, 1e-3),
             estimate: errors([1e-4, 1e-6]),
+            left_out: None,
             effort: RunEffort::default(),
             cut_short: false,
             finer_budget_s: None,
@@ -250,12 +265,5 @@ mod tests {
             assert_eq!(reference.bounded_mark(&errors, &compared), mark, "{error:?}");
         }
         assert_eq!(reference.mark(&errors([0.0; 2]), OutputGroup::Energy), "");
-    }
-
-    #[test]
-    fn regress_the_step_of_the_reference_has_no_digits_of_rounding() {
-        let source = SceneSource::open("ref-r2s", &[]).unwrap();
-        let grid = Grid::new(0.002, None).unwrap();
-        assert_eq!(level(source.scene.chain().unwrap(), &grid, 0).step_s, 4e-7);
     }
 }
