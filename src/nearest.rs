@@ -4,6 +4,8 @@
 use crate::recording::is_stamp_or_time;
 #[cfg(feature = "service")]
 use crate::shown::{shown_name, shown_names};
+#[cfg(feature = "service")]
+use crate::wire::Topic;
 
 /// Smallest similarity (Jaro–Winkler, 0 to 1) of a suggestion.
 const LIKE: f64 = 0.8;
@@ -19,8 +21,13 @@ pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>)
     let names: Vec<&str> = names.into_iter().collect();
     let wordier: Vec<&str> = names.iter().copied().filter(|name| has_words_of(given, name)).collect();
     let candidates = if wordier.is_empty() { &names } else { &wordier };
-    let like = candidates.iter().map(|name| (likeness(given, name), *name)).filter(|(likeness, _)| *likeness > LIKE);
-    like.max_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, name)| name).or_else(|| {
+    let like = candidates.iter().copied().filter(|name| likeness(given, name) > LIKE);
+    // Names with the same last part are told apart by the rest: node 2 is not node 4.
+    let more_like = |one: &&str, other: &&str| {
+        let by_whole = likeness_of_words(given, one).total_cmp(&likeness_of_words(given, other));
+        likeness(given, one).total_cmp(&likeness(given, other)).then(by_whole)
+    };
+    like.max_by(more_like).or_else(|| {
         let first = *wordier.first()?;
         wordier.iter().all(|other| *other == first).then_some(first)
     })
@@ -61,12 +68,48 @@ fn question(near: &str) -> String {
     format!("; did you mean `{near}`?")
 }
 
-/// The column that holds what `slider.x_m` or `tip.x_m` means, that of the middle of a link, or else the one that is most like
-/// `given`.
+/// The column that `given` means by its words, or else the one that is most like it.
 #[cfg(feature = "service")]
 pub(crate) fn nearest_column<'a>(given: &str, columns: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let columns: Vec<&'a str> = columns.into_iter().collect();
-    column_of_end(given, &columns).or_else(|| middle_column(given, &columns)).or_else(|| nearest(given, columns))
+    let by_likeness = || nearest(given, columns.iter().copied()).or_else(|| nearest_without_list(given, &columns));
+    meant_column(given, &columns).or_else(by_likeness)
+}
+
+/// The nearest column of topics, each with its name. One of samples comes first if `given` means it by its words. Checkpoints are
+/// left out: they are states to resume from, and some of their fields are named like signals.
+#[cfg(feature = "service")]
+pub(crate) fn nearest_column_of_topics<'a>(given: &str, topics: &[(&'a str, Vec<&'a str>)]) -> Option<&'a str> {
+    let columns_of = |is_wanted: fn(Option<Topic>) -> bool| -> Vec<&'a str> {
+        let wanted = topics.iter().filter(|(topic, _)| is_wanted(Topic::of_key(topic)));
+        wanted.flat_map(|(_, columns)| columns.iter().copied()).collect()
+    };
+    let of_samples = columns_of(|topic| topic.is_some_and(Topic::is_telemetry));
+    let all = columns_of(|topic| topic != Some(Topic::Checkpoint));
+    meant_column(given, &of_samples).or_else(|| nearest_column(given, all))
+}
+
+/// The column that holds what `slider.x_m` or `tip.x_m` means, or that of the middle of a link.
+#[cfg(feature = "service")]
+fn meant_column<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
+    column_of_end(given, columns).or_else(|| middle_column(given, columns))
+}
+
+/// The column whose name without that of its list is most like `given`: `joints.slider-pin.fx_n` for `slider_pin.fx_n`. `None` if
+/// several lists have such a column.
+#[cfg(feature = "service")]
+fn nearest_without_list<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
+    // Without a dot, a name is that of no entry of a list.
+    without_list(given)?;
+    let near = nearest(given, columns.iter().copied().filter_map(without_list))?;
+    let mut named = columns.iter().copied().filter(|column| without_list(column) == Some(near));
+    named.next().filter(|_| named.next().is_none())
+}
+
+/// The name of a column without that of its list: `pivot.fx_n` for `joints.pivot.fx_n`.
+#[cfg(feature = "service")]
+fn without_list(column: &str) -> Option<&str> {
+    column.split_once('.').map(|(_, rest)| rest)
 }
 
 /// The column of the last node of the last link: of the rod for `slider.x_m`, of the rod or the beam for `tip.x_m`. `watch` names
@@ -91,8 +134,7 @@ fn column_of_end<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
 /// `nodes.rod.2.deflection_m` for `rod.deflection`; also for `links.rod.deflection`, whose list is another.
 #[cfg(feature = "service")]
 fn middle_column<'a>(given: &str, columns: &[&'a str]) -> Option<&'a str> {
-    let without_list = given.split_once('.').map(|(_, rest)| rest);
-    [Some(given), without_list].into_iter().flatten().find_map(|words| {
+    [Some(given), without_list(given)].into_iter().flatten().find_map(|words| {
         let mut with_words: Vec<&'a str> = columns.iter().copied().filter(|column| has_words_of(words, column)).collect();
         // The signals of `watch` are sorted by letters: 10 before 2.
         with_words.sort_by_cached_key(|column| numbers(column));
@@ -123,10 +165,10 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
         names.retain(|name| !name.ends_with(".N"));
         names.sort();
         names.dedup();
-        let topic = topic.rsplit('/').next().unwrap_or(topic);
-        if names.is_empty() || topic == "checkpoint" {
+        if names.is_empty() || Topic::of_key(topic) == Some(Topic::Checkpoint) {
             return String::new();
         }
+        let topic = topic.rsplit('/').next().unwrap_or(topic);
         format!("\n  {}: {}", shown_name(topic), shown_names(&names))
     };
     topics.into_iter().map(line).collect()
@@ -134,7 +176,7 @@ pub(crate) fn columns_by_topic<'a, N: IntoIterator<Item = &'a str>>(topics: impl
 
 #[cfg(all(test, feature = "service"))]
 mod tests {
-    use super::{columns_by_topic, nearest, nearest_column};
+    use super::{columns_by_topic, nearest, nearest_column, nearest_column_of_topics};
 
     #[test]
     fn val_columns_are_listed_by_topic() {
@@ -200,6 +242,42 @@ mod tests {
             ("xyz", None),
         ] {
             assert_eq!(nearest_column(given, columns.iter().map(String::as_str)), column, "{given}");
+        }
+    }
+
+    #[test]
+    fn regress_a_misspelt_name_without_that_of_its_list_is_near() {
+        let joints =
+            ["pivot", "crank-pin", "slider-pin"].map(|joint| ["fx_n", "fy_n"].map(|force| format!("joints.{joint}.{force}")));
+        let signals = joints.as_flattened().iter().filter_map(|column| column.strip_prefix("joints."));
+        let signals: Vec<&str> = signals.collect();
+        for given in ["slider_pin.fx_n", "slider-pin.fx_N", "slider_pin.fx"] {
+            let columns = joints.as_flattened().iter().map(String::as_str);
+            assert_eq!(nearest_column(given, columns), Some("joints.slider-pin.fx_n"), "{given}");
+            assert_eq!(nearest_column(given, signals.iter().copied()), Some("slider-pin.fx_n"), "{given}");
+        }
+        let nodes = ["nodes.rod.2.deflection_m", "nodes.rod.3.x_m", "nodes.rod.4.deflection_m"];
+        for (given, column) in [("rod.2.defl", Some("nodes.rod.2.deflection_m")), ("rod_deflexion", None)] {
+            assert_eq!(nearest_column(given, nodes), column, "{given}");
+        }
+    }
+
+    #[test]
+    fn regress_columns_of_samples_come_before_others_and_fields_of_checkpoints_never() {
+        let topics = [
+            ("flexcrank/crank/checkpoint", vec!["stamp.step", "torque_nm", "fallen_j"]),
+            ("flexcrank/crank/commands", vec!["reply.reason", "torque.id", "torque.torque_nm"]),
+            ("flexcrank/crank/loads", vec!["stamp.step", "driving_torque_nm"]),
+            ("flexcrank/crank/status", vec!["pulses_pending"]),
+        ];
+        for (given, column) in [
+            ("torque", Some("driving_torque_nm")),
+            ("torque_nm", Some("driving_torque_nm")),
+            ("reply.reasn", Some("reply.reason")),
+            ("pulses", Some("pulses_pending")),
+            ("fallen", None),
+        ] {
+            assert_eq!(nearest_column_of_topics(given, &topics), column, "{given}");
         }
     }
 

@@ -3,6 +3,8 @@
 use std::error::Error;
 use std::process::Command;
 
+use flexcrank::scene::SceneSource;
+
 const SAMPLE: &str = "recordings/sample-three-pulses.mcap";
 
 /// Runs the program in the project's folder; returns exit code and standard error.
@@ -170,6 +172,42 @@ fn regress_a_deflection_without_its_node_is_that_of_the_middle() -> Result<(), B
     Ok(())
 }
 
+/// Commands and checkpoints have fields of torque, and columns of text.
+#[test]
+fn regress_a_wrong_column_has_one_of_samples_named() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let [take, tables, picture] = ["take.mcap", "tables", "y.svg"].map(|name| folder.path().join(name).display().to_string());
+    let (code, said) = flexcrank(&["what-if", SAMPLE, "--add-pulse", "1:0.001:100ms", "--record", &take])?;
+    assert_eq!(code, Some(0), "{said}");
+    let refused = |words: &[&str], refusal: &str| -> Result<(), Box<dyn Error>> {
+        let (code, said) = flexcrank(words)?;
+        assert!(code == Some(2) && said.ends_with(&format!(": {refusal}\n")), "{words:?}: {said}");
+        Ok(())
+    };
+    let near = |given: &str, column: &str| format!("no column `{given}`; did you mean `{column}`?");
+    for (given, column) in [
+        ("torque", "driving_torque_nm"),
+        ("torque_nm", "driving_torque_nm"),
+        ("slider_pin.fx_n", "joints.slider-pin.fx_n"),
+        ("slider-pin.fx_N", "joints.slider-pin.fx_n"),
+    ] {
+        for file in [SAMPLE, take.as_str()] {
+            refused(&["plot", file, "--y", given, "-o", &picture], &near(given, column))?;
+        }
+        // Tables of checkpoints are exported, by the names of their columns.
+        if given != "torque_nm" {
+            refused(&["export", SAMPLE, "--csv", &tables, "--columns", given], &near(given, column))?;
+        }
+    }
+    for column in ["level", "torque.id", "reply.reason", "reply.accepted"] {
+        let refusal = format!("column `{column}` has no numbers to draw");
+        refused(&["plot", &take, "--y", column, "-o", &picture], &refusal)?;
+    }
+    let (_, said) = flexcrank(&["plot", &take, "--y", "xyz", "-o", &picture])?;
+    assert!(said.contains("\n  angles: links.") && !said.contains("torque.id"), "{said}");
+    Ok(())
+}
+
 #[test]
 fn regress_a_table_in_brackets_of_a_list_is_refused_as_that() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
@@ -181,6 +219,66 @@ fn regress_a_table_in_brackets_of_a_list_is_refused_as_that() -> Result<(), Box<
         let (code, said) = flexcrank(&["check", file])?;
         let refusal = format!("scene.toml:{line}: {name}: must be a single table [{name}]\n");
         assert!(code == Some(2) && said.contains(&refusal), "{said}");
+    }
+    Ok(())
+}
+
+/// The scene is sound without the override, and no override removes a table.
+#[test]
+fn regress_an_override_in_a_table_of_another_mechanism_is_refused_itself() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("boom.toml");
+    std::fs::write(
+        &path,
+        "[beam]\nlength_m = 1.0\nsection = { shape = \"round\", diameter_m = 0.01 }\ndensity_kg_per_m3 = 2700.0\n\
+         youngs_modulus_pa = 7e10\n[tip]\nmass_kg = 1.0\n",
+    )?;
+    let boom = path.to_str().ok_or("no name")?;
+    for (scene, given, problem) in [
+        (boom, "crank.density_kg_per_m3=7800", "[beam] instead of [crank]; did you mean `beam.density_kg_per_m3`?"),
+        (boom, "rod.section.width_m=0.1", "[beam] instead of [rod]; did you mean `beam.section.width_m`?"),
+        (boom, "slider.mass_kg=0.3", "[tip] instead of [slider]; did you mean `tip.mass_kg`?"),
+        (boom, "slider.resistance_n=3", "[tip] instead of [slider]"),
+        (boom, "oscillator.masses_kg=[1]", "[beam] instead of [oscillator]"),
+        ("crank-slider", "beam.modes=3", "[crank] and [rod] instead of [beam]; did you mean `crank.modes` or `rod.modes`?"),
+        ("crank-slider", "tip.mass_kg=0.3", "[slider] instead of [tip]; did you mean `slider.mass_kg`?"),
+        ("crank-slider", "oscillator.masses_kg=[1]", "[crank] instead of [oscillator]"),
+        ("thesis-oscillator", "crank.modes=3", "[oscillator] instead of [crank]"),
+    ] {
+        let said = refusal_of_override(given, &format!("this scene has {problem}"));
+        assert_eq!(flexcrank(&["check", scene, "--set", given])?, said);
+    }
+    for command in [&["run", "--no-bus", "--no-record"][..], &["trade"], &["modes"]] {
+        let (_, said) = flexcrank(&[command, &[boom, "--set", "slider.resistance_n=3"]].concat())?;
+        assert!(said.contains("--set slider.resistance_n=3: ") && !said.contains("boom.toml"), "{said}");
+    }
+    Ok(())
+}
+
+/// Exit code and message of a command that refuses an override.
+fn refusal_of_override(given: &str, problem: &str) -> (Option<i32>, String) {
+    (Some(2), format!("error: --set {given}: {}: {problem}\n", given.replacen('=', " = ", 1)))
+}
+
+#[test]
+fn regress_an_override_that_excludes_a_key_of_the_scene_is_refused_itself() -> Result<(), Box<dyn Error>> {
+    let torque = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
+    for (scene, given, problem) in [
+        ("thesis-compressor", "torque.constant_nm=2", torque),
+        ("thesis-compressor", "drive.ramp.over_s=4", "give exactly one of speed_rad_per_s, ramp, table"),
+        ("thesis-compressor", "crank.density_kg_per_m3=7800", "give mass_kg, or section and density_kg_per_m3, not both"),
+        ("crank-slider", "rod.area_m2=1e-4", "give section, or area_m2 and second_moment_m4, not both"),
+    ] {
+        assert_eq!(flexcrank(&["check", scene, "--set", given])?, refusal_of_override(given, problem));
+    }
+    Ok(())
+}
+
+#[test]
+fn prop_an_override_may_give_an_open_chain_its_end() -> Result<(), Box<dyn Error>> {
+    let links = "[crank]\nlength_m = 0.1\nmass_kg = 1.0\n[rod]\nlength_m = 0.3\nmass_kg = 1.0\n[solver]\nmodel = \"rigid\"\n";
+    for given in ["slider.mass_kg=0.3", "tip.mass_kg=0.3"] {
+        SceneSource::parse("chain.toml", links, &[given.to_owned()])?;
     }
     Ok(())
 }

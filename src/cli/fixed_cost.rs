@@ -23,5 +23,5 @@ pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource
         other => Failure::Failed(format!("--fixed-cost: {}: {other}", source.origin)),
     })?;
     say!("{rating}");
-    Ok(SceneSource::parse(&source.origin, &source.text, &rating.keys())?)
+    Ok(source.with(&rating.keys())?)
 }

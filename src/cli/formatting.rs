@@ -1,6 +1,36 @@
-//! Formatting of counts.
+//! Formatting of counts and quantities.
 
 /// A count with its noun, singular or plural.
 pub(super) fn counted(count: u64, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
+}
+
+/// Below this, a quantity is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A quantity with so many decimals, unless these would show fewer than three of its digits.
+pub(super) fn decimal(value: f64, decimals: usize) -> String {
+    let least = 10_f64.powi(2 - decimals as i32);
+    if value.abs() < ROUNDING || value.abs() >= least { format!("{value:.decimals$}") } else { format!("{value:.2e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::decimal;
+
+    /// Torques and loads of a mechanism of millimetres and grams were printed as 0.
+    #[test]
+    fn regress_small_quantities_keep_their_digits() {
+        for (value, shown) in [
+            (0.0, "0.000000"),
+            (1e-17, "0.000000"),
+            (-1.5, "-1.500000"),
+            (1e-4, "0.000100"),
+            (9.9e-5, "9.90e-5"),
+            (-2.84e-6, "-2.84e-6"),
+        ] {
+            assert_eq!(decimal(value, 6), shown);
+        }
+        assert_eq!([decimal(0.02, 4), decimal(2.6e-3, 4)], ["0.0200", "2.60e-3"]);
+    }
 }

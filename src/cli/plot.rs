@@ -24,6 +24,7 @@ Examples:
   flexcrank plot recordings/crank.mcap --from 1 --to 1.5 -o plots
   flexcrank plot before.mcap after.mcap --overlay -o plots
   flexcrank plot recordings/crank.mcap --y links.crank.chord_rad,links.rod.chord_rad -o angles.svg
+  flexcrank plot recordings/crank.mcap --x crank.chord_rad --y driving_torque_nm -o torque.svg
   flexcrank plot recordings/crank.mcap --animation=0.25 -o crank.svg
   flexcrank plot turn.csv --x crank_angle_rad --y driving_torque_nm --title Torque -o torque.png
   flexcrank plot --thesis thesis-figures";
@@ -39,7 +40,8 @@ pub(super) struct Args {
     /// Formats of the figures in a folder.
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "svg,png")]
     pub format: Vec<Format>,
-    /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column.
+    /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column. Columns of different topics
+    /// are joined by simulated time.
     #[arg(long, value_name = "COLUMN", requires = "y")]
     pub x: Option<String>,
     /// Draw these columns in one figure instead: named as by export, with or without the name of the list.
@@ -103,7 +105,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let into_file = is_file_name(&args.output) && !args.output.is_dir();
     // The default figures of recordings come with pictures of the mechanism, and in a folder with a page.
     let default_figures = args.y.is_empty() && args.animation.is_none();
-    let mut entries = Vec::new();
+    let (mut entries, mut warnings) = (Vec::new(), Vec::<String>::new());
     match args.animation {
         None => {
             let count = if args.overlay { sources.len() } else { 1 };
@@ -113,6 +115,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
                     // A scene without links has neither strobe figure nor animation, and a single position no animation.
                     let strobe = MechanismPicture::strobe(&source.stem, &source.tables);
                     let animation = MechanismPicture::animation(&source.stem, &source.tables, None);
+                    warnings.extend(animation.iter().filter_map(|animation| source.warning_of(animation)));
                     pictures.extend(strobe.map(|strobe| (source, "strobe", strobe)));
                     pictures.extend(animation.map(|animation| (source, "animation", animation)));
                 }
@@ -124,7 +127,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         Some(speed) => {
             for source in &sources {
                 let animation = MechanismPicture::animation(&source.stem, &source.tables, speed)?;
-                animation.warning.iter().for_each(|warning| say!("warning: {warning}"));
+                warnings.extend(source.warning_of(&animation));
                 entries.push(mechanism(source, "animation", animation));
             }
         }
@@ -135,6 +138,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         entries.iter().try_for_each(list)?;
         return Ok(status(&sources));
     }
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
     if into_file {
         write_file(args, &entries)?;
         return Ok(status(&sources));

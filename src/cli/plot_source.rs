@@ -7,13 +7,14 @@ use super::failure::{CommandResult, Failure};
 use super::sample_intervals::regular_s;
 use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
-use crate::plot::{self, Figure, Format, Named, PlotError, SIMULATED_TIME};
+use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
 use crate::scene::{ModelKind, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
 use crate::study::trade::INTERRUPTED;
 use crate::text_file;
+use crate::wire::Topic;
 
 /// The first bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
@@ -24,7 +25,7 @@ pub(super) struct Source {
     pub path: PathBuf,
     /// Its name in figures and in the names of their files: the file's name without ending.
     pub stem: String,
-    /// Topics of a recording, or the one table of a CSV file.
+    /// Topics of a recording, without checkpoints, or the one table of a CSV file.
     pub tables: Vec<Named>,
     /// Whether it is a recording.
     pub recorded: bool,
@@ -89,6 +90,12 @@ impl Source {
         let accelerations = (draws_accelerations && is_new).then(|| rare_accelerations(angles)).flatten();
         let sentences = [turning, vibration, accelerations].into_iter().flatten();
         sentences.map(|sentence| format!("{}: {sentence}", self.path.display())).collect()
+    }
+
+    /// The warning of an animation of it. If samples are too rare for a vibration, pictures are not judged by them.
+    pub fn warning_of(&self, animation: &MechanismPicture) -> Option<String> {
+        let is_judged = !animation.misses_vibration || rare_samples(self.displacements()).is_none();
+        animation.warning.clone().filter(|_| is_judged)
     }
 
     /// A sentence about a first link that turns far between samples that are drawn; `None` if it does not, or if only its angle,
@@ -252,10 +259,11 @@ fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, 
     let named = |topic: TopicColumns| {
         let mut table = Table::default();
         topic.columns.into_iter().for_each(|(name, values)| table.push(name, values));
-        let levels = topic.texts.into_iter().find(|(column, _)| column == "level").map(|(_, names)| names).unwrap_or_default();
-        Named { name: topic.name, table, levels }
+        Named { name: topic.name, table, texts: topic.texts }
     };
-    Ok((contents.topics.into_iter().map(named).collect(), !contents.cut_off))
+    // Checkpoints are states to resume from. Some of their fields have the names of signals: `work_in_j`.
+    let is_drawn = |topic: &TopicColumns| Topic::of_key(&topic.name) != Some(Topic::Checkpoint);
+    Ok((contents.topics.into_iter().filter(is_drawn).map(named).collect(), !contents.cut_off))
 }
 
 #[cfg(test)]

@@ -40,6 +40,9 @@ const NO_DENSITY_KG_PER_M3: f64 = 1.0;
 const STRONG_DAMPING: f64 = 0.5;
 /// Smaller numbers are rarely damping ratios.
 const LEAST_DAMPING_RATIO: f64 = 1e-3;
+/// A slider or a mass at the tip is rarely so heavy, kg, and so many times as heavy as the links.
+const HEAVY_KG: f64 = 10.0;
+const HEAVY_RATIO: f64 = 300.0;
 
 /// Gravity on Earth, m/s².
 const EARTH_M_PER_S2: f64 = 9.81;
@@ -68,7 +71,13 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain)).or_else(long_link);
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
     let of_angles = many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive));
-    of_links.chain(of_lengths).chain(of_gravity).chain(of_angles).chain(long_pulses(&scene.drive)).collect()
+    of_links
+        .chain(of_lengths)
+        .chain(heavy_end(chain))
+        .chain(of_gravity)
+        .chain(of_angles)
+        .chain(long_pulses(&scene.drive))
+        .collect()
 }
 
 /// The thickness of the section of a flexible link, m, after a word that says whether it is exact. A section without a shape
@@ -186,6 +195,19 @@ fn long_link(link: &Link) -> Option<String> {
     Some(format!("{name}.length_m = {given} is {why}: lengths are in m, and {given} mm is {meant}"))
 }
 
+/// A warning of a mass at the end that is far heavier than the links, as in grams.
+fn heavy_end(chain: &Chain) -> Option<String> {
+    let (name, mass_kg) = match &chain.end {
+        End::Slider(slider) => ("slider", slider.mass_kg),
+        End::Free { tip_mass_kg } => ("tip", *tip_mass_kg),
+    };
+    let times = mass_kg / chain.links.iter().map(|link| link.mass_kg).sum::<f64>();
+    let is_heavy = mass_kg >= HEAVY_KG && times.is_finite() && times > HEAVY_RATIO;
+    let [given, meant] = [mass_kg, 1e-3 * mass_kg].map(figure);
+    let problem = format!("{given} is {times:.0} times the mass of the links: masses are in kg, and {given} g is {meant}");
+    is_heavy.then(|| format!("{name}.mass_kg = {problem}"))
+}
+
 /// Warnings of gravity that is far stronger than on Earth, as in mm/s².
 fn strong_gravity(gravity_m_per_s2: [f64; 2]) -> impl Iterator<Item = String> {
     let times = |given: f64| given.abs() / EARTH_M_PER_S2;
@@ -271,6 +293,7 @@ mod tests {
                 "rod.density_kg_per_m3=7.85",
                 "rod.density_kg_per_m3 = 7.85 is lighter than any stiff material: densities are in kg/m³, and 7.85 g/cm³ is 7850",
             ),
+            ("slider.mass_kg=800", "slider.mass_kg = 800 is 519 times the mass of the links: masses are in kg, and 800 g is 0.8"),
             (
                 "gravity.y_m_per_s2=-9810",
                 "gravity.y_m_per_s2 = -9810 is 1000 times that on Earth: it is in m/s², and -9810 mm/s² is -9.81",

@@ -22,12 +22,10 @@ pub(super) fn decide(
 ) -> CommandResult {
     let chosen = choice.as_ref().map_err(|refusal| Failure::Failed(refusal.to_string()))?;
     let keys = chosen.row.configuration.keys(&source.scene);
-    let copy = SceneSource::parse(&source.origin, &source.text, &keys)?;
-    let mut out = output();
-    writeln!(out)?;
-    lost(chosen).map_or(Ok(()), |lost| writeln!(out, "# vibrations lost: {lost}"))?;
-    writeln!(out, "{}", sections(chosen, &keys))?;
-    write_scene(write, &copy)?;
+    let copy = source.with(&keys)?;
+    let measured = measured(chosen, lost(chosen));
+    writeln!(output(), "\n{measured}{}", tables(&keys))?;
+    write_scene(write, &copy, &measured)?;
     Ok(ExitStatus::Success)
 }
 
@@ -44,33 +42,34 @@ pub(super) fn decide_levels(write: Option<&Path>, count: usize, levels: Result<L
         say!("warning: {} levels instead of {count}: no other setting is worth a switch", levels.levels.len());
     }
     writeln!(output(), "\n{}\n{}", tables(&levels.keys), level_tables(&levels.tables))?;
-    write_scene(write, &levels.source)?;
+    write_scene(write, &levels.source, "")?;
     Ok(ExitStatus::Success)
 }
 
-/// Writes the scene to `--write`.
-fn write_scene(write: Option<&Path>, scene: &SceneSource) -> CommandResult<()> {
+/// Writes the scene to `--write`, with comments on its solver.
+fn write_scene(write: Option<&Path>, scene: &SceneSource, comments: &str) -> CommandResult<()> {
     if let Some(path) = write {
-        write_new(path, commented(scene).as_bytes()).map_err(Failure::file(path))?;
+        write_new(path, commented(scene, comments).as_bytes()).map_err(Failure::file(path))?;
         say!("wrote {}", path.display());
     }
     Ok(())
 }
 
-/// The scene with a comment on its solver that names this choice, in place of what was said of an earlier one.
-fn commented(scene: &SceneSource) -> String {
+/// The scene with comments on its solver that name this choice, in place of what was said of an earlier one.
+fn commented(scene: &SceneSource, comments: &str) -> String {
     let Ok(mut document) = scene.text.parse::<DocumentMut>() else { return scene.text.clone() };
     if let Some(solver) = document.get_mut("solver").and_then(Item::as_table_mut) {
-        solver.decor_mut().set_prefix(format!("\n# Chosen by `{}`.\n", command_line()));
+        solver.decor_mut().set_prefix(format!("\n# Chosen by `{}`.\n{comments}", command_line()));
     }
     document.to_string()
 }
 
-/// The settings as TOML, with their measured errors and speed.
-fn sections(chosen: &Chosen, keys: &[String]) -> String {
+/// Measured errors and speed of the chosen settings, and the vibrations that they lose, as comments in TOML.
+fn measured(chosen: &Chosen, lost: Option<String>) -> String {
     let (mark, error) = chosen.row.outcome.as_ref().map_or(("", f64::NAN), |measured| (measured.mark, measured.error));
     let trial = &chosen.trial;
-    let mut text = format!(
+    let mut text = lost.map_or(String::new(), |lost| format!("# vibrations lost: {lost}\n"));
+    text += &format!(
         "# error {mark}{error:.2e} at {:.4} times real time by its slowest repeat; on another speed and pulse {:.2e} at {:.4}\n",
         chosen.real_time_factor, trial.error, trial.real_time_factor
     );
@@ -80,7 +79,7 @@ fn sections(chosen: &Chosen, keys: &[String]) -> String {
     if chosen.passed_over > 0 {
         text += &format!("# ({} cheaper ones held at first, but not when they were verified)\n", chosen.passed_over);
     }
-    text + &tables(keys)
+    text
 }
 
 /// `TABLE.KEY=VALUE` as TOML.

@@ -15,6 +15,7 @@ const SAMPLE_HEIGHT: f64 = 12.0;
 pub(super) fn levels(angles: &Named, times: &[f64]) -> Vec<Band> {
     let column = |name: &str| angles.table.column(name).unwrap_or_default();
     let (levels, errors) = (column("level"), column("level_error_rad"));
+    let names = angles.texts_of("level").unwrap_or_default();
     let error = |row: usize| errors.get(row).copied().filter(|error| error.is_finite());
     // Without an error, a level counts as the worst.
     let stated = |level: f64| levels.iter().position(|other| *other == level).and_then(error).unwrap_or(f64::INFINITY);
@@ -27,7 +28,7 @@ pub(super) fn levels(angles: &Named, times: &[f64]) -> Vec<Band> {
             band.span[1] = *time;
         }
         if *level != best && *level != before {
-            let name = angles.levels.get(*level as usize).map_or("", String::as_str);
+            let name = names.get(*level as usize).map_or("", String::as_str);
             let error = error(row).map(|error| format!(" ({error:.1e} rad)")).unwrap_or_default();
             bands.push(Band { label: format!("level {name}{error}"), span: [*time; 2] });
         }

@@ -59,6 +59,22 @@ pub(super) fn turning_rad(displacements: &Table) -> Vec<f64> {
     turning.collect()
 }
 
+/// Bending of the links in every row of the first epoch: the offset from the chord, over its length, of the node that bends most.
+pub(super) fn bending(displacements: &Table) -> Vec<(&'static str, Vec<f64>)> {
+    let rows = times(displacements).len();
+    let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let bending_of = |link: &'static str| {
+        let nodes = nodes(displacements, link);
+        let (first, last) = (nodes.first()?, nodes.last()?);
+        let at = |[x, y]: &Node<'_>, row: usize| Some([*x.get(row)?, *y.get(row)?]);
+        let in_row = |node: &Node<'_>, row: usize| Some(offset(at(node, row)?, at(first, row)?, at(last, row)?));
+        let in_all_rows = |node: &Node<'_>| (0..rows).map(|row| in_row(node, row)).collect::<Option<Vec<f64>>>();
+        let bent = nodes.iter().filter_map(in_all_rows);
+        Some((link, bent.max_by(|one, other| largest(one).total_cmp(&largest(other)))?))
+    };
+    LINKS.into_iter().filter_map(bending_of).collect()
+}
+
 /// The row in which a link has turned once; none if it does not.
 pub(super) fn turned(turning_rad: &[f64]) -> Option<usize> {
     turning_rad.iter().position(|turned_rad| turned_rad.abs() >= TAU)
@@ -101,18 +117,25 @@ impl Motion {
     }
 }
 
-fn link_at(table: &Table, name: &'static str, places: &[f64]) -> Option<Link> {
+/// The columns `x_m` and `y_m` of a node.
+type Node<'a> = [&'a [f64]; 2];
+
+/// The nodes of a link, from its first pin to its last.
+fn nodes<'a>(table: &'a Table, link: &str) -> Vec<Node<'a>> {
     let node = |index: usize| {
-        let column = |axis: &str| table.column(&format!("nodes.{name}.{index}.{axis}_m"));
-        Some((column("x")?, column("y")?))
+        let column = |axis: &str| table.column(&format!("nodes.{link}.{index}.{axis}_m"));
+        Some([column("x")?, column("y")?])
     };
-    let nodes: Vec<_> = (0..).map_while(node).collect();
+    (0..).map_while(node).collect()
+}
+
+fn link_at(table: &Table, name: &'static str, places: &[f64]) -> Option<Link> {
+    let nodes = nodes(table, name);
     if nodes.len() < 2 {
         return None;
     }
-    let position = |(x, y): &(&[f64], &[f64]), place: f64| {
-        Some([between(x, place)?, between(y, place)?]).filter(|[x, y]| (x + y).is_finite())
-    };
+    let position =
+        |[x, y]: &Node<'_>, place: f64| Some([between(x, place)?, between(y, place)?]).filter(|[x, y]| (x + y).is_finite());
     let instant = |&place: &f64| nodes.iter().map(|node| position(node, place)).collect::<Option<Vec<_>>>();
     Some(Link { name, instants: places.iter().map(instant).collect::<Option<_>>()? })
 }
@@ -125,10 +148,15 @@ pub(super) fn between(values: &[f64], place: f64) -> Option<f64> {
 
 /// Offsets of the nodes from the chord, over its length.
 fn offsets(nodes: &[[f64; 2]]) -> Vec<f64> {
-    let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else { return Vec::new() };
+    let (Some(&first), Some(&last)) = (nodes.first(), nodes.last()) else { return Vec::new() };
+    nodes.iter().map(|node| offset(*node, first, last)).collect()
+}
+
+/// Offset of a node from the chord between a link's first and last node, over its length.
+fn offset(node: [f64; 2], first: [f64; 2], last: [f64; 2]) -> f64 {
     let chord = [last[0] - first[0], last[1] - first[1]];
     let square = chord[0].powi(2) + chord[1].powi(2);
-    nodes.iter().map(|node| (chord[0] * (node[1] - first[1]) - chord[1] * (node[0] - first[0])) / square).collect()
+    (chord[0] * (node[1] - first[1]) - chord[1] * (node[0] - first[0])) / square
 }
 
 fn magnify(nodes: &mut [[f64; 2]], factor: f64) {

@@ -6,8 +6,10 @@ use super::mechanism::{Motion, no_link, times, turned, turning_rad};
 use super::output::{Format, Picture};
 use super::playback::Playback;
 use super::recorded::{find_topic, has_slider};
+use super::recorded_motion::RecordedMotion;
 use super::selection::Named;
 use super::{animation, strobe};
+use crate::shown::shown_s;
 use crate::study::Table;
 
 /// Number of positions in a strobe figure.
@@ -18,6 +20,8 @@ const POSITIONS: usize = 12;
 pub struct MechanismPicture {
     /// The reason why the motion is hardly seen at this speed, and a speed at which it is; `None` where it is seen.
     pub warning: Option<String>,
+    /// Whether the reason is a vibration in the recorded samples, for which the pictures are too rare.
+    pub misses_vibration: bool,
     title: String,
     /// Instants and speed, in words.
     instants: String,
@@ -48,25 +52,25 @@ impl MechanismPicture {
         let instants =
             format!("{} positions in {during}, from {start:.3} s (pale) to {last:.3} s (dark), {apart_s:.3} s apart", rows.len());
         let title = format!("{place}: the mechanism at even instants");
-        Ok(MechanismPicture { warning: None, title, instants, motion, playing_s: None })
+        Ok(MechanismPicture { warning: None, misses_vibration: false, title, instants, motion, playing_s: None })
     }
 
     /// The recorded mechanism moving, at `speed` recorded seconds per second; without a speed, at the highest of the usual ones
-    /// at which the motion is seen and a turn takes two seconds or more.
+    /// at which the motion is seen and a turn takes two seconds or more. A vibration counts if the whole is not too long for it.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded, and when there would be a single picture.
     pub fn animation(place: &str, topics: &[Named], speed: Option<f64>) -> Result<Self, PlotError> {
         let displacements = displacements(place, topics)?;
-        let (times, turning_rad) = (times(displacements), turning_rad(displacements));
-        let suitable = Playback::suitable(times, &turning_rad);
-        let asked = speed.map(|speed| Playback::at(speed, times));
-        let playback = asked.as_ref().unwrap_or(&suitable);
+        let recorded = RecordedMotion::of(displacements);
+        let asked = speed.map(|speed| Playback::at(speed, recorded.times));
+        let playback = asked.unwrap_or_else(|| Playback::suitable(&recorded));
         let motion = Motion::new(place, displacements, &playback.places, has_slider(topics))?;
-        let warning = playback.shortcoming(&turning_rad).map(|shortcoming| match suitable.shortcoming(&turning_rad) {
-            None => format!("{place}: {shortcoming}; --animation={} shows the motion", suitable.speed),
-            Some(_) => format!("{place}: {shortcoming}"),
-        });
+        let hidden_turning = playback.hidden_turning(&recorded);
+        let hidden_vibration = playback.hidden_vibration(&recorded).filter(|_| hidden_turning.is_none());
+        let misses_vibration = hidden_vibration.is_some();
+        let shortcoming = hidden_turning.or(hidden_vibration);
+        let warning = shortcoming.map(|shortcoming| format!("{place}: {shortcoming}{}", advice(&recorded)));
         if playback.places.len() < 2 {
             return Err(PlotError::Request(warning.unwrap_or_default()));
         }
@@ -74,7 +78,7 @@ impl MechanismPicture {
         let digits = if recorded_s < 0.1 - 1e-9 { 4 } else { 2 };
         let instants = format!("{recorded_s:.digits$} s at {speed} times the real speed");
         let title = format!("{place}: the mechanism, moving");
-        Ok(MechanismPicture { warning, title, instants, motion, playing_s: Some(recorded_s / speed) })
+        Ok(MechanismPicture { warning, misses_vibration, title, instants, motion, playing_s: Some(recorded_s / speed) })
     }
 
     /// Instants, speed and magnification, in words.
@@ -93,6 +97,13 @@ impl MechanismPicture {
             }
         }
     }
+}
+
+/// Names a speed at which the motion is seen, after the reason why it is not. Nothing if no usual speed shows it.
+fn advice(recorded: &RecordedMotion<'_>) -> String {
+    let Some(Playback { speed, recorded_s, is_whole, .. }) = Playback::showing(recorded) else { return String::new() };
+    let range = if is_whole { String::new() } else { format!(", with --from and --to at most {} s apart", shown_s(recorded_s)) };
+    format!("; --animation={speed} shows the motion{range}")
 }
 
 /// The positions in a recording.

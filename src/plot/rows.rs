@@ -63,9 +63,13 @@ impl Rows {
 /// Names of the columns with numbers. The ratios that curves are named after are no data.
 pub(super) fn numbers(table: &Table) -> impl Iterator<Item = &str> {
     let is_named_after = ratios(table).is_some();
-    let has_numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let is_data = move |name: &str| name != "ratio" || !is_named_after;
     table.columns().filter(move |(name, values)| is_data(name) && has_numbers(values)).map(|(name, _)| name)
+}
+
+/// Whether there is anything to draw among values.
+pub(super) fn has_numbers(values: &[f64]) -> bool {
+    values.iter().any(|value| value.is_finite())
 }
 
 /// The ratios of a table that goes through many rows for each; where every row has its own, it is a column like others.

@@ -1,11 +1,15 @@
 //! Figures of columns that are asked for by name, or of all of them.
 
+use std::borrow::Cow;
+
 use super::error::PlotError;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
+use super::joined::{Column, joined};
 use super::quantity;
-use super::rows::{Rows, SIMULATED_TIME, numbers};
-use crate::nearest::{columns_by_topic, nearest_column};
+use super::rows::{Rows, SIMULATED_TIME, has_numbers, numbers};
+use crate::nearest::{columns_by_topic, nearest_column_of_topics};
 use crate::study::Table;
+use crate::wire::Topic;
 
 /// A table and its name in errors.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -14,35 +18,49 @@ pub struct Named {
     pub name: String,
     /// Its numbers.
     pub table: Table,
-    /// Names of the levels of detail that its column `level` counts from 0.
-    pub levels: Vec<String>,
+    /// Its columns of text with their texts; the numbers of such a column are the places of its texts.
+    pub texts: Vec<(String, Vec<String>)>,
 }
 
-/// A figure of the columns `ys` over the column `x`, which must be in the same table, with a panel for each unit. Its title names the
-/// columns, each of which may be given without the name of its list: `pivot.fx_n`.
+impl Named {
+    /// The texts of a column of text; `None` of other columns.
+    pub(super) fn texts_of(&self, column: &str) -> Option<&[String]> {
+        self.texts.iter().find(|(name, _)| name == column).map(|(_, texts)| texts.as_slice())
+    }
+
+    /// Names of the columns that can be drawn: those with numbers.
+    fn drawable_columns(&self) -> impl Iterator<Item = &str> {
+        let columns = self.table.columns();
+        columns.filter(move |(name, values)| has_numbers(values) && self.texts_of(name).is_none()).map(|(name, _)| name)
+    }
+
+    /// Whether it has a column of this name that can be drawn.
+    fn can_draw(&self, column: &str) -> bool {
+        self.drawable_columns().any(|name| name == column)
+    }
+}
+
+/// A figure of the columns `ys` over the column `x`, with a panel for each unit. Its title names the columns, each of which may be
+/// given without the name of its list: `pivot.fx_n`. Columns of different topics of a recording are joined by simulated time.
 ///
 /// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
 /// curve for each ratio. Other tables with several rows at one x give a curve for each word of a column that tells the rows apart,
 /// or else points.
 ///
 /// # Errors
-/// [`PlotError::Request`] for a name that is not there, and for columns of different tables.
+/// [`PlotError::Request`] for a name that is not there, for a column without numbers, and for columns of different topics with too few
+/// instants in common.
 pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure, PlotError> {
-    let x = x.map(|x| full_name(tables, x));
-    let ys: Vec<&str> = ys.iter().map(|y| full_name(tables, y)).collect();
+    let ys = ys.iter().map(|y| column_name(tables, y)).collect::<Result<Vec<&str>, PlotError>>()?;
+    let x = x.map(|x| column_name(tables, x)).transpose()?;
     let mut figure = Figure { title: quantity::title(&ys), ..Figure::default() };
     for y in ys {
-        let table = &tables.iter().find(|named| named.table.column(y).is_some()).ok_or_else(|| unknown(tables, y))?.table;
-        let x = x.or_else(|| numbers(table).next()).unwrap_or_default();
-        let Some(xs) = table.column(x) else {
-            let elsewhere = tables.iter().any(|named| named.table.column(x).is_some());
-            let apart = format!("`{x}` and `{y}` are in different topics; choose an x column of the same topic");
-            return Err(if elsewhere { PlotError::Request(apart) } else { unknown(tables, x) });
-        };
+        let table = table_of(tables, x, y)?;
+        let x = x.or_else(|| numbers(&table).next()).unwrap_or_default();
+        let [xs, values] = [x, y].map(|name| table.column(name).unwrap_or_default());
         figure.x = over(x);
         let axis = quantity::axis(y);
-        let values = table.column(y).unwrap_or_default();
-        let mark = match Rows::of(table, x, y) {
+        let mark = match Rows::of(&table, x, y) {
             Rows::Line => Mark::Line,
             Rows::Points => Mark::Points,
             Rows::Curves(curves) => {
@@ -63,13 +81,29 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
     Ok(figure)
 }
 
+/// The table that has both columns, or a joined one; without `x`, the one that has `y`.
+fn table_of<'a>(tables: &'a [Named], x: Option<&str>, y: &str) -> Result<Cow<'a, Table>, PlotError> {
+    let of_both = tables.iter().find(|named| named.can_draw(y) && x.is_none_or(|x| named.can_draw(x)));
+    let topic_of = |column: &str| tables.iter().find(|named| named.can_draw(column)).ok_or_else(|| unknown(tables, column));
+    match (of_both, x) {
+        (Some(named), _) => Ok(Cow::Borrowed(&named.table)),
+        (None, Some(x)) => {
+            let [x, y] = [Column { topic: topic_of(x)?, name: x }, Column { topic: topic_of(y)?, name: y }];
+            joined(&x, &y).map(Cow::Owned)
+        }
+        (None, None) => Err(unknown(tables, y)),
+    }
+}
+
 /// The name of a column that may be given without the name of its list, as in `watch`: `joints.pivot.fx_n` for `pivot.fx_n`.
 /// Other names, and those that several lists have, are returned unchanged.
 fn full_name<'a>(tables: &'a [Named], given: &'a str) -> &'a str {
-    let names = || tables.iter().flat_map(|named| named.table.columns()).map(|(name, _)| name);
-    let mut in_lists = names().filter(|name| name.split_once('.').is_some_and(|(_, rest)| rest == given));
+    let names = |named: &'a Named| named.table.columns().map(|(name, _)| name);
+    // Commands have no lists: `torque_nm` does not mean `torque.torque_nm`.
+    let with_lists = tables.iter().filter(|named| Topic::of_key(&named.name).is_none_or(Topic::is_telemetry));
+    let mut in_lists = with_lists.flat_map(names).filter(|name| name.split_once('.').is_some_and(|(_, rest)| rest == given));
     match in_lists.next() {
-        Some(full) if !names().any(|name| name == given) && in_lists.all(|other| other == full) => full,
+        Some(full) if !tables.iter().flat_map(names).any(|name| name == given) && in_lists.all(|other| other == full) => full,
         _ => given,
     }
 }
@@ -77,11 +111,17 @@ fn full_name<'a>(tables: &'a [Named], given: &'a str) -> &'a str {
 /// The full name of a column that may be given without the name of its list.
 ///
 /// # Errors
-/// [`PlotError::Request`] for a name that is not there.
+/// [`PlotError::Request`] for a name that is not there, and for a column without numbers, as of text.
 pub fn column_name<'a>(tables: &'a [Named], given: &'a str) -> Result<&'a str, PlotError> {
     let name = full_name(tables, given);
-    let is_there = tables.iter().any(|named| named.table.column(name).is_some());
-    if is_there { Ok(name) } else { Err(unknown(tables, given)) }
+    if tables.iter().any(|named| named.can_draw(name)) {
+        return Ok(name);
+    }
+    let is_there = |table: &Table| table.column(name).is_some() || table.words(name).is_some();
+    match tables.iter().any(|named| is_there(&named.table)) {
+        true => Err(PlotError::Request(format!("column `{name}` has no numbers to draw"))),
+        false => Err(unknown(tables, given)),
+    }
 }
 
 /// One figure for each unit among the columns beside the first, over the first, without a title; each with the name of its first
@@ -139,8 +179,8 @@ fn at_rows(column: &[f64], rows: &[usize]) -> Vec<f64> {
 
 fn unknown(tables: &[Named], name: &str) -> PlotError {
     let columns: Vec<(&str, Vec<&str>)> =
-        tables.iter().map(|named| (named.name.as_str(), named.table.columns().map(|(column, _)| column).collect())).collect();
-    let hint = match nearest_column(name, columns.iter().flat_map(|(_, names)| names.iter().copied())) {
+        tables.iter().map(|named| (named.name.as_str(), named.drawable_columns().collect())).collect();
+    let hint = match nearest_column_of_topics(name, &columns) {
         Some(near) => format!("; did you mean `{near}`?"),
         None => format!("; there are{}", columns_by_topic(columns)),
     };

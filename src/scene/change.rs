@@ -1,5 +1,6 @@
 //! Changes of a running scene: everything may change but the geometry and the kind of the drive.
 
+use super::document::is_within;
 use super::types::{Chain, Drive, End, ModelKind, Motion, Scene, System};
 use super::{SceneError, SceneSource};
 
@@ -12,8 +13,7 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] if a change is refused as [`parse`](SceneSource::parse) would, or needs another run.
     pub fn changed(&self, changes: &[String]) -> Result<SceneSource, SceneError> {
-        let changed = SceneSource::parse(&self.origin, &self.text, changes)?;
-        self.kept_by(changed, changes)
+        self.kept_by(self.with(changes)?, changes)
     }
 
     /// `changed` if a run of this scene can go on with it, or the refusal of one of the changes.
@@ -21,7 +21,12 @@ impl SceneSource {
         match needs_another_run(&self.scene, &changed.scene) {
             None => Ok(changed),
             Some((key, problem)) => {
-                let given = changes.iter().rev().find(|change| change.split('=').next().is_some_and(|given| given.trim() == key));
+                // `drive.speed_rad_per_s` changes the kind of `drive`, and `crank={…}` changes `crank.length_m`.
+                let is_of_key = |change: &&String| {
+                    let given = change.split('=').next().unwrap_or_default().trim();
+                    is_within(given, &key) || is_within(&key, given)
+                };
+                let given = changes.iter().rev().find(is_of_key);
                 let refusal = changed.refusal(&key, problem.to_owned());
                 Err(SceneError { place: given.map_or(refusal.place, |given| format!("--set {given}")), ..refusal })
             }
@@ -117,6 +122,29 @@ mod tests {
         ] {
             let answer = refused("crank-slider", &[change])?;
             assert!(answer.starts_with("accepted"), "{change}: {answer}");
+        }
+        Ok(())
+    }
+
+    /// An override stands before the tables, so that all lines of the text in force are others.
+    #[test]
+    fn regress_a_refused_change_names_a_line_only_if_the_key_was_read_from_it() -> Result<(), SceneError> {
+        const BOOM: &str = "[beam]\nlength_m = 1.0\narea_m2 = 1e-4\nsecond_moment_m4 = 1e-9\ndensity_kg_per_m3 = 7800.0\n\
+                            youngs_modulus_pa = 2.1e11\nelements = 4\n[start]\nangle_rad = 0.1\n\
+                            [[pulse]]\nstart_s = 0.0\ntorque_nm = 1.0\nduration_s = 0.1\n";
+        let owned = |changes: &[&str]| changes.iter().map(|&change| change.to_owned()).collect::<Vec<String>>();
+        let boom = |changes: &[&str]| SceneSource::parse("boom.toml", BOOM, &owned(changes));
+        let free = boom(&["pulse=[]"])?;
+        let finer = free.changed(&owned(&["beam.elements=2"]))?;
+        let driven = boom(&["pulse=[]", "drive.ramp={ to_rad_per_s = 3, over_s = 1 }"])?;
+        for (scene, change, said) in [
+            (&free, "solver.model=incremental", "boom.toml:7: beam.elements = 4: the incremental model is"),
+            (&finer, "solver.model=incremental", "boom.toml: beam.elements = 2: the incremental model is"),
+            (&free, "drive.speed_rad_per_s=3", "--set drive.speed_rad_per_s=3: drive: a running scene keeps its kind of drive"),
+            (&driven, "start.angle_rad=1", "--set start.angle_rad=1: start: the prescribed motion goes on from its start"),
+        ] {
+            let refused = scene.changed(&owned(&[change])).err().map(|refused| refused.to_string()).unwrap_or_default();
+            assert!(refused.starts_with(said), "{change}: {refused}");
         }
         Ok(())
     }

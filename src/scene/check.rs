@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::error::MOST_FURTHER;
 use super::key::{Count, Default, Number, short};
-use super::{SceneError, document::SceneText};
+use super::{SceneError, document::SceneText, keys};
 use crate::nearest::nearest;
 
 /// Checks values. A value that is refused is noted, and the checks go on, so that one call finds what is wrong in several places.
@@ -20,6 +20,26 @@ impl<'a> Checker<'a> {
 
     pub(super) fn refuse(&self, key: &str, problem: impl Into<String>) -> SceneError {
         self.text.refuse(key, problem)
+    }
+
+    /// The refusal of keys that exclude one another: of the one that an override added to the scene, or of the usual one.
+    pub(super) fn refuse_one_of(&self, usual: &str, others: &[&str], problem: &str) -> SceneError {
+        let added = std::iter::once(&usual).chain(others).find_map(|key| self.text.added(key));
+        self.refuse(added.unwrap_or(usual), problem)
+    }
+
+    /// The refusal of tables that exclude one another, chosen as by [`refuse_one_of`](Self::refuse_one_of). If an override added
+    /// the table, the refusal names the tables that the scene has instead, and their key of the same name.
+    pub(super) fn refuse_one_table_of(&self, usual: &str, others: &[&str], problem: &str) -> SceneError {
+        let refused = self.refuse_one_of(usual, others, problem);
+        let present: Vec<&str> = std::iter::once(&usual).chain(others).copied().filter(|table| self.text.had(table)).collect();
+        let (table, key) = refused.key.split_once('.').unwrap_or((refused.key.as_str(), ""));
+        if present.is_empty() || present.contains(&table) {
+            return refused;
+        }
+        let titles = present.iter().map(|table| format!("[{table}]")).collect::<Vec<_>>().join(" and ");
+        let problem = format!("this scene has {titles} instead of [{table}]{}", same_key_hint(&present, key));
+        SceneError { problem, ..refused }
     }
 
     /// The refusal of a value that its key never allows.
@@ -118,6 +138,17 @@ impl<'a> Checker<'a> {
         };
         value.map_or(usual, |value| meaning(value, words).unwrap_or_else(note))
     }
+}
+
+/// A question whether a key of one of `tables` was meant, if they have it. `key` may be a path: `section.height_m`.
+fn same_key_hint(tables: &[&str], key: &str) -> String {
+    let name = key.split('.').next().unwrap_or_default();
+    let has_key = |table: &&&str| {
+        let title = format!("[{table}]");
+        keys::reference().iter().any(|row| row.table.contains(&title) && row.key == name)
+    };
+    let alike: Vec<String> = tables.iter().filter(has_key).map(|table| format!("`{table}.{key}`")).collect();
+    if alike.is_empty() { String::new() } else { format!("; did you mean {}?", alike.join(" or ")) }
 }
 
 /// The meaning of a word, or the problem with it.

@@ -4,23 +4,26 @@ use std::ops::Range;
 
 use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 
-use super::{SceneError, keys, parse};
-use crate::decimal_comma::decimal_comma_hint;
-use crate::percent::percent_hint;
+use super::syntax::syntax_problem;
+use super::{SceneError, parse};
 use crate::repeated_table::repeated_table;
 
-/// The text of a scene, where it came from, and what the command line changed.
+/// The text of a scene, where it came from, and the overrides that changed it.
 pub(super) struct SceneText {
-    origin: String,
-    original: String,
+    pub origin: String,
+    /// The text as it was read. Refusals name its lines.
+    pub as_read: String,
+    /// The text before the overrides: as it was read, or as earlier overrides left it.
+    before: String,
     overrides: Vec<(String, String)>,
-    /// The text in force: the original with the overrides written into it.
+    /// The text in force: the one before, with the overrides written into it.
     pub merged: String,
 }
 
 impl SceneText {
-    /// Applies `KEY=VALUE` overrides. VALUE is TOML; a bare word is taken as a string.
-    pub fn new(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
+    /// Applies `KEY=VALUE` overrides to a scene that was read from `origin` as the text `as_read`, and is `text` by now. VALUE
+    /// is TOML; a bare word is taken as a string.
+    pub fn new((origin, as_read): (&str, &str), text: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let mut document: DocumentMut = text.parse().map_err(|error: TomlError| not_toml(origin, text, &error))?;
         let mut applied = Vec::new();
         for given in overrides {
@@ -30,16 +33,28 @@ impl SceneText {
             set(document.as_item_mut(), key, parsed).map_err(|problem| refuse(&problem))?;
             applied.push((key.to_owned(), value.to_owned()));
         }
-        Ok(SceneText { origin: origin.to_owned(), original: text.to_owned(), overrides: applied, merged: document.to_string() })
+        let [origin, as_read, before] = [origin, as_read, text].map(str::to_owned);
+        Ok(SceneText { origin, as_read, before, overrides: applied, merged: document.to_string() })
     }
 
     /// The refusal of the value of `key`.
     pub fn refuse(&self, key: &str, problem: impl Into<String>) -> SceneError {
-        let (place, value) = (self.place(key), self.value(key));
+        let (place, value) = (self.place(key), written(&self.merged, key).1);
         SceneError { place, key: key.to_owned(), value, problem: problem.into(), never_allowed: false, further: Box::default() }
     }
 
-    /// Where `key` was given: `--set`, or file and line (of the nearest existing table).
+    /// Whether the scene had `key` before the overrides.
+    pub fn had(&self, key: &str) -> bool {
+        written(&self.before, key).0
+    }
+
+    /// The override by which `key` came into the scene, as the key that it sets; `None` if the scene had `key` before.
+    pub fn added(&self, key: &str) -> Option<&str> {
+        let (set, _) = self.overrides.iter().rev().find(|(set, _)| is_within(set, key))?;
+        (!self.had(key)).then_some(set.as_str())
+    }
+
+    /// Where `key` was given: `--set`, or file and line (of the nearest existing table). No line, if the file gave another value.
     fn place(&self, key: &str) -> String {
         let span = self.span(key);
         let is_new = !matches!(span, Some((_, true)));
@@ -47,7 +62,7 @@ impl SceneText {
         let set = self.overrides.iter().rev().find(|(set, _)| is_within(key, set) || is_new && is_within(set, key));
         match set {
             Some((set, value)) => format!("--set {set}={value}"),
-            None => place_at(&self.origin, &self.original, span.map(|(span, _)| span)),
+            None => place_at(&self.origin, &self.as_read, span.map(|(span, _)| span).filter(|_| self.is_as_read(key))),
         }
     }
 
@@ -59,21 +74,26 @@ impl SceneText {
         SceneError { further: others.into_boxed_slice(), ..first }
     }
 
-    /// The span of `key` in the original text, or of the nearest table above it, with whether it is the key's own.
+    /// Whether `key` is in force as it was read.
+    fn is_as_read(&self, key: &str) -> bool {
+        self.as_read == self.merged || written(&self.as_read, key) == written(&self.merged, key)
+    }
+
+    /// The span of `key` in the text as it was read, or of the nearest table above it, with whether it is the key's own.
     fn span(&self, key: &str) -> Option<(Range<usize>, bool)> {
-        let document = Document::parse(self.original.as_str()).ok()?;
+        let document = Document::parse(self.as_read.as_str()).ok()?;
         let path: Vec<&str> = key.split('.').collect();
         let span = |parts: usize| Some((key_span(document.as_item(), &path[..parts])?, parts == path.len()));
         (1..=path.len()).rev().find_map(span)
     }
+}
 
-    /// The value given for `key`, as written.
-    fn value(&self, key: &str) -> Option<Box<str>> {
-        let document = Document::parse(self.merged.as_str()).ok()?;
-        let item = key.split('.').try_fold(document.as_item(), |item, part| child(item, part))?;
-        let span = item.as_value()?.span()?;
-        self.merged.get(span).map(Box::from)
-    }
+/// Whether a text has `key`, and the value given for it, as written.
+fn written(text: &str, key: &str) -> (bool, Option<Box<str>>) {
+    let Ok(document) = Document::parse(text) else { return (false, None) };
+    let item = key.split('.').try_fold(document.as_item(), |item, part| child(item, part));
+    let span = item.and_then(Item::as_value).and_then(|value| value.span());
+    (item.is_some(), span.and_then(|span| text.get(span)).map(Box::from))
 }
 
 /// Key and value of an override.
@@ -87,7 +107,7 @@ pub(super) fn key_and_value(given: &str) -> Result<(&str, &str), SceneError> {
 }
 
 /// Whether a dotted key is `table` or stands in it.
-fn is_within(key: &str, table: &str) -> bool {
+pub(super) fn is_within(key: &str, table: &str) -> bool {
     key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
@@ -120,61 +140,6 @@ fn not_toml(origin: &str, text: &str, error: &TomlError) -> SceneError {
     }
 }
 
-/// The reason why a scene, or the value of `key`, is no TOML. A number with a decimal comma, in per cent or with its unit gets a
-/// hint.
-fn syntax_problem(key: &str, text: &str, error: &TomlError) -> String {
-    let span = error.span().unwrap_or_default();
-    let line = text.lines().nth(lines_before(text, &span));
-    let message = error.message().trim().replace('\n', " ");
-    let value = value_at(text, span.start);
-    let key = key_before(text, span.start).unwrap_or(key);
-    let hint = || line.and_then(decimal_comma_in).or_else(|| share_hint(key, value)).or_else(|| unit_hint(value));
-    let hint = if message == "duplicate key" { None } else { hint() };
-    format!("not TOML: {}", hint.unwrap_or(message))
-}
-
-/// A hint at the first number with a decimal comma in a line of `KEY = VALUE`, or in a value.
-fn decimal_comma_in(line: &str) -> Option<String> {
-    let hint = |value: &str| {
-        let value = value.trim_start();
-        let end = value.find(|c: char| !c.is_ascii_digit() && !"+-.,eE".contains(c)).unwrap_or(value.len());
-        decimal_comma_hint(value[..end].trim_end_matches(','))
-    };
-    line.split('=').find_map(hint)
-}
-
-/// The value without quotes that covers `offset` of a text.
-fn value_at(text: &str, offset: usize) -> &str {
-    let (before, after) = text.split_at_checked(offset).unwrap_or_default();
-    let start = before.rfind(['=', ',', '[', '{', '\n']).map_or(0, |delimiter| delimiter + 1);
-    let length = after.find([',', ']', '}', '#', '\n']).unwrap_or(after.len());
-    text.get(start..offset + length).unwrap_or_default().trim()
-}
-
-/// The name of the key that stands before `offset` of a text, in the same line.
-fn key_before(text: &str, offset: usize) -> Option<&str> {
-    let (key, _) = text.get(..offset)?.rsplit('\n').next()?.rsplit_once('=')?;
-    key.trim_end().trim_end_matches('"').rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
-}
-
-/// A hint at a value in per cent: the number to write, or why the key is no share.
-fn share_hint(key: &str, value: &str) -> Option<String> {
-    let number = percent_hint(value)?;
-    let Some(measure) = keys::measure(key) else { return Some(number) };
-    let is_damping = key.ends_with(keys::DAMPING.name);
-    let formula = if is_damping { ": `flexcrank guide scenes` has its value for a damping ratio" } else { "" };
-    Some(format!("`{value}` is a share, and {key} is {measure}{formula}"))
-}
-
-/// A hint at the unit of a value that is a number with one: `0.42 m`, `210GPa`.
-fn unit_hint(value: &str) -> Option<String> {
-    let number = value.trim_start_matches(['+', '-']);
-    let unit = number.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._eE".contains(c)).trim_start();
-    let has_unit =
-        number.starts_with(|c: char| c.is_ascii_digit()) && unit.starts_with(|c: char| c.is_alphabetic() || "%°".contains(c));
-    has_unit.then(|| format!("`{value}`: write the number alone, as its key names the unit"))
-}
-
 /// The value of a key as TOML. Text that begins like no other value is a bare word: a string.
 fn read(key: &str, text: &str) -> Result<Value, String> {
     if text.is_empty() {
@@ -194,7 +159,8 @@ fn place_at(origin: &str, text: &str, span: Option<Range<usize>>) -> String {
     }
 }
 
-fn lines_before(text: &str, span: &Range<usize>) -> usize {
+/// Number of line ends before a span of a text.
+pub(super) fn lines_before(text: &str, span: &Range<usize>) -> usize {
     text[..span.start.min(text.len())].matches('\n').count()
 }
 

@@ -64,7 +64,7 @@ impl SceneSource {
     /// [`SceneError`] if a change is refused.
     pub fn at_level(&self, index: usize) -> Result<SceneSource, SceneError> {
         let Some(level) = self.scene.levels.get(index).filter(|level| !level.changes.is_empty()) else { return Ok(self.clone()) };
-        let changed = SceneSource::without_levels(&self.origin, &self.text, &level.changes);
+        let changed = self.without_levels(&level.changes);
         changed.and_then(|changed| self.kept_by(changed, &level.changes)).map_err(|refused| {
             let key = format!("level.{index}.changes");
             self.refusal(&key, format!("level `{}`: {}", level.name, refused.reason()))

@@ -15,11 +15,11 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] if a change or a level is refused.
     pub fn with_levels(&self, changes: &[String], levels: &[(Level, String)]) -> Result<SceneSource, SceneError> {
-        let changed = SceneSource::without_levels(&self.origin, &self.text, changes)?;
+        let changed = self.without_levels(changes)?;
         let not_toml = |error: toml_edit::TomlError| self.refusal("", format!("not TOML: {}", error.message()));
         let mut document: DocumentMut = changed.text.parse().map_err(not_toml)?;
         replace(&mut document, levels);
-        SceneSource::parse(&self.origin, &document.to_string(), &[])
+        self.rewritten(&document.to_string(), &[])
     }
 }
 

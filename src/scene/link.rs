@@ -79,7 +79,10 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
         let sectional =
             raw.section.is_some() || raw.area_m2.is_some() || raw.second_moment_m4.is_some() || raw.density_kg_per_m3.is_some();
         if sectional {
-            return Err(check.refuse(&key("mass_kg"), "give mass_kg, or section and density_kg_per_m3, not both"));
+            let others = ["section", "area_m2", "second_moment_m4", "density_kg_per_m3"].map(key);
+            let others = others.each_ref().map(String::as_str);
+            let problem = "give mass_kg, or section and density_kg_per_m3, not both";
+            return Err(check.refuse_one_of(&key("mass_kg"), &others, problem));
         }
         return Ok(None);
     }
@@ -118,7 +121,9 @@ fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<SectionMe
     };
     let table = format!("{}.section", name.as_str());
     if raw.area_m2.is_some() || raw.second_moment_m4.is_some() {
-        return Err(check.refuse(&table, "give section, or area_m2 and second_moment_m4, not both"));
+        let [area, moment] = ["area_m2", "second_moment_m4"].map(|part| format!("{}.{part}", name.as_str()));
+        let problem = "give section, or area_m2 and second_moment_m4, not both";
+        return Err(check.refuse_one_of(&table, &[area.as_str(), moment.as_str()], problem));
     }
     let [area, moment, height] = check.noted(shape(check, &table, section)).unwrap_or([f64::NAN; 3]);
     Ok(SectionMeasures { area_m2: area, second_moment_m4: Some(moment), extreme_fibre_m: Some(0.5 * height) })

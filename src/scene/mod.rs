@@ -23,6 +23,7 @@ mod link;
 mod oscillator;
 mod parse;
 mod raw;
+mod syntax;
 mod table;
 mod types;
 mod validate;
@@ -56,6 +57,8 @@ pub struct SceneSource {
     pub text: String,
     /// The validated scene.
     pub scene: Scene,
+    /// The TOML as it was read, before any override. Refusals name its lines.
+    pub(crate) as_read: String,
 }
 
 /// The commands for a scene, if this file is one: a remedy where another file is needed.
@@ -125,12 +128,12 @@ impl SceneSource {
             Some(_) if !model.usually_iterates() => overrides.push("solver.corrections=0".to_owned()),
             _ => {}
         }
-        Self::parse(&self.origin, &self.text, &overrides)
+        self.with(&overrides)
     }
 
-    /// A refusal of the value of `key`, with the line that it stands in.
+    /// A refusal of the value of `key`, with the line that it was read from.
     pub fn refusal(&self, key: &str, problem: String) -> SceneError {
-        match SceneText::new(&self.origin, &self.text, &[]) {
+        match SceneText::new((&self.origin, &self.as_read), &self.text, &[]) {
             Ok(text) => text.refuse(key, problem),
             Err(error) => error,
         }
@@ -141,20 +144,47 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] when anything in it is refused.
     pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        if text.len() > SIZE_LIMIT {
-            let problem = format!("a scene has at most {} KiB, and this has {}", SIZE_LIMIT / 1024, text.len() / 1024);
-            return Err(SceneError::whole(origin, problem));
-        }
-        let source = Self::without_levels(origin, text, overrides)?;
-        source.check_levels()?;
-        Ok(source)
+        check_size(origin, text)?;
+        Self::of_text(SceneText::new((origin, text), text, overrides)?)?.with_checked_levels()
     }
 
-    /// Validates `text` except for its levels' changes.
-    fn without_levels(origin: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        let text = SceneText::new(origin, text, overrides)?;
+    /// This scene with `KEY=VALUE` overrides.
+    ///
+    /// # Errors
+    /// [`SceneError`] when anything in it is refused.
+    pub fn with(&self, overrides: &[String]) -> Result<Self, SceneError> {
+        self.rewritten(&self.text, overrides)
+    }
+
+    /// This scene as `text`, with overrides.
+    fn rewritten(&self, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        check_size(&self.origin, text)?;
+        Self::of_text(SceneText::new((&self.origin, &self.as_read), text, overrides)?)?.with_checked_levels()
+    }
+
+    /// This scene with overrides, validated except for its levels' changes.
+    fn without_levels(&self, overrides: &[String]) -> Result<Self, SceneError> {
+        Self::of_text(SceneText::new((&self.origin, &self.as_read), &self.text, overrides)?)
+    }
+
+    /// Validates a text except for its levels' changes.
+    fn of_text(text: SceneText) -> Result<Self, SceneError> {
         let raw = parse::parse(&text)?;
         let scene = validate::validate(&raw, &text)?;
-        Ok(SceneSource { origin: origin.to_owned(), text: text.merged, scene })
+        Ok(SceneSource { origin: text.origin, text: text.merged, scene, as_read: text.as_read })
     }
+
+    fn with_checked_levels(self) -> Result<Self, SceneError> {
+        self.check_levels()?;
+        Ok(self)
+    }
+}
+
+/// Refuses a text that is too large for a scene.
+fn check_size(origin: &str, text: &str) -> Result<(), SceneError> {
+    if text.len() > SIZE_LIMIT {
+        let problem = format!("a scene has at most {} KiB, and this has {}", SIZE_LIMIT / 1024, text.len() / 1024);
+        return Err(SceneError::whole(origin, problem));
+    }
+    Ok(())
 }

@@ -3,8 +3,7 @@
 use super::key::Number;
 use super::{SceneError, check::Checker, keys, raw, types::*};
 
-pub(super) fn oscillator(check: &Checker, scene: &raw::Scene, raw: &raw::Oscillator) -> Result<Oscillator, SceneError> {
-    alone(check, scene)?;
+pub(super) fn oscillator(check: &Checker, raw: &raw::Oscillator) -> Result<Oscillator, SceneError> {
     let missing = || check.refuse("oscillator", "missing key `masses_kg`");
     let masses_kg = raw.masses_kg.as_deref().ok_or_else(missing)?;
     let count = masses_kg.len();
@@ -45,7 +44,7 @@ fn for_each_mass(check: &Checker, key: &Number, values: Option<&Vec<f64>>, count
 }
 
 /// An oscillator has no links, nor anything that acts on them.
-fn alone(check: &Checker, scene: &raw::Scene) -> Result<(), SceneError> {
+pub(super) fn alone(check: &Checker, scene: &raw::Scene) -> Result<(), SceneError> {
     let given = [
         ("crank", scene.crank.is_some()),
         ("rod", scene.rod.is_some()),
@@ -56,8 +55,10 @@ fn alone(check: &Checker, scene: &raw::Scene) -> Result<(), SceneError> {
         ("pulse", !scene.pulse.is_empty()),
         ("torque", scene.torque.is_some()),
     ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((key, _)) => Err(check.refuse(key, "does not go with an [oscillator]")),
+    let problem = "does not go with an [oscillator]";
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((link @ ("crank" | "rod" | "beam"), _)) => Err(check.refuse_one_table_of(link, &["oscillator"], problem)),
+        Some((key, _)) => Err(check.refuse(key, problem)),
         None => Ok(()),
     }
 }

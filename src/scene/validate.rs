@@ -13,12 +13,16 @@ pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, Scen
 
 /// Checks every table by itself.
 fn tables(check: &Checker, raw: &raw::Scene) -> Result<Scene, SceneError> {
-    let solver = solver(check, &raw.solver, raw.oscillator.is_some())?;
+    let solver = solver(check, &raw.solver, raw.oscillator.is_some());
     let drive = check.noted(drive(check, raw)).unwrap_or(Drive::Torque { constant_nm: 0.0, pulses: Vec::new() });
     let levels = check.noted(level::levels(check, &raw.level)).unwrap_or_default();
     let commands = commands(check, &raw.commands);
+    if raw.oscillator.is_some() {
+        oscillator::alone(check, raw)?;
+    }
+    let solver = solver?;
     let system = match &raw.oscillator {
-        Some(oscillator) => System::Oscillator(oscillator::oscillator(check, raw, oscillator)?),
+        Some(oscillator) => System::Oscillator(oscillator::oscillator(check, oscillator)?),
         None => System::Chain(chain(check, raw, solver.model)?),
     };
     Ok(Scene { system, drive, commands, solver, levels })
@@ -31,7 +35,10 @@ fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, S
         (None, Some(_), None) => return Err(check.refuse("rod", "a [rod] needs a [crank]")),
         (Some(_), None, None) => return Err(check.refuse("crank", "a [crank] needs a [rod]; a single link is a [beam]")),
         (None, None, None) => return Err(check.refuse("", "no links: give [crank] and [rod], or one [beam]")),
-        _ => return Err(check.refuse("beam", "a [beam] stands alone: give [crank] and [rod], or one [beam]")),
+        _ => {
+            let problem = "a [beam] stands alone: give [crank] and [rod], or one [beam]";
+            return Err(check.refuse_one_table_of("beam", &["crank", "rod"], problem));
+        }
     };
     let links = links.into_iter().filter_map(|(name, link)| check.noted(link::link(check, name, link, model))).collect();
     let end = check.noted(end(check, raw)).unwrap_or(End::Free { tip_mass_kg: 0.0 });
@@ -56,7 +63,9 @@ fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, S
 
 fn end(check: &Checker, raw: &raw::Scene) -> Result<End, SceneError> {
     match (&raw.slider, &raw.tip) {
-        (Some(_), Some(_)) => Err(check.refuse("tip", "the chain ends in a [slider] or in a [tip], not both")),
+        (Some(_), Some(_)) => {
+            Err(check.refuse_one_table_of("tip", &["slider"], "the chain ends in a [slider] or in a [tip], not both"))
+        }
         (Some(_), None) if raw.beam.is_some() => Err(check.refuse("slider", "a [slider] needs a [crank] and a [rod]")),
         (Some(slider), None) => Ok(End::Slider(Slider {
             mass_kg: check.number_or(&keys::SLIDER_MASS, "slider", slider.mass_kg),
@@ -74,7 +83,7 @@ fn resistance(check: &Checker, slider: &raw::Slider) -> Result<Resistance, Scene
     };
     let key = "slider.resistance_table";
     if slider.resistance_n.is_some() {
-        return Err(check.refuse(key, "give resistance_n or resistance_table, not both"));
+        return Err(check.refuse_one_of(key, &["slider.resistance_n"], "give resistance_n or resistance_table, not both"));
     }
     let table = ascending(check, key, table)?;
     let turn = std::f64::consts::TAU;
@@ -92,7 +101,7 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     let Some(drive) = &raw.drive else { return Ok(torque(check, raw)) };
     if !raw.pulse.is_empty() || raw.torque.is_some() {
         let problem = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
-        check.noted::<Drive>(Err(check.refuse("drive", problem)));
+        check.noted::<Drive>(Err(check.refuse_one_of("drive", &["torque", "pulse"], problem)));
         torque(check, raw);
     }
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
@@ -115,7 +124,10 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
             }
             Motion::Table(table)
         }
-        _ => return Err(check.refuse("drive", "give exactly one of speed_rad_per_s, ramp, table")),
+        _ => {
+            let motions = ["drive.speed_rad_per_s", "drive.ramp", "drive.table"];
+            return Err(check.refuse_one_of("drive", &motions, "give exactly one of speed_rad_per_s, ramp, table"));
+        }
     };
     Ok(Drive::Motion(motion))
 }

@@ -115,6 +115,12 @@ impl Topic {
         Topic::ALL.iter().copied().find(|topic| topic.chunk() == chunk)
     }
 
+    /// The topic of a service's key: `flexcrank/crank/angles`. `None` of keys of other programs.
+    pub fn of_key(key: &str) -> Option<Topic> {
+        let (_, chunk) = key.strip_prefix(ROOT)?.strip_prefix('/')?.split_once('/')?;
+        Topic::of_chunk(chunk)
+    }
+
     /// Whether the topic's messages are encoded from samples.
     pub fn is_telemetry(self) -> bool {
         matches!(self, Topic::Displacements | Topic::Angles | Topic::Loads | Topic::Energies)
@@ -144,6 +150,8 @@ mod tests {
             let stamped = Message::decode(topic.schema(), &[])?;
             assert_eq!(stamped.map(|message| message.topic()), (topic != Topic::SceneUpdates).then_some(topic));
             assert_eq!(Topic::of_chunk(topic.chunk()), Some(topic));
+            let keys = [format!("flexcrank/crank/{}", topic.chunk()), format!("robot/crank/{}", topic.chunk())];
+            assert_eq!(keys.map(|key| Topic::of_key(&key)), [Some(topic), None]);
         }
         assert_eq!(
             (Topic::Commands.schema(), Topic::SceneUpdates.schema()),

@@ -71,6 +71,10 @@ fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome 
         ("slider.mass_kg={", "slider.mass_kg={: not TOML"),
         ("crank.length_m=0.3", "crank.length_m = 0.3: a running scene keeps its geometry"),
         (
+            "beam.modes=3",
+            "beam.modes = 3: this scene has [crank] and [rod] instead of [beam]; did you mean `crank.modes` or `rod.modes`?",
+        ),
+        (
             "solver.step_s=3e-3",
             "level `fair`: a step of 0.004 s is neither a multiple nor a part of the step of level `good`, 0.003 s",
         ),

@@ -1,7 +1,7 @@
 //! Animations of the mechanism.
 
 use std::f64::consts::TAU;
-use std::fs::read_to_string;
+use std::fs::{read_to_string, write};
 
 use flexcrank::plot::{Format, MechanismPicture, Named, Picture as _};
 use flexcrank::study::Table;
@@ -127,6 +127,127 @@ fn regress_a_speed_that_shows_no_motion_is_named_with_one_that_does() {
     assert_eq!(refused(&fast, Some(2.0)), format!("fast: at 2 times the real speed, there is only one picture{helps}"));
     let still = turning(|time| time, 1.0, 0);
     assert_eq!(refused(&still, None), "fast: only one position was recorded in this time");
+}
+
+/// A beam of length 2 that does not turn, with its middle so far from the chord at a time.
+fn bending(middle_m: impl Fn(f64) -> f64, for_s: f64) -> [Named; 1] {
+    let times: Vec<f64> = (0..=(for_s / 5e-4).round() as u32).map(|k| 5e-4 * f64::from(k)).collect();
+    let mut table = Table::default();
+    table.push("stamp.sim_time_s", times.clone());
+    for node in 0..=2_u32 {
+        let aside = |time: &f64| if node == 1 { middle_m(*time) } else { 0.0 };
+        table.push(format!("nodes.beam.{node}.x_m"), vec![f64::from(node); times.len()]);
+        table.push(format!("nodes.beam.{node}.y_m"), times.iter().map(aside).collect());
+    }
+    [Named { name: "displacements".to_owned(), table, ..Named::default() }]
+}
+
+/// A vibration at this frequency from 0.1 s on.
+fn vibration(amplitude_m: f64, frequency_hz: f64) -> impl Fn(f64) -> f64 {
+    move |time: f64| amplitude_m * (TAU * frequency_hz * (time - 0.1).max(0.0)).sin()
+}
+
+#[test]
+fn regress_pictures_too_rare_for_a_vibration_are_named_with_a_speed_that_shows_it() {
+    let rare = "pictures are too rare for the vibration of the beam";
+    let helps = "--animation=0.025 shows the motion";
+    let of_part = format!("{helps}, with --from and --to at most 0.25 s apart");
+    for (for_s, speed, said) in [
+        (1.2, None, Some(format!("at 0.5 times the real speed, {rare}; {of_part}"))),
+        (1.2, Some(0.5), Some(format!("at 0.5 times the real speed, {rare}; {of_part}"))),
+        // Two pictures in a period, four and nine.
+        (1.2, Some(0.1), Some(format!("at 0.1 times the real speed, {rare}; {of_part}"))),
+        (1.2, Some(0.05), None),
+        (1.2, Some(0.025), None),
+        (0.5, Some(1.0), Some(format!("at 1 times the real speed, there are only 9 pictures; {of_part}"))),
+        (0.25, Some(0.1), Some(format!("at 0.1 times the real speed, {rare}; {helps}"))),
+    ] {
+        let beam = bending(vibration(0.02, 68.4), for_s);
+        let animation = MechanismPicture::animation("beam", &beam, speed).unwrap();
+        assert_eq!(animation.warning, said.map(|said| format!("beam: {said}")), "{for_s} s at {speed:?}");
+    }
+}
+
+#[test]
+fn regress_an_animation_without_a_speed_shows_a_vibration_of_a_short_time() {
+    let animation = MechanismPicture::animation("beam", &bending(vibration(0.02, 68.4), 0.25), None).unwrap();
+    assert!(animation.caption().starts_with("0.25 s at 0.025 times"), "{}", animation.caption());
+    assert_eq!(animation.warning, None);
+    assert_eq!(pictures(&animation.to_svg()).len(), 151);
+}
+
+#[test]
+fn prop_slow_and_small_vibrations_and_steady_bending_need_no_more_pictures() {
+    let [slow, small, on_bending] = [vibration(0.02, 1.0), vibration(1e-6, 68.4), vibration(0.002, 68.4)];
+    for (beam, begins) in [
+        (bending(slow, 4.0), "4.00 s at 1 times"),
+        (bending(small, 1.2), "1.20 s at 0.5 times"),
+        (bending(|time| 0.02 + on_bending(time), 1.2), "1.20 s at 0.5 times"),
+    ] {
+        let animation = MechanismPicture::animation("beam", &beam, None).unwrap();
+        assert!(animation.caption().starts_with(begins), "{begins}: {}", animation.caption());
+        assert_eq!(animation.warning, None, "{begins}");
+    }
+}
+
+/// Its pulses make it vibrate at 68 Hz.
+const TUBE: &str = r#"
+[beam]
+length_m = 0.9
+section = { shape = "tube", outer_m = 0.02, inner_m = 0.017 }
+density_kg_per_m3 = 2700.0
+youngs_modulus_pa = 7e10
+elements = 8
+damping_s = 2e-5
+
+[tip]
+mass_kg = 0.35
+
+[[pulse]]
+start_s = 0.1
+torque_nm = 15.0
+duration_s = 0.04
+
+[[pulse]]
+start_s = 0.5
+torque_nm = -15.0
+duration_s = 0.04
+
+[solver]
+model = "modal"
+integrator = "esdirk"
+step_s = 0.0005
+"#;
+
+#[test]
+fn regress_plot_warns_of_pictures_too_rare_for_a_vibration_that_samples_show() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("tube.toml"), TUBE).unwrap();
+    record(at, "tube.toml", "1.2", "run.mcap", &[]);
+    record(at, "tube.toml", "1.2", "rare.mcap", &["--publish-hz", "200"]);
+    let helps = "--animation=0.025 shows the motion, with --from and --to at most 0.25 s apart";
+    let rare = |speed: &str| {
+        let why = "pictures are too rare for the vibration of the beam";
+        format!("warning: run: at {speed} times the real speed, {why}; {helps}\n")
+    };
+    for (words, said) in [
+        (&["-o", "out", "--format", "svg"][..], rare("0.5")),
+        (&["--list"], String::new()),
+        (&["--animation", "-o", "moving.svg"], rare("0.5")),
+        (&["--animation=0.1", "-o", "moving.svg"], rare("0.1")),
+        (&["--animation=0.025", "--from", "0.1", "--to", "0.35", "-o", "moving.svg"], String::new()),
+        (&["--animation", "--from", "0.1", "--to", "0.35", "-o", "moving.svg"], String::new()),
+        (
+            &["--animation=1", "--from", "0.1", "--to", "0.6", "-o", "moving.svg"],
+            format!("warning: run: at 1 times the real speed, there are only 9 pictures; {helps}\n"),
+        ),
+    ] {
+        let output = plot(at, &[&["run.mcap"], words].concat());
+        assert_eq!((output.status.code(), complaint(&output)), (Some(0), said), "{words:?}");
+    }
+    let said = complaint(&plot(at, &["rare.mcap", "-o", "out", "--format", "svg"]));
+    assert!(said.contains("samples are too rare for the vibration of the beam") && !said.contains("pictures"), "{said}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may fail")]
 
 mod animations;
+mod columns;
 mod maps;
 mod overlays;
 mod pictures;

@@ -175,11 +175,15 @@ fn regress_plot_names_links_whose_accelerations_are_faster_than_the_samples() {
         [&["--list"], &["--y", "pivot.fx_n"], &["--y", "beam.4.deflection_m"], &["--y", "links.beam.chord_rad"]];
     let rare = rare_accelerations("beam");
     let animation: &[&str] = &["--animation"];
+    // At 12 Hz, samples show it.
+    let rare_pictures = "warning: run: at 0.5 times the real speed, pictures are too rare for the vibration of the beam; \
+                         --animation=0.1 shows the motion, with --from and --to at most 1 s apart\n";
     // The edges of a pulse are no vibration.
     let rigid: &[&str] = &["--set", "beam.rigid=true"];
     for (rate, more, drawn, expected) in [
         ("200", &[][..], &[all, force, acceleration][..], rare.as_str()),
-        ("200", &[], &[deflection, angle, animation], ""),
+        ("200", &[], &[deflection, angle], ""),
+        ("200", &[], &[animation], rare_pictures),
         ("200,angles=all,loads=all", &[], &[all, force, acceleration], ""),
         ("200,loads=all", &[], &[acceleration], &rare),
         ("200,loads=all", &[], &[force], ""),

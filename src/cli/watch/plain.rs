@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::super::async_runtime::runtime;
 use super::super::failure::CommandResult;
+use super::super::formatting::decimal;
 use super::super::output::of_standard_output;
 use super::super::signals::interrupted;
 use super::Args;
@@ -212,27 +213,32 @@ impl Block<'_> {
         lines.extend(self.status.as_ref().map(|status| describe(status, None)));
         for link in angles.iter().flat_map(|angles| &angles.links) {
             lines.push(format!(
-                "{:<12} angle {:>12.6} rad   rate {:>12.6} rad/s   turns {}",
-                link.link, link.chord_rad, link.rate_rad_per_s, link.revolutions
+                "{:<12} angle {:>12} rad   rate {:>12} rad/s   turns {}",
+                link.link,
+                decimal(link.chord_rad, 6),
+                decimal(link.rate_rad_per_s, 6),
+                link.revolutions
             ));
         }
         for node in displacements.iter().flat_map(|all| &all.nodes).filter(|node| node.index > 0) {
             lines.push(format!(
-                "{:<12} x {:>14.6} m     y {:>14.6} m",
+                "{:<12} x {:>14} m     y {:>14} m",
                 format!("{} node {}", node.link, node.index),
-                node.x_m,
-                node.y_m
+                decimal(node.x_m, 6),
+                decimal(node.y_m, 6)
             ));
         }
         if let Some(loads) = loads {
-            lines.push(format!("{:<12} {:>18.6} N·m", "torque", loads.driving_torque_nm));
+            lines.push(format!("{:<12} {:>18} N·m", "torque", decimal(loads.driving_torque_nm, 6)));
             for joint in &loads.joints {
-                lines.push(format!("{:<12} x {:>14.4} N     y {:>14.4} N", joint.joint, joint.fx_n, joint.fy_n));
+                let [fx_n, fy_n] = [joint.fx_n, joint.fy_n].map(|force_n| decimal(force_n, 4));
+                lines.push(format!("{:<12} x {fx_n:>14} N     y {fy_n:>14} N", joint.joint));
             }
         }
         if let Some(Energies { kinetic_j, strain_j, potential_j, balance_error_j, .. }) = energies {
             let total_j: f64 = [kinetic_j, strain_j, potential_j].into_iter().flatten().sum();
-            lines.push(format!("{:<12} {total_j:>18.6} J     balance {:>8.0e} J", "energy", balance_error_j.unwrap_or(0.0)));
+            let (total, balance_j) = (decimal(total_j, 6), balance_error_j.unwrap_or(0.0));
+            lines.push(format!("{:<12} {total:>18} J     balance {balance_j:>8.0e} J", "energy"));
         }
         if let Some(shadow) = self.shadow {
             let of = format!("shadow {}", shadow.model);

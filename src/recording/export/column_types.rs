@@ -5,7 +5,7 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 
-use crate::nearest::{columns_by_topic, nearest_column};
+use crate::nearest::{columns_by_topic, nearest_column_of_topics};
 use crate::recording::RecordingError;
 use crate::recording::rows::{FieldValue, TIMES, is_stamp_or_time, place_of};
 
@@ -101,10 +101,10 @@ fn missing(
     if has_group && has_field(&wanted) {
         return RecordingError::Absent { path, wanted };
     }
-    let names = topics.values().flat_map(Columns::keys).map(String::as_str);
-    let nearest = nearest_column(&wanted, names).map(str::to_owned);
-    let columns = columns_by_topic(topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str))));
-    RecordingError::Column { columns, path, wanted, nearest }
+    let columns: Vec<(&str, Vec<&str>)> =
+        topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str).collect())).collect();
+    let nearest = nearest_column_of_topics(&wanted, &columns).map(str::to_owned);
+    RecordingError::Column { columns: columns_by_topic(columns), path, wanted, nearest }
 }
 
 /// Whether a column is of another kind.

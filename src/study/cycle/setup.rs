@@ -39,7 +39,7 @@ impl Setup {
                 return Err(CycleError::Ratio(ratio));
             }
             let key = format!("crank.length_m={:?}", ratio * rod_m);
-            let source = SceneSource::parse(&source.origin, &source.text, &[key])?;
+            let source = source.with(&[key])?;
             Self::new(&source, options, spin, Some(ratio))
         };
         options.ratios.iter().map(with).collect()

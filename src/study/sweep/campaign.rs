@@ -122,7 +122,7 @@ impl Campaign {
         };
         values.into_iter().map(move |value| {
             let change = format!("{}={}", axis.key, Value::Listed(value).toml());
-            SceneSource::parse(&self.base.origin, &self.base.text, &[change])
+            self.base.with(&[change])
         })
     }
 
@@ -173,7 +173,7 @@ impl Campaign {
     }
 
     fn scene(&self, values: &[Value]) -> Result<SceneSource, SceneError> {
-        SceneSource::parse(&self.base.origin, &self.base.text, &self.overrides(values))
+        self.base.with(&self.overrides(values))
     }
 
     /// Runs a sample; `None` if `stop` asked for an end before.
@@ -202,7 +202,7 @@ fn refusal_of_all(spec: &Spec, refused: &SceneError) -> String {
 /// The place of the change that the scene refuses by itself for the same reason as all together.
 fn culprit(base: &SceneSource, changes: &[String], refused: &SceneError) -> Option<usize> {
     changes.iter().position(|change| {
-        let alone = SceneSource::parse(&base.origin, &base.text, std::slice::from_ref(change));
+        let alone = base.with(std::slice::from_ref(change));
         alone.is_err_and(|alone| alone.problem == refused.problem)
     })
 }

@@ -27,5 +27,5 @@ pub(super) fn level_tables(
 
 /// Whether the scene is another one with a change, or none by this change alone.
 fn differs(source: &SceneSource, change: &str) -> bool {
-    SceneSource::parse(&source.origin, &source.text, &[change.to_owned()]).map_or(true, |changed| changed.scene != source.scene)
+    source.with(&[change.to_owned()]).map_or(true, |changed| changed.scene != source.scene)
 }
