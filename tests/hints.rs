@@ -302,3 +302,21 @@ fn regress_a_contradiction_of_the_drive_hides_no_other_mistake() -> Result<(), B
     }
     Ok(())
 }
+
+/// Bounds were tried in the runs alone.
+#[test]
+fn regress_a_bound_that_its_key_never_allows_is_warned_of_before() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("bound.toml");
+    let axes =
+        "[[vary]]\nkey = \"slider.mass_kg\"\nmin = -0.4\nmax = 0.8\n[[vary]]\nkey = \"rod.length_m\"\nmin = 1.0\nmax = 2.0\n";
+    let text = format!(
+        "scene = \"crank-slider\"\nset = [\"solver.model=rigid\"]\nuntil_s = 0.01\nmethod = \"sobol\"\nsamples = 4\n{axes}"
+    );
+    std::fs::write(&path, text)?;
+    let (code, said) = flexcrank(&["sweep", path.to_str().ok_or("a path that is no text")?])?;
+    let warning = "warning: slider.mass_kg = -0.4: must be a number from 0 to 1e9; runs with values that it does not allow will be \
+                   refused\n";
+    assert!(code == Some(0) && said.starts_with(warning) && said.matches("will be refused").count() == 1, "{said}");
+    Ok(())
+}

@@ -21,8 +21,8 @@ use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::SceneSource;
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
-    Campaign, Ending, Merged, OutOfRange, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows, merge, points,
-    sensitivity, sensitivity_table, work,
+    Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows,
+    merge, points, sensitivity, sensitivity_table, work,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -116,11 +116,15 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
     }
 }
 
-/// Warns of listed values that their keys never allow, before anything is computed.
+/// Warns of listed values and bounds that their keys never allow, before anything is computed.
 fn warn_of_refused_values(campaign: &Campaign) {
     for RefusedValue { reason, runs } in campaign.refused_values() {
-        let runs = runs.map_or("runs".to_owned(), |runs| counted(runs, "run"));
-        say!("warning: {}; its {runs} will be refused", shown_sentence(&reason));
+        let runs = match runs {
+            RefusedRuns::Counted(count) => format!("its {}", counted(count, "run")),
+            RefusedRuns::WithValue => "its runs".to_owned(),
+            RefusedRuns::BetweenBounds => "runs with values that it does not allow".to_owned(),
+        };
+        say!("warning: {}; {runs} will be refused", shown_sentence(&reason));
     }
 }
 

@@ -25,13 +25,24 @@ pub struct Campaign {
     shared: Sha256,
 }
 
-/// A listed value that its key never allows.
+/// A listed value, or a bound, that its key never allows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RefusedValue {
     /// Key, value and the reason.
     pub reason: String,
-    /// Number of runs with this value; known for a grid only.
-    pub runs: Option<u64>,
+    /// The runs that will be refused.
+    pub runs: RefusedRuns,
+}
+
+/// The runs that a refused value concerns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RefusedRuns {
+    /// So many runs with this value, of a grid.
+    Counted(u64),
+    /// Those with this value.
+    WithValue,
+    /// Those between the bounds that the key does not allow.
+    BetweenBounds,
 }
 
 /// The values of a run, and its identity.
@@ -94,17 +105,18 @@ impl Campaign {
         }
     }
 
-    /// The listed values that their keys never allow, whatever the other keys are: their runs will be refused.
+    /// The listed values and bounds that their keys never allow, whatever the other keys are.
     pub fn refused_values(&self) -> Vec<RefusedValue> {
         self.spec.axes.iter().flat_map(|axis| self.refused_values_of(axis)).collect()
     }
 
     fn refused_values_of(&self, axis: &Axis) -> Vec<RefusedValue> {
-        // The bound of a range may be no value of any run.
-        if !matches!(axis.levels, Levels::Listed(_)) {
-            return Vec::new();
-        }
-        let runs = (self.spec.method == Method::Grid).then(|| self.runs() / axis.grid_count());
+        let runs = match (&axis.levels, self.spec.method) {
+            (Levels::Listed(_), Method::Grid) => RefusedRuns::Counted(self.runs() / axis.grid_count()),
+            (Levels::Listed(_), _) => RefusedRuns::WithValue,
+            // A bound may be no value of any run.
+            (Levels::Range { .. }, _) => RefusedRuns::BetweenBounds,
+        };
         let refused = |with_value: Result<SceneSource, SceneError>| {
             let refused = with_value.err()?;
             let mut all = std::iter::once(&refused).chain(refused.further.iter());

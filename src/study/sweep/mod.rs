@@ -25,7 +25,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use axis::{Axis, Levels, Value};
-pub use campaign::{Campaign, RefusedValue};
+pub use campaign::{Campaign, RefusedRuns, RefusedValue};
 pub(crate) use merge::INDEX;
 pub use merge::{Merged, OutOfRange, TableFormat, Untrusted, has_rows, merge};
 pub use points::{Coordinate, Points, points};
