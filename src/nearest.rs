@@ -17,6 +17,7 @@ const SHORTEST_SLIP: usize = 3;
 
 /// The one of `names` that is most like `given`, if any is like it. Names that have all its words come before others: `crank_mean_rate`
 /// for `crank_rate`, and not `crank_mass`. The only one of them need not be like it: `y_m_per_s2` for `y`.
+/// Initials stand for a name if none is like them.
 pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let names: Vec<&str> = names.into_iter().collect();
     let wordier: Vec<&str> = names.iter().copied().filter(|name| has_words_of(given, name)).collect();
@@ -27,10 +28,19 @@ pub(crate) fn nearest<'a>(given: &str, names: impl IntoIterator<Item = &'a str>)
         let by_whole = likeness_of_words(given, one).total_cmp(&likeness_of_words(given, other));
         likeness(given, one).total_cmp(&likeness(given, other)).then(by_whole)
     };
-    like.max_by(more_like).or_else(|| {
+    let only_wordier = || {
         let first = *wordier.first()?;
         wordier.iter().all(|other| *other == first).then_some(first)
-    })
+    };
+    let shortened = || names.iter().copied().find(|name| is_short_for(given, name));
+    like.max_by(more_like).or_else(only_wordier).or_else(shortened)
+}
+
+/// Whether `given` is made of the initials of `name`, and perhaps one more letter: `fem` for `finite-element`.
+fn is_short_for(given: &str, name: &str) -> bool {
+    let initials: String = name.split('-').filter_map(|word| word.chars().next()).collect();
+    let rest = given.strip_prefix(initials.as_str());
+    initials.chars().count() > 1 && rest.is_some_and(|rest| rest.chars().count() <= 1)
 }
 
 /// Similarity of two names. Names in one table share all but their last part, so that one has to be alike by itself, or to have its
@@ -51,6 +61,24 @@ fn likeness_of_words(given: &str, name: &str) -> f64 {
 /// Whether `name` has every word of `given`: the parts between `_` and `.`.
 fn has_words_of(given: &str, name: &str) -> bool {
     given.split(['_', '.']).all(|word| name.split(['_', '.']).any(|other| other == word))
+}
+
+/// The key that is most like `given`, or else the one whose first word is: `damper_nm_s_per_rad` for `damping`.
+fn nearest_key<'a>(given: &str, keys: &[&'a str]) -> Option<&'a str> {
+    let by_first_word = || {
+        let word = nearest(given, keys.iter().copied().map(first_word))?;
+        keys.iter().copied().find(|key| first_word(key) == word)
+    };
+    nearest(given, keys.iter().copied()).or_else(by_first_word)
+}
+
+fn first_word(name: &str) -> &str {
+    name.split('_').next().unwrap_or_default()
+}
+
+/// A question to end a refusal of an unknown key with, if one of `keys` is like it; else nothing.
+pub(crate) fn did_you_mean_key(given: &str, keys: &[&str]) -> String {
+    nearest_key(given, keys).map(question).unwrap_or_default()
 }
 
 /// A question to end a refusal with, if one of `names` is like the one given; else nothing.
@@ -285,6 +313,18 @@ mod tests {
     fn regress_one_slip_in_a_short_name_is_near() {
         for (given, near) in [("amr", Some("arm")), ("arn", Some("arm")), ("am", None), ("leg", None)] {
             assert_eq!(nearest(given, ["arm"]), near, "{given}");
+        }
+    }
+
+    #[test]
+    fn regress_initials_stand_for_a_name() {
+        let names = ["rigid", "modal", "finite-element", "runge-kutta", "mass-spring"];
+        let shortened = [("fem", "finite-element"), ("fe", "finite-element"), ("rk4", "runge-kutta")];
+        for (given, near) in shortened {
+            assert_eq!(nearest(given, names), Some(near), "{given}");
+        }
+        for given in ["fast", "fem12", "m"] {
+            assert_eq!(nearest(given, names), None, "{given}");
         }
     }
 

@@ -86,7 +86,12 @@ fn regress_a_change_of_the_scene_in_two_words_is_refused_with_its_form() -> Resu
 
 #[test]
 fn regress_a_misspelt_model_or_integrator_of_trade_has_the_nearest_named() -> Result<(), Box<dyn Error>> {
-    for (option, given, nearest) in [("--models", "modl", "modal"), ("--integrators", "esdirk,esdrk", "esdirk")] {
+    for (option, given, nearest) in [
+        ("--models", "modl", "modal"),
+        ("--models", "fem", "finite-element"),
+        ("--integrators", "esdirk,esdrk", "esdirk"),
+        ("--integrators", "rk4", "runge-kutta"),
+    ] {
         let (code, said) = flexcrank(&["trade", option, given])?;
         assert!(code == Some(2) && said.contains(&format!("; did you mean `{nearest}`?\n")), "{said}");
     }
@@ -318,5 +323,19 @@ fn regress_a_bound_that_its_key_never_allows_is_warned_of_before() -> Result<(),
     let warning = "warning: slider.mass_kg = -0.4: must be a number from 0 to 1e9; runs with values that it does not allow will be \
                    refused\n";
     assert!(code == Some(0) && said.starts_with(warning) && said.matches("will be refused").count() == 1, "{said}");
+    Ok(())
+}
+
+/// The change alone is refused with other mistakes before that.
+#[test]
+fn prop_a_campaign_names_the_change_that_its_scene_refuses() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("model.toml");
+    let set = "set = [\"solver.model=incremental\", \"crank.elements=1\", \"rod.elements=1\"]";
+    let axis = "method = \"grid\"\n[[vary]]\nkey = \"slider.mass_kg\"\nvalues = [0.1, 0.2]\n";
+    std::fs::write(&path, format!("scene = \"crank-slider\"\n{set}\nuntil_s = 0.01\n{axis}"))?;
+    let (code, said) = flexcrank(&["sweep", path.to_str().ok_or("a path that is no text")?])?;
+    let refusal = "set \"solver.model=incremental\": solver.integrator = \"esdirk\": incremental goes with two-point only\n";
+    assert!(code == Some(2) && said.ends_with(refusal), "{said}");
     Ok(())
 }

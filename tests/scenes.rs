@@ -11,7 +11,7 @@ use flexcrank::simulation::{EnergyVerdict, Simulation};
 fn refused(text: &str) -> String {
     match SceneSource::parse("scene.toml", text, &[]) {
         Ok(_) => "accepted".to_owned(),
-        Err(error) => error.to_string(),
+        Err(error) => error.in_full(),
     }
 }
 
@@ -331,7 +331,7 @@ fn regress_every_independent_mistake_is_refused_in_one_call() {
 /// A refused mass is not refused again as the moment of inertia that would follow from it.
 #[test]
 fn regress_what_follows_from_a_refused_value_is_not_refused_too() {
-    let link = "[crank]\nlength_m = 1.0\nmass_kg = -2.0\n[rod]\nlength_m = 0.5\nmass_kg = 1.0\n";
+    let link = "[crank]\nlength_m = 1.0\nmass_kg = -2.0\n[rod]\nlength_m = 1.5\nmass_kg = 1.0\n";
     let text = format!("{link}[slider]\n[solver]\nmodel = \"rigid\"\n");
     let refused = SceneSource::parse("scene.toml", &text, &[]).unwrap_err();
     assert_eq!(refused.in_full(), "scene.toml:3: crank.mass_kg = -2.0: must be a number from 0 to 1e9");

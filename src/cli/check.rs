@@ -17,7 +17,7 @@ use super::output::{output, print_json};
 use super::progress;
 use super::step_error::StepError;
 use super::suggested_rate::bending_beyond_default;
-use super::suggested_step::{slowest_motion, speed_rad_per_s, suggested_step};
+use super::suggested_step::{OwnRun, slowest_motion, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
 use super::trial_run::{RunLength, Trial};
 use super::values::positive_time;
@@ -31,7 +31,7 @@ use crate::study::{MATTERS, NEGLIGIBLE, Shortening, shortenings};
 pub(super) const EXAMPLES: &str = "\
 Examples:
   flexcrank check mine.toml
-  flexcrank check mine.toml --until 1min                a step that keeps the balance so long
+  flexcrank check mine.toml --until 1min                a step that suffices for so long
   flexcrank check crank-slider --set solver.model=finite-element --set rod.elements=16 --json
 
 Frequencies are those of small undamped vibrations about rest at the start position, bent by weight and constant loads. An unknown \
@@ -43,8 +43,10 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
     deflection in a link's middle. The suggested step resolves the lowest frequency at which a \
     link bends, or else the lowest of all, and a turn at the speed of the start or the drive, finely enough for about 0.1 % of \
-    error. A run of that duration takes at least 100 of these steps, and keeps the balance within solver.balance_tolerance, \
-    which a longer one may not: see --until; `trade` measures which step suffices.
+    error in a period. A run of that duration takes at least 100 of these steps, keeps the balance within \
+    solver.balance_tolerance, and has a step error of at most 0.01 rad, or of 0.01 of a deflection's peak. A longer run may \
+    not: see --until. If no step is found with so small an error, as in chaotic motion, the line `suggested` says so; \
+    `trade` measures which step suffices.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
@@ -134,7 +136,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
     bar.set_message("running the scene with half the step");
     let step_error = StepError::of(scene, &trial, length);
     bar.set_message("looking for a step that suffices");
-    let (suggested_step_s, reason) = suggested_step(scene, vibrations, &trial, length);
+    let own = OwnRun { trial: &trial, step_error };
+    let (suggested_step_s, reason) = suggested_step(scene, vibrations, own, length);
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),

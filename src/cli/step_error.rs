@@ -8,6 +8,9 @@ use super::trial_run::{Look, RunLength, Trial};
 use crate::scene::{Drive, ModelKind, Scene};
 use crate::simulation::Simulation;
 
+/// Largest step error of a step that is suggested: in rad, or over the peak of a deflection.
+const LARGEST: f64 = 1e-2;
+
 /// The largest differences of two runs, with the scene's step and with half of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StepError {
@@ -29,6 +32,26 @@ pub(super) struct DeflectionError {
     largest_m: f64,
     /// Over the largest deflection.
     pub(super) of_peak: f64,
+}
+
+/// A step error that is too large for a step that is suggested.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LargeError {
+    size: f64,
+    unit: String,
+}
+
+impl LargeError {
+    /// The largest step error of a step that is suggested, with its unit.
+    pub(super) fn limit(&self) -> String {
+        format!("{LARGEST} {}", self.unit)
+    }
+}
+
+impl fmt::Display for LargeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.1e} {}", self.size, self.unit)
+    }
 }
 
 impl StepError {
@@ -69,6 +92,14 @@ impl StepError {
         });
         let deflection = errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak));
         Some(StepError { angle_rad: None, deflection, bends, until_s })
+    }
+
+    /// The error, if it is known and too large for a step that is suggested.
+    pub(super) fn too_large(self) -> Option<LargeError> {
+        let angle = self.angle_rad.map(|angle_rad| (angle_rad, "rad".to_owned()));
+        let of_peak = |found: DeflectionError| (found.of_peak, format!("of the {}'s peak deflection", found.link));
+        let (size, unit) = angle.or_else(|| self.deflection.map(of_peak))?;
+        (size > LARGEST).then_some(LargeError { size, unit })
     }
 }
 

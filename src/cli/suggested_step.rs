@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 
 use super::aligned_table::figure;
+use super::step_error::{LargeError, StepError};
 use super::trial_run::{RunLength, Trial};
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene};
 use crate::simulation::{Diverged, EnergyVerdict, Simulation};
@@ -14,52 +15,126 @@ const LEAST_STEPS_OF_RUN: f64 = 100.0;
 /// Most times that a suggested step is halved.
 const HALVINGS: u32 = 7;
 
-/// A step for about 0.1 % of error with which a run of the scene keeps its energy balance, s, if there is one; and the reason.
-/// `own` is the run of this length with the scene's own step.
+/// The scene's own run, and the error of its step.
+#[derive(Clone, Copy)]
+pub(super) struct OwnRun<'a> {
+    pub(super) trial: &'a Trial,
+    /// `None` if it is not known.
+    pub(super) step_error: Option<StepError>,
+}
+
+/// Whether a step suffices.
+enum Verdict {
+    /// A run with it does not keep its energy balance.
+    Unbalanced,
+    /// A run with it keeps its energy balance, but has a large step error.
+    Inexact(LargeError),
+    /// It suffices, until the time at which a run that took too long was ended, s.
+    Sufficient { cut_off_s: Option<f64> },
+}
+
+/// A step, s, that resolves the scene's motion, keeps the energy balance and has a small step error, as far as there is one; and the
+/// reason. `own` is the run of this length with the scene's own step.
 pub(super) fn suggested_step(
     scene: &Scene,
     vibrations: Option<Vibrations>,
-    own: &Trial,
+    own: OwnRun<'_>,
     length: RunLength,
-) -> (Option<f64>, String) {
-    kept_balance(scene, own, length, suggestion(scene, slowest_bending(scene, vibrations)))
-}
-
-/// The suggestion, with a step halved until a run of the scene keeps its energy balance.
-fn kept_balance(
-    scene: &Scene,
-    own: &Trial,
-    length: RunLength,
-    (suggested_s, reason): (Option<f64>, String),
 ) -> (Option<f64>, String) {
     let until_s = length.until_s;
-    let least = || format!("at least {LEAST_STEPS_OF_RUN} steps in a run of {} s", figure(until_s));
-    let (first_s, reason) = match suggested_s {
-        Some(step_s) if step_s * LEAST_STEPS_OF_RUN <= until_s => (step_s, reason),
-        None if scene.solver.model == ModelKind::Incremental => return (None, reason),
-        _ => (one_digit(until_s / LEAST_STEPS_OF_RUN), least()),
-    };
+    match suggestion(scene, slowest_bending(scene, vibrations)) {
+        (Some(step_s), reason) if step_s * LEAST_STEPS_OF_RUN <= until_s => sufficient_step(scene, own, length, step_s, reason),
+        (None, reason) if scene.solver.model == ModelKind::Incremental => (None, reason),
+        _ => {
+            let reason = format!("at least {LEAST_STEPS_OF_RUN} steps in a run of {} s", figure(until_s));
+            sufficient_step(scene, own, length, one_digit(until_s / LEAST_STEPS_OF_RUN), reason)
+        }
+    }
+}
+
+/// The first step that suffices, of `first_s` and its halves, with the reason for `first_s` and for halving it. If none suffices, it
+/// is the scene's own if that does, or else the longest one that keeps the energy balance.
+fn sufficient_step(
+    scene: &Scene,
+    own: OwnRun<'_>,
+    mut length: RunLength,
+    first_s: f64,
+    mut reason: String,
+) -> (Option<f64>, String) {
     let (begun, mut step_s, mut tried_s) = (Instant::now(), first_s, first_s);
+    let mut balanced: Option<(f64, LargeError)> = None;
     for _ in 0..HALVINGS {
         tried_s = step_s;
-        let mut shorter = scene.clone();
-        shorter.solver.step_s = step_s;
-        let trial = Simulation::new(&shorter).map(|mut run| Trial::of(&mut run, length, Duration::ZERO));
-        if let Some(trial) = trial.ok().filter(|trial| is_kept(&trial.verdict)) {
-            let longer = format!("{reason}; {first_s} s would suffice for that, but does not keep the energy balance");
-            let reason = if step_s == first_s { reason } else { longer };
-            let judged = trial.cut_off_s.map(|time_s| format!("; the balance of its first {} s alone is judged", figure(time_s)));
-            return (Some(step_s), reason + &judged.unwrap_or_default());
+        match own.judge(scene, step_s, length) {
+            Verdict::Sufficient { cut_off_s } => {
+                if let Some((longer_s, error)) = balanced {
+                    let does = if longer_s == first_s { "would suffice for that" } else { "keeps it" };
+                    reason += &format!("; {longer_s} s {does}, but has a step error of {error}");
+                }
+                if let Some(time_s) = cut_off_s {
+                    reason += &format!("; only the first {} s of a run with it are judged", figure(time_s));
+                }
+                return (Some(step_s), reason);
+            }
+            Verdict::Inexact(error) => {
+                // An error that grows late does not show in a run that is cut short.
+                length = length.without_step_limit();
+                balanced = balanced.or(Some((step_s, error)));
+            }
+            Verdict::Unbalanced if step_s == first_s => {
+                reason += &format!("; {first_s} s would suffice for that, but does not keep the energy balance");
+            }
+            Verdict::Unbalanced => {}
         }
         if begun.elapsed() >= length.longest {
             break;
         }
         step_s = one_digit(0.5 * step_s);
     }
-    let none = format!("no step from {first_s} s down to {tried_s} s keeps the energy balance");
-    match is_kept(&own.verdict) {
-        true => (Some(scene.solver.step_s), format!("the scene's own: {none}")),
-        false => (None, none),
+    let (from_s, quality) = match &balanced {
+        Some((longest_s, error)) => (*longest_s, format!("has a step error of at most {}", error.limit())),
+        None => (first_s, "keeps the energy balance".to_owned()),
+    };
+    let from = if tried_s < from_s { format!("from {from_s} s ") } else { String::new() };
+    let none = format!("no step {from}down to {tried_s} s {quality}");
+    match (own.verdict(), balanced) {
+        (Verdict::Sufficient { .. }, _) | (Verdict::Inexact(_), None) => {
+            (Some(scene.solver.step_s), format!("the scene's own: {none}"))
+        }
+        (_, Some((longest_s, _))) => (Some(longest_s), format!("{reason}; {none}")),
+        (Verdict::Unbalanced, None) => (None, none),
+    }
+}
+
+impl OwnRun<'_> {
+    /// The verdict on the scene's own step.
+    fn verdict(&self) -> Verdict {
+        verdict(self.trial, self.step_error)
+    }
+
+    /// The verdict on a step. A shorter one than the scene's own, with a small error, has a small one too.
+    fn judge(&self, scene: &Scene, step_s: f64, length: RunLength) -> Verdict {
+        if step_s == scene.solver.step_s {
+            return self.verdict();
+        }
+        let mut other = scene.clone();
+        other.solver.step_s = step_s;
+        let Ok(mut run) = Simulation::new(&other) else { return Verdict::Unbalanced };
+        let trial = Trial::of(&mut run, length, Duration::ZERO);
+        let is_exact = step_s < scene.solver.step_s
+            && self.trial.verdict.is_ok()
+            && self.step_error.is_some_and(|error| error.too_large().is_none());
+        let step_error = if is_kept(&trial.verdict) && !is_exact { StepError::of(&other, &trial, length) } else { None };
+        verdict(&trial, step_error)
+    }
+}
+
+/// The verdict on the step of a run.
+fn verdict(trial: &Trial, step_error: Option<StepError>) -> Verdict {
+    match step_error.and_then(StepError::too_large) {
+        _ if !is_kept(&trial.verdict) => Verdict::Unbalanced,
+        Some(error) => Verdict::Inexact(error),
+        None => Verdict::Sufficient { cut_off_s: trial.cut_off_s },
     }
 }
 
@@ -68,7 +143,7 @@ fn is_kept(verdict: &Result<EnergyVerdict, Diverged>) -> bool {
     matches!(verdict, Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged))
 }
 
-/// A step for about 0.1 % of error, s, with its reason.
+/// A step for about 0.1 % of error in a period, s, with its reason.
 ///
 /// A method of second order with a step h stretches the period of a vibration by about (ω h)²/12: 0.1 % at 2π/(ω h) = 57 steps. A
 /// method of fourth order errs by about (ω h)⁴/120 and less: 0.1 % at 11 steps. Both are rounded up, to 60 and 12.

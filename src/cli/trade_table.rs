@@ -4,6 +4,7 @@ use std::io::Write as _;
 
 use super::aligned_table::{print, with_column_wrapped};
 use super::failure::CommandResult;
+use super::formatting::counted;
 use super::output::output;
 use crate::study::trade::{Configuration, Corrections, Measured, OutputGroup, Row, Study};
 
@@ -47,7 +48,8 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(study.measured().map(row)).collect();
     let mut out = output();
     let grid = &study.grid;
-    writeln!(out, "{name}: {} s, compared at {} instants, {} s apart", grid.until_s(), grid.count, grid.interval_s)?;
+    let instants = counted(grid.count as u64, "instant");
+    writeln!(out, "{name}: {} s, compared at {instants}, {} s apart", grid.until_s(), grid.interval_s)?;
     let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
     writeln!(out, "  uncertain by {}", estimate.join(", "))?;

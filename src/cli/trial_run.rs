@@ -31,6 +31,11 @@ impl RunLength {
     pub(super) fn asked(until_s: f64) -> Self {
         RunLength { until_s, most_steps: u32::MAX, longest: Duration::from_secs(30) }
     }
+
+    /// The same, with as many steps as the computing time allows.
+    pub(super) fn without_step_limit(self) -> Self {
+        RunLength { most_steps: u32::MAX, ..self }
+    }
 }
 
 /// The links at one instant of a run.

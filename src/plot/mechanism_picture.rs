@@ -1,8 +1,10 @@
 //! Pictures of a recorded mechanism: still at several instants, or moving.
 
+use std::f64::consts::TAU;
+
 use super::canvas::Lettering;
 use super::error::PlotError;
-use super::mechanism::{Motion, no_link, times, turned, turning_rad};
+use super::mechanism::{Motion, no_link, times, turning_rad};
 use super::output::{Format, Picture};
 use super::playback::Playback;
 use super::recorded::{find_topic, has_slider};
@@ -12,8 +14,10 @@ use super::{animation, strobe};
 use crate::shown::shown_s;
 use crate::study::Table;
 
-/// Number of positions in a strobe figure.
+/// Most positions in a strobe figure.
 const POSITIONS: usize = 12;
+/// After this turning, the mechanism is where it was, but for rounding and bending.
+const FULL_TURN_RAD: f64 = 0.99 * TAU;
 
 /// A mechanism at several instants, or moving.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,26 +35,21 @@ pub struct MechanismPicture {
 }
 
 impl MechanismPicture {
-    /// Recorded positions at even instants of the first turn, or of the whole time if nothing turns.
+    /// Recorded positions at even instants of the first turn, or of the whole time if nothing turns. Each is a sample, so that
+    /// a turn of few samples has few positions.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded.
     pub fn strobe(place: &str, topics: &[Named]) -> Result<Self, PlotError> {
         let displacements = displacements(place, topics)?;
-        let (times, turn) = (times(displacements), turned(&turning_rad(displacements)));
-        let start = times.first().copied().unwrap_or_default();
-        let end = turn.map_or(times.last(), |row| times.get(row)).copied().unwrap_or_default();
-        // After a turn the mechanism is where it was.
-        let (steps, during) = if turn.is_some() { (POSITIONS, "one turn") } else { (POSITIONS - 1, "the recorded time") };
-        let apart_s = (end - start) / steps as f64;
-        let row = |number: usize| times.partition_point(|time| *time < start + apart_s * number as f64 - 1e-9);
-        let mut rows: Vec<usize> = (0..POSITIONS).map(row).filter(|row| *row < times.len()).collect();
-        rows.dedup();
+        let times = times(displacements);
+        let turn = turning_rad(displacements).iter().position(|turned_rad| turned_rad.abs() >= FULL_TURN_RAD);
+        let rows = even_rows(turn, times.len());
         let places: Vec<f64> = rows.iter().map(|row| *row as f64).collect();
         let motion = Motion::new(place, displacements, &places, has_slider(topics))?;
-        let last = rows.last().map_or(start, |row| times[*row]);
-        let instants =
-            format!("{} positions in {during}, from {start:.3} s (pale) to {last:.3} s (dark), {apart_s:.3} s apart", rows.len());
+        let instants_s: Vec<f64> = rows.iter().filter_map(|row| times.get(*row)).copied().collect();
+        let during = if turn.is_some() { "one turn" } else { "the recorded time" };
+        let instants = positions_in_words(&instants_s, during);
         let title = format!("{place}: the mechanism at even instants");
         Ok(MechanismPicture { warning: None, misses_vibration: false, title, instants, motion, playing_s: None })
     }
@@ -97,6 +96,24 @@ impl MechanismPicture {
             }
         }
     }
+}
+
+/// Rows that are equally many samples apart: of a turn that is complete in the row `turn`, or of all `recorded` rows.
+fn even_rows(turn: Option<usize>, recorded: usize) -> Vec<usize> {
+    // A recorded time is mostly a round one: ten parts divide it, so that its end is drawn.
+    let (end, most_parts) = turn.map_or((recorded, 10), |row| (row, POSITIONS));
+    let apart = end.saturating_sub(1).div_ceil(most_parts).max(1);
+    (0..end).step_by(apart).take(POSITIONS).collect()
+}
+
+/// Number, range and spacing of the positions at these instants; the least and the largest spacing where samples are uneven.
+fn positions_in_words(instants_s: &[f64], during: &str) -> String {
+    let [first_s, .., last_s] = instants_s else { return "the only recorded position".to_owned() };
+    let (count, first_s, last_s) = (instants_s.len(), shown_s(*first_s), shown_s(*last_s));
+    let apart_s = || instants_s.windows(2).map(|pair| shown_s(pair[1] - pair[0]));
+    let (least_s, largest_s) = (apart_s().fold(f64::INFINITY, f64::min), apart_s().fold(0.0, f64::max));
+    let apart = if least_s < largest_s { format!("{least_s} to {largest_s}") } else { largest_s.to_string() };
+    format!("{count} positions in {during}, from {first_s} s (pale) to {last_s} s (dark), {apart} s apart")
 }
 
 /// Names a speed at which the motion is seen, after the reason why it is not. Nothing if no usual speed shows it.

@@ -48,7 +48,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Notes a refusal, unless there are many.
-    fn note(&self, refusal: impl FnOnce() -> SceneError) {
+    pub(super) fn note(&self, refusal: impl FnOnce() -> SceneError) {
         let mut refused = self.refused.borrow_mut();
         if refused.len() <= MOST_FURTHER {
             refused.push(refusal());
@@ -100,20 +100,21 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// `value`, or the least that the key allows.
-    pub(super) fn count(&self, key: &Count, table: &str, value: i64) -> usize {
+    /// `value`; `None` if the key does not allow it.
+    pub(super) fn count(&self, key: &Count, table: &str, value: i64) -> Option<usize> {
         let Count { name, low, high, .. } = *key;
-        usize::try_from(value).ok().filter(|count| (low..=high).contains(count)).unwrap_or_else(|| {
+        let allowed = usize::try_from(value).ok().filter(|count| (low..=high).contains(count));
+        if allowed.is_none() {
             let problem = || format!("must be a whole number from {low} to {high}");
             self.note(|| self.refuse_value(&format!("{table}.{name}"), problem()));
-            low
-        })
+        }
+        allowed
     }
 
-    /// `value`, as [`count`](Self::count) checks it, or the key's default. A key without one must be given.
+    /// `value`, or the least that the key allows; of a key that is left out, its default. A key without one must be given.
     pub(super) fn count_or(&self, key: &Count, table: &str, value: Option<i64>) -> usize {
         match (value, key.default) {
-            (Some(value), _) => self.count(key, table, value),
+            (Some(value), _) => self.count(key, table, value).unwrap_or(key.low),
             (None, Default::Value(default)) => default,
             (None, _) => {
                 self.note(|| self.refuse(table, format!("missing key `{}`", key.name)));

@@ -31,6 +31,11 @@ impl SceneError {
         SceneError { place, key: String::new(), value: None, problem, never_allowed: false, further: Box::default() }
     }
 
+    /// This refusal and the further ones.
+    pub fn all(&self) -> impl Iterator<Item = &SceneError> {
+        std::iter::once(self).chain(self.further.iter())
+    }
+
     /// This refusal and the further ones, a line each.
     pub fn in_full(&self) -> String {
         let further = self.further.iter().map(|refused| format!("\n  {refused}"));

@@ -16,27 +16,34 @@ pub(super) fn levels(check: &Checker, levels: &[raw::Level]) -> Result<Vec<Level
         return Err(check.refuse("level", format!("a scene has at most {MOST} levels")));
     }
     let mut checked: Vec<Level> = Vec::new();
-    for (index, raw::Level { name, changes, error_rad }) in levels.iter().enumerate() {
-        let table = format!("level.{index}");
-        let refuse = |key: &str, problem: &str| check.refuse(&format!("{table}.{key}"), problem);
-        let name = name.as_ref().ok_or_else(|| check.refuse(&table, "missing key `name`"))?;
-        let is_word = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c));
-        if !is_word {
-            return Err(refuse("name", "must be a word of letters, digits, `-`, `_` and `.`"));
-        }
-        if checked.iter().any(|level| level.name == *name) {
-            return Err(refuse("name", "another level has this name"));
-        }
-        if index == 0 && !changes.is_empty() {
-            return Err(refuse("changes", "the first level is the scene itself, without changes"));
-        }
-        if changes.iter().any(|change| change.trim_start().starts_with("level")) {
-            return Err(refuse("changes", "a level does not change levels"));
-        }
-        let error_rad = error_rad.map(|error| check.number(&keys::LEVEL_ERROR, &table, error));
-        checked.push(Level { name: name.clone(), changes: changes.clone(), error_rad });
+    for (index, raw) in levels.iter().enumerate() {
+        let level = check.noted(level(check, index, raw, &checked));
+        checked.extend(level);
     }
     Ok(checked)
+}
+
+/// Checks the level of this index, which has others before it.
+fn level(check: &Checker, index: usize, raw: &raw::Level, before: &[Level]) -> Result<Level, SceneError> {
+    let raw::Level { name, changes, error_rad } = raw;
+    let table = format!("level.{index}");
+    let refuse = |key: &str, problem: &str| check.refuse(&format!("{table}.{key}"), problem);
+    let error_rad = error_rad.map(|error| check.number(&keys::LEVEL_ERROR, &table, error));
+    if index == 0 && !changes.is_empty() {
+        check.note(|| refuse("changes", "the first level is the scene itself, without changes"));
+    }
+    if changes.iter().any(|change| change.trim_start().starts_with("level")) {
+        check.note(|| refuse("changes", "a level does not change levels"));
+    }
+    let name = name.as_ref().ok_or_else(|| check.refuse(&table, "missing key `name`"))?;
+    let is_word = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c));
+    if !is_word {
+        return Err(refuse("name", "must be a word of letters, digits, `-`, `_` and `.`"));
+    }
+    if before.iter().any(|level| level.name == *name) {
+        return Err(refuse("name", "another level has this name"));
+    }
+    Ok(Level { name: name.clone(), changes: changes.clone(), error_rad })
 }
 
 impl SceneSource {
@@ -177,5 +184,15 @@ mod tests {
             let refused = with(&levels).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(refused.contains(reason), "{levels}: {refused}");
         }
+    }
+
+    #[test]
+    fn regress_a_refused_level_hides_no_other() {
+        let levels = "[[level]]\nname = \"a b\"\n[[level]]\nerror_rad = -1.0\n\
+                      [[level]]\nname = \"fast\"\nchanges = [\"level.0.name=slow\"]\n";
+        let refused = with(levels).err().map(|error| error.in_full()).unwrap_or_default();
+        let expected = ["level.0.name = ", "level.1: missing key `name`", "level.1.error_rad = -1.0: ", "level.2.changes = "];
+        assert_eq!(refused.lines().count(), expected.len(), "{refused}");
+        assert!(refused.lines().zip(expected).all(|(line, expected)| line.contains(expected)), "{refused}");
     }
 }

@@ -5,30 +5,44 @@ use std::f64::consts::PI;
 use super::key::Number;
 use super::{SceneError, check::Checker, keys, raw, types::*};
 
-pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: ModelKind) -> Result<Link, SceneError> {
-    let key = |part: &str| format!("{}.{part}", name.as_str());
+pub(super) fn link(check: &Checker, name: LinkName, raw: &raw::Link, model: ModelKind) -> Link {
     let length_m = check.number_or(&keys::LENGTH, name.as_str(), raw.length_m);
     let rigid = raw.rigid.unwrap_or(keys::RIGID.default);
-    let bar = bar(check, name, raw, rigid || model == ModelKind::Rigid)?;
-    let body = match (raw.mass_kg, bar) {
-        (Some(mass_kg), None) => lumped(check, name, raw, mass_kg, length_m)?,
-        (None, Some(bar)) => uniform(length_m, bar.mass_per_length_kg_per_m() * length_m),
-        (Some(_), Some(_)) => {
-            return Err(check.refuse(&key("mass_kg"), "give mass_kg, or section and density_kg_per_m3, not both"));
-        }
-        (None, None) => return Err(check.refuse(name.as_str(), "needs a section and density_kg_per_m3, or (rigid) mass_kg")),
-    };
-    Ok(Link {
+    let bar_or_mass = bar_or_mass(check, name, raw, length_m, rigid || model == ModelKind::Rigid);
+    let link = Link {
         name,
         length_m,
-        bar,
         rigid,
         elements: check.count_or(&keys::ELEMENTS, name.as_str(), raw.elements),
         modes: check.count_or(&keys::MODES, name.as_str(), raw.modes),
         axial: raw.axial.unwrap_or(keys::AXIAL.default),
         damping_s: check.number_or(&keys::DAMPING, name.as_str(), raw.damping_s),
-        ..body
-    })
+        ..check.noted(bar_or_mass).unwrap_or_else(|| body(f64::NAN, f64::NAN, f64::NAN))
+    };
+    if model == ModelKind::Incremental {
+        refuse_unless_incremental(check, &link);
+    }
+    link
+}
+
+/// Refuses keys of a link that the incremental model does not have.
+fn refuse_unless_incremental(check: &Checker, link: &Link) {
+    for (part, is_refused) in [("rigid", link.rigid), ("elements", link.elements != 1)] {
+        let key = format!("{}.{part}", link.name.as_str());
+        if is_refused {
+            check.note(|| check.refuse(&key, "the incremental model is the thesis's: flexible links, one element each"));
+        }
+    }
+}
+
+/// Section and material of a link, or the mass that a rigid one may give instead; the rest is filled in by the caller.
+fn bar_or_mass(check: &Checker, name: LinkName, raw: &raw::Link, length_m: f64, rigid: bool) -> Result<Link, SceneError> {
+    if let Some(mass_kg) = raw.mass_kg {
+        refuse_unless_mass_alone(check, name, raw, rigid)?;
+        return lumped(check, name, raw, mass_kg, length_m);
+    }
+    let bar = bar(check, name, raw, rigid)?;
+    Ok(Link { bar: Some(bar), ..uniform(length_m, bar.mass_per_length_kg_per_m() * length_m) })
 }
 
 /// Mass, centre and inertia of a uniform bar; the rest is filled in by the caller.
@@ -66,42 +80,47 @@ fn lumped(check: &Checker, name: LinkName, raw: &raw::Link, mass_kg: f64, length
     Ok(body(mass_kg, centre, inertia))
 }
 
-/// Section and material; `None` where the link gives its mass instead, which only a rigid one may.
-fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<Option<Bar>, SceneError> {
+/// Refuses a mass unless the link is rigid, and has nothing else to get its mass from.
+fn refuse_unless_mass_alone(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<(), SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
-    if raw.mass_kg.is_some() {
-        if !rigid {
-            return Err(check.refuse(
-                &key("mass_kg"),
-                "only for a rigid link (rigid = true, or model \"rigid\"): a flexible one needs section and density_kg_per_m3",
-            ));
-        }
-        let sectional =
-            raw.section.is_some() || raw.area_m2.is_some() || raw.second_moment_m4.is_some() || raw.density_kg_per_m3.is_some();
-        if sectional {
-            let others = ["section", "area_m2", "second_moment_m4", "density_kg_per_m3"].map(key);
-            let others = others.each_ref().map(String::as_str);
-            let problem = "give mass_kg, or section and density_kg_per_m3, not both";
-            return Err(check.refuse_one_of(&key("mass_kg"), &others, problem));
-        }
-        return Ok(None);
+    if !rigid {
+        return Err(check.refuse(
+            &key("mass_kg"),
+            "only for a rigid link (rigid = true, or model \"rigid\"): a flexible one needs section and density_kg_per_m3",
+        ));
     }
+    let sectional =
+        raw.section.is_some() || raw.area_m2.is_some() || raw.second_moment_m4.is_some() || raw.density_kg_per_m3.is_some();
+    if sectional {
+        let others = ["section", "area_m2", "second_moment_m4", "density_kg_per_m3"].map(key);
+        let others = others.each_ref().map(String::as_str);
+        let problem = "give mass_kg, or section and density_kg_per_m3, not both";
+        return Err(check.refuse_one_of(&key("mass_kg"), &others, problem));
+    }
+    Ok(())
+}
+
+/// Section and material.
+fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<Bar, SceneError> {
+    let key = |part: &str| format!("{}.{part}", name.as_str());
     for (part, value) in [("centre_of_mass_m", raw.centre_of_mass_m), ("inertia_kg_m2", raw.inertia_kg_m2)] {
         if value.is_some() {
             return Err(check.refuse(&key(part), "goes with mass_kg: a link with section and density_kg_per_m3 is a uniform bar"));
         }
     }
-    let SectionMeasures { area_m2, second_moment_m4, extreme_fibre_m } = section(check, name, raw)?;
+    let refused = SectionMeasures { area_m2: f64::NAN, second_moment_m4: Some(f64::NAN), extreme_fibre_m: None };
+    let SectionMeasures { area_m2, second_moment_m4, extreme_fibre_m } =
+        check.noted(section(check, name, raw)).unwrap_or(refused);
     let needed = |spec: &Number, value: Option<f64>| {
         if rigid && value.is_none() { 0.0 } else { check.number_or(spec, name.as_str(), value) }
     };
-    Ok(Some(Bar {
+    Ok(Bar {
         area_m2,
         second_moment_m4: second_moment_m4.unwrap_or_else(|| needed(&keys::SECOND_MOMENT, None)),
         density_kg_per_m3: check.number_or(&keys::DENSITY, name.as_str(), raw.density_kg_per_m3),
         youngs_modulus_pa: needed(&keys::YOUNGS_MODULUS, raw.youngs_modulus_pa),
         extreme_fibre_m,
-    }))
+    })
 }
 
 /// Measures of a section, as far as they are known.

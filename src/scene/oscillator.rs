@@ -13,11 +13,14 @@ pub(super) fn oscillator(check: &Checker, raw: &raw::Oscillator) -> Result<Oscil
             format!("must be 1 to {} numbers from {}", keys::MASSES, keys::OSCILLATOR_MASSES.range()),
         ));
     }
+    let springs: Result<Vec<_>, _> = raw.springs.iter().map(|spring| self::spring(check, spring, count)).collect();
+    let forces_n = for_each_mass(check, &keys::OSCILLATOR_FORCES, raw.forces_n.as_ref(), count);
+    let start_m = for_each_mass(check, &keys::OSCILLATOR_START, raw.start_m.as_ref(), count);
     Ok(Oscillator {
         masses_kg: masses_kg.to_vec(),
-        springs: raw.springs.iter().map(|spring| self::spring(check, spring, count)).collect::<Result<_, _>>()?,
-        forces_n: for_each_mass(check, &keys::OSCILLATOR_FORCES, raw.forces_n.as_ref(), count)?,
-        start_m: for_each_mass(check, &keys::OSCILLATOR_START, raw.start_m.as_ref(), count)?,
+        springs: check.noted(springs).unwrap_or_default(),
+        forces_n: check.noted(forces_n).unwrap_or_default(),
+        start_m: check.noted(start_m).unwrap_or_default(),
     })
 }
 
@@ -45,6 +48,9 @@ fn for_each_mass(check: &Checker, key: &Number, values: Option<&Vec<f64>>, count
 
 /// An oscillator has no links, nor anything that acts on them.
 pub(super) fn alone(check: &Checker, scene: &raw::Scene) -> Result<(), SceneError> {
+    if scene.oscillator.is_none() {
+        return Ok(());
+    }
     let given = [
         ("crank", scene.crank.is_some()),
         ("rod", scene.rod.is_some()),

@@ -3,7 +3,7 @@
 use super::document::{self, SceneText};
 use super::error::MOST_FURTHER;
 use super::{SceneError, keys, raw, validate};
-use crate::nearest::did_you_mean;
+use crate::nearest::did_you_mean_key;
 
 pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
     toml::from_str(&text.merged).map_err(|error| {
@@ -84,7 +84,7 @@ pub(crate) fn describe(message: &str) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match (message.starts_with("unknown"), quoted.split_first()) {
         (true, Some((given, expected))) => {
-            let hint = did_you_mean(given, expected.iter().copied());
+            let hint = did_you_mean_key(given, expected);
             format!("unknown {}{hint} (known here: {})", kind(message), expected.join(", "))
         }
         _ => in_words(&message.trim().replace('\n', " ")),
@@ -138,6 +138,15 @@ mod tests {
         ] {
             assert_eq!(describe(&format!("{given}, expected {expected}")), said);
         }
+    }
+
+    #[test]
+    fn regress_a_key_is_near_whatever_its_unit_is() {
+        let known = "expected `torsion_spring_nm_per_rad` or `damper_nm_s_per_rad`";
+        let said = describe(&format!("unknown field `damping`, {known}"));
+        assert!(said.starts_with("unknown key; did you mean `damper_nm_s_per_rad`? (known here: "), "{said}");
+        let said = describe(&format!("unknown field `mass`, {known}"));
+        assert!(said.starts_with("unknown key (known here: "), "{said}");
     }
 
     /// Only a rigid link may give its mass: that is no mistake of a scene whose model is unknown.

@@ -6,43 +6,29 @@ use keys::{INTEGRATORS, MODELS, SHAPES};
 
 pub(super) fn validate(raw: &raw::Scene, text: &SceneText) -> Result<Scene, SceneError> {
     let check = Checker::new(text);
-    let scene = check.conclude(tables(&check, raw))?;
-    rules(&check, &scene)?;
-    Ok(scene)
+    check.conclude(scene(&check, raw))
 }
 
-/// Checks every table by itself.
-fn tables(check: &Checker, raw: &raw::Scene) -> Result<Scene, SceneError> {
-    let solver = solver(check, &raw.solver, raw.oscillator.is_some());
+/// Checks every table, and the rules between keys. A refused value is replaced by one that breaks no rule.
+fn scene(check: &Checker, raw: &raw::Scene) -> Result<Scene, SceneError> {
+    let alone = oscillator::alone(check, raw);
+    let solver = solver(check, raw, alone.is_ok());
     let drive = check.noted(drive(check, raw)).unwrap_or(Drive::Torque { constant_nm: 0.0, pulses: Vec::new() });
     let levels = check.noted(level::levels(check, &raw.level)).unwrap_or_default();
     let commands = commands(check, &raw.commands);
-    if raw.oscillator.is_some() {
-        oscillator::alone(check, raw)?;
-    }
-    let solver = solver?;
+    alone?;
     let system = match &raw.oscillator {
         Some(oscillator) => System::Oscillator(oscillator::oscillator(check, oscillator)?),
-        None => System::Chain(chain(check, raw, solver.model)?),
+        None => System::Chain(chain(check, raw, solver.model)),
     };
     Ok(Scene { system, drive, commands, solver, levels })
 }
 
-fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, SceneError> {
-    let links = match (&raw.crank, &raw.rod, &raw.beam) {
-        (Some(crank), Some(rod), None) => vec![(LinkName::Crank, crank), (LinkName::Rod, rod)],
-        (None, None, Some(beam)) => vec![(LinkName::Beam, beam)],
-        (None, Some(_), None) => return Err(check.refuse("rod", "a [rod] needs a [crank]")),
-        (Some(_), None, None) => return Err(check.refuse("crank", "a [crank] needs a [rod]; a single link is a [beam]")),
-        (None, None, None) => return Err(check.refuse("", "no links: give [crank] and [rod], or one [beam]")),
-        _ => {
-            let problem = "a [beam] stands alone: give [crank] and [rod], or one [beam]";
-            return Err(check.refuse_one_table_of("beam", &["crank", "rod"], problem));
-        }
-    };
-    let links = links.into_iter().filter_map(|(name, link)| check.noted(link::link(check, name, link, model))).collect();
-    let end = check.noted(end(check, raw)).unwrap_or(End::Free { tip_mass_kg: 0.0 });
-    Ok(Chain {
+fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Chain {
+    let given = check.noted(links(check, raw)).unwrap_or_default();
+    let links: Vec<Link> = given.into_iter().map(|(name, link)| link::link(check, name, link, model)).collect();
+    let end = check.noted(end(check, raw, links.len())).unwrap_or(End::Free { tip_mass_kg: 0.0 });
+    let chain = Chain {
         links,
         end,
         base: Base {
@@ -58,19 +44,45 @@ fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Result<Chain, S
             rate_rad_per_s: check.number_or(&keys::START_RATE, "start", raw.start.rate_rad_per_s),
             static_equilibrium: raw.start.static_equilibrium.unwrap_or(keys::STATIC_EQUILIBRIUM.default),
         },
-    })
+    };
+    if let Some(problem) = short_rod(&chain) {
+        check.note(|| check.refuse("rod.length_m", problem));
+    }
+    if let Some(problem) = bad_equilibrium(raw, &chain, model) {
+        check.note(|| check.refuse("start.static_equilibrium", problem));
+    }
+    chain
 }
 
-fn end(check: &Checker, raw: &raw::Scene) -> Result<End, SceneError> {
+/// The links of a chain.
+///
+/// # Errors
+/// The refusal of tables that make no chain.
+fn links<'a>(check: &Checker, raw: &'a raw::Scene) -> Result<Vec<(LinkName, &'a raw::Link)>, SceneError> {
+    match (&raw.crank, &raw.rod, &raw.beam) {
+        (Some(crank), Some(rod), None) => Ok(vec![(LinkName::Crank, crank), (LinkName::Rod, rod)]),
+        (None, None, Some(beam)) => Ok(vec![(LinkName::Beam, beam)]),
+        (None, Some(_), None) => Err(check.refuse("rod", "a [rod] needs a [crank]")),
+        (Some(_), None, None) => Err(check.refuse("crank", "a [crank] needs a [rod]; a single link is a [beam]")),
+        (None, None, None) => Err(check.refuse("", "no links: give [crank] and [rod], or one [beam]")),
+        _ => {
+            let problem = "a [beam] stands alone: give [crank] and [rod], or one [beam]";
+            Err(check.refuse_one_table_of("beam", &["crank", "rod"], problem))
+        }
+    }
+}
+
+/// The end of a chain of this number of links, which is 0 if they were refused.
+fn end(check: &Checker, raw: &raw::Scene, links: usize) -> Result<End, SceneError> {
     match (&raw.slider, &raw.tip) {
         (Some(_), Some(_)) => {
             Err(check.refuse_one_table_of("tip", &["slider"], "the chain ends in a [slider] or in a [tip], not both"))
         }
-        (Some(_), None) if raw.beam.is_some() => Err(check.refuse("slider", "a [slider] needs a [crank] and a [rod]")),
+        (Some(_), None) if links == 1 => Err(check.refuse("slider", "a [slider] needs a [crank] and a [rod]")),
         (Some(slider), None) => Ok(End::Slider(Slider {
             mass_kg: check.number_or(&keys::SLIDER_MASS, "slider", slider.mass_kg),
             friction_n_s_per_m: check.number_or(&keys::FRICTION, "slider", slider.friction_n_s_per_m),
-            resistance: resistance(check, slider)?,
+            resistance: check.noted(resistance(check, slider)).unwrap_or(Resistance::Constant(f64::NAN)),
         })),
         (None, Some(tip)) => Ok(End::Free { tip_mass_kg: check.number_or(&keys::TIP_MASS, "tip", tip.mass_kg) }),
         (None, None) => Ok(End::Free { tip_mass_kg: 0.0 }),
@@ -101,14 +113,14 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
     let Some(drive) = &raw.drive else { return Ok(torque(check, raw)) };
     if !raw.pulse.is_empty() || raw.torque.is_some() {
         let problem = "prescribed motion leaves no room for torque: drop [drive], or [[pulse]] and [torque]";
-        check.noted::<Drive>(Err(check.refuse_one_of("drive", &["torque", "pulse"], problem)));
+        check.note(|| check.refuse_one_of("drive", &["torque", "pulse"], problem));
         torque(check, raw);
     }
     let motion = match (&drive.speed_rad_per_s, &drive.ramp, &drive.table) {
         (Some(speed), None, None) => {
             if raw.start.rate_rad_per_s.is_some_and(|rate| rate != *speed) {
                 let problem = format!("contradicts drive.speed_rad_per_s = {speed:?}, which prescribes the rate: leave it out");
-                check.noted::<Drive>(Err(check.refuse("start.rate_rad_per_s", problem)));
+                check.note(|| check.refuse("start.rate_rad_per_s", problem));
             }
             Motion::Speed(check.number(&keys::DRIVE_SPEED, "drive", *speed))
         }
@@ -117,12 +129,11 @@ fn drive(check: &Checker, raw: &raw::Scene) -> Result<Drive, SceneError> {
             over_s: check.number_or(&keys::RAMP_OVER, "drive.ramp", ramp.over_s),
         },
         (None, None, Some(table)) => {
-            let table = ascending(check, "drive.table", table)?;
             let given = [("start.angle_rad", raw.start.angle_rad), ("start.rate_rad_per_s", raw.start.rate_rad_per_s)];
-            if let Some((key, _)) = given.iter().find(|(_, value)| value.is_some()) {
-                return Err(check.refuse(key, "drive.table prescribes angle and rate from the start on: leave it out"));
+            for (key, _) in given.into_iter().filter(|(_, value)| value.is_some()) {
+                check.note(|| check.refuse(key, "drive.table prescribes angle and rate from the start on: leave it out"));
             }
-            Motion::Table(table)
+            Motion::Table(ascending(check, "drive.table", table)?)
         }
         _ => {
             let motions = ["drive.speed_rad_per_s", "drive.ramp", "drive.table"];
@@ -163,62 +174,76 @@ fn named_model(check: &Checker, raw: &raw::Solver) -> Result<Option<ModelKind>, 
     raw.model.as_deref().map(|word| check.word("solver.model", word, &MODELS)).transpose()
 }
 
-fn solver(check: &Checker, raw: &raw::Solver, oscillator: bool) -> Result<Solver, SceneError> {
-    // `least` stands in for an unknown model: it needs fewer keys of links than any other, so that no refusal follows from it.
-    let (usual, least) = match oscillator {
-        true => (ModelKind::MassSpring, ModelKind::MassSpring),
-        false => (ModelKind::Modal, ModelKind::Rigid),
-    };
-    let model = check.noted(named_model(check, raw)).map_or(least, |named| named.unwrap_or(usual));
-    if oscillator != (model == ModelKind::MassSpring) {
-        return Err(check.refuse("solver.model", "mass-spring goes with an [oscillator], and nothing else does"));
+/// The model that the scene names, or the usual one; `None` if it is refused, or does not suit the mechanism. It may suit any
+/// mechanism that is not known.
+fn model(check: &Checker, raw: &raw::Scene, is_known: bool) -> Option<ModelKind> {
+    let oscillator = raw.oscillator.is_some();
+    let usual = if oscillator { ModelKind::MassSpring } else { ModelKind::Modal };
+    let model = check.noted(named_model(check, &raw.solver))?.unwrap_or(usual);
+    let suits = oscillator == (model == ModelKind::MassSpring);
+    if is_known && !suits {
+        check.note(|| check.refuse("solver.model", "mass-spring goes with an [oscillator], and nothing else does"));
     }
-    let (given, usual) = (raw.integrator.as_deref(), model.usual_integrator());
-    Ok(Solver {
+    suits.then_some(model)
+}
+
+/// The integrator given, or the usual one of the model, which also stands in for one that does not suit the model.
+fn integrator(check: &Checker, given: Option<IntegratorKind>, model: ModelKind) -> IntegratorKind {
+    let usual = model.usual_integrator();
+    let integrator = given.unwrap_or(usual);
+    if model.integrators().contains(&integrator) {
+        return integrator;
+    }
+    let suits: Vec<&str> = model.integrators().iter().map(|kind| kind.as_str()).collect();
+    check.note(|| check.refuse("solver.integrator", format!("{} goes with {} only", model.as_str(), suits.join(", "))));
+    usual
+}
+
+/// Checks the solver of a mechanism, which is not known if its tables do not go together.
+fn solver(check: &Checker, scene: &raw::Scene, is_known: bool) -> Solver {
+    let raw = &scene.solver;
+    // Stands in for a refused model: it needs fewer keys of links than any other, so that no refusal follows from it.
+    let least = if scene.oscillator.is_some() { ModelKind::MassSpring } else { ModelKind::Rigid };
+    let named = model(check, scene, is_known);
+    let model = named.unwrap_or(least);
+    let word = raw.integrator.as_deref().map(|word| check.word("solver.integrator", word, &INTEGRATORS));
+    let given = check.noted(word.transpose());
+    let solver = Solver {
         model,
-        integrator: check.word_or("solver.integrator", given, &INTEGRATORS, usual),
+        integrator: integrator(check, given.flatten(), model),
         step_s: check.number_or(&keys::STEP, "solver", raw.step_s),
         weight: check.number_or(&keys::WEIGHT, "solver", raw.weight),
         rho_infinity: check.number_or(&keys::RHO_INFINITY, "solver", raw.rho_infinity),
         tolerance: check.number_or(&keys::TOLERANCE, "solver", raw.tolerance),
         balance_tolerance: check.number_or(&keys::BALANCE_TOLERANCE, "solver", raw.balance_tolerance),
         max_iterations: check.count_or(&keys::MAX_ITERATIONS, "solver", raw.max_iterations),
-        corrections: raw.corrections.map(|count| check.count(&keys::CORRECTIONS, "solver", count)),
-    })
+        corrections: raw.corrections.and_then(|count| check.count(&keys::CORRECTIONS, "solver", count)),
+    };
+    // Whether steps are solved by iteration is known of a known model and integrator alone.
+    if let (Some(_), Some(_), Some(problem)) = (named, given, bad_corrections(&solver)) {
+        check.note(|| check.refuse("solver.corrections", problem));
+    }
+    solver
 }
 
-/// Rules between keys of different tables.
-fn rules(check: &Checker, scene: &Scene) -> Result<(), SceneError> {
-    let Solver { model, integrator, .. } = scene.solver;
-    if !model.integrators().contains(&integrator) {
-        let suits: Vec<&str> = model.integrators().iter().map(|kind| kind.as_str()).collect();
-        return Err(check.refuse("solver.integrator", format!("{} goes with {} only", model.as_str(), suits.join(", "))));
-    }
-    if let Some(problem) = bad_corrections(&scene.solver) {
-        return Err(check.refuse("solver.corrections", problem));
-    }
-    let Some(chain) = scene.chain() else { return Ok(()) };
-    if let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice())
-        && rod.length_m <= crank.length_m
-    {
-        let problem = format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
-        return Err(check.refuse("rod.length_m", problem));
-    }
-    if let (true, End::Free { .. }, [_, _]) = (chain.start.static_equilibrium, &chain.end, chain.links.as_slice()) {
-        let problem = "the second link of an open chain swings: static equilibrium is for a beam or a crank-slider";
-        return Err(check.refuse("start.static_equilibrium", problem));
-    }
-    if model == ModelKind::Incremental && chain.start.static_equilibrium {
-        let problem = "the incremental model starts with straight links: use modal, finite-element or rigid";
-        return Err(check.refuse("start.static_equilibrium", problem));
-    }
-    if model == ModelKind::Incremental
-        && let Some(link) = chain.links.iter().find(|link| link.elements != 1 || link.rigid)
-    {
-        let key = format!("{}.{}", link.name.as_str(), if link.rigid { "rigid" } else { "elements" });
-        return Err(check.refuse(&key, "the incremental model is the thesis's: flexible links, one element each"));
-    }
-    Ok(())
+/// Why a rod is too short for its crank.
+fn short_rod(chain: &Chain) -> Option<String> {
+    let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice()) else { return None };
+    let problem = || format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
+    (rod.length_m <= crank.length_m).then(problem)
+}
+
+/// Why a chain cannot start in static equilibrium, if it is asked to.
+fn bad_equilibrium(raw: &raw::Scene, chain: &Chain, model: ModelKind) -> Option<&'static str> {
+    let is_open = raw.slider.is_none() && chain.links.len() > 1;
+    let problem = if is_open {
+        "the second link of an open chain swings: static equilibrium is for a beam or a crank-slider"
+    } else if model == ModelKind::Incremental {
+        "the incremental model starts with straight links: use modal, finite-element or rigid"
+    } else {
+        return None;
+    };
+    chain.start.static_equilibrium.then_some(problem)
 }
 
 /// Why a step of fixed cost cannot have this many corrections.
@@ -230,5 +255,75 @@ fn bad_corrections(solver: &Solver) -> Option<String> {
         }
         (1.., false) => Some(format!("{method} does not iterate: must be 0")),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::SceneSource;
+
+    /// The lines of a refusal of a scene with overrides.
+    fn refusals(scene: &str, overrides: &[&str]) -> Vec<String> {
+        let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+        let refused = SceneSource::open(scene, &overrides).err().map(|refused| refused.in_full()).unwrap_or_default();
+        refused.lines().map(|line| line.trim().to_owned()).collect()
+    }
+
+    /// They were refused one by one, and only once every value was in its range.
+    #[test]
+    fn regress_mistakes_between_keys_are_refused_with_all_others() {
+        let given = ["slider.mass_kg=-1", "solver.model=incremental", "solver.corrections=2"];
+        let more = ["rod.rigid=true", "start.static_equilibrium=true"];
+        let incremental = "the incremental model is the thesis's: flexible links, one element each";
+        let straight = "the incremental model starts with straight links: use modal, finite-element or rigid";
+        let expected = [
+            format!("--set start.static_equilibrium=true: start.static_equilibrium = true: {straight}"),
+            format!("crank-slider:9: crank.elements = 4: {incremental}"),
+            format!("--set rod.rigid=true: rod.rigid = true: {incremental}"),
+            format!("crank-slider:19: rod.elements = 4: {incremental}"),
+            "--set slider.mass_kg=-1: slider.mass_kg = -1: must be a number from 0 to 1e9".to_owned(),
+            "--set solver.corrections=2: solver.corrections = 2: incremental does not iterate: must be 0".to_owned(),
+            "crank-slider:36: solver.integrator = \"esdirk\": incremental goes with two-point only".to_owned(),
+        ];
+        assert_eq!(refusals("crank-slider", &[&given[..], &more].concat()), expected);
+        for (scene, given, mistakes) in [
+            ("crank-slider", ["slider.mass_kg=-1", "solver.model=mass-spring"], ["slider.mass_kg = -1", "mass-spring goes"]),
+            ("crank-slider", ["base.damper_nm_s_per_rad=-1", "rod.area_m2=1"], ["damper_nm_s_per_rad = -1", "give section, or"]),
+            ("crank-slider", ["gravity.x_m_per_s2=inf", "beam.modes=3"], ["x_m_per_s2 = inf", "instead of [beam]"]),
+            ("thesis-two-masses", ["oscillator.forces_n=[1]", "oscillator.start_m=[1]"], ["forces_n = [1]", "start_m = [1]"]),
+        ] {
+            let refused = refusals(scene, &given);
+            assert!(refused.len() == 2 && mistakes.iter().all(|mistake| refused.concat().contains(mistake)), "{refused:?}");
+        }
+    }
+
+    #[test]
+    fn regress_a_link_of_nothing_is_refused_with_all_that_it_lacks() {
+        let text = "[crank]\nlength_m = 0.5\n[rod]\nlength_m = 0.4\n[slider]\n";
+        let refused = SceneSource::parse("scene.toml", text, &[]).err().map(|refused| refused.in_full()).unwrap_or_default();
+        let missing = |link: &str| {
+            let keys = ["`area_m2` (or `section`)", "`density_kg_per_m3`", "`youngs_modulus_pa`"];
+            keys.map(|key| format!("scene.toml:{link}: missing key {key}"))
+        };
+        let short = "scene.toml:4: rod.length_m = 0.4: must be longer than crank.length_m = 0.5, or the crank cannot turn";
+        let expected = [&missing("1: crank")[..], &missing("3: rod"), &[short.to_owned()]].concat();
+        assert_eq!(refused, expected.join("\n  "));
+    }
+
+    /// Words that the program does not know, numbers out of range, and ends in doubt break no rule.
+    #[test]
+    fn prop_a_refused_value_breaks_no_rule() {
+        for given in [
+            &["solver.integrator=rungekutta", "solver.corrections=0"][..],
+            &["solver.model=rigd", "solver.corrections=0"],
+            &["solver.corrections=1000"],
+            &["solver.model=mass-spring", "solver.corrections=0"],
+            &["crank.length_m=1e9"],
+            &["solver.model=incremental", "solver.integrator=two-point", "crank.elements=0", "rod.elements=1"],
+            &["slider.resistance_n=1", "slider.resistance_table=[[0, 0], [1, 1]]", "start.static_equilibrium=true"],
+            &["tip.mass_kg=1", "start.static_equilibrium=true"],
+        ] {
+            assert_eq!(refusals("crank-slider", given).len(), 1, "{given:?}: {:?}", refusals("crank-slider", given));
+        }
     }
 }

@@ -10,7 +10,7 @@ use super::recording::record;
 use super::{complaint, plot};
 
 /// The positions of a beam of length 2 that makes so many `turns` up to a time, bent to the left by 1 % of its length.
-fn turning(turns: impl Fn(f64) -> f64, for_s: f64, intervals: u32) -> [Named; 1] {
+pub(super) fn turning(turns: impl Fn(f64) -> f64, for_s: f64, intervals: u32) -> [Named; 1] {
     beam([[0.0, 0.0], [1.0, 0.02], [2.0, 0.0]], turns, for_s, intervals)
 }
 

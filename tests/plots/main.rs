@@ -7,6 +7,7 @@ mod maps;
 mod overlays;
 mod pictures;
 mod recording;
+mod strobes;
 mod tables;
 mod thesis;
 mod vibrations;

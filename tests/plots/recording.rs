@@ -112,7 +112,7 @@ fn prop_a_range_of_time_cuts_figures_and_mechanism() {
     assert!(["0.25", "0.50"].iter().all(|tick| angles.iter().any(|text| text == tick)), "{angles:?}");
     assert!(ticks.contains(&0.3) && !angles.iter().any(|text| text == "0.6"), "{angles:?}");
     let page = read_to_string(at.join("out/index.html")).unwrap();
-    assert!(page.contains("from 0.250 s (pale) to 0.500 s (dark)") && page.contains("0.25 s to 0.5 s"), "{page}");
+    assert!(page.contains("from 0.25 s (pale) to 0.484 s (dark), 0.026 s apart") && page.contains("0.25 s to 0.5 s"), "{page}");
     for (range, says) in [
         (["--from", "1.5", "--to", "2"], "nothing was recorded between --from and --to; the recording covers 0 s to 1 s"),
         (["--from", "0.5", "--to", "0.25"], "--from 0.5 must be less than --to 0.25"),

@@ -119,8 +119,7 @@ impl Campaign {
         };
         let refused = |with_value: Result<SceneSource, SceneError>| {
             let refused = with_value.err()?;
-            let mut all = std::iter::once(&refused).chain(refused.further.iter());
-            let own = all.find(|refused| refused.never_allowed && refused.key == axis.key)?;
+            let own = refused.all().find(|refused| refused.never_allowed && refused.key == axis.key)?;
             Some(RefusedValue { reason: reason(own), runs })
         };
         self.with_given_values(axis).filter_map(refused).collect()
@@ -215,7 +214,7 @@ fn refusal_of_all(spec: &Spec, refused: &SceneError) -> String {
 fn culprit(base: &SceneSource, changes: &[String], refused: &SceneError) -> Option<usize> {
     changes.iter().position(|change| {
         let alone = base.with(std::slice::from_ref(change));
-        alone.is_err_and(|alone| alone.problem == refused.problem)
+        alone.is_err_and(|alone| alone.all().any(|alone| alone.problem == refused.problem))
     })
 }
 
