@@ -118,11 +118,11 @@ fn in_one_word(given: &str, command: &clap::Command, words: &[OsString]) -> Opti
         let long = option.strip_prefix("--");
         long.is_some() && command.get_arguments().any(|arg| arg.get_long() == long && arg.is_require_equals_set())
     };
-    let of_set = |three: &[OsString]| match [&three[0], &three[1], &three[2]].map(|word| word.to_str()) {
-        [Some("--set"), Some(key), Some(value)] if value == given && !key.contains('=') => {
-            Some(format!("the value follows an equals sign: --set {key}={value}"))
-        }
-        _ => None,
+    let of_set = |from: usize| {
+        let [set, key, value, next] = [0, 1, 2, 3].map(|k| words.get(from + k).and_then(|word| word.to_str()).unwrap_or("VALUE"));
+        let value = if value == given { value.strip_prefix('=').unwrap_or(value) } else { return None };
+        let value = if value.is_empty() { next } else { value };
+        (set == "--set" && !key.contains('=')).then(|| format!("the value follows an equals sign: --set {key}={value}"))
     };
     let of_option = words.windows(2).filter(|pair| pair[1] == *given).find_map(|pair| match pair[0].to_str()? {
         number if finite(number).is_some() && seconds(&format!("{number}{given}")).is_some() => {
@@ -131,7 +131,7 @@ fn in_one_word(given: &str, command: &clap::Command, words: &[OsString]) -> Opti
         option if needs_equals(option) => Some(format!("the value follows an equals sign: {option}={given}")),
         _ => None,
     });
-    of_option.or_else(|| words.windows(3).find_map(of_set))
+    of_option.or_else(|| (0..words.len()).find_map(of_set))
 }
 
 /// The commands of a command.
@@ -374,6 +374,8 @@ mod tests {
             ("list --wait 3s", "the value follows an equals sign: --wait=3s"),
             ("control crank pause --wait 3s", "the value follows an equals sign: --wait=3s"),
             ("check arm.toml --set rod.length_m 0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
+            ("check arm.toml --set rod.length_m = 0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
+            ("check arm.toml --set rod.length_m =0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
             ("pulse crank --torque 5 Nm --duration 1", ""),
             ("guide bus ms", ""),
         ] {

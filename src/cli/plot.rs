@@ -97,7 +97,8 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let mut sources = sources?;
     let sentences = |source: &Source| {
         let straight_links = args.y.is_empty().then(|| source.straight_links()).flatten();
-        let missed_motion = source.missed_motion(&args.y, args.animation.is_some());
+        let columns: Vec<String> = args.y.iter().chain(&args.x).cloned().collect();
+        let missed_motion = source.missed_motion(&columns, args.animation.is_some());
         straight_links.into_iter().chain(source.interrupted_study()).chain(missed_motion)
     };
     sources.iter().flat_map(sentences).for_each(|sentence| say!("{sentence}"));

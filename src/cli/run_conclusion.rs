@@ -18,9 +18,11 @@ const LOST: &str = "dropped because bus or disk could not keep up";
 pub(super) fn step_remedy<'a>(mut scenes: impl Iterator<Item = &'a Scene> + Clone) -> Option<&'static str> {
     let has_suggestion = scenes.clone().all(|scene| scene.solver.model != ModelKind::Incremental);
     match (has_suggestion, scenes.all(|scene| scene.chain().is_some())) {
-        (true, true) => Some("`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE` chooses one"),
+        (true, true) => {
+            Some("`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one")
+        }
         (true, false) => Some("`flexcrank check SCENE --until TIME` suggests a step"),
-        (false, true) => Some("`flexcrank trade SCENE` chooses model and step"),
+        (false, true) => Some("`flexcrank trade SCENE --tolerance ERROR` chooses model and step"),
         (false, false) => None,
     }
 }

@@ -98,10 +98,14 @@ fn sufficient_step(
     let from = if tried_s < from_s { format!("from {from_s} s ") } else { String::new() };
     let none = format!("no step {from}down to {tried_s} s {quality}");
     match (own.verdict(), balanced) {
-        (Verdict::Sufficient { .. }, _) | (Verdict::Inexact(_), None) => {
+        (Verdict::Sufficient { cut_off_s: None }, _) | (Verdict::Inexact(_), None) => {
             (Some(scene.solver.step_s), format!("the scene's own: {none}"))
         }
         (_, Some((longest_s, _))) => (Some(longest_s), format!("{reason}; {none}")),
+        (Verdict::Sufficient { cut_off_s: Some(time_s) }, None) => {
+            let judged = format!("only the first {} s of a run with it are judged", figure(time_s));
+            (Some(scene.solver.step_s), format!("the scene's own: {none}; {judged}"))
+        }
         (Verdict::Unbalanced, None) => (None, none),
     }
 }
@@ -123,6 +127,7 @@ impl OwnRun<'_> {
         let trial = Trial::of(&mut run, length, Duration::ZERO);
         let is_exact = step_s < scene.solver.step_s
             && self.trial.verdict.is_ok()
+            && self.trial.cut_off_s.is_none()
             && self.step_error.is_some_and(|error| error.too_large().is_none());
         let step_error = if is_kept(&trial.verdict) && !is_exact { StepError::of(&other, &trial, length) } else { None };
         verdict(&trial, step_error)

@@ -26,6 +26,12 @@ pub(super) fn decide(
     let measured = measured(chosen, lost(chosen));
     writeln!(output(), "\n{measured}{}", tables(&keys))?;
     write_scene(write, &copy, &measured)?;
+    if chosen.row.outcome.as_ref().is_ok_and(|measured| !measured.balance_kept) {
+        say!(
+            "warning: `run` calls these settings not to be trusted, as their energy balance is off: none that keeps it holds the \
+             demands; with energy among the --outputs, more are tried"
+        );
+    }
     Ok(ExitStatus::Success)
 }
 
@@ -55,11 +61,14 @@ fn write_scene(write: Option<&Path>, scene: &SceneSource, comments: &str) -> Com
     Ok(())
 }
 
-/// The scene with comments on its solver that name this choice, in place of what was said of an earlier one.
+/// The scene with comments on its solver that name this choice, in place of what was said of an earlier one. They come last if there
+/// is no `[solver]`, as of one that is written in a line.
 fn commented(scene: &SceneSource, comments: &str) -> String {
     let Ok(mut document) = scene.text.parse::<DocumentMut>() else { return scene.text.clone() };
-    if let Some(solver) = document.get_mut("solver").and_then(Item::as_table_mut) {
-        solver.decor_mut().set_prefix(format!("\n# Chosen by `{}`.\n{comments}", command_line()));
+    let comments = format!("\n# Chosen by `{}`.\n{comments}", command_line());
+    match document.get_mut("solver").and_then(Item::as_table_mut).filter(|solver| !solver.is_dotted()) {
+        Some(solver) => solver.decor_mut().set_prefix(comments),
+        None => return format!("{document}{comments}"),
     }
     document.to_string()
 }

@@ -68,6 +68,15 @@ fn sentences(modes: &LostModes) -> Vec<String> {
         let most = others.iter().map(|mode| mode.output_part.max(mode.following_part)).fold(0.0, f64::max);
         sentences.push(format!("the others change none by more than {most:.1e}: {}", names(&others)));
     }
+    for mode in vibrate.iter().chain(&follow) {
+        if let Some(elsewhere) = &mode.elsewhere {
+            sentences.push(format!(
+                "{} is {elsewhere} where it changes outputs most: as the crank turns, vibrations exchange their shapes (see \
+                 `flexcrank modes --angle`), and the front may lose that instead",
+                mode.name
+            ));
+        }
+    }
     sentences.push("reasons to look, not measurements: the errors in the table are measured".to_owned());
     sentences
 }

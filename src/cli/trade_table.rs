@@ -53,12 +53,12 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
     writeln!(out, "  uncertain by {}", estimate.join(", "))?;
-    if let Some(left_out) = study.reference.left_out.filter(|left_out| left_out.errors.is_none()) {
+    if let Some(left_out) = study.reference.left_out.filter(|left_out| left_out.counts) {
         let minutes = (left_out.budget_s / 60.0).ceil();
         writeln!(
             out,
-            "  its steps do not resolve the bending of a link at {:.0} Hz: where that rings, as after a\n  rectangular pulse, \
-             errors can be larger; --budget {minutes}min resolves it",
+            "  its steps do not resolve the bending of a link at some {:.0} Hz, as it rings after a\n  rectangular pulse: so it is \
+             uncertain; --budget {minutes}min resolves it",
             left_out.hz
         )?;
     }

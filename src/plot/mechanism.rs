@@ -113,7 +113,7 @@ impl Motion {
     /// The magnification in words, after other words.
     pub fn magnification(&self) -> String {
         let magnified = self.magnified.filter(|factor| *factor > 1.0);
-        magnified.map_or(String::new(), |factor| format!(", bending drawn {factor} times as large"))
+        magnified.map_or(String::new(), |factor| format!(", bending from the chord drawn {factor} times as large"))
     }
 }
 

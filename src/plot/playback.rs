@@ -104,7 +104,7 @@ impl Playback {
     /// The reason why a vibration is not seen, or seen slower than it is; `None` if it is seen.
     pub fn hidden_vibration(&self, motion: &RecordedMotion<'_>) -> Option<String> {
         let missed = motion.missed_links(&self.places, ROUGH);
-        let reason = || format!("pictures are too rare for the vibration of the {}", missed.join(" and the "));
+        let reason = || format!("pictures are too rare for the bending of the {}", missed.join(" and the "));
         (!missed.is_empty()).then(|| self.at_this_speed(&reason()))
     }
 

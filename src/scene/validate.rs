@@ -226,14 +226,14 @@ fn solver(check: &Checker, scene: &raw::Scene, is_known: bool) -> Solver {
     solver
 }
 
-/// Why a rod is too short for its crank.
+/// The problem of a rod that is too short for its crank.
 fn short_rod(chain: &Chain) -> Option<String> {
     let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice()) else { return None };
     let problem = || format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
     (rod.length_m <= crank.length_m).then(problem)
 }
 
-/// Why a chain cannot start in static equilibrium, if it is asked to.
+/// The problem of a chain that is asked to start in static equilibrium, and cannot.
 fn bad_equilibrium(raw: &raw::Scene, chain: &Chain, model: ModelKind) -> Option<&'static str> {
     let is_open = raw.slider.is_none() && chain.links.len() > 1;
     let problem = if is_open {

@@ -19,8 +19,11 @@ use crate::mechanics::Mechanism;
 const STRAINED: f64 = 0.05;
 /// The same while the chain turns.
 const STRAINED_WHILE_TURNING: f64 = 0.25;
-/// A mode with more of its kinetic energy than this in turning of the chain as it is, is named after that.
+/// A mode with more of its kinetic energy than this in turning of the chain as it is, is named after that,
 const RIGID: f64 = 0.5;
+/// unless strain holds this part of the energy that brings it back. So it is with the first bending of a clamped beam, nearly all of
+/// whose points move to one side.
+const BROUGHT_BACK: f64 = 0.5;
 
 /// A part of the mechanism and its share of a mode's strain energy, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -211,11 +214,14 @@ impl Identifier {
     fn named(&self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>, strain: Strain) -> Mode {
         let Strain { energies, whole, links } = strain;
         let strained = whole >= STRAINED * eigenvalue.norm_sqr() && whole > 0.0;
+        let is_brought_back = eigenvalue.im != 0.0 && whole >= BROUGHT_BACK * eigenvalue.norm_sqr();
         let rigid_part = self.rigid.of(&shape);
         let kind = match energies.first() {
             _ if self.oscillates => Kind::Masses,
             _ if eigenvalue.norm() == 0.0 => Kind::Rotation,
-            Some((part, _)) if strained && (*part == Part::Base || rigid_part < RIGID) => Kind::Vibration(*part),
+            Some((part, _)) if strained && (*part == Part::Base || rigid_part < RIGID || is_brought_back) => {
+                Kind::Vibration(*part)
+            }
             _ if eigenvalue.im == 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };

@@ -188,4 +188,26 @@ mod tests {
         }
         Ok(())
     }
+
+    /// A ruler on a stiff spring: nearly all of its points move to one side, as in a turn. That was called a swing, and its second bending
+    /// the first.
+    #[test]
+    fn regress_the_first_bending_of_a_clamped_beam_is_no_swing() -> Result<(), Box<dyn std::error::Error>> {
+        let ruler = "[beam]\nlength_m = 0.4\nsection = { shape = \"rectangle\", width_m = 0.025, height_m = 0.001 }\n\
+                     density_kg_per_m3 = 7850\nyoungs_modulus_pa = 2.05e11\nelements = 8\nmodes = 3\n[base]\n";
+        // (β₁ L)² √(E J/ρ A) / (2π L²)
+        let clamped_hz = 1.875_104_07_f64.powi(2) * (2.05e11 * 1e-6 / 12.0 / 7850.0_f64).sqrt() / (TAU * 0.16);
+        for model in ["modal", "finite-element"] {
+            for (spring, within) in [("20.0", 0.15), ("200.0", 0.02), ("20000.0", 1e-3)] {
+                let text = format!("{ruler}torsion_spring_nm_per_rad = {spring}\n[solver]\nmodel = \"{model}\"\n");
+                let scene = SceneSource::parse("ruler.toml", &text, &[])?.scene;
+                let modes = NormalModes::new(&scene, 0.0, 2)?;
+                let names: Vec<String> = modes.modes().iter().map(|mode| mode.mode.name()).collect();
+                assert_eq!(names, ["beam bending 1", "beam bending 2"], "{model} {spring}");
+                let found_hz = Vibrations::of_scene(&scene)?.and_then(|found| found.lowest_bending_hz).ok_or("nothing bends")?;
+                assert!((found_hz / clamped_hz - 1.0).abs() < within, "{model} {spring}: {found_hz} Hz, {clamped_hz} Hz clamped");
+            }
+        }
+        Ok(())
+    }
 }

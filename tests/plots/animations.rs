@@ -48,7 +48,7 @@ fn prop_bending_is_magnified_and_the_time_kept() {
     let animation = MechanismPicture::animation("turning", &evenly, Some(0.5)).unwrap();
     assert_eq!(
         animation.caption(),
-        "1.00 s at 0.5 times the real speed, bending drawn 10 times as large",
+        "1.00 s at 0.5 times the real speed, bending from the chord drawn 10 times as large",
         "1 % is drawn as 10 %"
     );
     let svg = animation.to_svg();
@@ -66,7 +66,7 @@ fn regress_the_bending_of_several_files_is_magnified_by_one_factor() {
     };
     let factor = |picture: &MechanismPicture| {
         let caption = picture.caption();
-        let words = caption.split("bending drawn ").nth(1).unwrap_or("1 times");
+        let words = caption.split("bending from the chord drawn ").nth(1).unwrap_or("1 times");
         words.split(' ').next().unwrap().parse::<u32>().unwrap()
     };
     // A stiff beam, a soft one, and a rigid one.
@@ -149,7 +149,7 @@ fn vibration(amplitude_m: f64, frequency_hz: f64) -> impl Fn(f64) -> f64 {
 
 #[test]
 fn regress_pictures_too_rare_for_a_vibration_are_named_with_a_speed_that_shows_it() {
-    let rare = "pictures are too rare for the vibration of the beam";
+    let rare = "pictures are too rare for the bending of the beam";
     let helps = "--animation=0.025 shows the motion";
     let of_part = format!("{helps}, with --from and --to at most 0.25 s apart");
     for (for_s, speed, said) in [
@@ -228,7 +228,7 @@ fn regress_plot_warns_of_pictures_too_rare_for_a_vibration_that_samples_show() {
     record(at, "tube.toml", "1.2", "rare.mcap", &["--publish-hz", "200"]);
     let helps = "--animation=0.025 shows the motion, with --from and --to at most 0.25 s apart";
     let rare = |speed: &str| {
-        let why = "pictures are too rare for the vibration of the beam";
+        let why = "pictures are too rare for the bending of the beam";
         format!("warning: run: at {speed} times the real speed, {why}; {helps}\n")
     };
     for (words, said) in [
@@ -247,7 +247,7 @@ fn regress_plot_warns_of_pictures_too_rare_for_a_vibration_that_samples_show() {
         assert_eq!((output.status.code(), complaint(&output)), (Some(0), said), "{words:?}");
     }
     let said = complaint(&plot(at, &["rare.mcap", "-o", "out", "--format", "svg"]));
-    assert!(said.contains("samples are too rare for the vibration of the beam") && !said.contains("pictures"), "{said}");
+    assert!(said.contains("samples are too rare for the bending of the beam") && !said.contains("pictures"), "{said}");
 }
 
 #[test]

@@ -133,7 +133,7 @@ fn prop_recordings_are_laid_over_one_another() {
     let output = plot(at, &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let page = read_to_string(at.join("out/index.html")).unwrap();
-    let alike = page.matches("s apart, bending drawn 2 times as large (").count();
+    let alike = page.matches("s apart, bending from the chord drawn 2 times as large (").count();
     assert_eq!(alike, 2, "the steel rod by itself is drawn with a larger factor: {page}");
     let svg = read_to_string(at.join("out/overlay-rates.svg")).unwrap();
     let drawn = texts(&svg);

@@ -11,7 +11,7 @@ const SAMPLES: u32 = 200;
 /// The caption of a beam's positions, without its bending.
 fn caption(file: &[Named]) -> String {
     let caption = MechanismPicture::strobe("turning", file).unwrap().caption();
-    caption.strip_suffix(", bending drawn 10 times as large").unwrap().to_owned()
+    caption.strip_suffix(", bending from the chord drawn 10 times as large").unwrap().to_owned()
 }
 
 #[test]

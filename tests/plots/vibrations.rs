@@ -176,7 +176,7 @@ fn regress_plot_names_links_whose_accelerations_are_faster_than_the_samples() {
     let rare = rare_accelerations("beam");
     let animation: &[&str] = &["--animation"];
     // At 12 Hz, samples show it.
-    let rare_pictures = "warning: run: at 0.5 times the real speed, pictures are too rare for the vibration of the beam; \
+    let rare_pictures = "warning: run: at 0.5 times the real speed, pictures are too rare for the bending of the beam; \
                          --animation=0.1 shows the motion, with --from and --to at most 1 s apart\n";
     // The edges of a pulse are no vibration.
     let rigid: &[&str] = &["--set", "beam.rigid=true"];

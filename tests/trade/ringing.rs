@@ -70,7 +70,7 @@ fn val_the_uncertainty_of_the_reference_counts_a_ringing() {
         assert_eq!(reference.left_out.is_none_or(|left_out| left_out.errors.is_some()), is_known, "{seen}");
         assert_eq!(reference.left_out.is_none(), is_resolved, "{seen}");
         let off = (stated - error).abs();
-        assert!(!is_known || off < 1.1 * uncertainty + 2e-3, "{seen}");
+        assert!(off < 1.1 * uncertainty + 2e-3 || !is_known && uncertainty == 1.0, "{seen}");
         assert!(!is_resolved || uncertainty < 0.02, "{seen}");
         let left_out = reference.left_out.and_then(|left_out| left_out.errors);
         assert!(left_out.is_none_or(|errors| uncertainty >= errors.of(OutputGroup::Deflection)), "{seen}");
@@ -88,4 +88,20 @@ fn prop_links_that_bend_slowly_are_not_looked_at_for_ringing() {
         if progress.reference { std::ops::ControlFlow::Continue(()) } else { std::ops::ControlFlow::Break(()) }
     });
     assert_eq!(runs[..2], [8, 16], "{runs:?}");
+}
+
+/// A smooth pulse leaves no ringing, so that the mesh is refined instead.
+#[test]
+fn prop_a_ringing_that_does_not_count_leaves_the_steps_as_they_are() {
+    let smooth =
+        BALANCE.replace("torque_nm = -1e-5\nduration_s = 0.005", "torque_nm = 1e-7\nduration_s = 0.5\nshape = \"raised-cosine\"");
+    let source = SceneSource::parse("balance.toml", &smooth, &[]).unwrap();
+    let selection =
+        Selection { models: vec![ModelKind::Rigid], integrators: vec![IntegratorKind::TwoPoint], ..Selection::default() };
+    let question = Question { until_s: Some(2.06), ..ask(selection, &[OutputGroup::Angle], 40.0) };
+    let study = answer(&source, &Question { enough: Some(1e-2), ..question });
+    let (reference, interval_s) = (&study.reference, study.grid.interval_s);
+    let steps = interval_s / reference.configuration.step_s;
+    let left_out = reference.left_out.unwrap_or_else(|| panic!("{steps} steps"));
+    assert!(!left_out.counts && left_out.errors.is_some() && steps < 201.0, "{left_out:?}, {steps}");
 }

@@ -1,5 +1,7 @@
 //! Rows of ever shorter steps.
 
+use flexcrank::simulation::EnergyVerdict;
+
 use super::*;
 
 /// A small compressor: the rod vibrates at 2 kHz and more, and rings under the gas force that is there at the start.
@@ -51,4 +53,61 @@ fn regress_a_row_goes_on_until_its_steps_resolve_bending() {
     let study = answer(&source, &Question { until_s: Some(0.3), enough: Some(2e-2), ..ask(selection, &outputs, 60.0) });
     let least = study.measured().map(|(_, measured)| measured.error).fold(f64::INFINITY, f64::min);
     assert!(least < 0.1, "{least}");
+}
+
+/// A ruler on a stiff spring under rectangular pulses, whose ringing long steps damp away with its energy.
+const RULER: &str = r#"
+[beam]
+length_m = 0.4
+section = { shape = "rectangle", width_m = 0.025, height_m = 0.001 }
+density_kg_per_m3 = 7850
+youngs_modulus_pa = 2.05e11
+damping_s = 3e-4
+
+[base]
+torsion_spring_nm_per_rad = 200.0
+
+[[pulse]]
+start_s = 0.2
+torque_nm = 2.0
+duration_s = 0.04
+
+[[pulse]]
+start_s = 0.395
+torque_nm = 2.0
+duration_s = 0.04
+
+[[pulse]]
+start_s = 0.59
+torque_nm = 2.0
+duration_s = 0.04
+"#;
+
+/// The cheapest within the tolerance was chosen without a word, and `run` called it not to be trusted.
+#[test]
+fn regress_a_choice_keeps_its_energy_balance() {
+    let source = SceneSource::parse("ruler.toml", RULER, &[]).unwrap();
+    let selection =
+        Selection { models: vec![ModelKind::Modal], integrators: vec![IntegratorKind::Esdirk], ..Selection::default() };
+    let question = Question { enough: Some(2.5e-3), ..ask(selection, &OutputGroup::DEFAULT, 20.0) };
+    let study = answer(&source, &question);
+    let demands = Demands { tolerance: 1e-2, real_time_factor: 1e-9 };
+    let chosen = choose(&source.scene, &study, &demands, 20.0, &mut |_| {}).unwrap();
+    let measured = |row: &flexcrank::study::trade::Row| row.outcome.clone().unwrap();
+    let cost = |measured: &flexcrank::study::trade::Measured| measured.counted_s_per_s;
+    let of_choice = measured(&chosen.row);
+    let is_cheaper =
+        |other: &flexcrank::study::trade::Measured| cost(other) < cost(&of_choice) && other.error <= demands.tolerance;
+    let is_chosen_without_it = study.measured().any(|(_, other)| is_cheaper(other) && !other.balance_kept);
+    assert!(is_chosen_without_it, "a cheaper one is not to be trusted");
+    let mut simulation = Simulation::new(&chosen.row.configuration.scene(&source.scene)).unwrap();
+    while simulation.time_s() < study.grid.until_s() {
+        simulation.step().unwrap();
+    }
+    let verdict = simulation.energy_verdict();
+    assert!(
+        of_choice.balance_kept && !matches!(verdict, EnergyVerdict::Unbalanced { .. }),
+        "{}: {verdict:?}",
+        chosen.row.configuration
+    );
 }

@@ -47,7 +47,7 @@ fn regress_the_best_has_the_least_error_that_is_certain() {
     ] {
         let study = study_of(&source, [1.1e-4, 7.5e-2], of_rows);
         let refusal = choose(&source.scene, &study, &demands, 5.0, &mut |_| {}).unwrap_err();
-        let Refusal::Tolerance { best, times: found_times, output: found_output, excess: found_excess } = &refusal else {
+        let Refusal::Tolerance { best, times: found_times, output: found_output, excess: found_excess, .. } = &refusal else {
             panic!("{refusal}")
         };
         assert_eq!((best.step_s, *found_output, *found_excess), (step_s, output, excess), "{refusal}");
@@ -89,10 +89,19 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
         (Excess::AtLeast, fails, "at least ", String::new()),
         (Excess::Measured, fails, "", String::new()),
     ] {
-        let refusal = Refusal::Tolerance { best: best.clone(), times: 2.078, output: OutputGroup::Deflection, excess };
+        let refusal =
+            Refusal::Tolerance { best: best.clone(), times: 2.078, output: OutputGroup::Deflection, excess, left_out: 0 };
         let expected = format!("{start}: the best, {best}, is {part}2.078 times over it in deflection{reason}");
         assert_eq!(refusal.to_string(), expected);
     }
+    // A table that the budget ended is no proof.
+    let (times, output, excess) = (50.0, OutputGroup::Angle, Excess::Measured);
+    let refusal = Refusal::Tolerance { best: best.clone(), times, output, excess, left_out: 567 };
+    let expected = format!(
+        "no configuration that was measured holds the tolerance: the best, {best}, is 50.000 times over it in angle; a larger --budget \
+         measures more, of which 567 were skipped"
+    );
+    assert_eq!(refusal.to_string(), expected);
 }
 
 #[test]

@@ -41,10 +41,11 @@ pub fn choose(
 ) -> Choice {
     let candidates = candidates(study, demands)?;
     let verification = Verification::new(scene, study, demands.tolerance, budget_s, progress)?;
-    let (mut nearest, mut tried, mut long_runs): (Option<(Trial, &Row)>, usize, usize) = (None, 0, 0);
+    let (mut nearest, mut tried, mut long_runs): (Option<(Trial, &Row)>, Vec<f64>, usize) = (None, Vec::new(), 0);
     for (row, measured) in candidates {
         progress(&row.configuration);
-        tried += 1;
+        let cost_s = measured.counted_s_per_s;
+        tried.push(cost_s);
         let Ok(mut trial) = verification.run(&row.configuration) else { continue };
         if trial.holds(demands) {
             let Ok(error) = verification.long_energy(&row.configuration) else { continue };
@@ -52,7 +53,8 @@ pub fn choose(
             long_runs += usize::from(error.is_some());
         }
         if trial.holds(demands) {
-            return Ok(Chosen { row: row.clone(), real_time_factor: speed(measured), trial, passed_over: tried - 1 });
+            let passed_over = tried.iter().filter(|other_s| **other_s < cost_s).count();
+            return Ok(Chosen { row: row.clone(), real_time_factor: speed(measured), trial, passed_over });
         }
         let missed = |trial: &Trial| trial.missed_times(demands);
         if nearest.as_ref().is_none_or(|(nearest, _)| missed(&trial) < missed(nearest)) {
@@ -62,7 +64,7 @@ pub fn choose(
             break;
         }
     }
-    Err(nearest.map_or(Refusal::Nothing, |(trial, row)| verification.refusal(&trial, demands, (&row.configuration, tried))))
+    Err(nearest.map_or(Refusal::Nothing, |(trial, row)| verification.refusal(&trial, demands, (&row.configuration, tried.len()))))
 }
 
 /// Simulated seconds per second, by the slowest repeat.
@@ -70,14 +72,16 @@ pub(super) fn speed(measured: &Measured) -> f64 {
     measured.timing.slowest_per_s.recip()
 }
 
-/// Returns the configurations that meet the requirements, cheapest first by counted work, or the requirement that fails.
+/// Returns the configurations that meet the requirements, or the requirement that fails. The cheapest by counted work is the first; those
+/// whose runs do not keep their energy balance come last.
 pub(super) fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<(&'a Row, &'a Measured)>, Refusal> {
     let mut all: Vec<(&Row, &Measured)> = study.measured().collect();
     all.sort_by(|a, b| a.1.counted_s_per_s.total_cmp(&b.1.counted_s_per_s));
     let (accurate, fast) = (|m: &Measured| m.error <= demands.tolerance, |m: &Measured| speed(m) >= demands.real_time_factor);
     let holding: Vec<_> = all.iter().copied().filter(|(_, m)| accurate(m) && fast(m)).collect();
     if !holding.is_empty() {
-        return Ok(holding);
+        let (kept, other): (Vec<_>, Vec<_>) = holding.into_iter().partition(|(_, m)| m.balance_kept);
+        return Ok([kept, other].concat());
     }
     let fastest = all.iter().copied().filter(|(_, m)| accurate(m)).max_by(|a, b| speed(a.1).total_cmp(&speed(b.1)));
     let best = all.iter().copied().filter(|(_, m)| fast(m)).min_by(|a, b| a.1.error.total_cmp(&b.1.error));
@@ -87,6 +91,7 @@ pub(super) fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<
             speed_times: demands.real_time_factor / speed(m),
             fast: Box::new(b.configuration.clone()),
             error_times: n.error / demands.tolerance,
+            left_out: study.left_out,
         },
         (None, _) => no_accuracy(study, &all, demands),
         (Some((row, measured)), None) => {
@@ -115,5 +120,11 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
         (Some(_), _) => Excess::AtLeast,
         (None, _) => Excess::AtMost { sufficient_budget_s: reference.sufficient_budget_s(outputs, demands.tolerance) },
     };
-    Refusal::Tolerance { best: row.configuration.clone(), times: error / demands.tolerance, output, excess }
+    Refusal::Tolerance {
+        best: row.configuration.clone(),
+        times: error / demands.tolerance,
+        output,
+        excess,
+        left_out: study.left_out,
+    }
 }

@@ -28,6 +28,8 @@ pub enum Refusal {
         output: OutputGroup,
         /// How well the reference knows this error.
         excess: Excess,
+        /// Configurations that the budget did not allow.
+        left_out: usize,
     },
     /// The speed is reached by none, at any accuracy.
     Speed {
@@ -46,6 +48,8 @@ pub enum Refusal {
         fast: Box<Configuration>,
         /// Its error over the tolerance.
         error_times: f64,
+        /// Configurations that the budget did not allow.
+        left_out: usize,
     },
     /// All that held both failed when they were verified.
     Verification(Unverified),
@@ -90,30 +94,44 @@ pub struct Unverified {
     pub left_out: bool,
 }
 
+/// The beginning of a refusal where the budget ended the table.
+const NONE_MEASURED: &str = "no configuration that was measured holds the tolerance";
+
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Tolerance { best, times, output, excess } => {
+            Refusal::Tolerance { best, times, output, excess, left_out } => {
                 let (fails, part) = match excess {
+                    Excess::Measured if *left_out > 0 => (NONE_MEASURED, ""),
+                    Excess::AtLeast if *left_out > 0 => (NONE_MEASURED, "at least "),
                     Excess::Measured => ("the tolerance fails", ""),
                     Excess::AtLeast => ("the tolerance fails", "at least "),
                     Excess::AtMost { .. } => ("no configuration is known to hold the tolerance", "up to "),
                 };
-                let (output, reason) = (output.as_str(), excess.reason());
-                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {output}{reason}")
+                let (output, reason, skipped) = (output.as_str(), excess.reason(), skipped(*left_out));
+                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {output}{reason}{skipped}")
             }
             Refusal::Speed { best, times } => {
                 write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow by its slowest repeat")
             }
-            Refusal::Both { accurate, speed_times, fast, error_times } => write!(
+            Refusal::Both { accurate, speed_times, fast, error_times, left_out } => write!(
                 f,
                 "no configuration holds both: within the tolerance the fastest, {accurate}, is {speed_times:.3} times too slow \
-                 by its slowest repeat; at the speed the best, {fast}, is {error_times:.3} times over the tolerance"
+                 by its slowest repeat; at the speed the best, {fast}, is {error_times:.3} times over the tolerance{}",
+                skipped(*left_out)
             ),
             Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
             Refusal::NoVerification(none) => write!(f, "verification fails: no reference at another speed and pulse: {none}"),
             Refusal::Nothing => f.write_str("no configuration ran to its end"),
         }
+    }
+}
+
+/// The remark on configurations that the budget did not allow, among which one may hold.
+fn skipped(left_out: usize) -> String {
+    match left_out {
+        0 => String::new(),
+        count => format!("; a larger --budget measures more, of which {count} were skipped"),
     }
 }
 

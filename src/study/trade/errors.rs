@@ -33,6 +33,13 @@ impl Errors {
         Errors { rms, max, relative: std::array::from_fn(|k| max[k] / scales[k]), energy: 0.0 }
     }
 
+    /// Errors of links that may ring: deflections and forces are unknown, angle and place of the end nearly right.
+    pub(super) fn of_unknown_ringing() -> Self {
+        let is_unknown = |output| matches!(output, OutputGroup::Deflection | OutputGroup::Forces);
+        let relative = CHANNELS.map(|channel| if is_unknown(channel.output) { 1.0 } else { 0.0 });
+        Errors { rms: [0.0; N], max: [0.0; N], relative, energy: 0.0 }
+    }
+
     /// The larger of each.
     pub(super) fn or_larger(&self, other: &Errors) -> Self {
         let larger = |one: &[f64; N], other: &[f64; N]| std::array::from_fn(|k| one[k].max(other[k]));

@@ -35,7 +35,9 @@ pub struct ExcitedMode {
     pub kind: Kind,
     /// Its number among the modes of this kind.
     pub number: usize,
-    /// Its frequency there, undamped, Hz.
+    /// Its name where it changes an output most, if that is another: two vibrations can exchange their shapes as the crank turns.
+    pub elsewhere: Option<String>,
+    /// Its frequency at the start angle, undamped, Hz.
     pub frequency_hz: f64,
     /// Its part of the energy of all vibrations, the mean over the run, 0 to 1.
     pub energy_part: f64,
@@ -91,13 +93,15 @@ struct Instant {
 }
 
 /// Sums of one vibration over the run.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Sums {
     energy_j: f64,
     kinetic_j: f64,
     /// Largest changes of the channels by what vibrates, and by all.
     vibrating: [f64; CHANNELS.len()],
     all: [f64; CHANNELS.len()],
+    /// The instant and place of the largest change of an output that counts, and that.
+    most: Option<(usize, usize, f64)>,
 }
 
 impl Excitation {
@@ -129,7 +133,7 @@ impl Excitation {
         let mut found = Vec::new();
         for branch in follow(&modes, VIBRATIONS + BEYOND) {
             let Some(place) = branch.places.first().copied().flatten() else { continue };
-            found.push((&start.vibrations[place].0, Sums::of(&branch.places, &instants, scales)));
+            found.push((&start.vibrations[place].0, Sums::of(&branch.places, &instants, scales, outputs)));
         }
         found.truncate(VIBRATIONS);
         let all_j: f64 = found.iter().map(|(_, sums)| sums.energy_j).sum();
@@ -137,8 +141,10 @@ impl Excitation {
         let excited = |(mode, sums): &(&NormalMode, Sums)| {
             let (vibrating, all) = (worst(&sums.vibrating, outputs), worst(&sums.all, outputs));
             let (output, output_part) = if mode.swings() { vibrating } else { (all.0, 0.0) };
+            let at_most = sums.most.map(|(instant, place, _)| instants[instant].vibrations[place].0.mode.name());
             ExcitedMode {
                 name: mode.mode.name(),
+                elsewhere: at_most.filter(|name| *name != mode.mode.name()),
                 kind: mode.mode.kind,
                 number: mode.mode.number,
                 frequency_hz: mode.frequency_hz(),
@@ -163,9 +169,9 @@ impl Instant {
 
 impl Sums {
     /// Adds up one mode, which stands at these places among the modes of each instant.
-    fn of(places: &[Option<usize>], instants: &[Instant], scales: &[f64; CHANNELS.len()]) -> Self {
+    fn of(places: &[Option<usize>], instants: &[Instant], scales: &[f64; CHANNELS.len()], outputs: &[OutputGroup]) -> Self {
         let mut sums = Sums::default();
-        for (place, instant) in places.iter().zip(instants) {
+        for (index, (place, instant)) in places.iter().zip(instants).enumerate() {
             let Some(place) = *place else { continue };
             let (mode, amplitude) = (&instant.vibrations[place].0, instant.vibrations[place].1);
             sums.energy_j += mode.energy_j(amplitude);
@@ -181,6 +187,10 @@ impl Sums {
                 sums.vibrating[k] = sums.vibrating[k].max(vibrating);
                 if is_own[k] {
                     sums.all[k] = sums.all[k].max(all);
+                }
+                let change = vibrating.max(if is_own[k] { all } else { 0.0 });
+                if outputs.contains(&CHANNELS[k].output) && sums.most.is_none_or(|(_, _, most)| change > most) {
+                    sums.most = Some((index, place, change));
                 }
             }
         }

@@ -108,7 +108,7 @@ impl Reference {
         let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
         let mut last_s = 0.0;
         let untried = BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() };
-        let longest = LongestStep::new(scene, chain, grid, tidy(grid.interval_s / STEPS), (wanted, share_s), progress);
+        let longest = LongestStep::find(scene, chain, grid, tidy(grid.interval_s / STEPS), (wanted, share_s), progress);
         let first_s = longest.step_s;
         let (mut step_s, mut failed, mut is_out_of_budget) = (first_s, Failed::from(untried), false);
         for k in 0..=REFINEMENTS {
@@ -153,11 +153,10 @@ impl Reference {
         })
     }
 
-    /// Takes account of vibrations that the steps leave out.
+    /// Takes account of vibrations that the steps leave out. Where their part is unknown, so are deflections and forces.
     fn without(self, left_out: LeftOut) -> Self {
-        let estimate = left_out.errors.map_or(self.estimate, |errors| self.estimate.or_larger(&errors));
-        let finer_budget_s = Some(self.finer_budget_s.unwrap_or(0.0).max(left_out.budget_s));
-        Reference { estimate, left_out: Some(left_out), finer_budget_s, ..self }
+        let errors = left_out.errors.unwrap_or_else(Errors::of_unknown_ringing);
+        Reference { estimate: self.estimate.or_larger(&errors), left_out: Some(left_out), ..self }
     }
 
     /// Errors of another run against the reference.
@@ -204,6 +203,9 @@ impl Reference {
     /// Time budget of a study that is expected to know the reference to `error` in `outputs`, s; `None` if no study refines it so
     /// far. One refinement at least.
     pub(super) fn sufficient_budget_s(&self, outputs: &[OutputGroup], error: f64) -> Option<f64> {
+        if let Some(left_out) = self.left_out.filter(|left_out| left_out.counts) {
+            return Some(left_out.budget_s);
+        }
         let refinements = (self.estimate.worst(outputs) / error).log(GAIN).ceil().max(1.0);
         let refined = (self.configuration.family.resolution / ELEMENTS).checked_ilog2().unwrap_or(0);
         let is_possible = f64::from(refined) + refinements <= f64::from(REFINEMENTS);

@@ -15,6 +15,8 @@ use crate::scene::{Chain, Scene};
 const ELEMENTS: usize = 4;
 /// Part of the time of a reference's finest run that the finer of these runs may take.
 const PART: f64 = 0.5;
+/// A ringing of less than this is left out for a finer mesh: the coarsest that resolves it is no better known.
+const NOTICEABLE: f64 = 1e-4;
 
 /// The longest step of a reference, and the vibrations that it leaves out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,20 +31,22 @@ pub(super) struct LongestStep {
 pub struct LeftOut {
     /// Their frequency: the highest among the lowest bending frequencies of the links, Hz.
     pub hz: f64,
-    /// Their part in the run; `None` if finding out takes too long.
+    /// Their part in the run; `None` if finding out takes too long, or a run for it fails.
     pub errors: Option<Errors>,
+    /// Whether a reference that resolves them is better, if there is time for it.
+    pub counts: bool,
     /// Time budget of a study whose reference resolves them, s.
     pub budget_s: f64,
 }
 
 impl LongestStep {
-    /// `usual_s`, unless links ring in periods that it does not resolve and that change the `outputs` by more than `target`: then one
-    /// with [`LEAST_STEPS`] in the period, if a reference of such steps takes no more than `share_s`.
+    /// `usual_s`, unless links ring in periods that it does not resolve and that change the `outputs` noticeably, and by more than
+    /// `target`: then one with [`LEAST_STEPS`] in the period, if a reference of such steps takes no more than `share_s`.
     ///
     /// Two refinements of a reference do not show a vibration that neither resolves: they are alike, and both wrong. So two runs of a
     /// coarse mesh are compared, one of which resolves the lowest bending of every link between pins, `(π/l)² √(EJ/ρA)`. They are
-    /// made only where the usual step does not.
-    pub fn new(
+    /// made only where the usual step does not. Other vibrations, as of a stiff base spring, are not looked for.
+    pub fn find(
         scene: &Scene,
         chain: &Chain,
         grid: &Grid,
@@ -70,11 +74,11 @@ impl LongestStep {
             None
         };
         let needed_s = nominal_s(&refinement(chain, 2 * reference::ELEMENTS, resolving_s / 2.0), grid);
-        let counts = errors.is_none_or(|errors| errors.worst(outputs) > target);
+        let counts = errors.is_none_or(|errors| errors.worst(outputs) > target.max(NOTICEABLE));
         if counts && needed_s <= share_s {
             return LongestStep { step_s: resolving_s, left_out: None };
         }
-        let left_out = LeftOut { hz, errors, budget_s: needed_s / REFERENCE_PART };
+        let left_out = LeftOut { hz, errors, counts, budget_s: needed_s / REFERENCE_PART };
         LongestStep { step_s: usual_s, left_out: Some(left_out) }
     }
 }

@@ -10,7 +10,7 @@ use super::effort::RunEffort;
 use super::grid::Grid;
 use super::output_group::{Probe, Sample};
 use crate::scene::Scene;
-use crate::simulation::{BuildError, Diverged, EnergyLedger, Simulation};
+use crate::simulation::{BuildError, Diverged, EnergyLedger, EnergyVerdict, Simulation};
 
 /// Why there is no run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -36,6 +36,8 @@ pub(super) struct Run {
     /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
     pub out_of_range: bool,
+    /// Whether it kept its energy balance, or is not judged by that.
+    pub balance_kept: bool,
 }
 
 /// Computing time of a configuration.
@@ -88,7 +90,8 @@ pub(super) fn run(configuration: &Configuration, scene: &Scene, grid: &Grid) -> 
     effort.retried = simulation.retried();
     let estimated_angle_rad = simulation.error_estimate().map(|error| error.angle_rad());
     let energy_error = balance.error();
-    Ok((Run { samples, effort, energy_error, estimated_angle_rad, out_of_range }, seconds))
+    let balance_kept = !matches!(simulation.energy_verdict(), EnergyVerdict::Unbalanced { .. });
+    Ok((Run { samples, effort, energy_error, estimated_angle_rad, out_of_range, balance_kept }, seconds))
 }
 
 /// The energy balance of a run.

@@ -38,6 +38,8 @@ pub struct Measured {
     pub effort: RunEffort,
     /// Whether deflections left the model's range.
     pub out_of_range: bool,
+    /// Whether the run kept its energy balance, or is not judged by that. If not, `run` calls it not to be trusted.
+    pub balance_kept: bool,
     /// The run's own estimate of its error in the first link's chord angle, rad.
     pub estimated_angle_rad: Option<f64>,
     /// Computing time.
@@ -52,6 +54,8 @@ pub struct Measured {
 
 /// A finer step that leaves more than this part of the error gains nothing.
 const NO_GAIN: f64 = 0.9;
+/// Errors of settings that may be chosen, over the error below which nothing is of use.
+const NEAR: f64 = 4.0;
 /// Below this, the error still falls with the step: a finer mesh would show the same.
 const STEP_BOUND: f64 = 0.7;
 /// A point must be cheaper by this factor, in nominal cost, to be surely cheaper.
@@ -106,12 +110,13 @@ impl Sweep<'_> {
             self.measure(configuration, first);
             let [.., last] = self.rows.as_slice() else { return };
             let Ok(measured) = &last.outcome else { continue };
-            let error = measured.error;
+            let (error, suffices) = (measured.error, measured.error <= self.enough && measured.balance_kept);
             let gained = measured.order.is_none() || error < NO_GAIN * self.error_before(first).unwrap_or(f64::INFINITY);
             let resolves = family.model == ModelKind::Rigid || step_s <= self.resolving_step_s;
-            idle = if gained || !resolves { 0 } else { idle + 1 };
-            if self.prune && (idle >= 2 || error <= self.enough || self.is_hopeless(family, error, step_s, &steps_s[place + 1..]))
-            {
+            // A shorter step may keep the energy balance of a setting that would do else.
+            let lacks_balance = !measured.balance_kept && error <= NEAR * self.enough;
+            idle = if gained || !resolves || lacks_balance { 0 } else { idle + 1 };
+            if self.prune && (idle >= 2 || suffices || self.is_hopeless(family, error, step_s, &steps_s[place + 1..])) {
                 return;
             }
         }
@@ -167,14 +172,16 @@ impl Sweep<'_> {
         nominal_s > LARGEST_PART * self.budget_s || self.spent_s + 2.0 * nominal_s > self.budget_s
     }
 
-    /// Whether some point is surely cheaper than every finer step and at least as good as that step could be.
+    /// Whether some point that keeps its energy balance is surely cheaper than every finer step and at least as good as that step
+    /// could be.
     fn is_hopeless(&self, family: &Family, error: f64, step_s: f64, finer_s: &[f64]) -> bool {
         let order = f64::from(family.integrator.order()) + 0.5;
         finer_s.iter().all(|&finer_s| {
             let hoped = (error * (finer_s / step_s).powf(order)).max(self.reference.estimate.worst(self.outputs));
             let cost_s = nominal_s(&Configuration { family: family.clone(), step_s: finer_s }, self.grid);
             self.rows.iter().any(|row| {
-                let error = row.outcome.as_ref().map_or(f64::INFINITY, |measured| measured.error);
+                let kept = row.outcome.as_ref().ok().filter(|measured| measured.balance_kept);
+                let error = kept.map_or(f64::INFINITY, |measured| measured.error);
                 error <= hoped && SURELY * nominal_s(&row.configuration, self.grid) < cost_s
             })
         })
@@ -214,6 +221,7 @@ impl Sweep<'_> {
             estimated_angle_rad: run.estimated_angle_rad,
             counted_s_per_s: 1e-6 * family.counted_us(&run.effort, self.scene) / self.grid.until_s(),
             out_of_range: run.out_of_range,
+            balance_kept: run.balance_kept,
             timing,
             corrections: Corrections::NotAsked,
             on_front: false,

@@ -58,6 +58,7 @@ pub fn table(study: &Study, modes: Option<&LostModes>) -> Table {
         };
         table.push("corrections", numbers(&corrections));
     }
+    table.push("balance_kept", numbers(&|m| f64::from(u8::from(m.balance_kept))));
     table.push("out_of_range", numbers(&|m| f64::from(u8::from(m.out_of_range))));
     for (k, channel) in CHANNELS.iter().enumerate() {
         table.push(format!("rms_error_{}", channel.name), numbers(&|m| m.errors.rms[k]));
