@@ -247,7 +247,7 @@ fn regress_plot_warns_of_pictures_too_rare_for_a_vibration_that_samples_show() {
         assert_eq!((output.status.code(), complaint(&output)), (Some(0), said), "{words:?}");
     }
     let said = complaint(&plot(at, &["rare.mcap", "-o", "out", "--format", "svg"]));
-    assert!(said.contains("samples are too rare for the bending of the beam") && !said.contains("pictures"), "{said}");
+    assert!(said.contains("samples are too rare for the vibration of the beam") && !said.contains("pictures"), "{said}");
 }
 
 #[test]
