@@ -98,8 +98,8 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
     let (times, output, excess) = (50.0, OutputGroup::Angle, Excess::Measured);
     let refusal = Refusal::Tolerance { best: best.clone(), times, output, excess, left_out: 567 };
     let expected = format!(
-        "no configuration that was measured holds the tolerance: the best, {best}, is 50.000 times over it in angle; a larger --budget \
-         measures more, of which 567 were skipped"
+        "no configuration that was measured holds the tolerance: the best, {best}, is 50.000 times over it in angle; with a \
+         larger --budget, more are measured (567 skipped)"
     );
     assert_eq!(refusal.to_string(), expected);
 }

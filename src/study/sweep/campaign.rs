@@ -37,7 +37,7 @@ pub struct RefusedValue {
 /// The runs that a refused value concerns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RefusedRuns {
-    /// So many runs with this value, of a grid.
+    /// The number of runs with this value, of a grid.
     Counted(u64),
     /// Those with this value.
     WithValue,

@@ -131,7 +131,7 @@ impl fmt::Display for Refusal {
 fn skipped(left_out: usize) -> String {
     match left_out {
         0 => String::new(),
-        count => format!("; a larger --budget measures more, of which {count} were skipped"),
+        count => format!("; with a larger --budget, more are measured ({count} skipped)"),
     }
 }
 
