@@ -45,7 +45,7 @@ impl LinearArgs {
         let bar = elapsed("linearising");
         let space = StateSpace::new(&chosen.subject, &point);
         bar.finish_and_clear();
-        let title = self.title(&chosen);
+        let title = self.title(&chosen)?;
         Ok(Linear { space: space?, chosen, point, title })
     }
 
@@ -59,7 +59,7 @@ impl LinearArgs {
         ))
     }
 
-    fn title(&self, chosen: &Chosen) -> String {
+    fn title(&self, chosen: &Chosen) -> Result<String, NoModes> {
         let model = chosen.source.scene.solver.model.as_str();
         let crank = match (chosen.subject.is_oscillator(), chosen.subject.is_held()) {
             (true, _) => "",
@@ -71,10 +71,10 @@ impl LinearArgs {
             _ if chosen.subject.is_oscillator() => String::new(),
             (None, speed) => {
                 let turning = speed.map(|speed| format!(", turning at {} rad/s", figure(speed))).unwrap_or_default();
-                format!(" at {}°{turning}", figure(chosen.angle_rad(self.angle).to_degrees()))
+                format!(" at {}°{turning}", figure(chosen.angle_rad(self.angle)?.to_degrees()))
             }
         };
-        format!("{}: {model}{crank}{at}", self.subject.target)
+        Ok(format!("{}: {model}{crank}{at}", self.subject.target))
     }
 }
 

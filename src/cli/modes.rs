@@ -173,11 +173,11 @@ impl Args {
         if many(&self.angle) && many(&self.speed) {
             return Err(Failure::Usage("one of --angle and --speed may be a range, not both".to_owned()));
         }
-        let start_deg = chosen.angle_rad(None).to_degrees();
         let values = |values: &Option<Values>| values.as_ref().map(|values| values.0.clone());
         Ok(match (values(&self.angle), values(&self.speed)) {
             (angle, Some(speeds)) if !many(&self.angle) && (many(&self.speed) || angle.is_none()) => (Along::Speed, speeds),
-            (angle, _) => (Along::Angle, angle.unwrap_or_else(|| vec![start_deg])),
+            (Some(angles), _) => (Along::Angle, angles),
+            (None, _) => (Along::Angle, vec![chosen.angle_rad(None)?.to_degrees()]),
         })
     }
 

@@ -57,7 +57,7 @@ pub(super) fn periodic(args: &Args) -> CommandResult {
     args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let rows = rows(args, &chosen)?;
-    let found = find(args, &rows, &speeds, chosen.angle_rad(angle_deg), &interruption);
+    let found = find(args, &rows, &speeds, chosen.angle_rad(angle_deg)?, &interruption);
     let chart = Chart { args, integrator: chosen.source.scene.solver.integrator.as_str(), speeds, rows, found };
     let table = chart.table();
     match (args.json, chart.speeds.len() * chart.rows.len()) {

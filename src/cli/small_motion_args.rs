@@ -93,14 +93,13 @@ impl Chosen {
     pub(super) fn point(&self, angle_deg: Option<f64>, speed_rad_per_s: f64) -> Result<Point, NoModes> {
         match &self.instant {
             Some((point, _)) => Ok(point.clone()),
-            None => self.subject.turning(self.angle_rad(angle_deg), speed_rad_per_s),
+            None => self.subject.turning(self.angle_rad(angle_deg)?, speed_rad_per_s),
         }
     }
 
     /// An angle given, or that of the scene's start, rad.
-    pub(super) fn angle_rad(&self, angle_deg: Option<f64>) -> f64 {
-        let start_rad = self.source.scene.chain().map_or(0.0, |chain| chain.start.angle_rad);
-        angle_deg.map_or(start_rad, f64::to_radians)
+    pub(super) fn angle_rad(&self, angle_deg: Option<f64>) -> Result<f64, NoModes> {
+        angle_deg.map_or_else(|| self.subject.start_rad(), |angle_deg| Ok(angle_deg.to_radians()))
     }
 
     /// Refuses an angle or a speed where neither means anything.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::mechanics::Input;
-use crate::scene::{Drive, Motion, Start};
+use crate::scene::{Drive, Motion, Scene, Start};
 
 /// The drive as the models see it at any instant of the present step.
 #[derive(Debug, Clone)]
@@ -105,6 +105,16 @@ impl DriveLaw {
 
     pub(super) fn input(&self, t_s: f64) -> Input {
         Input { time_s: t_s, torque_nm: self.torque.at(t_s), motion: self.motion.as_ref().map(|law| law.at(t_s)) }
+    }
+}
+
+/// Torque, or prescribed motion, with which a scene starts.
+pub fn drive_at_start(scene: &Scene) -> Input {
+    let start = scene.chain().map(|chain| chain.start).unwrap_or_default();
+    let law = DriveLaw::new(&scene.drive, &start);
+    match scene.drive {
+        Drive::Torque { constant_nm, .. } => Input { torque_nm: constant_nm, ..law.input(0.0) },
+        Drive::Motion(_) => law.input(0.0),
     }
 }
 

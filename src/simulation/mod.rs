@@ -38,7 +38,7 @@ mod telemetry;
 
 pub use change::{NoRoute, NotChanged, Route};
 pub use checkpoint::{Checkpoint, EpochChanges};
-pub use drive::MotionOrigin;
+pub use drive::{MotionOrigin, drive_at_start};
 pub use engine::Motion;
 pub use error::{BuildError, Cause, Diverged, PulseRefused};
 pub use error_estimate::ErrorEstimate;

@@ -85,7 +85,7 @@ pub(super) fn rotation(mechanism: &mut dyn Mechanism, point: &Point) -> Band {
 
 /// `−∂r/∂τ`, the row of the tangent at the pivot. The residual is affine in the torque, so that its change by a torque that outweighs
 /// all else is exact to rounding.
-fn torque_row(mechanism: &mut dyn Mechanism, point: &Point) -> Vec<f64> {
+pub(super) fn torque_row(mechanism: &mut dyn Mechanism, point: &Point) -> Vec<f64> {
     let Point { input, q, v, a, .. } = point;
     let (mut with, mut without) = (vec![0.0; q.len()], vec![0.0; q.len()]);
     mechanism.residual(&Input { torque_nm: LARGE_NM, ..*input }, q, v, a, &mut with);

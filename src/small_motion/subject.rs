@@ -1,8 +1,11 @@
 //! The mechanism whose small motion is asked for.
 
 use super::NoModes;
-use crate::mechanics::{FiniteElement, Mechanism, Modal, Oscillator, Rigid};
+use super::linearised::torque_row;
+use super::point::Point;
+use crate::mechanics::{FiniteElement, Input, Mechanism, Modal, Oscillator, Rigid};
 use crate::scene::{Chain, Drive, End, ModelKind, Scene, System};
+use crate::simulation::drive_at_start;
 
 /// Least number of intervals between nodes on which the shape of a model without a mesh is drawn.
 const NODES: usize = 32;
@@ -22,6 +25,7 @@ pub struct Subject {
     system: System,
     model: ModelKind,
     crank: Crank,
+    drive_at_start: Input,
 }
 
 impl Subject {
@@ -42,7 +46,7 @@ impl Subject {
         if let (System::Chain(chain), true) = (&mut system, model != ModelKind::FiniteElement) {
             chain.links.iter_mut().for_each(|link| link.elements = link.elements.max(NODES));
         }
-        Ok(Subject { system, model, crank: crank.unwrap_or(driven) })
+        Ok(Subject { system, model, crank: crank.unwrap_or(driven), drive_at_start: drive_at_start(scene) })
     }
 
     /// Whether the crank is held or moved as prescribed.
@@ -96,6 +100,39 @@ impl Subject {
         self.model_of(&chain)
     }
 
+    /// Angle of the first link's tangent at the pivot as the scene starts, rad: `start.angle_rad`, or as its motion is prescribed, or
+    /// where static equilibrium turns it. 0 for an oscillator.
+    ///
+    /// # Errors
+    /// [`NoModes::NoEquilibrium`] where no equilibrium is found.
+    pub fn start_rad(&self) -> Result<f64, NoModes> {
+        let Some(chain) = self.chain() else { return Ok(0.0) };
+        let angle_rad = self.drive_at_start.motion.map_or(chain.start.angle_rad, |[angle_rad, ..]| angle_rad);
+        let balance_rad = if chain.start.static_equilibrium { self.balance_rad()? } else { None };
+        Ok(balance_rad.unwrap_or(angle_rad))
+    }
+
+    /// Angle of that tangent, rad, at which a base spring balances weight and constant loads; `None` without a spring, or with
+    /// prescribed motion.
+    ///
+    /// # Errors
+    /// [`NoModes::NoEquilibrium`] where none is found from the start on.
+    pub fn balance_rad(&self) -> Result<Option<f64>, NoModes> {
+        let input = self.drive_at_start;
+        let sprung = |chain: &&Chain| chain.base.torsion_spring_nm_per_rad > 0.0 && input.motion.is_none();
+        let Some(angle_rad) = self.chain().filter(sprung).map(|chain| chain.start.angle_rad) else { return Ok(None) };
+        let free = Subject { crank: Crank::Free, ..self.clone() };
+        let mut mechanism = free.changed(|chain| chain.start.static_equilibrium = true);
+        let n = mechanism.degrees_of_freedom();
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        let no_equilibrium = |_| NoModes::NoEquilibrium { angle_deg: angle_rad.to_degrees() };
+        mechanism.start(&input, &mut q, &mut v).map_err(no_equilibrium)?;
+        // The row of the torque is that of the tangent's angle in the coordinates.
+        let point = Point { input, a: vec![0.0; n], v: vec![0.0; n], q, speed_rad_per_s: 0.0 };
+        let row = torque_row(mechanism.as_mut(), &point);
+        Ok(Some(row.iter().zip(&point.q).map(|(row, q)| row * q).sum()))
+    }
+
     /// The model that starts in equilibrium at an angle, held there by its drive alone.
     pub(super) fn starting_at(&self, angle_rad: f64) -> Box<dyn Mechanism> {
         self.changed(|chain| {
@@ -118,5 +155,48 @@ impl Subject {
             ModelKind::Rigid => Box::new(Rigid::new(chain, held)),
             _ => Box::new(Modal::new(chain, held)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error;
+
+    use super::Subject;
+    use crate::scene::SceneSource;
+    use crate::simulation::Simulation;
+    use crate::small_motion::Crank;
+
+    /// A scene on a base spring starts where that balances the loads. Modes were those at `start.angle_rad`, 0.69 Hz for 0.86 Hz.
+    #[test]
+    fn regress_a_scene_that_sags_is_at_rest_where_its_run_starts() -> Result<(), Box<dyn Error>> {
+        let beam = ["torque.constant_nm=0.3", "pulse=[]", "base.torsion_spring_nm_per_rad=200", "beam.second_moment_m4=1e-8"];
+        let crank_slider = ["torque.constant_nm=2", "base.torsion_spring_nm_per_rad=30", "start.angle_rad=0.4"];
+        let common = ["start.static_equilibrium=true", "gravity.y_m_per_s2=-9.81", "solver.integrator=generalized-alpha"];
+        for (name, own) in [("thesis-beam", &beam[..]), ("crank-slider", &crank_slider)] {
+            for model in ["modal", "finite-element", "rigid"] {
+                let mut given: Vec<String> = common.iter().chain(own).map(|&given| given.to_owned()).collect();
+                given.push(format!("solver.model={model}"));
+                let source = SceneSource::open(name, &given)?;
+                let subject = Subject::new(&source.scene, None)?;
+                let angle_rad = subject.start_rad()?;
+                assert_eq!(Subject::new(&source.scene, Some(Crank::Held))?.start_rad()?, angle_rad);
+                let (point, torque_nm) = (subject.at_rest(angle_rad)?, own[0].rsplit_once('=').map_or("", |given| given.1));
+                let said = format!("{name}, {model} at {angle_rad}: {} N·m", point.input.torque_nm);
+                assert!((point.input.torque_nm - torque_nm.parse::<f64>()?).abs() < 1e-6 && angle_rad.abs() > 0.01, "{said}");
+                let run = Simulation::new(&source.scene)?.motion().ok_or("no motion")?;
+                let off = point.q.iter().zip(&run.q).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-8 && point.q.len() == run.q.len(), "{said}, {off:.1e} from the run");
+            }
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_prescribed_motion_starts_at_the_first_row_of_its_table() -> Result<(), Box<dyn Error>> {
+        let table = "[beam]\nlength_m = 0.4\nrigid = true\nmass_kg = 1\n[drive]\ntable = [[0, 0.7], [1, 1.2]]\n";
+        let scene = SceneSource::parse("mine.toml", table, &[])?.scene;
+        assert!((Subject::new(&scene, None)?.start_rad()? - 0.7).abs() < 1e-12);
+        Ok(())
     }
 }

@@ -36,8 +36,7 @@ impl Vibrations {
     /// [`NoModes`] where the model has no tangent, or no state of rest is found.
     pub fn of_scene(scene: &Scene) -> Result<Option<Self>, NoModes> {
         let subject = Subject::new(scene, None)?;
-        let angle_rad = scene.chain().map_or(0.0, |chain| chain.start.angle_rad);
-        let point = subject.at_rest(angle_rad)?;
+        let point = subject.at_rest(subject.start_rad()?)?;
         let unknowns = point.q.len();
         if unknowns == 0 {
             return Ok(Some(Vibrations::default()));

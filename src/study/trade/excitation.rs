@@ -10,7 +10,7 @@ use super::output_group::{CHANNELS, OutputGroup};
 use super::run::Failed;
 use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
 use crate::simulation::Simulation;
-use crate::small_motion::{Amplitude, Kind, LinkShape, Mode, NoModes, NormalMode, NormalModes, Part, follow};
+use crate::small_motion::{Amplitude, Kind, LinkShape, Mode, NoModes, NormalMode, NormalModes, Part, Subject, follow};
 
 /// Modes of the slowest link in the model that tells the energies; the other links have those up to the same frequency.
 const RESOLUTION: usize = 12;
@@ -238,7 +238,11 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         rigid: chain.links.iter().map(|link| link.rigid).collect(),
         axial: vec![true; chain.links.len()],
     };
-    let still = NormalModes::new(&family.scene(scene, grid.interval_s), chain.start.angle_rad, VIBRATIONS + BEYOND)?;
+    let resting = family.scene(scene, grid.interval_s);
+    let subject = Subject::new(&resting, None)?;
+    // About that a chain on a base spring vibrates. Where none is found, the spring is unstressed at 0.
+    let balance_rad = subject.balance_rad().unwrap_or(Some(0.0));
+    let still = NormalModes::new(&resting, subject.start_rad()?, VIBRATIONS + BEYOND)?;
     let highest = still.modes().iter().map(|mode| mode.equation.stiffness.sqrt()).fold(0.0, f64::max);
     let most = (MOST_STEPS / grid.count as f64).max(1.0);
     let step_s = grid.interval_s / (grid.interval_s * highest / STEP).ceil().clamp(1.0, most);
@@ -252,7 +256,7 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         }
         if instant % every == 0 {
             // Singular positions have no modes.
-            instants.extend(at(&scene, chain, &mut simulation)?);
+            instants.extend(at(&scene, balance_rad, &mut simulation)?);
         }
     }
     if let [first, rest @ ..] = instants.as_mut_slice() {
@@ -264,14 +268,12 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
 
 /// Vibrations and amplitudes at the present instant of a run. At some angles a chain that turns or swings moves as it does in a vibration
 /// at others, so that only vibrations are followed.
-fn at(scene: &Scene, chain: &Chain, simulation: &mut Simulation) -> Result<Option<Instant>, Failed> {
+fn at(scene: &Scene, balance_rad: Option<f64>, simulation: &mut Simulation) -> Result<Option<Instant>, Failed> {
     let chord_rad = simulation.observe()?.links.first().map_or(0.0, |link| link.chord_rad);
     let Some(motion) = simulation.motion() else { return Ok(None) };
     let angle_rad = match motion.input.motion {
         Some([angle_rad, ..]) => angle_rad,
-        // A base spring is unstressed at the angle 0: about that the chain vibrates.
-        None if chain.base.torsion_spring_nm_per_rad > 0.0 => 0.0,
-        None => chord_rad,
+        None => balance_rad.unwrap_or(chord_rad),
     };
     let Ok(modes) = NormalModes::new(scene, angle_rad, VIBRATIONS + BEYOND) else { return Ok(None) };
     let amplitudes = modes.amplitudes([&motion.q, &motion.v, &motion.a]);
