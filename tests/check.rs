@@ -161,6 +161,28 @@ fn regress_the_suggested_step_has_a_small_step_error() -> Tried {
     Ok(())
 }
 
+/// A uniform beam on a spring: its weight turns it, and bends it by w L⁴/8EJ from its tangent at the pivot.
+#[test]
+fn regress_check_names_the_position_in_which_a_scene_rests() -> Tried {
+    let sprung = ["base.torsion_spring_nm_per_rad=2000", "beam.second_moment_m4=1e-8", "pulse=[]"];
+    let solved = ["solver.model=modal", "solver.integrator=generalized-alpha"];
+    let resting = ["gravity.y_m_per_s2=-9.81", "start.static_equilibrium=true"];
+    let given = [&sprung[..], &solved, &resting].concat().into_iter().map(str::to_owned).collect::<Vec<_>>();
+    let (out, _) = checked("thesis-beam", &given, &[])?;
+    let line = out.lines().find_map(|line| line.strip_prefix("  start        ")).ok_or("no start")?;
+    assert!(line.starts_with("in static equilibrium: beam at -2.70") && line.ends_with(" m to the right at its end"), "{line}");
+    let json: serde_json::Value = serde_json::from_str(&checked("thesis-beam", &given, &["--json"])?.0)?;
+    let start = |name: &str| json["start"][name].as_f64().ok_or("no number");
+    let weight_n = 7700.0 * 0.01 * 0.5 * 9.81;
+    let moment_nm = weight_n * 0.25 * start("angle_rad")?.cos();
+    assert!((2000.0 * start("angle_rad")? / moment_nm + 1.0).abs() < 1e-3, "{json}");
+    let bent_m = weight_n * 0.5_f64.powi(3) / (8.0 * 2.1e11 * 1e-8);
+    assert!((start("bent_m")? / bent_m + 1.0).abs() < 0.01, "{json}");
+    let (out, _) = checked("thesis-beam", &given[..given.len() - 1], &[])?;
+    assert!(!out.contains("  start "), "{out}");
+    Ok(())
+}
+
 /// However short the step, its error grows until the motion is another one.
 #[test]
 fn prop_a_chaotic_motion_has_a_step_suggested_that_keeps_the_balance() -> Tried {

@@ -33,7 +33,7 @@ fn prop_quiet_leaves_results_and_errors() -> Tried {
     assert_eq!(said(&[&["-q"], run.as_slice()].concat())?, (Some(0), String::new(), String::new()));
     let (code, out, err) = said(&["export", TRUNCATED, "--csv", tables, "--quiet"])?;
     assert!(code == Some(3) && out.contains("angles.csv ("), "{out}");
-    assert_eq!(err, "warning: the recording ends early; everything before was exported\n");
+    assert_eq!(err, "warning: the recording ends early (still being recorded, or cut off); everything before was exported\n");
     let (code, _, err) = said(&["-q", "info", "nosuch.mcap"])?;
     assert!(code == Some(1) && err.starts_with("error: nosuch.mcap: "), "{err}");
     assert_eq!(said(&[&["-q", "-v"], run.as_slice()].concat())?.0, Some(2), "one or the other");

@@ -249,7 +249,7 @@ fn regress_a_wrong_column_lists_the_columns_of_each_topic() -> Result<(), Box<dy
         let (_, _, said) = flexcrank(words)?;
         assert!(said.len() < 4000 && !said.contains("log_time"), "{} characters: {said}", said.len());
     }
-    refused(&["plot", SAMPLE, "--y", "links.crank.angle", "-o", into], 2, &["no column `links.crank.angle`; there are\n"])?;
+    refused(&["plot", SAMPLE, "--y", "links.crank.turn", "-o", into], 2, &["no column `links.crank.turn`; there are\n"])?;
     refused(&["plot", SAMPLE, "--y", "driving_torque", "-o", into], 2, &["did you mean `driving_torque_nm`?"])
 }
 

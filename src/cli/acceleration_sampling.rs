@@ -5,6 +5,8 @@
 //! with the square of its frequency, and so do forces: lines may miss them where they draw deflections right.
 
 use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step_s};
+use super::suggested_rate::{coarse_s, every_step};
+use super::vibration_sampling::momentary_hz;
 use crate::study::Table;
 
 /// How names of columns of accelerations end.
@@ -23,19 +25,22 @@ const EVEN: f64 = 1e-6;
 /// A sentence about the topic `angles` of a recording if lines between its samples miss accelerations of links. Where every step
 /// was recorded, no rate could help.
 pub(super) fn rare_accelerations(angles: &Table) -> Option<String> {
-    let leaves_out_steps = step_s(angles)? <= EVERY_STEP * regular_s(angles)?;
+    let step_s = step_s(angles)?;
+    let leaves_out_steps = step_s <= EVERY_STEP * regular_s(angles)?;
     let regular = leaves_out_steps.then(|| regular_intervals(angles))?;
     let link = |name: &str| Some(name.strip_prefix("links.")?.strip_suffix(ACCELERATION)?.to_owned());
+    let missed = |link: String| Some((missed_hz(angles, &link, &regular)?, format!("the {link}")));
     let links = angles.columns().filter_map(|(name, _)| link(name));
-    let missed: Vec<String> = links.filter(|link| is_missed(angles, link, &regular)).map(|link| format!("the {link}")).collect();
-    let links = missed.join(" and ");
-    let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks; record with --publish-hz all";
-    let sentence = || format!("samples are too rare for accelerations of {links}, {so} for right ones");
-    (!missed.is_empty()).then(sentence)
+    let (frequencies_hz, links): (Vec<f64>, Vec<String>) = links.filter_map(missed).unzip();
+    let fastest_hz = frequencies_hz.into_iter().reduce(f64::max)?;
+    let how = every_step(coarse_s(fastest_hz), step_s);
+    let links = links.join(" and ");
+    let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks";
+    Some(format!("samples are too rare for accelerations of {links}, {so}; record with --publish-hz {how} for right ones"))
 }
 
-/// Whether lines from sample to sample miss too much of the acceleration of a link.
-fn is_missed(angles: &Table, link: &str, regular: &[Interval]) -> bool {
+/// The frequency of a vibration, Hz, if lines from sample to sample miss too much of the acceleration of a link.
+fn missed_hz(angles: &Table, link: &str, regular: &[Interval]) -> Option<f64> {
     let column = |ending: &str| angles.column(&format!("links.{link}{ending}")).unwrap_or_default();
     let [rates, accelerations] = [".rate_rad_per_s", ACCELERATION].map(column);
     let fastest = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
@@ -44,15 +49,17 @@ fn is_missed(angles: &Table, link: &str, regular: &[Interval]) -> bool {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| [least.min(*value), most.max(*value)]);
     let range = (most - least).max(REST).max(EVEN * fastest.powi(2));
     let is_off = |interval: &Interval| off(rates, accelerations, interval).is_some_and(|off| off > MISSED * range);
-    let rows: Vec<usize> = regular.iter().filter_map(|interval| is_off(interval).then_some(interval.row)).collect();
-    rows.chunk_by(|row, next| row + 1 == *next).any(|run| run.len() >= FEWEST)
+    let missed: Vec<bool> = regular.iter().map(is_off).collect();
+    let missed_rows = regular.iter().zip(&missed).filter_map(|(interval, missed)| missed.then_some(interval.row));
+    let rows: Vec<usize> = missed_rows.collect();
+    let is_vibration = rows.chunk_by(|row, next| row + 1 == *next).any(|run| run.len() >= FEWEST);
+    is_vibration.then(|| momentary_hz([rates, accelerations], regular, &missed))
 }
 
 /// The amount by which the mean of the line between two samples is off, rad/s²: `|Δω/h − (α₀ + α₁)/2|` with rates `ω` and
 /// accelerations `α` at both ends of the interval `h`.
 fn off(rates: &[f64], accelerations: &[f64], interval: &Interval) -> Option<f64> {
-    let ends = |values: &[f64]| Some([*values.get(interval.row - 1)?, *values.get(interval.row)?]);
-    let ([rate_before, rate_after], [before, after]) = (ends(rates)?, ends(accelerations)?);
+    let ([rate_before, rate_after], [before, after]) = (interval.ends(rates)?, interval.ends(accelerations)?);
     Some(((rate_after - rate_before) / interval.duration_s - 0.5 * (before + after)).abs())
 }
 
@@ -92,15 +99,28 @@ mod tests {
         rare_accelerations(&samples(STEP_S, steps, &vibration(10.0)))
     }
 
+    /// The sentence with this rate.
+    fn said(how: &str) -> String {
+        let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks; record with --publish-hz";
+        format!("samples are too rare for accelerations of the rod, {so} {how} for right ones")
+    }
+
     #[test]
     fn regress_accelerations_that_samples_are_too_rare_for_are_named() {
-        let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks; record with --publish-hz all";
-        let said = format!("samples are too rare for accelerations of the rod, {so} for right ones");
         for steps in [24, 50, 60, 99, 100, 400] {
-            assert_eq!(vibrating(&every(steps)).as_ref(), Some(&said), "every {steps} steps");
+            assert_eq!(vibrating(&every(steps)), Some(said("all")), "every {steps} steps");
         }
         assert_eq!(rare_accelerations(&Table::default()), None);
         assert_eq!(vibrating(&every(50)[..2]), None, "one line");
+    }
+
+    /// Four samples in a period of 97 Hz are 2.6 ms apart.
+    #[test]
+    fn regress_accelerations_that_even_every_step_is_too_rare_for_need_shorter_steps() {
+        for (step_s, how) in [(3.3e-3, "all and a shorter solver.step_s"), (2e-3, "all")] {
+            let rare = rare_accelerations(&samples(step_s, &every(2), &vibration(10.0)));
+            assert_eq!(rare, Some(said(how)), "{step_s} s");
+        }
     }
 
     /// The middle of a line over the top of a vibration with `n` samples in a period is off by `1 − cos(π/n)` of half the range.

@@ -15,6 +15,7 @@ use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::output::{output, print_json};
 use super::progress;
+use super::resting_start::RestingStart;
 use super::step_error::StepError;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{OwnRun, slowest_motion, speed_rad_per_s, suggested_step};
@@ -25,7 +26,7 @@ use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene, SceneSource, builtin};
 use crate::simulation::EnergyVerdict;
 use crate::small_motion::{NoModes, Vibrations};
-use crate::study::{MATTERS, NEGLIGIBLE, Shortening, shortenings};
+use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings_until};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -48,18 +49,23 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     not: see --until. If no step is found with so small an error, as in chaotic motion, the line `suggested` says so; \
     `trade` measures which step suffices.
 
+A line `start` shows where the first link starts in static equilibrium: its angle at the pivot, and how far its end is from that line.
+
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
 
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
-    `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length.
+    `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \
+    a crank-slider, it is also recommended where the shortening is more than 0.05 % of the crank's length. The stroke changes by that \
+    part, and with friction at the slider, the speed under a given torque by up to twice that part. `trade` measures all outputs.
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
     step_error_rad (largest change of the first link's angle as the step is halved), step_error_of_deflection (with a [drive]: \
     largest change of the deflection in a link's middle, over its peak), out_of_range (largest deflection over \
-    length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, shortening (link, \
-    force_n, shortening_m, deflection_m, recommends_axial); null for what does not exist.
+    length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
+    equilibrium: link, angle_rad, bent_m: positive to the left), shortening (link, \
+    force_n, shortening_m, deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
     diverges, 6 its energy balance leaves solver.balance_tolerance.";
@@ -108,6 +114,7 @@ struct Checked {
     real_time_factor: Option<f64>,
     suggested_step_s: Option<f64>,
     reason: String,
+    start: Option<RestingStart>,
     shortening: Vec<ShorteningLine>,
 }
 
@@ -118,6 +125,7 @@ struct ShorteningLine {
     force_n: f64,
     shortening_m: f64,
     deflection_m: f64,
+    stroke_change: Option<f64>,
     recommends_axial: bool,
 }
 
@@ -126,6 +134,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let scene = &source.scene;
     let warn_of_suspects = || suspect_numbers(&source).iter().for_each(|warning| say!("warning: {warning}"));
     let mut simulation = build(&source).inspect_err(|_| warn_of_suspects())?;
+    let start = RestingStart::of(scene, simulation.observation());
     let bar = progress::elapsed("running the scene");
     let found = Vibrations::of_scene(scene);
     let vibrations = found.as_ref().copied().unwrap_or_default();
@@ -138,6 +147,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     bar.set_message("looking for a step that suffices");
     let own = OwnRun { trial: &trial, step_error };
     let (suggested_step_s, reason) = suggested_step(scene, vibrations, own, length);
+    bar.set_message("running the scene for its axial forces");
     let checked = Checked {
         scene: source.origin.clone(),
         model: scene.solver.model.as_str(),
@@ -157,7 +167,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
         real_time_factor: trial.step_cost_s.map(|cost_s| scene.solver.step_s / cost_s),
         suggested_step_s,
         reason,
-        shortening: shortening(scene),
+        start,
+        shortening: shortening(scene, trial.cut_off_s.unwrap_or(length.until_s)),
     };
     bar.finish_and_clear();
     if args.json {
@@ -194,13 +205,17 @@ pub(super) fn check(args: &Args) -> CommandResult {
 }
 
 /// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
-fn shortening(scene: &Scene) -> Vec<ShorteningLine> {
-    let left_out = if scene.solver.model == ModelKind::Modal { shortenings(scene).unwrap_or_default() } else { Vec::new() };
+fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
+    let left_out = match scene.solver.model {
+        ModelKind::Modal => shortenings_until(scene, until_s).unwrap_or_default(),
+        _ => Vec::new(),
+    };
     let line = |left_out: Shortening| ShorteningLine {
         link: left_out.link.as_str(),
         force_n: left_out.force_n,
         shortening_m: left_out.shortening_m,
         deflection_m: left_out.deflection_m,
+        stroke_change: left_out.stroke_change(),
         recommends_axial: left_out.matters(),
     };
     left_out.into_iter().filter(|left_out| left_out.force_n > 0.0).map(line).collect()
@@ -220,6 +235,9 @@ impl Checked {
         };
         writeln!(out, "{scene}: {finding}")?;
         writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
+        if let Some(start) = self.start {
+            writeln!(out, "  start        {start}")?;
+        }
         let others = match (*unknowns, *vibrations, self.falling) {
             (Some(unknowns), Some(vibrations), Some(falling)) => not_vibrating(unknowns, vibrations, falling),
             _ => String::new(),
@@ -273,7 +291,7 @@ fn not_vibrating(unknowns: usize, vibrations: usize, falling: usize) -> String {
 
 impl fmt::Display for ShorteningLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ShorteningLine { link, force_n, shortening_m, deflection_m, recommends_axial } = *self;
+        let ShorteningLine { link, force_n, shortening_m, deflection_m, stroke_change, recommends_axial } = *self;
         write!(
             f,
             "{link}: shortens by {} m under {} N, which is left out; bends by {} m",
@@ -283,6 +301,9 @@ impl fmt::Display for ShorteningLine {
         )?;
         if deflection_m > 0.0 {
             write!(f, " (ratio {})", figure(shortening_m / deflection_m))?;
+        }
+        if let Some(change) = stroke_change.filter(|change| *change > STROKE_MATTERS) {
+            write!(f, "; the stroke changes by up to {:.2} %", 100.0 * change)?;
         }
         match recommends_axial {
             true => write!(f, ": set {link}.axial = true"),

@@ -76,7 +76,7 @@ pub(super) fn export(args: Args) -> CommandResult {
         say!("warning: {} is not protobuf and was left out", shown_name(&topic));
     }
     if cut_off {
-        say_reason!("warning: the recording ends early; everything before was exported");
+        say_reason!("warning: the recording ends early (still being recorded, or cut off); everything before was exported");
         return Ok(ExitStatus::Lossy);
     }
     Ok(ExitStatus::Success)

@@ -176,7 +176,8 @@ fn damage(overview: &Overview) -> Option<String> {
         let places = counted(overview.damage.len() as u64, "place");
         format!("in {places}, first at byte {}: {}; `flexcrank recover` saves what is listed", first.offset, first.what)
     });
-    let cut_off = overview.cut_off.map(|_| "the file was not closed, or was cut off; everything before is listed".to_owned());
+    let cut_off =
+        overview.cut_off.map(|_| "the file is still being recorded, or was cut off; everything before is listed".to_owned());
     let both: Vec<String> = cut_off.into_iter().chain(broken).collect();
     (!both.is_empty()).then(|| both.join("; "))
 }

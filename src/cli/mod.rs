@@ -53,6 +53,7 @@ mod recover;
 mod replay;
 mod replies;
 mod response;
+mod resting_start;
 mod resume;
 mod ros2_args;
 mod run;

@@ -12,7 +12,7 @@ use super::overlay::overlaid;
 use super::plot_source::Source;
 use super::progress::{bar, over_parts};
 use super::thesis_figures::write_thesis;
-use super::values::{number, time};
+use super::values::{finite, number, time};
 use crate::plot::{self, Entry, Figure, Format, MechanismPicture};
 use crate::whole_file::write_whole;
 
@@ -85,6 +85,10 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     {
         return Err(refused(format!("--from {from} must be less than --to {to}")));
     }
+    if let Some(speed) = args.files.iter().find(|file| is_speed(args, file)) {
+        let given = speed.display();
+        return Err(refused(format!("{given}: no such file; a speed follows an equals sign: --animation={given}")));
+    }
     if args.overlay && args.files.len() < 2 {
         return Err(refused("--overlay needs two files or more".to_owned()));
     }
@@ -101,7 +105,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         let missed_motion = source.missed_motion(&columns, args.animation.is_some());
         straight_links.into_iter().chain(source.interrupted_study()).chain(missed_motion)
     };
-    sources.iter().flat_map(sentences).for_each(|sentence| say!("{sentence}"));
+    sources.iter().flat_map(sentences).for_each(|sentence| say!("warning: {sentence}"));
     tell_apart(&mut sources);
     let into_file = is_file_name(&args.output) && !args.output.is_dir();
     // The default figures of recordings come with pictures of the mechanism, and in a folder with a page.
@@ -154,6 +158,12 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         writeln!(output(), "{}", page.display())?;
     }
     Ok(status(&sources))
+}
+
+/// Whether a file is none, but the speed of an animation without its equals sign.
+fn is_speed(args: &Args, file: &Path) -> bool {
+    let is_number = file.to_str().is_some_and(|text| finite(text).is_some());
+    args.animation == Some(None) && is_number && !file.exists()
 }
 
 /// Names of files in different folders begin with the folder, `before/take`, as far as that tells them apart; those of one file that is

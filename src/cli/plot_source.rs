@@ -9,7 +9,7 @@ use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
 use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError, SIMULATED_TIME};
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
-use crate::scene::{ModelKind, SceneSource, scene_hint};
+use crate::scene::{Drive, ModelKind, Scene, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::study::Table;
 use crate::study::trade::INTERRUPTED;
@@ -18,6 +18,10 @@ use crate::wire::Topic;
 
 /// The first bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
+/// The column of the torque on the first link.
+const DRIVING_TORQUE: &str = "driving_torque_nm";
+/// The column of the resistance on the slider, which is constant or depends on the crank's angle alone.
+const RESISTANCE: &str = "resistance_n";
 
 /// A file and its numbers.
 pub(super) struct Source {
@@ -88,8 +92,10 @@ impl Source {
         let is_coarse = regular_s(angles).and_then(|interval_s| coarse_turning(angles, interval_s)).is_some();
         let is_new = vibration.is_none() && !is_coarse;
         let accelerations = (draws_accelerations && is_new).then(|| rare_accelerations(angles)).flatten();
-        let sentences = [turning, vibration, accelerations].into_iter().flatten();
-        sentences.map(|sentence| format!("{}: {sentence}", self.path.display())).collect()
+        let sentences: Vec<String> = [turning, vibration, accelerations].into_iter().flatten().collect();
+        let is_what_if = !sentences.is_empty() && self.metadata().is_some_and(|metadata| metadata.is_what_if());
+        let way = if is_what_if { "; this is a what-if: record its original so, and run `what-if` on that" } else { "" };
+        sentences.into_iter().map(|sentence| format!("{}: {sentence}{way}", self.path.display())).collect()
     }
 
     /// The warning of an animation of it. If samples are too rare for a vibration, pictures are not judged by them.
@@ -99,11 +105,12 @@ impl Source {
     }
 
     /// A sentence about a first link that turns far between samples that are drawn; `None` if it does not, or if only its angle,
-    /// revolutions and times are drawn: straight lines show even turning.
+    /// revolutions, times and a given torque are drawn: straight lines show even turning.
     fn coarse_turning(&self, ys: &[String], is_animation: bool) -> Option<String> {
         let angles = self.topic("angles");
         let is_first_chord = |name: &str| first_chord(angles).is_some_and(|(chord, _)| chord == name);
-        let is_curved = |name: &str| !is_stamp_or_time(name) && !name.ends_with(".revolutions") && !is_first_chord(name);
+        let is_even = |name: &str| name.ends_with(".revolutions") || is_first_chord(name) || self.is_given_torque(name);
+        let is_curved = |name: &str| !is_stamp_or_time(name) && !is_even(name);
         let names = ys.iter().filter_map(|given| self.column_name(given).ok());
         let names: Vec<&str> = names.filter(|&name| is_curved(name)).collect();
         let is_drawn = |topic: &&Table| ys.is_empty() || names.iter().any(|name| topic.column(name).is_some());
@@ -111,21 +118,39 @@ impl Source {
         coarse_turning(angles, drawn.filter_map(regular_s).reduce(f64::max)?)
     }
 
-    /// Whether a sentence about samples of this topic applies to a column that is drawn: one with this ending, or a load. Loads
-    /// vibrate with the links, but may be right where they have more samples than the topic.
+    /// Whether a sentence about samples of this topic applies to a column that is drawn: one with this ending, or a load that is
+    /// not given. Loads vibrate with the links, but may be right where they have more samples than the topic.
     fn draws_motion_of(&self, topic: &Table, ending: &str, ys: &[String]) -> bool {
         let loads = self.topic("loads");
         let are_loads_as_rare = regular_s(loads) >= regular_s(topic);
-        let is_load = |name: &str| are_loads_as_rare && !is_stamp_or_time(name) && loads.column(name).is_some();
+        let is_given = |name: &str| is_stamp_or_time(name) || name == RESISTANCE || self.is_given_torque(name);
+        let is_load = |name: &str| are_loads_as_rare && loads.column(name).is_some() && !is_given(name);
         let is_meant = |name: &str| name.ends_with(ending) || is_load(name);
         ys.is_empty() || ys.iter().any(|given| self.column_name(given).is_ok_and(is_meant))
+    }
+
+    /// Whether a column is a torque that drives the mechanism, of which samples are exact means. The torque that a prescribed
+    /// motion needs depends on accelerations.
+    fn is_given_torque(&self, name: &str) -> bool {
+        let is_driven_by_torque = || self.scene().is_some_and(|scene| matches!(scene.drive, Drive::Torque { .. }));
+        name == DRIVING_TORQUE && is_driven_by_torque()
+    }
+
+    /// The facts and the scene of a recording.
+    fn metadata(&self) -> Option<RecordingMetadata> {
+        self.recorded.then(|| RecordingMetadata::read(&self.path))?.ok()
+    }
+
+    /// The scene of a recording, as it began.
+    fn scene(&self) -> Option<Scene> {
+        let text = self.metadata()?.scene?;
+        Some(SceneSource::parse(&self.stem, &text, &[]).ok()?.scene)
     }
 
     /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if
     /// there are none.
     pub fn straight_links(&self) -> Option<String> {
-        let metadata = self.recorded.then(|| RecordingMetadata::read(&self.path))?.ok()?;
-        let scene = SceneSource::parse(&self.stem, &metadata.scene?, &[]).ok()?.scene;
+        let scene = self.scene()?;
         let has_node = |link: &str, node: u32| self.displacements().column(&format!("nodes.{link}.{node}.x_m")).is_some();
         let is_straight = |link: &str| has_node(link, 1) && !has_node(link, 2);
         // Links of other models are rigid, or one element each.
@@ -254,7 +279,7 @@ fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, 
         say!("warning: {} is not protobuf and was left out", shown_name(&topic));
     }
     if contents.cut_off {
-        say_reason!("warning: {} ends early; everything before is drawn", file.display());
+        say_reason!("warning: {} ends early (still being recorded, or cut off); everything before is drawn", file.display());
     }
     let named = |topic: TopicColumns| {
         let mut table = Table::default();

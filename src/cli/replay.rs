@@ -191,7 +191,7 @@ fn conclude(report: &ReplayReport) -> ExitStatus {
         say_reason!("warning: left out {topic}");
     }
     if report.cut_off {
-        say_reason!("warning: the recording ends early; everything before was replayed");
+        say_reason!("warning: the recording ends early (still being recorded, or cut off); everything before was replayed");
     }
     if report.cut_off || !report.left_out.is_empty() { ExitStatus::Lossy } else { ExitStatus::Success }
 }

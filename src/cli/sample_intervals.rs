@@ -18,6 +18,13 @@ pub(super) struct Interval {
     pub duration_s: f64,
 }
 
+impl Interval {
+    /// The values of a column at its beginning and at its end.
+    pub fn ends(&self, values: &[f64]) -> Option<[f64; 2]> {
+        Some([*values.get(self.row - 1)?, *values.get(self.row)?])
+    }
+}
+
 /// The intervals within epochs.
 pub(super) fn intervals(table: &Table) -> Vec<Interval> {
     let [times_s, epochs] = [SIMULATED_TIME, "stamp.epoch"].map(|name| table.column(name).unwrap_or_default());

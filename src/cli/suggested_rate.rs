@@ -25,6 +25,16 @@ pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step_s: f64) -> Strin
     }
 }
 
+/// The rate of every step. Steps longer than `coarse_s` do not suffice.
+pub(super) fn every_step(coarse_s: f64, step_s: f64) -> String {
+    suggested_rate(0.0, coarse_s, step_s)
+}
+
+/// The longest time between samples that show a vibration roughly, s.
+pub(super) fn coarse_s(vibration_hz: f64) -> f64 {
+    1.0 / (ROUGH * vibration_hz)
+}
+
 /// The longest time between samples that draw a vibration as a smooth curve, s.
 pub(super) fn smooth_s(vibration_hz: f64) -> f64 {
     1.0 / (SMOOTH * vibration_hz)
@@ -35,7 +45,7 @@ pub(super) fn bending_beyond_default(bending_hz: f64, step_s: f64) -> Option<Str
     let PublishRate::Hz(rate_hz) = PublishRate::DEFAULT else { return None };
     // Longer steps are all published.
     let rate_hz = rate_hz.min(1.0 / step_s);
-    let coarse_s = 1.0 / (ROUGH * bending_hz);
+    let coarse_s = coarse_s(bending_hz);
     let shows = || suggested_rate(smooth_s(bending_hz), coarse_s, step_s);
     let [rate, bending] = [rate_hz, bending_hz].map(figure);
     let remark = || format!("{rate} times a second; bending at {bending} Hz shows with --publish-hz {}", shows());

@@ -1,45 +1,21 @@
 //! Warnings of numbers that are allowed, but look like mistakes, such as a length in mm.
 
-use std::f64::consts::{PI, TAU};
+mod materials;
+mod sizes;
+
+use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
-use crate::scene::{Bar, Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
+use crate::scene::{Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
+use materials::{light_material, soft_material, strong_damping};
+use sizes::{no_slender_bar, of_lengths};
 
-/// Links are rarely this many times as long as one another.
-const LENGTH_RATIO: f64 = 100.0;
-/// No crank of an engine or a machine with a slider is longer, m: the largest engines have 1.7 m.
-const LONGEST_CRANK_M: f64 = 10.0;
-/// No boom or blade is longer, m.
-const LONGEST_LINK_M: f64 = 300.0;
-/// Shorter links may be as thin as a wire, m.
-const LONGEST_WIRE_M: f64 = 20.0;
-/// Longer links are rarely this many times as long as their section is thick.
-const THICKNESS_RATIO: f64 = 1000.0;
 /// Angles that are all whole multiples of this are rarely radians.
 const ROUND_DEGREES: f64 = 5.0;
 /// Such angles are smaller in a table that may be in radians, rad.
 const FEW_DEGREES: f64 = 30.0;
 /// Torque that acts for longer is rarely called a pulse, s.
 const LONGEST_PULSE_S: f64 = 30.0;
-/// No material is softer, Pa: the softest foams have this modulus.
-const SOFTEST_PA: f64 = 1e4;
-/// Waves √(E/ρ) are not slower in solids that links are made of, m/s: rubber has 30 m/s and more, and steel 5000 m/s, which is
-/// 5 m/s with the modulus in MPa.
-const SLOWEST_WAVE_M_PER_S: f64 = 7.0;
-/// Only foams and other cellular materials are lighter, kg/m³.
-const LIGHTEST_SOLID_KG_PER_M3: f64 = 500.0;
-/// No material is stiffer, Pa: diamond has 1.2e12.
-const STIFFEST_PA: f64 = 1.3e12;
-/// Materials of this modulus, Pa, are far denser than [`LIGHTEST_KG_PER_M3`].
-const STIFF_PA: f64 = 1e9;
-/// Only foams and other soft materials are lighter, kg/m³. The densest material has 22.6 g/cm³.
-const LIGHTEST_KG_PER_M3: f64 = 25.0;
-/// Densities up to here, kg/m³, stand for none, in models of links without mass.
-const NO_DENSITY_KG_PER_M3: f64 = 1.0;
-/// Damping ratios of a link's first bending mode are smaller, except in models of links that hardly vibrate.
-const STRONG_DAMPING: f64 = 0.5;
-/// Smaller numbers are rarely damping ratios.
-const LEAST_DAMPING_RATIO: f64 = 1e-3;
 /// A slider or a mass at the tip is rarely so heavy, kg, and so many times as heavy as the links.
 const HEAVY_KG: f64 = 10.0;
 const HEAVY_RATIO: f64 = 300.0;
@@ -67,132 +43,15 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let of_damping = |link: &Link| strong_damping(link).filter(|_| bends);
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), of_damping(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
-    let long_link = || chain.links.iter().find_map(long_link);
-    let of_lengths = unlike_lengths(&chain.links).or_else(|| long_crank(chain)).or_else(long_link);
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
     let of_angles = many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive));
     of_links
-        .chain(of_lengths)
+        .chain(of_lengths(chain))
         .chain(heavy_end(chain))
         .chain(of_gravity)
         .chain(of_angles)
         .chain(long_pulses(&scene.drive))
         .collect()
-}
-
-/// The thickness of the section of a flexible link, m, after a word that says whether it is exact. A section without a shape
-/// counts as a rectangle: one of the height h has the second moment of area `A h²/12`.
-fn thickness(link: &Link) -> Option<(&'static str, f64)> {
-    let bar = link.bar.filter(|_| !link.rigid)?;
-    Some(match bar.extreme_fibre_m {
-        Some(fibre_m) => ("", 2.0 * fibre_m),
-        None => ("some ", (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt()),
-    })
-}
-
-/// A warning of a section that is thicker than its link is long, as with sizes in mm.
-fn no_slender_bar(link: &Link) -> Option<String> {
-    let (about, height_m) = thickness(link)?;
-    let [height, length] = [height_m, link.length_m].map(figure);
-    let warning = || {
-        let name = link.name.as_str();
-        format!(
-            "the {name} is no slender bar: its section is {about}{height} m thick, and it is {length} m long: lengths are in m"
-        )
-    };
-    (height_m > link.length_m).then(warning)
-}
-
-/// A warning of a modulus below that of any material, or of any solid so dense, as with one in GPa or MPa.
-fn soft_material(link: &Link) -> Option<String> {
-    let bar = link.bar.filter(|_| !link.rigid)?;
-    let (unit, exponent, _) = meant_modulus(&bar)?;
-    let (name, given) = (link.name.as_str(), figure(bar.youngs_modulus_pa));
-    let softer = if bar.youngs_modulus_pa < SOFTEST_PA { "any material" } else { "rubber for its density" };
-    Some(format!(
-        "{name}.youngs_modulus_pa = {given} is softer than {softer}: moduli are in Pa, and {given} {unit} is {given}e{exponent}"
-    ))
-}
-
-/// The unit that a modulus is probably in if links are not made of anything so soft, its power of ten, and the modulus in Pa. A
-/// rigid link may have none, which is 0.
-fn meant_modulus(bar: &Bar) -> Option<(&'static str, i32, f64)> {
-    let (given_pa, density) = (bar.youngs_modulus_pa, bar.density_kg_per_m3);
-    let in_unit = |(unit, exponent)| (unit, exponent, given_pa * 10.0_f64.powi(exponent));
-    let is_slow = density >= LIGHTEST_SOLID_KG_PER_M3 && (given_pa / density).sqrt() < SLOWEST_WAVE_M_PER_S;
-    let is_soft = given_pa > 0.0 && (given_pa < SOFTEST_PA || is_slow);
-    [("GPa", 9), ("MPa", 6)].map(in_unit).into_iter().find(|(.., meant_pa)| is_soft && *meant_pa <= STIFFEST_PA)
-}
-
-/// A warning of a stiff material that is as light as a foam, as with a density in g/cm³.
-fn light_material(link: &Link) -> Option<String> {
-    let bar = link.bar?;
-    let modulus_pa = meant_modulus(&bar).map_or(bar.youngs_modulus_pa, |(.., meant_pa)| meant_pa);
-    let given = bar.density_kg_per_m3;
-    let is_light = given > NO_DENSITY_KG_PER_M3 && given < LIGHTEST_KG_PER_M3;
-    let warning = || {
-        let [given, meant] = [given, 1e3 * given].map(figure);
-        format!(
-            "{}.density_kg_per_m3 = {given} is lighter than any stiff material: densities are in kg/m³, and {given} g/cm³ is \
-             {meant}",
-            link.name.as_str()
-        )
-    };
-    (is_light && modulus_pa >= STIFF_PA).then(warning)
-}
-
-/// A warning of damping so strong that its time is probably meant as a damping ratio. The first bending mode between pins,
-/// `ω = (π/l)² √(EJ/ρA)`, has the damping ratio `½ ω damping_s`.
-fn strong_damping(link: &Link) -> Option<String> {
-    let bar = link.bar.filter(|_| !link.rigid)?;
-    let stiffness_per_mass = bar.bending_stiffness_nm2() / bar.mass_per_length_kg_per_m();
-    let ratio = 0.5 * (PI / link.length_m).powi(2) * stiffness_per_mass.sqrt() * link.damping_s;
-    let warning = || {
-        let (name, given, percent) = (link.name.as_str(), figure(link.damping_s), 100.0 * ratio);
-        let strength = if ratio < 1.0 { format!("by some {percent:.0} % of critical") } else { "beyond critical".to_owned() };
-        format!(
-            "{name}.damping_s = {given} damps its first bending mode {strength}: it is a time in s, not a damping ratio: see \
-             `flexcrank guide scenes`"
-        )
-    };
-    (link.damping_s >= LEAST_DAMPING_RATIO && ratio >= STRONG_DAMPING).then(warning)
-}
-
-/// A warning of a link that is far longer than the other, as with a length in mm.
-fn unlike_lengths(links: &[Link]) -> Option<String> {
-    let [one, other] = links else { return None };
-    let (short, long) = if one.length_m < other.length_m { (one, other) } else { (other, one) };
-    let ratio = long.length_m / short.length_m;
-    let warning = || {
-        let [shorter, longer] = [short, long].map(|link| link.name.as_str());
-        let [short_m, long_m] = [short, long].map(|link| figure(link.length_m));
-        format!("the {longer} is {long_m} m long, {ratio:.0} times as long as the {shorter} ({short_m} m): lengths are in m")
-    };
-    (ratio > LENGTH_RATIO).then(warning)
-}
-
-/// A warning of a crank that is longer than any with a slider, as with lengths in mm. Beams and booms may be as long.
-fn long_crank(chain: &Chain) -> Option<String> {
-    let ([crank, _], End::Slider(_)) = (&chain.links[..], &chain.end) else { return None };
-    let warning = || {
-        let [given, meant] = [crank.length_m, 1e-3 * crank.length_m].map(figure);
-        format!("crank.length_m = {given} is longer than the crank of any engine: lengths are in m, and {given} mm is {meant}")
-    };
-    (crank.length_m > LONGEST_CRANK_M).then(warning)
-}
-
-/// A warning of a link that is longer than any, or than a bar of its section, as with a length in mm.
-fn long_link(link: &Link) -> Option<String> {
-    let [name, given, meant] = [link.name.as_str().to_owned(), figure(link.length_m), figure(1e-3 * link.length_m)];
-    let times = thickness(link).map_or(0.0, |(_, height_m)| link.length_m / height_m);
-    let why = if link.length_m > LONGEST_LINK_M {
-        "longer than any boom or blade".to_owned()
-    } else if link.length_m > LONGEST_WIRE_M && times > THICKNESS_RATIO {
-        format!("{times:.0} times the thickness of its section")
-    } else {
-        return None;
-    };
-    Some(format!("{name}.length_m = {given} is {why}: lengths are in m, and {given} mm is {meant}"))
 }
 
 /// A warning of a mass at the end that is far heavier than the links, as in grams.
@@ -319,6 +178,36 @@ mod tests {
     }
 
     #[test]
+    fn regress_light_solids_in_g_per_cm3_are_suspect() -> Result<(), SceneError> {
+        for (modulus, given, meant) in
+            [("1e10", "0.68", "680"), ("1.3e9", "0.9", "900"), ("2e8", "0.92", "920"), ("10", "0.5", "500")]
+        {
+            let changes = [format!("rod.youngs_modulus_pa={modulus}"), format!("rod.density_kg_per_m3={given}")];
+            let warned = warnings("crank-slider", &changes.each_ref().map(String::as_str))?;
+            let why = "is lighter than any stiff material: densities are in kg/m³, and";
+            let warning = format!("rod.density_kg_per_m3 = {given} {why} {given} g/cm³ is {meant}");
+            assert_eq!(warned.last(), Some(&warning), "{warned:?}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn regress_sections_in_mm_are_suspect() -> Result<(), SceneError> {
+        for (given, is) in [
+            (&["rod.section.width_m=50"][..], "50 m wide, and it is 1.5 m long"),
+            (&["rod.length_m=20", "rod.section.height_m=12"], "12 m thick, and it is 20 m long"),
+            (&["rod.rigid=true", "rod.section.height_m=12"], "12 m thick, and it is 1.5 m long"),
+        ] {
+            let warning = format!("the rod is no slender bar: its section is {is}: lengths are in m");
+            assert_eq!(warnings("crank-slider", given)?, [warning]);
+        }
+        for given in [&["rod.rigid=true", "rod.section.height_m=1.6"][..], &["rod.section.width_m=1.9"]] {
+            assert_eq!(warnings("crank-slider", given)?, [""; 0], "{given:?}: a disc and a strip");
+        }
+        Ok(())
+    }
+
+    #[test]
     fn regress_a_crank_and_a_rod_in_mm_are_suspect_together() -> Result<(), SceneError> {
         let both = warnings("crank-slider", &["crank.length_m=50", "rod.length_m=250"])?;
         let warning = "crank.length_m = 50 is longer than the crank of any engine: lengths are in m, and 50 mm is 0.05";
@@ -339,8 +228,18 @@ mod tests {
                 &["beam.length_m=50", "beam.area_m2=1e-4", "beam.second_moment_m4=8.333e-10"],
                 "beam.length_m = 50 is 5000 times the thickness of its section: lengths are in m, and 50 mm is 0.05",
             ),
+            (
+                &["beam.length_m=12", "beam.area_m2=2.5e-5", "beam.second_moment_m4=5.208e-11"],
+                "beam.length_m = 12 is 2400 times the thickness of its section: lengths are in m, and 12 mm is 0.012",
+            ),
         ] {
             assert_eq!(warnings("thesis-beam", given)?, [warning]);
+        }
+        for given in [
+            ["beam.length_m=12", "beam.area_m2=1e-4", "beam.second_moment_m4=8.333e-10"],
+            ["beam.length_m=4", "beam.area_m2=1e-6", "beam.second_moment_m4=8.333e-14"],
+        ] {
+            assert_eq!(warnings("thesis-beam", &given)?, [""; 0], "{given:?}: a mast and a wire");
         }
         Ok(())
     }

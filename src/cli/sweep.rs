@@ -11,7 +11,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, may_be_folder, must_be_writable};
 use super::formatting::counted;
 use super::output::output;
-use super::progress::bar;
+use super::progress::{ProgressLines, bar};
 use super::run_conclusion::step_remedy;
 use super::signals::{Interruption, interruption_leaves};
 use super::suspect_numbers::{newly_suspect, suspect_numbers};
@@ -155,9 +155,10 @@ fn compute(
 ) -> CommandResult<Worked> {
     let jobs = jobs.and_then(|jobs| NonZero::new(usize::try_from(jobs).ok()?));
     let threads = jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
-    let bar = bar(campaign.runs(), "{wide_bar} {pos}/{len} runs{left}");
+    let (lines, bar) = (ProgressLines::begin(), bar(campaign.runs(), "{wide_bar} {pos}/{len} runs{left}"));
     let worked = work(campaign, folder, shard, threads, &|done| {
         bar.set_position(done);
+        lines.report(|| format!("{done} of {} runs done", campaign.runs()));
         if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.finish_and_clear();

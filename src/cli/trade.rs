@@ -14,7 +14,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::must_be_writable;
 use super::formatting::counted;
 use super::output::print_json;
-use super::progress::bar;
+use super::progress::{ProgressLines, bar};
 use super::signals::{Interruption, interruption_leaves, interruption_leaves_files};
 use super::suspect_numbers::suspect_numbers;
 use super::trade_choice::{decide, decide_levels};
@@ -40,7 +40,7 @@ Examples:
   flexcrank trade --levels 4 --real-time-factor 5 --write levels.toml
   flexcrank trade ref-r2s --models modal --steps 1e-3,5e-4 --fixed-cost
 
-Errors are relative: crank angle in rad, slider over its stroke (a free end over the chain's length), deflection of each link's \
+Errors are relative: crank angle in rad, slider over its stroke (of a chain without slider, tip over its length), deflection of each link's \
     middle and joint forces over their peaks, energy balance over the largest kinetic and strain energy. Each is the largest over the \
     instants at which runs are compared, which the first line of the output names. A spike between two instants is not seen. A run \
     has some 80 to 200 of them: with a shorter --until they are closer. All --steps divide the time between two instants, \
@@ -154,6 +154,7 @@ pub(super) struct Args {
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum OutputGroupWord {
     Angle,
+    #[value(alias = "tip")]
     Slider,
     Deflection,
     Forces,
@@ -193,6 +194,7 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     let question = question(args);
     warn_of_values(args, &question, &source.scene);
     let interruption = Interruption::watch()?;
+    let lines = ProgressLines::begin();
     let families = bar(0, "{bar:20} {pos}/{len} families, {elapsed}{left}  {wide_msg}");
     let mut study = study(&source.scene, &question, &mut |progress| {
         interruption.keeps(!progress.reference);
@@ -200,12 +202,13 @@ pub(super) fn trade(args: &Args) -> CommandResult {
             true => interruption_leaves("nothing was written: only the reference was being computed".to_owned()),
             false => interruption_leaves_files(),
         }
-        show(&families, &progress);
+        show(&families, &lines, &progress);
         if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     if args.fixed_cost && !study.interrupted {
         study.rate_fixed_cost(&source.scene, &mut |running| {
             families.set_message(format!("corrections: {running}"));
+            lines.report(|| format!("corrections: {running}"));
             if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
     }
@@ -229,7 +232,10 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     interruption_leaves(format!("the table is whole{}", args.not_chosen()));
     let demands = Demands { tolerance: args.tolerance.unwrap_or(f64::INFINITY), real_time_factor: args.real_time_factor };
     let verifying = bar(0, "verifying, {elapsed}  {wide_msg}");
-    let mut show = |running: &Configuration| verifying.set_message(running.to_string());
+    let mut show = |running: &Configuration| {
+        verifying.set_message(running.to_string());
+        lines.report(|| format!("verifying: {running}"));
+    };
     if let Some(count) = args.levels {
         let levels = choose_levels(&source, &study, &demands, count, args.budget, &mut show);
         verifying.finish_and_clear();
@@ -291,7 +297,7 @@ fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult
     let table = table(study, modes);
     args.output.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.output.json))?;
     let part = if study.interrupted { " (interrupted study)" } else { "" };
-    let title = format!("{}: error in {}{part}", args.scene, words(&study.outputs));
+    let title = format!("{}: error in {}{part}", args.scene, words(study));
     if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
         let figure = Figure { title, ..figure };
         figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
@@ -317,10 +323,13 @@ fn question(args: &Args) -> Question {
     }
 }
 
-fn show(bar: &ProgressBar, progress: &Progress<'_>) {
-    bar.set_length(progress.of as u64);
-    bar.set_position(progress.done as u64);
-    bar.set_message(format!("{}{}", if progress.reference { "reference: " } else { "" }, progress.running));
+fn show(bar: &ProgressBar, lines: &ProgressLines, progress: &Progress<'_>) {
+    let Progress { done, of, running, reference } = *progress;
+    let message = format!("{}{running}", if reference { "reference: " } else { "" });
+    lines.report(|| format!("{done} of {of} families done, running {message}"));
+    bar.set_length(of as u64);
+    bar.set_position(done as u64);
+    bar.set_message(message);
 }
 
 fn model(word: &str) -> Result<ModelKind, String> {

@@ -13,7 +13,7 @@ pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()>
     let excitation = &modes.excitation;
     writeln!(out, "\nvibrations at rest, crank at {:.4}°, and their part in the run:", excitation.angle_rad.to_degrees())?;
     let head = ["vibration", "Hz", "energy", "moving", "output", "follows", ""].map(str::to_owned).to_vec();
-    let rows: Vec<Vec<String>> = std::iter::once(head).chain(excitation.modes.iter().map(line)).collect();
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(excitation.modes.iter().map(|mode| line(study, mode))).collect();
     print(&rows, 1)?;
     sentences(modes).iter().try_for_each(|sentence| writeln!(out, "{}", wrapped(sentence, 2)))?;
     if study.outputs.contains(&OutputGroup::Energy) {
@@ -42,7 +42,7 @@ pub(super) fn lost(study: &Study, modes: &LostModes, row: &Row) -> Vec<String> {
     if lost.is_empty() { vec!["none".to_owned()] } else { lost }
 }
 
-fn line(mode: &ExcitedMode) -> Vec<String> {
+fn line(study: &Study, mode: &ExcitedMode) -> Vec<String> {
     vec![
         mode.name.clone(),
         format!("{:.1}", mode.frequency_hz),
@@ -50,7 +50,7 @@ fn line(mode: &ExcitedMode) -> Vec<String> {
         format!("{:.1e}", mode.moving_part),
         format!("{:.1e}", mode.output_part),
         format!("{:.1e}", mode.following_part),
-        mode.output.as_str().to_owned(),
+        study.word(mode.output).to_owned(),
     ]
 }
 

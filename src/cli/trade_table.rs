@@ -6,7 +6,7 @@ use super::aligned_table::{print, with_column_wrapped};
 use super::failure::CommandResult;
 use super::formatting::counted;
 use super::output::output;
-use crate::study::trade::{Configuration, Corrections, Measured, OutputGroup, Row, Study};
+use crate::study::trade::{Configuration, Corrections, Measured, OutputGroup, Ringing, Row, Study};
 
 const HEAD: [&str; 21] = [
     "",
@@ -43,22 +43,27 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
         with_corrections(cells, study, wide, || corrections(measured))
     };
     let head = if wide { &HEAD[..] } else { &NARROW_HEAD[..] };
-    let head = head.iter().map(|&name| name.to_owned()).collect();
+    let head = head.iter().map(|&name| study_word(study, name).to_owned()).collect();
     let head = with_corrections(head, study, wide, || "corr.".to_owned());
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(study.measured().map(row)).collect();
     let mut out = output();
     let grid = &study.grid;
     let instants = counted(grid.count as u64, "instant");
     writeln!(out, "{name}: {} s, compared at {instants}, {} s apart", grid.until_s(), grid.interval_s)?;
-    let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", output.as_str(), study.reference.estimate.of(output)));
+    let errors = &study.reference.estimate;
+    let estimate = OutputGroup::COMPARED.map(|output| format!("{} {:.1e}", study.word(output), errors.of(output)));
     writeln!(out, "reference: {}", study.reference.configuration)?;
     writeln!(out, "  uncertain by {}", estimate.join(", "))?;
     if let Some(left_out) = study.reference.left_out.filter(|left_out| left_out.counts) {
         let minutes = (left_out.budget_s / 60.0).ceil();
         writeln!(
             out,
-            "  its steps do not resolve the bending of a link at some {:.0} Hz, as it rings after a\n  rectangular pulse: so it is \
-             uncertain; --budget {minutes}min resolves it",
+            "  its steps do not resolve {} at some {:.0} Hz,\n  as it rings after a rectangular pulse: so it is uncertain; \
+             --budget {minutes}min resolves it",
+            match left_out.part {
+                Ringing::Link => "the bending of a link",
+                Ringing::Base => "a rigid link on the base spring",
+            },
             left_out.hz
         )?;
     }
@@ -70,7 +75,7 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
             writeln!(out, "  {}: {failed}", row.configuration)?;
         }
     }
-    writeln!(out, "\nfront, by {}:", words(&study.outputs))?;
+    writeln!(out, "\nfront, by {}:", words(study))?;
     for (row, measured) in study.front() {
         writeln!(
             out,
@@ -170,9 +175,14 @@ fn line(study: &Study, row: &Row, m: &Measured) -> Vec<String> {
     ]
 }
 
-/// Names of outputs, as in a sentence.
-pub(super) fn words(outputs: &[OutputGroup]) -> String {
-    outputs.iter().map(|output| output.as_str()).collect::<Vec<_>>().join(", ")
+/// The head of a column: of an output, the study's word for it.
+fn study_word(study: &Study, head: &'static str) -> &'static str {
+    OutputGroup::ALL.into_iter().find(|output| output.as_str() == head).map_or(head, |output| study.word(output))
+}
+
+/// Names of the outputs that count, as in a sentence.
+pub(super) fn words(study: &Study) -> String {
+    study.outputs.iter().map(|output| study.word(*output)).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

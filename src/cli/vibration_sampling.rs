@@ -101,20 +101,15 @@ impl<'a> Deflection<'a> {
         let missed: Vec<bool> = regular.iter().map(is_missed).collect();
         let count = missed.iter().filter(|missed| **missed).count();
         // Spectra are of a whole stretch, in which a vibration may die away; changes are of a moment. Both are too low at times.
-        (count >= FEWEST).then(|| self.spectral_hz(regular, interval_s).max(self.momentary_hz(regular, &missed)))
-    }
-
-    /// The deflection, m, and its rate, m/s, at the beginning and the end of an interval.
-    fn ends(&self, interval: &Interval) -> Option<[[f64; 2]; 2]> {
-        let at = |row: usize| Some([*self.deflections_m.get(row)?, *self.rates_m_per_s.get(row)?]);
-        Some([at(interval.row - 1)?, at(interval.row)?])
+        let momentary_hz = || momentary_hz([self.deflections_m, &self.rates_m_per_s], regular, &missed);
+        (count >= FEWEST).then(|| self.spectral_hz(regular, interval_s).max(momentary_hz()))
     }
 
     /// The most by which the line between two samples is off the cubic through them, m: with `w` and `ẇ` at both ends of the
     /// interval `h`, that is `s (1 − s) ((1 − s) (h ẇ₀ − Δw) − s (h ẇ₁ − Δw))` at the part `s` of the interval.
     fn off_m(&self, interval: &Interval) -> Option<f64> {
-        let [[before_m, before_rate], [after_m, after_rate]] = self.ends(interval)?;
-        let [first_m, last_m] = [before_rate, after_rate].map(|rate| interval.duration_s * rate - (after_m - before_m));
+        let [before_m, after_m] = interval.ends(self.deflections_m)?;
+        let [first_m, last_m] = interval.ends(&self.rates_m_per_s)?.map(|rate| interval.duration_s * rate - (after_m - before_m));
         let off_m = |s: f64| (s * (1.0 - s) * ((1.0 - s) * first_m - s * last_m)).abs();
         Some(COMPARED.map(off_m).into_iter().fold(0.0, f64::max))
     }
@@ -127,34 +122,35 @@ impl<'a> Deflection<'a> {
         stretches.max_by(|one, other| one.0.total_cmp(&other.0)).map_or(0.0, |(_, hz)| hz)
     }
 
-    /// The frequency, Hz, by the changes of slope of deflection and rate next to the missed intervals: slow bending has hardly any.
-    fn momentary_hz(&self, regular: &[Interval], missed: &[bool]) -> f64 {
-        let slopes = |interval: &Interval| {
-            let [[before_m, before_rate], [after_m, after_rate]] = self.ends(interval)?;
-            Some([after_m - before_m, after_rate - before_rate].map(|change| change / interval.duration_s))
-        };
-        let mut squares = [0.0_f64; 2];
-        for (pair, missed) in regular.windows(2).zip(missed.windows(2)) {
-            if let ([before, after], [true, _] | [_, true]) = (pair, missed)
-                && before.row + 1 == after.row
-                && let (Some(before), Some(after)) = (slopes(before), slopes(after))
-            {
-                let changes: [f64; 2] = std::array::from_fn(|k| after[k] - before[k]);
-                if changes.iter().all(|change| change.is_finite()) {
-                    squares.iter_mut().zip(changes).for_each(|(square, change)| *square += change.powi(2));
-                }
-            }
-        }
-        let [deflections, rates] = squares;
-        (rates / deflections).sqrt() / TAU
-    }
-
     /// The root mean square that lines miss of a stretch, m, and its frequency, Hz; `None` where a deflection is not known.
     fn missed(&self, rows: Range<usize>, interval_s: f64) -> Option<(f64, f64)> {
         let (deflections_m, rates_m_per_s) = (self.deflections_m.get(rows.clone())?, self.rates_m_per_s.get(rows)?);
         let is_known = deflections_m.iter().chain(rates_m_per_s).all(|value| value.is_finite());
         is_known.then(|| missed(deflections_m, rates_m_per_s, interval_s))
     }
+}
+
+/// The frequency of a vibration, Hz, by the changes of slope of a quantity and of its rate next to the missed intervals: slow
+/// motion has hardly any. Of several vibrations, it is no higher than that of the fastest.
+pub(super) fn momentary_hz([values, rates]: [&[f64]; 2], regular: &[Interval], missed: &[bool]) -> f64 {
+    let slopes = |interval: &Interval| {
+        let slope = |[before, after]: [f64; 2]| (after - before) / interval.duration_s;
+        Some([slope(interval.ends(values)?), slope(interval.ends(rates)?)])
+    };
+    let mut squares = [0.0_f64; 2];
+    for (pair, missed) in regular.windows(2).zip(missed.windows(2)) {
+        if let ([before, after], [true, _] | [_, true]) = (pair, missed)
+            && before.row + 1 == after.row
+            && let (Some(before), Some(after)) = (slopes(before), slopes(after))
+        {
+            let changes: [f64; 2] = std::array::from_fn(|k| after[k] - before[k]);
+            if changes.iter().all(|change| change.is_finite()) {
+                squares.iter_mut().zip(changes).for_each(|(square, change)| *square += change.powi(2));
+            }
+        }
+    }
+    let [of_values, of_rates] = squares;
+    (of_rates / of_values).sqrt() / TAU
 }
 
 /// Rate of a deflection `w = a × p/|a|` from the chord `a`, m/s, with `ẇ = (a × ṗ − β̇ a·p)/|a|` and `β̇ = a × ȧ/|a|²`. Both vectors

@@ -137,7 +137,7 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
         say_reason!("warning: the recording is damaged in {places}, and the result lacks what is lost there: {first}");
     }
     if source.cut_off.is_some() {
-        say_reason!("warning: the recording ends early; everything before was re-simulated");
+        say_reason!("warning: the recording ends early (still being recorded, or cut off); everything before was re-simulated");
     }
     beyond_range(*worst_out_of_range).iter().for_each(|bent| say!("warning: {bent}"));
     if let Some(diverged) = diverged {

@@ -40,6 +40,11 @@ pub const FILES: &[File] = &[
         summary: "campaign for `flexcrank sweep`: sensitivity of joint forces to three keys",
         text: include_str!("sweep.toml"),
     },
+    File {
+        name: "flexcrank.proto",
+        summary: "all messages on the bus and in recordings: their fields, and when each is present",
+        text: include_str!("../../proto/flexcrank.proto"),
+    },
     File { name: "to-rerun", summary: "Python script: converts a recording for Rerun", text: include_str!("to-rerun") },
 ];
 
@@ -71,5 +76,14 @@ mod tests {
         assert_eq!(find("gate.json5").map(|file| file.name), Ok("gate.json5"));
         let refused = find("gate.json").map(|file| file.name).unwrap_err().to_string();
         assert!(refused.contains("did you mean `gate.json5`?"), "{refused}");
+    }
+
+    /// The guide named a file that came with the source alone.
+    #[test]
+    fn regress_the_program_prints_the_fields_of_its_messages() {
+        let text = find("flexcrank.proto").map(|file| file.text).unwrap();
+        for part in ["message Displacements {", "optional double deflection_m", "message Snapshot {"] {
+            assert!(text.contains(part), "{part}");
+        }
     }
 }

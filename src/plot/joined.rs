@@ -75,7 +75,7 @@ pub(super) fn joined(x: &Column<'_>, y: &Column<'_>) -> Result<Table, PlotError>
 /// The refusal of columns with too few instants in common, with the way to others.
 fn too_few(x: &Column<'_>, y: &Column<'_>) -> PlotError {
     let advice = match (x.is_of_samples(), y.is_of_samples()) {
-        (true, true) => "record with --publish-hz all, so that both have every step".to_owned(),
+        (true, true) => "record with --publish-hz all (of a what-if, its original), so that both have every step".to_owned(),
         (false, true) => "choose an x column of samples: of angles, displacements, loads or energies".to_owned(),
         (_, false) => format!("choose an x column of {}", shown_name(y.topic_name())),
     };

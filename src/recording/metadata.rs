@@ -54,6 +54,11 @@ impl RecordingMetadata {
         self.facts.get(key).map_or("", String::as_str)
     }
 
+    /// Whether it is a what-if.
+    pub(crate) fn is_what_if(&self) -> bool {
+        !self.fact("what_if").is_empty()
+    }
+
     /// Differences between the build that recorded and this one, as `name recorded, not own`; empty for the same build.
     pub fn other_build(&self) -> Vec<String> {
         let differs = |(name, own): (&str, &str)| {

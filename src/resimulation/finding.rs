@@ -11,7 +11,7 @@ pub enum Finding {
     #[error("byte {}: {}{}", .0.offset, .0.what, lost(.0))]
     Damaged(Damage),
     /// The file was not closed.
-    #[error("the file ends early, at byte {at} of {bytes}: it was not closed")]
+    #[error("the file ends early, at byte {at} of {bytes}: it is still being recorded, or was not closed")]
     CutOff {
         /// End of the last complete record, bytes.
         at: u64,

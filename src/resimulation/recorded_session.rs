@@ -62,7 +62,7 @@ impl RecordedSession {
 
     /// Whether it is a what-if, which leaves out commands that pause.
     pub(super) fn is_what_if(&self) -> bool {
-        !self.metadata.fact("what_if").is_empty()
+        self.metadata.is_what_if()
     }
 
     /// Whether it is a what-if that has its samples at times of the original's. A what-if drops no sample.

@@ -321,6 +321,18 @@ mod tests {
     }
 
     #[test]
+    fn regress_commas_between_thousands_are_refused_with_the_number_to_write() {
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        let problem = "not TOML: a number has no commas: 12_000_000_000 or 1.2e10";
+        let given = "rod.youngs_modulus_pa=12,000,000,000";
+        assert_eq!(refused(text, &[given]), format!("--set {given}: {problem}"));
+        let said = refused(&text.replace("youngs_modulus_pa = 2.1e11", "youngs_modulus_pa = 12,000,000,000  # pine"), &[]);
+        assert_eq!(said, format!("scene.toml:8: {problem}"));
+        let said = refused(text, &["slider.mass_kg=1,500"]);
+        assert!(said.ends_with("a number has no commas: 1_500 or 1.5e3, or with a decimal point 1.500"), "{said}");
+    }
+
+    #[test]
     fn regress_a_share_in_per_cent_is_refused_with_the_number_to_write() {
         let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
         let said = refused(text, &["solver.balance_tolerance=1%"]);

@@ -4,28 +4,28 @@ use toml_edit::TomlError;
 
 use super::document::lines_before;
 use super::keys;
-use crate::decimal_comma::decimal_comma_hint;
+use crate::decimal_comma::{decimal_comma_hint, thousands_commas_hint};
 use crate::percent::percent_hint;
 
-/// The reason why a scene, or the value of `key`, is no TOML. A number with a decimal comma, in per cent or with its unit gets a
-/// hint.
+/// The reason why a scene, or the value of `key`, is no TOML. A number with commas, in per cent or with its unit gets a hint.
 pub(super) fn syntax_problem(key: &str, text: &str, error: &TomlError) -> String {
     let span = error.span().unwrap_or_default();
     let line = text.lines().nth(lines_before(text, &span));
     let message = error.message().trim().replace('\n', " ");
     let value = value_at(text, span.start);
     let key = key_before(text, span.start).unwrap_or(key);
-    let hint = || line.and_then(decimal_comma_in).or_else(|| share_hint(key, value)).or_else(|| unit_hint(value));
+    let hint = || line.and_then(comma_in).or_else(|| share_hint(key, value)).or_else(|| unit_hint(value));
     let hint = if message == "duplicate key" { None } else { hint() };
     format!("not TOML: {}", hint.unwrap_or(message))
 }
 
-/// A hint at the first number with a decimal comma in a line of `KEY = VALUE`, or in a value.
-fn decimal_comma_in(line: &str) -> Option<String> {
+/// A hint at the first number with commas in a line of `KEY = VALUE`, or in a value.
+fn comma_in(line: &str) -> Option<String> {
     let hint = |value: &str| {
         let value = value.trim_start();
         let end = value.find(|c: char| !c.is_ascii_digit() && !"+-.,eE".contains(c)).unwrap_or(value.len());
-        decimal_comma_hint(value[..end].trim_end_matches(','))
+        let number = value[..end].trim_end_matches(',');
+        thousands_commas_hint(number).or_else(|| decimal_comma_hint(number))
     };
     line.split('=').find_map(hint)
 }

@@ -14,6 +14,7 @@ use super::spectrum::lowest;
 use super::subject::Subject;
 use super::tension::take_out_tension;
 use crate::mechanics::Mechanism;
+use crate::scene::LinkName;
 
 /// Strain energy below this part of the kinetic energy does not name a mode.
 const STRAINED: f64 = 0.05;
@@ -85,11 +86,16 @@ impl Mode {
             Kind::Rotation => format!("chain rotation {}", self.number),
             Kind::Swing if self.number == 1 => "chain swing".to_owned(),
             Kind::Swing => format!("chain swing {}", self.number),
-            Kind::Vibration(Part::Base) if self.number == 1 => "crank torsion of the base".to_owned(),
-            Kind::Vibration(Part::Base) => format!("crank torsion of the base {}", self.number),
+            Kind::Vibration(Part::Base) if self.number == 1 => format!("{} torsion of the base", self.first_link()),
+            Kind::Vibration(Part::Base) => format!("{} torsion of the base {}", self.first_link(), self.number),
             Kind::Vibration(part) => format!("{part} {}", self.number),
             Kind::Masses => format!("masses {}", self.number),
         }
+    }
+
+    /// The scene's name of the link on the base.
+    fn first_link(&self) -> &'static str {
+        self.links.first().map_or(LinkName::Crank, |link| link.link).as_str()
     }
 
     /// The name with the share of its strain energy that it is named after.

@@ -140,7 +140,7 @@ step_s = 0.0005
         for model in ["solver.model=modal", "solver.model=finite-element"] {
             let beam = subject("thesis-beam", &[model, "solver.integrator=generalized-alpha", "pulse=[]"], None)?;
             let found = modes(&beam, &beam.turning(0.7, 40.0)?, 1)?;
-            assert_eq!(found[0].name(), "crank torsion of the base", "{model}: {:?}", found[0].shares);
+            assert_eq!(found[0].name(), "beam torsion of the base", "{model}: {:?}", found[0].shares);
         }
         Ok(())
     }

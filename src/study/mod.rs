@@ -13,5 +13,5 @@ pub mod trade;
 
 pub use duration::usual_until_s;
 pub use history::{HistoryError, history};
-pub use shortening::{MATTERS, NEGLIGIBLE, NoShortening, Shortening, shortenings};
+pub use shortening::{MATTERS, NEGLIGIBLE, NoShortening, STROKE_MATTERS, Shortening, shortenings, shortenings_until};
 pub use table::{Table, TableError};

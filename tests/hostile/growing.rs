@@ -19,15 +19,17 @@ fn regress_a_recording_still_being_written_is_said_to_end_early() -> Outcome {
     let name: Name = "growing".parse()?;
     Listener::new(&client, &name)?.wait_for(Topic::Angles, 200, Duration::from_secs(60))?;
     bus::close(&client)?;
-    let readers: [&[&str]; 4] = [
+    let readers: [&[&str]; 5] = [
         &["export", "run.mcap", "--csv", "tables"],
         &["plot", "run.mcap", "-o", "plots"],
         &["replay", "run.mcap", "--rate", "1000", "--name", "ghost", "--listen", "tcp/127.0.0.1:0"],
         &["info", "run.mcap"],
+        &["verify", "run.mcap"],
     ];
     let ends_early = |words: &[&str]| -> Outcome<(Option<i32>, bool)> {
         let output = flexcrank(words).current_dir(folder.path()).stdin(Stdio::null()).output()?;
         let said = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        assert_eq!(said.contains("ends early"), said.contains("still being recorded"), "{words:?}: {said}");
         Ok((output.status.code(), said.contains("ends early")))
     };
     for words in readers {

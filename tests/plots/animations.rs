@@ -251,6 +251,16 @@ fn regress_plot_warns_of_pictures_too_rare_for_a_vibration_that_samples_show() {
 }
 
 #[test]
+fn regress_a_speed_without_its_equals_sign_is_told_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let why = "error: 0.25: no such file; a speed follows an equals sign: --animation=0.25\n";
+    for words in [["run.mcap", "--animation", "0.25"], ["--animation", "0.25", "run.mcap"]] {
+        let refused = plot(folder.path(), &words);
+        assert_eq!((refused.status.code(), complaint(&refused).as_str()), (Some(2), why), "{words:?}");
+    }
+}
+
+#[test]
 fn regress_a_short_range_is_animated_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

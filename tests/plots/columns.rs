@@ -36,7 +36,7 @@ fn regress_columns_of_different_topics_are_joined_by_simulated_time() {
         (
             ["links.crank.chord_rad", "angles"],
             ["kinetic_j", "energies"],
-            "record with --publish-hz all, so that both have every step",
+            "record with --publish-hz all (of a what-if, its original), so that both have every step",
         ),
         (
             ["lateness_p99_s", "status"],

@@ -168,7 +168,7 @@ fn regress_flexible_links_that_are_drawn_straight_are_named() {
         let more: Vec<&str> = changes.iter().flat_map(|change| ["--set", *change]).collect();
         record(at, "crank-slider", "0.1", file, &more);
         let why = "there are no nodes between the pins; elements = 4 in the scene publishes some";
-        let sentence = format!("{file}: no deflections of {links}: {why}\n");
+        let sentence = format!("warning: {file}: no deflections of {links}: {why}\n");
         for arguments in [&[file, "--list"][..], &[file, "--animation", "-o", "moving.svg"]] {
             let said = complaint(&plot(at, arguments));
             assert_eq!(said, if links.is_empty() { "" } else { sentence.as_str() }, "{changes:?}");
@@ -181,7 +181,8 @@ fn regress_flexible_links_that_are_drawn_straight_are_named() {
 /// The sentence about a link that turns by this angle between samples.
 pub(super) fn coarse_turning(link: &str, turned_rad: &str, rate_hz: &str) -> String {
     let so = "so that curves and paths are polygons; record with --publish-hz";
-    format!("run.mcap: the {link} turns by up to {turned_rad} rad from sample to sample, {so} {rate_hz} for smooth ones\n")
+    let turns = format!("the {link} turns by up to {turned_rad} rad from sample to sample");
+    format!("warning: run.mcap: {turns}, {so} {rate_hz} for smooth ones\n")
 }
 
 #[test]

@@ -6,10 +6,10 @@ use std::process::Command;
 use super::recording::{coarse_turning, record};
 use super::{complaint, plot};
 
-/// The sentence about accelerations of this link.
-fn rare_accelerations(link: &str) -> String {
-    let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks; record with --publish-hz all";
-    format!("run.mcap: samples are too rare for accelerations of the {link}, {so} for right ones\n")
+/// The sentence about accelerations of this link, with this rate.
+fn rare_accelerations(link: &str, how: &str) -> String {
+    let so = "so that curves of them, and perhaps of forces, have wrong swings and peaks; record with --publish-hz";
+    format!("warning: run.mcap: samples are too rare for accelerations of the {link}, {so} {how} for right ones\n")
 }
 
 /// Its rod bends at 201 Hz.
@@ -54,7 +54,7 @@ fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
     write(at.join("press.toml"), PRESS).unwrap();
     let rare = |how: &str| {
         let so = "so that curves have wrong swings and peaks; record with --publish-hz";
-        format!("run.mcap: samples are too rare for the vibration of the rod, {so} {how} for right ones\n")
+        format!("warning: run.mcap: samples are too rare for the vibration of the rod, {so} {how} for right ones\n")
     };
     let [all, deflection, force, angle]: [&[&str]; 4] =
         [&["--list"], &["--y", "rod.4.deflection_m"], &["--y", "pivot.fx_n"], &["--y", "links.rod.chord_rad"]];
@@ -66,7 +66,8 @@ fn regress_plot_names_links_whose_vibration_is_faster_than_the_samples() {
         ("press.toml", "200,loads=all", &[all, deflection], rare("all")),
         ("press.toml", "200,loads=all", &[force], String::new()),
         ("press.toml", "200,displacements=all", &[deflection, angle], String::new()),
-        ("press.toml", "200,displacements=all", &[all, force], rare_accelerations("crank")),
+        // The crank bends at 1915 Hz.
+        ("press.toml", "200,displacements=all", &[all, force], rare_accelerations("crank", "all and a shorter solver.step_s")),
         ("press.toml", "all", &[all, deflection, force], String::new()),
         // Four samples in a period: lines are off by 12 % of the range.
         ("crank-slider", "50", &[deflection, force], format!("{turning}{}", rare("200"))),
@@ -130,7 +131,7 @@ fn regress_plot_names_links_whose_vibration_dies_away_after_some_samples() {
     };
     for range in [&[][..], &["--to", "0.02"]] {
         let rare = said("rare.mcap", range);
-        assert!(rare.contains("rare.mcap: samples are too rare for the vibration of the rod, "), "{range:?}: {rare}");
+        assert!(rare.contains("warning: rare.mcap: samples are too rare for the vibration of the rod, "), "{range:?}: {rare}");
         assert_eq!(said("all.mcap", range), "", "{range:?}");
     }
     assert!(!said("rare.mcap", &["--from", "0.1"]).contains("vibration"));
@@ -173,7 +174,7 @@ fn regress_plot_names_links_whose_accelerations_are_faster_than_the_samples() {
     let acceleration: &[&str] = &["--y", "links.beam.acceleration_rad_per_s2"];
     let [all, force, deflection, angle]: [&[&str]; 4] =
         [&["--list"], &["--y", "pivot.fx_n"], &["--y", "beam.4.deflection_m"], &["--y", "links.beam.chord_rad"]];
-    let rare = rare_accelerations("beam");
+    let rare = rare_accelerations("beam", "all");
     let animation: &[&str] = &["--animation"];
     // At 12 Hz, samples show it.
     let rare_pictures = "warning: run: at 0.5 times the real speed, pictures are too rare for the bending of the beam; \
@@ -200,12 +201,54 @@ fn regress_plot_names_links_whose_accelerations_are_faster_than_the_samples() {
     }
 }
 
+/// Samples of a torque that drives a mechanism are its exact means; the torque of a prescribed motion depends on accelerations.
+#[test]
+fn regress_plot_judges_no_load_that_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("pendulum.toml"), PENDULUM).unwrap();
+    write(at.join("press.toml"), PRESS).unwrap();
+    let said = |scene: &str, until: &str, rate: &str, column: &str| {
+        // Recordings are never overwritten.
+        let _ = remove_file(at.join("run.mcap"));
+        record(at, scene, until, "run.mcap", &["--publish-hz", rate]);
+        let output = plot(at, &["run.mcap", "-o", "curve.svg", "--y", column]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        complaint(&output)
+    };
+    assert_eq!(said("pendulum.toml", "1.2", "200", "driving_torque_nm"), "");
+    assert_eq!(said("crank-slider", "2", "50", "driving_torque_nm"), "");
+    assert_eq!(said("press.toml", "2", "200", "resistance_n"), "");
+    let needed = said("press.toml", "2", "200", "driving_torque_nm");
+    assert!(needed.contains("run.mcap: samples are too rare for the vibration of the rod, "), "{needed}");
+}
+
+/// `what-if` has no `--publish-hz`.
+#[test]
+fn regress_plot_of_a_what_if_advises_to_record_its_original() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at.join("pendulum.toml"), PENDULUM).unwrap();
+    record(at, "pendulum.toml", "1.2", "original.mcap", &["--publish-hz", "200"]);
+    let mut what_if = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    what_if.args(["what-if", "original.mcap", "--set", "tip.mass_kg=0.11", "--record", "run.mcap"]);
+    let changed = what_if.current_dir(at).output().unwrap();
+    assert_eq!(changed.status.code(), Some(0), "{}", complaint(&changed));
+    let way = "; this is a what-if: record its original so, and run `what-if` on that\n";
+    for (column, expected) in [
+        ("links.beam.acceleration_rad_per_s2", rare_accelerations("beam", "all").replace('\n', way)),
+        ("links.beam.chord_rad", String::new()),
+    ] {
+        assert_eq!(complaint(&plot(at, &["run.mcap", "-o", "curve.svg", "--y", column])), expected, "{column}");
+    }
+}
+
 #[test]
 fn regress_plot_judges_every_figure_by_its_own_samples() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     write(at.join("pendulum.toml"), PENDULUM.replace("[tip]", "[start]\nrate_rad_per_s = 6.0\n\n[tip]")).unwrap();
-    let accelerations = rare_accelerations("beam");
+    let accelerations = rare_accelerations("beam", "all");
     let [crank, beam] = [coarse_turning("crank", "1.7", "300"), coarse_turning("beam", "0.8", "100")];
     for (scene, until, rate, all, energy) in [
         ("crank-slider", "2", "200,energies=10", String::new(), crank),

@@ -38,6 +38,22 @@ fn regress_steps_tolerances_and_angles_in_another_unit_are_warned_of() {
     assert!(!unwarned.contains("instant") && !unwarned.contains('%') && !unwarned.contains("radians"), "{unwarned}");
 }
 
+/// The place of a free end was called `slider`.
+#[test]
+fn regress_the_end_of_a_chain_without_slider_is_called_its_tip() {
+    let few = ["trade", "ref-r5", "--models", "rigid", "--integrators", "runge-kutta", "--until", "0.2", "--steps", "1ms"];
+    let flexible = ["--set", "beam.second_moment_m4=1e-8"];
+    let words = ["--outputs", "angle,tip", "--tolerance", "1e-9", "--budget", "1s", "--wide"];
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(few).args(flexible).args(words).output().unwrap();
+    let [printed, said] = [ended.stdout, ended.stderr].map(|text| String::from_utf8(text).unwrap());
+    let printed = printed.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(ended.status.code() == Some(1) && said.contains(" times over it in "), "{said}");
+    for part in ["uncertain by angle ", ", tip ", " error angle tip deflection forces energy ", "front, by angle, tip: "] {
+        assert!(printed.contains(part), "{part}: {printed}");
+    }
+    assert!(!printed.contains("slider") && !said.contains("slider"), "{printed} {said}");
+}
+
 /// The written scene had the command alone, where the terminal had errors and speed.
 #[test]
 fn regress_a_written_scene_has_the_errors_of_its_settings() {

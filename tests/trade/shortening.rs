@@ -3,8 +3,9 @@
 use std::process::Command;
 
 use flexcrank::scene::{IntegratorKind, ModelKind, SceneSource};
-use flexcrank::study::shortenings;
+use flexcrank::simulation::Simulation;
 use flexcrank::study::trade::{Demands, OutputGroup, Question, Selection, choose};
+use flexcrank::study::{MATTERS, shortenings};
 
 use crate::{answer, ask};
 
@@ -31,11 +32,50 @@ resistance_table = [[0.0, 0.0], [2.0, 0.0], [2.9, 60000.0], [3.3, 0.0]]
 [drive]
 speed_rad_per_s = 10.0
 "#;
-/// Axial stiffness of the rod, N.
+/// Axial stiffness of the press's rod, N.
 const STIFFNESS_N: f64 = 2.1e11 * std::f64::consts::PI * 0.019 * 0.019;
 
+/// The drive of a mower: a short crank, and a rod of ash that bends far more than it shortens. It turns 15 times a second.
+const MOWER: &str = r#"
+[crank]
+length_m = 0.038
+rigid = true
+mass_kg = 6.0
+
+[rod]
+length_m = 0.9
+section = { shape = "rectangle", width_m = 0.05, height_m = 0.025 }
+density_kg_per_m3 = 680.0
+youngs_modulus_pa = 1.2e10
+damping_s = 2e-5
+
+[slider]
+mass_kg = 6.0
+friction_n_s_per_m = 60.0
+
+[drive]
+speed_rad_per_s = 94.24777960769379
+
+[solver]
+integrator = "esdirk"
+step_s = 5e-4
+"#;
+
+fn parse(text: &str, overrides: &[&str]) -> SceneSource {
+    SceneSource::parse("scene.toml", text, &overrides.iter().map(|&one| one.to_owned()).collect::<Vec<_>>()).unwrap()
+}
+
 fn press(overrides: &[&str]) -> SceneSource {
-    SceneSource::parse("press.toml", PRESS, &overrides.iter().map(|&one| one.to_owned()).collect::<Vec<_>>()).unwrap()
+    parse(PRESS, overrides)
+}
+
+/// Standard output of `check`.
+fn check(text: &str, more: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("check").arg(&path).args(more).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
 }
 
 /// A rod of little mass under a constant force F on the slider carries F/cos φ, at most F/√(1 − λ²).
@@ -64,22 +104,15 @@ fn prop_nothing_is_said_of_links_that_stretch_or_are_rigid() {
 
 #[test]
 fn val_check_recommends_axial_where_it_matters() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("press.toml");
-    std::fs::write(&path, PRESS).unwrap();
-    let check = |more: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("check").arg(&path).args(more).output().unwrap();
-        String::from_utf8(output.stdout).unwrap()
-    };
-    let said = check(&[]);
+    let said = check(PRESS, &[]);
     assert!(
         said.lines()
             .any(|line| line.starts_with("  shortening   rod: shortens by 7.57") && line.ends_with("set rod.axial = true")),
         "{said}"
     );
-    let said = check(&["--set", "rod.axial=true", "--set", "crank.axial=true"]);
+    let said = check(PRESS, &["--set", "rod.axial=true", "--set", "crank.axial=true"]);
     assert!(!said.contains("shortening"), "{said}");
-    let json: serde_json::Value = serde_json::from_str(&check(&["--json"])).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&check(PRESS, &["--json"])).unwrap();
     let rod = &json["shortening"][1];
     assert!(rod["link"] == "rod" && rod["recommends_axial"] == true, "{json}");
     let [force_n, shortening_m] = ["force_n", "shortening_m"].map(|key| rod[key].as_f64().unwrap());
@@ -97,6 +130,43 @@ fn regress_check_says_why_it_recommends_nothing_where_a_link_hardly_bends() {
     let line = said.lines().find(|line| line.starts_with("  shortening   crank: ")).unwrap();
     let ratio: f64 = line.split_once("(ratio ").and_then(|(_, rest)| rest.split_once(')')).unwrap().0.parse().unwrap();
     assert!(ratio > 0.1 && line.ends_with("): too small to matter, not above 1e-7 of the length"), "{line}");
+}
+
+/// The slider moves further to either side by the rod's shortening s. Friction takes more power, by the part 2 s/r of a crank r.
+#[test]
+fn regress_a_shortening_counts_beside_a_short_stroke() {
+    let loss_j = |overrides: &[&str]| {
+        let mut simulation = Simulation::new(&parse(MOWER, overrides).scene).unwrap();
+        // The second of two seconds: 15 turns.
+        let [first_j, both_j] = [2000, 2000].map(|steps| {
+            (0..steps).for_each(|_| simulation.step().unwrap());
+            simulation.ledger().dissipated_j
+        });
+        both_j - first_j
+    };
+    let growth = loss_j(&["rod.axial=true"]) / loss_j(&[]) - 1.0;
+    let [rod] = shortenings(&parse(MOWER, &[]).scene).unwrap()[..] else { panic!("one link") };
+    println!("{growth:e} for {rod:?}");
+    assert!((growth / (2.0 * rod.shortening_m / 0.038) - 1.0).abs() < 0.05, "{growth:e}, {rod:?}");
+    assert!(!rod.exceeds(MATTERS) && rod.matters(), "{rod:?}");
+    let said = check(MOWER, &[]);
+    let line = said.lines().find(|line| line.starts_with("  shortening   rod: ")).unwrap();
+    assert!(line.ends_with("; the stroke changes by up to 0.36 %: set rod.axial = true"), "{line}");
+    let long = ["--set", "crank.length_m=0.38", "--set", "drive.speed_rad_per_s=9"];
+    assert!(!check(MOWER, &long).contains("the stroke changes"));
+}
+
+/// A heavy crank speeds up slowly.
+#[test]
+fn regress_the_shortening_is_that_of_the_run_that_is_asked_for() {
+    let text = MOWER.replace("[drive]\nspeed_rad_per_s = 94.24777960769379", "[torque]\nconstant_nm = 4.0");
+    let force_n = |more: &[&str]| {
+        let asked = [&["--json", "--set", "crank.inertia_kg_m2=0.1"][..], more].concat();
+        let json: serde_json::Value = serde_json::from_str(&check(&text, &asked)).unwrap();
+        json["shortening"][0]["force_n"].as_f64().unwrap()
+    };
+    let [early_n, usual_n] = [force_n(&["--until", "0.5"]), force_n(&[])];
+    assert!(early_n < 0.5 * usual_n, "{early_n} N until 0.5 s, {usual_n} N until 2 s");
 }
 
 /// Without stretch, the slider errs by the rod's shortening.

@@ -7,7 +7,7 @@ use super::super::failure::{CommandResult, Failure};
 use super::signals::{Signals, topic_of_signal};
 use crate::nearest::did_you_mean_column;
 use crate::shown::shown_name;
-use crate::wire::{Message, NodeState, Shadow, Stamp, Topic};
+use crate::wire::{Message, NodeState, Shadow, Stamp, Status, Topic};
 
 /// The chosen signals; none stands for all.
 #[derive(Debug, Default)]
@@ -25,8 +25,9 @@ pub(super) struct ChosenSignals {
 impl ChosenSignals {
     pub(super) fn new(names: &[String]) -> Self {
         let mut seen = Signals::default();
-        // A shadow may begin later, and has no samples while the service is paused.
+        // A shadow may begin later, and has no samples while the service is paused. Of status, some are absent at first.
         seen.shadow(&Shadow { stamp: Some(Stamp::default()), joint_force_n: Some(0.0), ..Shadow::default() });
+        seen.status(&Status { lateness_p99_s: Some(0.0), sample_age_p99_s: Some(0.0), ..Status::default() });
         ChosenSignals { names: names.to_vec(), seen, ..ChosenSignals::default() }
     }
 
@@ -50,10 +51,11 @@ impl ChosenSignals {
     /// may come later than others.
     ///
     /// # Errors
-    /// [`Failure`] for a name that is refused this long after the first sample.
+    /// [`Failure`] for a name that is refused: this long after the first sample, or once all topics of samples have published.
     pub(super) fn are_there(&self, patience: Duration) -> CommandResult<bool> {
         let Some(since) = self.since.filter(|_| self.missing().next().is_some()) else { return Ok(true) };
-        if since.elapsed() < patience {
+        let mut telemetry = Topic::ALL.iter().filter(|topic| topic.is_telemetry());
+        if since.elapsed() < patience && !telemetry.all(|topic| self.heard.contains(topic)) {
             return Ok(false);
         }
         self.missing().find_map(|name| self.refusal(name)).map_or(Ok(true), Err)
@@ -115,6 +117,24 @@ mod tests {
                 other => Some(format!("{other:?}")),
             };
             assert_eq!(said.as_deref(), refusal, "{name}");
+        }
+    }
+
+    /// Every refusal took three seconds.
+    #[test]
+    fn regress_a_wrong_name_is_refused_as_soon_as_all_topics_of_samples_have_published() {
+        let minute = Duration::from_secs(60);
+        let (mut wrong, mut of_status) = (chosen(&["xyz"]), chosen(&["sample_age_p99_s"]));
+        for (message, is_last) in [
+            (Message::Displacements(Box::default()), false),
+            (Message::Angles(Box::default()), false),
+            (Message::Energies(Box::default()), false),
+            (Message::Loads(Box::default()), true),
+        ] {
+            [&mut wrong, &mut of_status].into_iter().for_each(|chosen| chosen.add(&message));
+            let judged = wrong.are_there(minute);
+            assert!(if is_last { judged.is_err() } else { matches!(judged, Ok(false)) }, "{message:?}");
+            assert!(matches!(of_status.are_there(minute), Ok(true)), "it may come with a later status");
         }
     }
 

@@ -77,24 +77,29 @@ impl Campaign {
             .chain_update(concat!("flexcrank ", env!("CARGO_PKG_VERSION"), " sweep 1\n"))
             .chain_update(format!("until_s={:?}\nmax_steps={}\n", spec.until_s, spec.max_steps))
             .chain_update(&base.text);
-        let campaign = Campaign { columns: columns(&base.scene), spec, base, shared };
-        campaign.try_samples().map_err(|problem| SpecError::new(origin, problem))?;
+        let mut campaign = Campaign { columns: columns(&base.scene), spec, base, shared };
+        // Values that vary may give an open chain its end.
+        if let Some(accepted) = campaign.try_samples().map_err(|problem| SpecError::new(origin, problem))? {
+            campaign.columns = columns(&accepted.scene);
+        }
         Ok(campaign)
     }
 
+    /// The first scene that is accepted, of those of a few samples.
+    ///
     /// A misspelt key is refused in every run: better now than in a table of refusals.
-    fn try_samples(&self) -> Result<(), String> {
+    fn try_samples(&self) -> Result<Option<SceneSource>, String> {
         let tried = TRIED.min(self.runs());
         let mut first = None;
         for place in 0..tried {
             let index = (u128::from(place) * u128::from(self.runs()) / u128::from(tried)) as u64;
             let values = sampling::values(&self.spec, index);
             match self.scene(&values) {
-                Ok(_) => return Ok(()),
+                Ok(accepted) => return Ok(Some(accepted)),
                 Err(refused) => first = first.or(Some((values, refused))),
             }
         }
-        first.map_or(Ok(()), |(values, refused)| Err(self.refusal(&values, &refused)))
+        first.map_or(Ok(None), |(values, refused)| Err(self.refusal(&values, &refused)))
     }
 
     /// The refusal of a sample in the words of the specification.
@@ -225,5 +230,27 @@ fn reason(refused: &SceneError) -> String {
         _ if key.is_empty() || problem.starts_with("unknown key") => problem.clone(),
         Some(value) => format!("{key} = {value}: {problem}"),
         None => format!("{key}: {problem}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Campaign, Spec};
+    use crate::study::sweep::Ending;
+
+    /// The chain of the campaign's scene has no slider; those of its runs have.
+    #[test]
+    fn prop_values_that_give_a_chain_a_slider_give_its_columns() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let scene = folder.path().join("open.toml");
+        let links = "[crank]\nlength_m = 0.1\nmass_kg = 1.0\n[rod]\nlength_m = 0.3\nmass_kg = 1.0\n";
+        std::fs::write(&scene, format!("{links}[solver]\nmodel = \"rigid\"\n"))?;
+        let axis = "method = \"grid\"\n[[vary]]\nkey = \"slider.mass_kg\"\nvalues = [0.1, 0.2]\n";
+        let spec = Spec::parse("test", &format!("scene = \"{}\"\nuntil_s = 0.01\n{axis}", scene.display()))?;
+        let campaign = Campaign::new("test", spec)?;
+        assert!(campaign.columns().iter().any(|column| column.name == "slider_pin_peak_force_n"));
+        let outcome = campaign.run(&campaign.sample(1), &|| false).ok_or("no outcome")?;
+        assert_eq!((outcome.ending, outcome.cause.as_str()), (Ending::Done, ""));
+        Ok(())
     }
 }

@@ -142,7 +142,7 @@ pub(super) fn run(
         source().map_err(Failed::from).and_then(|source| simulate(&source.scene, limits, stop))
     })) {
         Ok(Ok(outcome)) if outcome.numbers.len() == columns => Some(outcome),
-        Ok(Ok(_)) => Some(failed(Ending::Refused, "has other links than the campaign's scene".to_owned())),
+        Ok(Ok(_)) => Some(failed(Ending::Refused, "has other links or joints than other runs of the campaign".to_owned())),
         Ok(Err(Failed::Refused(cause))) => Some(failed(Ending::Refused, cause)),
         Ok(Err(Failed::Stopped)) => None,
         Err(panic) => Some(failed(Ending::Panicked, panic_message(panic))),

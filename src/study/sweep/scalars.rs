@@ -1,7 +1,7 @@
 //! The scalars of a run: what is read at every step, and the statistics that are kept.
 
 use crate::mechanics::{ElementForces, LinkObservation, Observation};
-use crate::scene::{Bar, End, Link, Scene, System};
+use crate::scene::{Bar, Chain, End, Link, Scene, System};
 
 /// The scalar that is largest deflection over length where that is too large for the model; else 0.
 pub(super) const OUT_OF_RANGE: &str = "peak_out_of_range";
@@ -100,7 +100,7 @@ impl Scalars {
             System::Chain(chain) => {
                 (0..).zip(&chain.links).for_each(|(place, link)| all.link(place, link));
                 all.end(if matches!(chain.end, End::Slider(_)) { "slider" } else { "tip" });
-                all.joints();
+                all.joints(chain);
             }
             System::Oscillator(oscillator) => (0..oscillator.masses_kg.len()).for_each(|place| all.mass(place)),
         }
@@ -170,12 +170,17 @@ impl Scalars {
         });
     }
 
-    fn joints(&mut self) {
+    /// The joints that the chain has.
+    fn joints(&mut self, chain: &Chain) {
         let size = |force: Option<[f64; 2]>| force.map(|[x, y]| x.hypot(y));
         self.push("pivot", "force_n", &[Peak, Mean], move |now| size(now.seen.pivot_n));
-        self.push("crank_pin", "force_n", &[Peak, Mean], move |now| size(now.seen.crank_pin_n));
-        self.push("slider_pin", "force_n", &[Peak, Mean], move |now| size(now.seen.slider_pin_n));
-        self.push("guide", "force_n", &[Peak, Mean], move |now| now.seen.guide_n.map(f64::abs));
+        if chain.links.len() > 1 {
+            self.push("crank_pin", "force_n", &[Peak, Mean], move |now| size(now.seen.crank_pin_n));
+        }
+        if matches!(chain.end, End::Slider(_)) {
+            self.push("slider_pin", "force_n", &[Peak, Mean], move |now| size(now.seen.slider_pin_n));
+            self.push("guide", "force_n", &[Peak, Mean], move |now| now.seen.guide_n.map(f64::abs));
+        }
         self.push("driving", "torque_nm", &[Peak, Mean], move |now| Some(now.seen.motion_torque_nm.unwrap_or(now.torque_nm)));
     }
 
@@ -206,4 +211,28 @@ fn bending(element: &ElementForces) -> f64 {
 fn stress_pa(element: &ElementForces, bar: &Bar) -> Option<f64> {
     let fibre_m = bar.extreme_fibre_m?;
     Some(element.axial_n.abs() / bar.area_m2 + bending(element) * fibre_m / bar.second_moment_m4)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Scalars;
+    use crate::scene::SceneSource;
+
+    /// A beam had empty columns of a crank pin, a slider pin and a guide.
+    #[test]
+    fn regress_a_chain_has_scalars_of_its_own_joints_alone() {
+        let link = "length_m = 0.3\nmass_kg = 1.0\n";
+        let hanging = format!("[crank]\n{link}[rod]\n{link}[solver]\nmodel = \"rigid\"\n");
+        let hanging = SceneSource::parse("hanging.toml", &hanging, &[]).unwrap();
+        let built_in = |name: &str| SceneSource::open(name, &[]).unwrap();
+        for (source, expected) in [
+            (built_in("crank-slider"), &["pivot", "crank_pin", "slider_pin", "guide"][..]),
+            (hanging, &["pivot", "crank_pin"]),
+            (built_in("thesis-beam"), &["pivot"]),
+        ] {
+            let names = Scalars::new(&source.scene).names();
+            let joints: Vec<&str> = names.iter().filter_map(|name| name.strip_suffix("_peak_force_n")).collect();
+            assert_eq!(joints, expected, "{}", source.origin);
+        }
+    }
 }

@@ -124,6 +124,7 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
         best: row.configuration.clone(),
         times: error / demands.tolerance,
         output,
+        word: study.word(output),
         excess,
         left_out: study.left_out,
     }

@@ -26,6 +26,8 @@ pub enum Refusal {
         times: f64,
         /// The output that errs most.
         output: OutputGroup,
+        /// The study's word for it.
+        word: &'static str,
         /// How well the reference knows this error.
         excess: Excess,
         /// Configurations that the budget did not allow.
@@ -100,7 +102,7 @@ const NONE_MEASURED: &str = "no configuration that was measured holds the tolera
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Tolerance { best, times, output, excess, left_out } => {
+            Refusal::Tolerance { best, times, word, excess, left_out, .. } => {
                 let (fails, part) = match excess {
                     Excess::Measured if *left_out > 0 => (NONE_MEASURED, ""),
                     Excess::AtLeast if *left_out > 0 => (NONE_MEASURED, "at least "),
@@ -108,8 +110,8 @@ impl fmt::Display for Refusal {
                     Excess::AtLeast => ("the tolerance fails", "at least "),
                     Excess::AtMost { .. } => ("no configuration is known to hold the tolerance", "up to "),
                 };
-                let (output, reason, skipped) = (output.as_str(), excess.reason(), skipped(*left_out));
-                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {output}{reason}{skipped}")
+                let (reason, skipped) = (excess.reason(), skipped(*left_out));
+                write!(f, "{fails}: the best, {best}, is {part}{times:.3} times over it in {word}{reason}{skipped}")
             }
             Refusal::Speed { best, times } => {
                 write!(f, "the real-time factor fails: the fastest, {best}, is {times:.3} times too slow by its slowest repeat")

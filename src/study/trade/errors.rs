@@ -1,6 +1,7 @@
 //! Errors of sampled runs against each other, and of their energy.
 
 use super::output_group::{CHANNELS, OutputGroup, Sample};
+use super::ringing::Ringing;
 
 const N: usize = CHANNELS.len();
 
@@ -33,9 +34,10 @@ impl Errors {
         Errors { rms, max, relative: std::array::from_fn(|k| max[k] / scales[k]), energy: 0.0 }
     }
 
-    /// Errors of links that may ring: deflections and forces are unknown, angle and place of the end nearly right.
-    pub(super) fn of_unknown_ringing() -> Self {
-        let is_unknown = |output| matches!(output, OutputGroup::Deflection | OutputGroup::Forces);
+    /// Errors where something may ring. Of links, deflections and forces are unknown, angle and place of the end nearly right. Of the
+    /// base, all are unknown.
+    pub(super) fn of_unknown(ringing: Ringing) -> Self {
+        let is_unknown = |output| ringing == Ringing::Base || matches!(output, OutputGroup::Deflection | OutputGroup::Forces);
         let relative = CHANNELS.map(|channel| if is_unknown(channel.output) { 1.0 } else { 0.0 });
         Errors { rms: [0.0; N], max: [0.0; N], relative, energy: 0.0 }
     }

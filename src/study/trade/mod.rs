@@ -31,7 +31,7 @@ mod verification;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use crate::scene::Scene;
+use crate::scene::{End, Scene};
 use crate::small_motion::Vibrations;
 use crate::study::duration::usual_until_s;
 
@@ -50,7 +50,7 @@ pub use measured_level::MeasuredLevel;
 pub(crate) use output_group::STRAIGHT;
 pub use output_group::{CHANNELS, Channel, OutputGroup};
 pub use reference::{NoReference, Reference, WELL_RESOLVED};
-pub use ringing::LeftOut;
+pub use ringing::{LeftOut, Ringing};
 pub use run::{Failed, Timing};
 pub use selection::Selection;
 pub use sweep::{Measured, Row};
@@ -90,6 +90,8 @@ impl Question {
 pub struct Study {
     /// The outputs whose errors count.
     pub outputs: Vec<OutputGroup>,
+    /// Whether the chain ends in a slider.
+    pub has_slider: bool,
     /// Instants at which runs are compared.
     pub grid: Grid,
     /// The reference.
@@ -197,10 +199,19 @@ pub fn study(
     let (mut rows, left_out) = (sweep.rows, sweep.left_out);
     mark(&mut rows);
     let cut_short = expired() || reference.cut_short;
-    Ok(Study { outputs: question.outputs.clone(), grid, rows, left_out, cut_short, interrupted, reference })
+    let (outputs, has_slider) = (question.outputs.clone(), matches!(chain.end, End::Slider(_)));
+    Ok(Study { outputs, has_slider, grid, rows, left_out, cut_short, interrupted, reference })
 }
 
 impl Study {
+    /// The word for an output of this study: that of the command line, but `tip` where the chain has no slider.
+    pub fn word(&self, output: OutputGroup) -> &'static str {
+        match output {
+            OutputGroup::Slider if !self.has_slider => "tip",
+            _ => output.as_str(),
+        }
+    }
+
     /// The configurations on the front, cheapest first.
     pub fn front(&self) -> Vec<(&Row, &Measured)> {
         let mut front: Vec<_> = self.measured().filter(|(_, measured)| measured.on_front).collect();

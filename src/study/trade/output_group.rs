@@ -28,7 +28,7 @@ impl OutputGroup {
     /// The outputs that count unless others are named.
     pub const DEFAULT: [OutputGroup; 3] = [OutputGroup::Angle, OutputGroup::Slider, OutputGroup::Deflection];
 
-    /// The word on the command line.
+    /// The word on the command line; see also [`Study::word`](super::Study::word).
     pub fn as_str(self) -> &'static str {
         match self {
             OutputGroup::Angle => "angle",

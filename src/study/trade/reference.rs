@@ -153,9 +153,9 @@ impl Reference {
         })
     }
 
-    /// Takes account of vibrations that the steps leave out. Where their part is unknown, so are deflections and forces.
+    /// Takes account of vibrations that the steps leave out; where their part is unknown, by what they could change.
     fn without(self, left_out: LeftOut) -> Self {
-        let errors = left_out.errors.unwrap_or_else(Errors::of_unknown_ringing);
+        let errors = left_out.errors.unwrap_or_else(|| Errors::of_unknown(left_out.part));
         Reference { estimate: self.estimate.or_larger(&errors), left_out: Some(left_out), ..self }
     }
 

@@ -1,15 +1,16 @@
-//! Links that ring faster than a reference's step resolves.
+//! Links and base springs that ring faster than a reference's step resolves.
 
 use std::f64::consts::TAU;
 
-use super::configuration::{Configuration, frequency};
+use super::configuration::{Configuration, Family, frequency};
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
 use super::output_group::{OutputGroup, scales};
 use super::reference::{self, nominal_s, refinement};
 use super::run::run;
 use super::{LEAST_STEPS, REFERENCE_PART};
-use crate::scene::{Chain, Scene};
+use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
+use crate::small_motion::Vibrations;
 
 /// Elements a link of the runs that show whether links ring: the lowest bending of each is right within a thousandth.
 const ELEMENTS: usize = 4;
@@ -29,7 +30,9 @@ pub(super) struct LongestStep {
 /// Vibrations that the steps of a reference leave out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Their frequency: the highest among the lowest bending frequencies of the links, Hz.
+    /// What vibrates.
+    pub part: Ringing,
+    /// Their frequency, Hz: of links, the highest among their lowest bending frequencies.
     pub hz: f64,
     /// Their part in the run; `None` if finding out takes too long, or a run for it fails.
     pub errors: Option<Errors>,
@@ -39,13 +42,23 @@ pub struct LeftOut {
     pub budget_s: f64,
 }
 
+/// What may ring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ringing {
+    /// A link, bending between its pins.
+    Link,
+    /// A rigid first link on the base spring.
+    Base,
+}
+
 impl LongestStep {
     /// `usual_s`, unless links ring in periods that it does not resolve and that change the `outputs` noticeably, and by more than
     /// `target`: then one with [`LEAST_STEPS`] in the period, if a reference of such steps takes no more than `share_s`.
     ///
     /// Two refinements of a reference do not show a vibration that neither resolves: they are alike, and both wrong. So two runs of a
-    /// coarse mesh are compared, one of which resolves the lowest bending of every link between pins, `(π/l)² √(EJ/ρA)`. They are
-    /// made only where the usual step does not. Other vibrations, as of a stiff base spring, are not looked for.
+    /// coarse mesh are compared, one of which resolves the lowest bending of every link between pins, `(π/l)² √(EJ/ρA)`, and a rigid
+    /// first link on its base spring. They are made only where the usual step does not. Other vibrations are not looked for: on a
+    /// stiff base spring, a flexible first link bends as if clamped, more slowly than between pins.
     pub fn find(
         scene: &Scene,
         chain: &Chain,
@@ -54,7 +67,9 @@ impl LongestStep {
         ((outputs, target), share_s): ((&[OutputGroup], f64), f64),
         progress: &mut dyn FnMut(&Configuration),
     ) -> Self {
-        let hz = chain.links.iter().filter(|link| !link.rigid).filter_map(frequency).fold(0.0, f64::max) / TAU;
+        let bending_hz = chain.links.iter().filter(|link| !link.rigid).filter_map(frequency).fold(0.0, f64::max) / TAU;
+        let base_hz = base_hz(scene, chain);
+        let (part, hz) = if base_hz > bending_hz { (Ringing::Base, base_hz) } else { (Ringing::Link, bending_hz) };
         let halvings = (usual_s * LEAST_STEPS * hz).log2().ceil();
         if halvings <= 0.0 {
             return LongestStep { step_s: usual_s, left_out: None };
@@ -78,7 +93,24 @@ impl LongestStep {
         if counts && needed_s <= share_s {
             return LongestStep { step_s: resolving_s, left_out: None };
         }
-        let left_out = LeftOut { hz, errors, counts, budget_s: needed_s / REFERENCE_PART };
+        let left_out = LeftOut { part, hz, errors, counts, budget_s: needed_s / REFERENCE_PART };
         LongestStep { step_s: usual_s, left_out: Some(left_out) }
     }
+}
+
+/// The frequency at which a rigid first link vibrates on the base spring, the other links as if rigid, Hz; 0 if there is none.
+fn base_hz(scene: &Scene, chain: &Chain) -> f64 {
+    let is_sprung = chain.base.torsion_spring_nm_per_rad > 0.0 && chain.links.first().is_some_and(|first| first.rigid);
+    if !is_sprung {
+        return 0.0;
+    }
+    let rigid = Family {
+        model: ModelKind::Rigid,
+        integrator: IntegratorKind::Esdirk,
+        resolution: 0,
+        rigid: vec![true; chain.links.len()],
+        axial: vec![false; chain.links.len()],
+    };
+    let found = Vibrations::of_scene(&rigid.scene(scene, scene.solver.step_s)).ok().flatten();
+    found.and_then(|vibrations| vibrations.frequencies_hz).map_or(0.0, |[_, highest_hz]| highest_hz)
 }

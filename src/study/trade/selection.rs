@@ -3,7 +3,7 @@
 use super::configuration::Family;
 use crate::scene::{IntegratorKind, ModelKind, Scene};
 use crate::simulation::Simulation;
-use crate::study::{MATTERS, shortenings};
+use crate::study::{Shortening, shortenings};
 
 /// The selected families; an empty list selects everything that suits.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -28,8 +28,8 @@ const ELEMENTS: [usize; 4] = [2, 4, 8, 16];
 
 impl Selection {
     /// Families that can compute the scene, the cheaper before the dearer. `modal` has up to three patterns of links that stretch: none,
-    /// if one does in the scene; the scene's own; and all, if its loads shorten a link that does not stretch there by more than the
-    /// tolerance `enough`, or a tenth, of its deflection.
+    /// if one does in the scene; the scene's own; and all, if its loads shorten a link that does not stretch there by so much that it
+    /// matters, or by more than the tolerance `enough` of its deflection.
     pub(super) fn families(&self, scene: &Scene, enough: Option<f64>) -> Vec<Family> {
         let mut families = Vec::new();
         for model in MODELS.into_iter().filter(|model| asked(&self.models, *model)) {
@@ -86,10 +86,11 @@ impl Selection {
     }
 }
 
-/// Whether loads shorten a link that does not stretch by more than the tolerance `enough`, or a tenth, of its deflection.
+/// Whether loads shorten a link that does not stretch by so much that it matters, or by more than the tolerance `enough` of its
+/// deflection.
 fn shortens(scene: &Scene, enough: Option<f64>) -> bool {
-    let part = enough.unwrap_or(MATTERS).min(MATTERS);
-    shortenings(scene).unwrap_or_default().iter().any(|shortened| shortened.exceeds(part))
+    let counts = |shortened: &Shortening| shortened.matters() || enough.is_some_and(|enough| shortened.exceeds(enough));
+    shortenings(scene).unwrap_or_default().iter().any(counts)
 }
 
 /// Flexible models need a flexible link; otherwise `rigid` gives the same for less.
@@ -134,6 +135,13 @@ mod tests {
         assert_eq!(stretching(&stiff, None), [none]);
         assert_eq!(stretching(&stiff, Some(2e-3)), [none]);
         assert_eq!(stretching(&stiff, Some(8e-4)), [none, all]);
+    }
+
+    #[test]
+    fn regress_links_stretch_where_they_change_a_short_stroke() {
+        // The rod shortens by a two-hundredth of its deflection, and by more than a thousandth of the crank's length.
+        let short = ["crank.length_m=0.1", "crank.rigid=true", "rod.axial=false", "slider.mass_kg=5", "pulse.0.torque_nm=3"];
+        assert_eq!(stretching(&short, None), [[true, false], [true, true]]);
     }
 
     #[test]
