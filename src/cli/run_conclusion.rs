@@ -2,8 +2,9 @@
 
 use super::exit_status::ExitStatus;
 use super::formatting::counted;
+use super::status_line::DISTRUST_LIFTED;
 use crate::recording::{RecordingError, Written};
-use crate::runtime::{Ending, beyond_range, unbalanced};
+use crate::runtime::{Ending, beyond_range, is_distrust, unbalanced};
 use crate::scene::{ModelKind, Scene};
 use crate::service::LiveReport;
 use crate::shown::shown_s;
@@ -121,6 +122,9 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
             say_reason!("warning: {whose}{warning}");
         }
         done = ExitStatus::Untrusted;
+    }
+    if is_distrust(warned) && report.verdict == EnergyVerdict::Balanced {
+        say!("{whose}{DISTRUST_LIFTED}");
     }
     done
 }

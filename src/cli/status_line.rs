@@ -7,9 +7,14 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::log::is_quiet;
 use super::progress::visible;
+use crate::runtime::is_distrust;
 use crate::service::OnStatus;
-use crate::wire::{Status, status::State};
+use crate::shown::shown_s;
+use crate::wire::{Status, status::EnergyVerdict, status::State};
 
+/// Said where a run was not to be trusted, and is again.
+pub(super) const DISTRUST_LIFTED: &str =
+    "more energy is in play now, and the balance is within solver.balance_tolerance of it: that warning no longer holds";
 /// Columns of the narrowest terminal.
 const WIDTH: usize = 80;
 
@@ -23,13 +28,18 @@ pub(super) struct StatusLine {
 struct StatusLineState {
     /// Printed when the first status arrives.
     heading: Option<String>,
-    /// The newest status of each service, and the warning of it that was printed; empty for none.
-    newest: Newest,
+    services: Vec<Told>,
     /// Simulated time at which the run finishes, s.
     until_s: Option<f64>,
 }
 
-type Newest = Vec<(Option<Status>, String)>;
+/// A service as it was told of.
+#[derive(Clone, Default)]
+struct Told {
+    newest: Option<Status>,
+    /// The warning that was printed and still holds; empty for none.
+    warning: String,
+}
 
 impl StatusLine {
     /// Creates a status line for `count` services.
@@ -40,7 +50,7 @@ impl StatusLine {
         }
         StatusLine {
             line,
-            told: Arc::new(Mutex::new(StatusLineState { heading: None, newest: vec![(None, String::new()); count], until_s })),
+            told: Arc::new(Mutex::new(StatusLineState { heading: None, services: vec![Told::default(); count], until_s })),
         }
     }
 
@@ -57,36 +67,55 @@ impl StatusLine {
 
     fn take(&self, index: usize, name: &str, status: &Status) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        let StatusLineState { heading, newest, until_s } = &mut *told;
+        let StatusLineState { heading, services, until_s } = &mut *told;
         if let Some(heading) = heading.take() {
             self.line.suspend(|| say!("{heading}"));
         }
-        let many = newest.len() > 1;
-        let Some((kept, warned)) = newest.get_mut(index) else { return };
-        // Only the first warning is printed; with `--quiet`, the end of the run prints what its exit code is due to.
-        if status.state() == State::Running && !status.message.is_empty() && warned.is_empty() && !is_quiet() {
-            warned.clone_from(&status.message);
-            let whose = if many { format!("{name}: ") } else { String::new() };
-            self.line.suspend(|| say!("warning: {whose}{}", status.message));
+        let many = services.len() > 1;
+        let Some(service) = services.get_mut(index) else { return };
+        let whose = if many { format!("{name}: ") } else { String::new() };
+        // With `--quiet`, the end of the run prints what its exit code is due to.
+        if let Some(line) = (!is_quiet()).then(|| service.line(status, &whose)).flatten() {
+            self.line.suspend(|| say!("{line}"));
         }
-        *kept = Some(status.clone());
+        service.newest = Some(status.clone());
         match many {
             false => self.line.set_message(describe(status, *until_s)),
             // One summary per round of statuses.
-            true if index == 0 => self.line.set_message(summary(newest)),
+            true if index == 0 => self.line.set_message(summary(services)),
             true => {}
         }
     }
 
-    /// The warning of each service that was printed; empty for none.
+    /// The warning of each service that was printed and still holds; empty for none.
     pub(super) fn warnings(&self) -> Vec<String> {
         let told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        told.newest.iter().map(|(_, warned)| warned.clone()).collect()
+        told.services.iter().map(|service| service.warning.clone()).collect()
     }
 
     /// Removes the line.
     pub(super) fn clear(&self) {
         self.line.finish_and_clear();
+    }
+}
+
+impl Told {
+    /// The line that a status calls for: the first warning, or that a distrust is lifted.
+    fn line(&mut self, status: &Status, whose: &str) -> Option<String> {
+        let time_s = shown_s(status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s));
+        if !self.warning.is_empty() {
+            let is_lifted = is_distrust(&self.warning) && status.energy_verdict() == EnergyVerdict::Balanced;
+            return is_lifted.then(|| {
+                self.warning.clear();
+                format!("{whose}t = {time_s} s: {DISTRUST_LIFTED}")
+            });
+        }
+        if status.state() != State::Running || status.message.is_empty() {
+            return None;
+        }
+        self.warning.clone_from(&status.message);
+        let by = if is_distrust(&self.warning) { format!(", by t = {time_s} s") } else { String::new() };
+        Some(format!("warning: {whose}{}{by}", self.warning))
     }
 }
 
@@ -123,15 +152,15 @@ pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
 }
 
 /// Summarizes many services by the slowest and the latest.
-fn summary(newest: &[(Option<Status>, String)]) -> String {
-    let all = || newest.iter().filter_map(|(status, _)| status.as_ref());
+fn summary(services: &[Told]) -> String {
+    let all = || services.iter().filter_map(|service| service.newest.as_ref());
     let running = all().filter(|status| status.state() == State::Running).count();
     let slowest = all().filter_map(|status| status.real_time_factor).reduce(f64::min);
     let latest = all().filter_map(|status| status.lateness_p99_s).reduce(f64::max);
     let dropped: u64 = all().map(|status| status.dropped_samples).sum();
     format!(
         "{running} of {} running{}{}{}",
-        newest.len(),
+        services.len(),
         optional("slowest rtf", slowest.map(|factor| format!("{factor:.4}"))),
         optional("worst late p99", latest.map(milliseconds)),
         if dropped > 0 { format!("  dropped {dropped}") } else { String::new() },
@@ -168,7 +197,32 @@ fn milliseconds(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runtime::unbalanced;
     use crate::wire::Stamp;
+
+    /// The first steps of a pulse can leave the tolerance by a little: the warning stood there, though the run ended with code 0.
+    #[test]
+    fn regress_a_distrust_that_is_lifted_is_told_so() {
+        let status = |energy_verdict: EnergyVerdict, sim_time_s: f64, message: &str| Status {
+            stamp: Some(Stamp { sim_time_s, ..Stamp::default() }),
+            state: State::Running.into(),
+            energy_verdict: energy_verdict.into(),
+            message: message.to_owned(),
+            ..Status::default()
+        };
+        let distrust = unbalanced(9e-6, 6e-4);
+        let mut told = Told::default();
+        let mut line = |verdict, time_s, message: &str| told.line(&status(verdict, time_s, message), "");
+        assert_eq!(line(EnergyVerdict::Balanced, 0.5, ""), None);
+        let warning = Some(format!("warning: {distrust}, by t = 1.001 s"));
+        assert_eq!(line(EnergyVerdict::Unbalanced, 1.001, &distrust), warning);
+        assert_eq!(line(EnergyVerdict::Unbalanced, 1.2, &unbalanced(9e-6, 7e-4)), None);
+        assert_eq!(line(EnergyVerdict::Balanced, 1.5, ""), Some(format!("t = 1.5 s: {DISTRUST_LIFTED}")));
+        assert_eq!(line(EnergyVerdict::Balanced, 2.0, ""), None);
+        // Other warnings are printed once, and stand.
+        assert_eq!(line(EnergyVerdict::Balanced, 2.5, "bent"), Some("warning: bent".to_owned()));
+        assert_eq!([line(EnergyVerdict::Balanced, 3.0, "bent"), line(EnergyVerdict::Balanced, 3.5, "")], [None, None]);
+    }
 
     #[test]
     fn regress_the_status_line_fits_80_columns_and_shows_what_is_left() {

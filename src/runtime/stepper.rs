@@ -27,7 +27,7 @@ pub(crate) use changes::GOVERNED;
 pub use ending::{Ending, RunSummary};
 use parts::{Deadlines, Drops, Levels, RunState, Schedule, Statistics};
 pub use reporting::STATUS_PERIOD;
-pub(crate) use reporting::{beyond_range, setpoint_warning, unbalanced, warning};
+pub(crate) use reporting::{beyond_range, is_distrust, setpoint_warning, unbalanced, warning};
 
 /// Simulated time between two checkpoints, s.
 pub(crate) const CHECKPOINT_PERIOD_S: f64 = 10.0;

@@ -9,7 +9,7 @@ use super::band::Band;
 use super::linearised::Linearised;
 use super::parts::{Part, Parts};
 use super::point::Point;
-use super::shape::{Figure, LinkShape};
+use super::shape::{Figure, LinkShape, deformed_part};
 use super::spectrum::lowest;
 use super::subject::Subject;
 use super::tension::take_out_tension;
@@ -25,6 +25,9 @@ const RIGID: f64 = 0.5;
 /// unless strain holds this part of the energy that brings it back. So it is with the first bending of a clamped beam, nearly all of
 /// whose points move to one side.
 const BROUGHT_BACK: f64 = 0.5;
+/// A shape that only decays, and in which this part of the squared displacements is none of rigid links, is named after its strain. Of a
+/// vibration damped more than critically, the faster decay has little strain energy beside its kinetic energy, as a rotation has.
+const DEFORMED: f64 = 0.05;
 
 /// A part of the mechanism and its share of a mode's strain energy, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -219,7 +222,8 @@ impl Identifier {
     /// The mode named after the part with the largest strain energy, or after its motion where little is strained.
     fn named(&self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>, strain: Strain) -> Mode {
         let Strain { energies, whole, links } = strain;
-        let strained = whole >= STRAINED * eigenvalue.norm_sqr() && whole > 0.0;
+        let is_overdamped = || eigenvalue.im == 0.0 && eigenvalue.re < 0.0 && deformed_part(&links) >= DEFORMED;
+        let strained = whole > 0.0 && (whole >= STRAINED * eigenvalue.norm_sqr() || is_overdamped());
         let is_brought_back = eigenvalue.im != 0.0 && whole >= BROUGHT_BACK * eigenvalue.norm_sqr();
         let rigid_part = self.rigid.of(&shape);
         let kind = match energies.first() {
@@ -271,4 +275,44 @@ fn energies(parts: &[(Part, Band)], shape: &DVector<Complex<f64>>) -> Vec<(Part,
         (half(|x| x.re) + half(|x| x.im)).max(0.0)
     };
     parts.iter().map(|(part, stiffness)| (*part, energy(stiffness))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error;
+
+    use super::{Mode, modes};
+    use crate::scene::SceneSource;
+    use crate::small_motion::Subject;
+
+    /// An arm with a mass at its tip: vibrations that are damped more than twice critically were called `chain rotation`.
+    #[test]
+    fn regress_a_vibration_that_only_decays_is_no_rotation() -> Result<(), Box<dyn Error>> {
+        let arm = "[beam]\nlength_m = 1.1\nsection = { shape = \"tube\", outer_m = 0.03, inner_m = 0.026 }\n\
+                   density_kg_per_m3 = 7850\nyoungs_modulus_pa = 2.1e11\nelements = 8\nmodes = 3\n[tip]\nmass_kg = 2.5\n[base]\n";
+        for model in ["modal", "finite-element"] {
+            // Spring, damper and material damping, and the rotations among the modes: with a spring none, without it the damped one.
+            for (base, rotations) in [
+                (["8000.0", "20.0", "1e-4"], &[][..]),
+                (["8000.0", "2000.0", "1e-4"], &[]),
+                (["8000.0", "0.0", "5e-3"], &[]),
+                (["0.0", "20.0", "1e-4"], &["chain rotation", "chain rotation 2"]),
+                (["0.0", "20.0", "5e-3"], &["chain rotation", "chain rotation 2"]),
+            ] {
+                let [spring, damper, damping] = base;
+                let given = [
+                    format!("solver.model={model}"),
+                    format!("base.torsion_spring_nm_per_rad={spring}"),
+                    format!("base.damper_nm_s_per_rad={damper}"),
+                    format!("beam.damping_s={damping}"),
+                ];
+                let subject = Subject::new(&SceneSource::parse("arm.toml", arm, &given)?.scene, None)?;
+                let found = modes(&subject, &subject.at_rest(0.0)?, 8)?;
+                let names: Vec<String> = found.iter().map(Mode::name).collect();
+                let turning: Vec<&String> = names.iter().filter(|name| name.contains("chain")).collect();
+                assert_eq!(turning, rotations, "{model}, {base:?}: {names:?}");
+            }
+        }
+        Ok(())
+    }
 }

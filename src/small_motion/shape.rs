@@ -30,6 +30,23 @@ pub struct LinkShape {
     pub mass_kg: f64,
 }
 
+/// Part of the squared displacements of all nodes that is left when every link moves as its pins do, without bending or stretching: at
+/// the first pin with it, and turned as the chord is. 0 to about 1.
+pub(super) fn deformed_part(links: &[LinkShape]) -> f64 {
+    let (mut left, mut whole) = (0.0, 0.0);
+    for link in links {
+        let Some([along, across]) = link.displacement.first().copied() else { continue };
+        let intervals = link.displacement.len().saturating_sub(1).max(1) as f64;
+        let across_end = link.displacement.last().map_or(across, |end| end[1]);
+        for (k, node) in (0..).zip(&link.displacement) {
+            let turned = (across_end - across) * (f64::from(k) / intervals);
+            left += (node[0] - along).norm_sqr() + (node[1] - across - turned).norm_sqr();
+            whole += node[0].norm_sqr() + node[1].norm_sqr();
+        }
+    }
+    if whole > 0.0 { left / whole } else { 0.0 }
+}
+
 /// The links' nodes in a state, by which shapes are found.
 pub(super) struct Figure {
     names: Vec<(LinkName, f64)>,

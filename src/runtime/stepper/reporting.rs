@@ -119,8 +119,16 @@ pub(crate) fn beyond_range(worst_out_of_range: f64) -> Option<String> {
     (bent > 0.0).then(|| format!("out of the model's range: a link was bent by {bent:.1} % of its length"))
 }
 
+/// How that a run is not to be trusted begins.
+const DISTRUST: &str = "not to be trusted";
+
+/// Whether a warning is that the energy balance of a run was off.
+pub(crate) fn is_distrust(warning: &str) -> bool {
+    warning.starts_with(DISTRUST)
+}
+
 /// The warning that the energy balance of a run was off.
 pub(crate) fn unbalanced(worst_j: f64, in_play_j: f64) -> String {
     let part = worst_j / in_play_j;
-    format!("not to be trusted: the energy balance was off by {worst_j:.2e} J, {part:.1e} of the {in_play_j:.2e} J in play")
+    format!("{DISTRUST}: the energy balance was off by {worst_j:.2e} J, {part:.1e} of the {in_play_j:.2e} J in play")
 }
