@@ -6,14 +6,16 @@ pub(crate) fn decimal_comma_hint(text: &str) -> Option<String> {
     let (whole, rest) = text.split_once(',')?;
     let digits = whole.trim_start_matches(['+', '-']);
     let is_whole = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
-    let is_decimal = is_whole && rest.starts_with(|c: char| c.is_ascii_digit()) && !rest.contains(',');
+    let after_digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+    let is_decimal = is_whole && after_digits.len() < rest.len() && !after_digits.starts_with('.') && !rest.contains(',');
     is_decimal.then(|| format!("a number has a decimal point, not a comma: {whole}.{rest}"))
 }
 
 /// A hint at the number as TOML has it if `text` is one with commas between thousands: `12,000,000`, `-1,500.5`. A single comma,
 /// as in `1,500`, may also be a decimal comma.
 pub(crate) fn thousands_commas_hint(text: &str) -> Option<String> {
-    let value: f64 = text.replace(',', "").parse().ok()?;
+    let text = text.trim_end_matches('.');
+    let value: f64 = text.replace(',', "").parse().ok().filter(|value: &f64| value.is_finite())?;
     let unsigned = text.trim_start_matches(['+', '-']);
     let (whole, rest) = unsigned.split_at(unsigned.find(['.', 'e', 'E']).unwrap_or(unsigned.len()));
     let (first, thousands) = whole.split_once(',')?;
@@ -39,7 +41,7 @@ mod tests {
             let hint = decimal_comma_hint(text).unwrap_or_default();
             assert_eq!(hint, format!("a number has a decimal point, not a comma: {number}"), "{text}");
         }
-        for text in ["", "0.15", "1,2,3", "0.1,0.2", ",5", "1,", "1, 2", "a,b", "[0,5", "angles,loads"] {
+        for text in ["", "0.15", "1,2,3", "1,2.5", "0.1,0.2", ",5", "1,", "1, 2", "a,b", "[0,5", "angles,loads"] {
             assert_eq!(decimal_comma_hint(text), None, "{text}");
         }
     }
@@ -49,12 +51,27 @@ mod tests {
         for (text, number) in [
             ("12,000,000,000", "12_000_000_000 or 1.2e10"),
             ("-1,500.5", "-1_500.5 or -1.5005e3"),
+            ("12,000,000.", "12_000_000 or 1.2e7"),
             ("210,000e6", "210_000e6 or 2.1e11, or with a decimal point 210.000e6"),
             ("1,500", "1_500 or 1.5e3, or with a decimal point 1.500"),
         ] {
             assert_eq!(thousands_commas_hint(text), Some(format!("a number has no commas: {number}")), "{text}");
         }
-        for text in ["", "12", "0,015", "0,150", "1,5", "1,2,3", "12,00,000", "1234,567", "1,000,", ",000", "a,bcd", "1,nan"] {
+        for text in [
+            "",
+            "12",
+            "0,015",
+            "0,150",
+            "1,5",
+            "1,2,3",
+            "12,00,000",
+            "1234,567",
+            "1,000,",
+            ",000",
+            "a,bcd",
+            "1,nan",
+            "12,000e400",
+        ] {
             assert_eq!(thousands_commas_hint(text), None, "{text}");
         }
     }

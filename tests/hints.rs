@@ -326,6 +326,17 @@ fn regress_a_bound_that_its_key_never_allows_is_warned_of_before() -> Result<(),
     Ok(())
 }
 
+/// An instant is a range, too.
+#[test]
+fn regress_a_range_that_ends_before_it_begins_is_refused_as_that() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let tables = folder.path().to_str().ok_or("a path that is no text")?;
+    let export = |from: &str, to: &str| flexcrank(&["export", SAMPLE, "--csv", tables, "--from", from, "--to", to]);
+    assert_eq!(export("5", "2")?, (Some(2), "error: --from 5 must not be after --to 2\n".to_owned()));
+    assert_eq!(export("2", "2")?.0, Some(0));
+    Ok(())
+}
+
 /// The change alone is refused with other mistakes before that.
 #[test]
 fn prop_a_campaign_names_the_change_that_its_scene_refuses() -> Result<(), Box<dyn Error>> {

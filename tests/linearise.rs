@@ -50,6 +50,19 @@ fn prop_files_hold_matrices_that_fit_their_names() -> Outcome {
 }
 
 #[test]
+fn regress_a_model_without_linearisation_is_refused_with_one_that_has_it() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let way = "--set solver.model=modal";
+    for scene in ["thesis-beam", "thesis-beam-tip", "thesis-crank-slider"] {
+        let (code, _, said) = flexcrank(folder.path(), &format!("modes {scene}"))?;
+        assert!(code == Some(2) && said.ends_with(&format!(" have: add {way}\n")), "{said}");
+        let (code, _, said) = flexcrank(folder.path(), &format!("modes {scene} {way}"))?;
+        assert_eq!(code, Some(0), "{scene}: {said}");
+    }
+    Ok(())
+}
+
+#[test]
 fn prop_what_cannot_be_linearised_is_refused() -> Outcome {
     let folder = tempfile::tempdir()?;
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");

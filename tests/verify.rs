@@ -4,6 +4,7 @@
 mod common;
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use common::rewritten::{as_is, rewritten, rewritten_with_rates};
 use common::{Outcome, Service, scene};
@@ -133,6 +134,20 @@ fn prop_messages_dropped_by_full_queues_are_lost_not_wrong() -> Outcome {
     let found = verified(&folder.path().join("run.mcap"))?;
     assert!(!found.findings.is_empty() && !found.is_wrong(), "{:?}", found.findings);
     assert!(found.findings.iter().any(|finding| matches!(finding, Finding::Missing { why: LossReason::Queue, .. })));
+    Ok(())
+}
+
+#[test]
+fn regress_a_file_that_cannot_be_read_hides_no_other() -> Outcome {
+    for command in ["verify", "info"] {
+        let files = ["nosuch.mcap", "recordings/sample-truncated.mcap", "README.md", "recordings/sample-three-pulses.mcap"];
+        let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg(command).args(files).output()?;
+        let [printed, said] = [ended.stdout, ended.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        assert_eq!(ended.status.code(), Some(1), "{command}: {said}");
+        assert!(printed.starts_with(files[1]) && printed.contains(&format!("\n{}: ", files[3])), "{command}: {printed}");
+        let errors: Vec<&str> = said.lines().filter(|line| line.starts_with("error: ")).collect();
+        assert!(errors.len() == 2 && errors[0].contains(files[0]) && errors[1].contains(files[2]), "{command}: {said}");
+    }
     Ok(())
 }
 

@@ -26,7 +26,7 @@ use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene, SceneSource, builtin};
 use crate::simulation::EnergyVerdict;
 use crate::small_motion::{NoModes, Vibrations};
-use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings_until};
+use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings, shortenings_until};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -49,15 +49,16 @@ The scene is run over 2 s, a second after its last pulse, two turns of its drive
     not: see --until. If no step is found with so small an error, as in chaotic motion, the line `suggested` says so; \
     `trade` measures which step suffices.
 
-A line `start` shows where the first link starts in static equilibrium: its angle at the pivot, and how far its end is from that line.
+A line `start` shows where the first link starts, bent by static loads: its angle at the pivot, and how far its end is from the \
+    tangent there.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
     at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
 
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
     `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \
-    a crank-slider, it is also recommended where the shortening is more than 0.05 % of the crank's length. The stroke changes by that \
-    part, and with friction at the slider, the speed under a given torque by up to twice that part. `trade` measures all outputs.
+    a crank-slider, it is also recommended where the shortening is more than 0.05 % of the crank's length. The stroke changes by \
+    up to that part, and with friction at the slider, the speed under a given torque by up to twice that part. `trade` measures all outputs.
 
 --json prints one object: scene, model, integrator, step_s, unknowns, vibrations, falling (unknowns that fall away from \
     rest), lowest_hz, highest_hz, lowest_bending_hz (at which a link bends), balance_error (largest, over the energy in play), \
@@ -168,7 +169,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         suggested_step_s,
         reason,
         start,
-        shortening: shortening(scene, trial.cut_off_s.unwrap_or(length.until_s)),
+        shortening: shortening(scene, args.until.map(|until_s| trial.cut_off_s.unwrap_or(until_s))),
     };
     bar.finish_and_clear();
     if args.json {
@@ -205,9 +206,11 @@ pub(super) fn check(args: &Args) -> CommandResult {
 }
 
 /// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
-fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
-    let left_out = match scene.solver.model {
-        ModelKind::Modal => shortenings_until(scene, until_s).unwrap_or_default(),
+/// Over the usual duration, unless another is asked for.
+fn shortening(scene: &Scene, until_s: Option<f64>) -> Vec<ShorteningLine> {
+    let left_out = match (scene.solver.model, until_s) {
+        (ModelKind::Modal, Some(until_s)) => shortenings_until(scene, until_s).unwrap_or_default(),
+        (ModelKind::Modal, None) => shortenings(scene).unwrap_or_default(),
         _ => Vec::new(),
     };
     let line = |left_out: Shortening| ShorteningLine {

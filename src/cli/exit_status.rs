@@ -7,7 +7,7 @@ use std::process::ExitCode;
 pub(super) enum ExitStatus {
     /// Success: 0.
     Success,
-    /// A service refused the command: 1.
+    /// A service refused the command, or a file is unreadable or not as it should be: 1.
     Refused,
     /// Finished with losses: 3.
     Lossy,
@@ -21,6 +21,14 @@ pub(super) enum ExitStatus {
     OfService(u8),
     /// Interrupted by a signal before the requested end: 130.
     Interrupted,
+}
+
+impl ExitStatus {
+    /// The graver end of two files: 1 before 3, and 3 before 0.
+    pub(super) fn graver(self, other: Self) -> Self {
+        let ends = [self, other];
+        [ExitStatus::Refused, ExitStatus::Lossy].into_iter().find(|grave| ends.contains(grave)).unwrap_or(other)
+    }
 }
 
 impl From<ExitStatus> for ExitCode {

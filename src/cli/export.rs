@@ -7,7 +7,7 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::completions;
 use super::exit_status::ExitStatus;
-use super::failure::CommandResult;
+use super::failure::{CommandResult, Failure};
 use super::folders::{may_be_folder, must_have_folder, must_suit_recording};
 use super::formatting::counted;
 use super::output::output;
@@ -55,6 +55,9 @@ pub(super) struct Args {
 
 pub(super) fn export(args: Args) -> CommandResult {
     let Args { file, csv, parquet, ros2, from, to, every, columns } = args;
+    if let Some(to) = to.filter(|to| from > *to) {
+        return Err(Failure::Usage(format!("--from {from} must not be after --to {to}")));
+    }
     ros2.as_deref().map_or(Ok(()), must_suit_recording)?;
     [&csv, &parquet, &ros2].into_iter().flatten().try_for_each(|path| must_have_folder(path))?;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;

@@ -53,6 +53,13 @@ impl Failure {
         say!("error: {text}");
         ExitCode::from(code)
     }
+
+    /// Logs that one of several files cannot be read. The others are read all the same.
+    pub(super) fn report_file(self) -> ExitStatus {
+        // The exit code is that of all files.
+        let _ = self.report();
+        ExitStatus::Refused
+    }
 }
 
 /// An error with its causes.

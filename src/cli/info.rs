@@ -15,7 +15,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
 use super::formatting::counted;
-use super::output::output;
+use super::output::{output, print_json};
 use crate::recording::{Overview, RecordingMetadata, TopicOverview};
 use crate::scene::SceneSource;
 use crate::shown::{shown_name, shown_s, shown_sentence};
@@ -27,7 +27,8 @@ Examples:
   flexcrank info recordings/crank.mcap
   flexcrank info recordings/*.mcap --json > recordings.jsonl
 
-Any MCAP file is described. Exit code 3 if a file ends early or is damaged.";
+Any MCAP file is described. Exit code 3 if a file ends early or is damaged, 1 if one cannot be read; the others are described \
+    all the same.";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -92,18 +93,22 @@ struct TopicInfo {
 }
 
 pub(super) fn info(args: &Args) -> CommandResult {
-    let mut done = ExitStatus::Success;
-    for (number, file) in args.files.iter().enumerate() {
-        let info = Info::of(file)?;
-        match args.json {
-            true => writeln!(output(), "{}", serde_json::to_string(&info).map_err(io::Error::from)?)?,
-            false => info.print(number > 0)?,
-        }
-        if info.damage.is_some() {
-            done = ExitStatus::Lossy;
-        }
+    let (mut gravest, mut is_further) = (ExitStatus::Success, false);
+    for file in &args.files {
+        let status = match Info::of(file) {
+            Ok(info) => {
+                match args.json {
+                    true => print_json(&info)?,
+                    false => info.print(is_further)?,
+                }
+                is_further = true;
+                if info.damage.is_some() { ExitStatus::Lossy } else { ExitStatus::Success }
+            }
+            Err(failure) => failure.report_file(),
+        };
+        gravest = gravest.graver(status);
     }
-    Ok(done)
+    Ok(gravest)
 }
 
 impl Info {

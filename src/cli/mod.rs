@@ -13,6 +13,7 @@ macro_rules! say_reason {
 mod acceleration_sampling;
 mod aligned_table;
 mod args;
+mod argument_tips;
 mod async_runtime;
 mod building;
 mod bus_args;

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf, is_separator};
 
+use indexmap::IndexMap;
+
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_have_folder};
@@ -105,12 +107,18 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         let missed_motion = source.missed_motion(&columns, args.animation.is_some());
         straight_links.into_iter().chain(source.interrupted_study()).chain(missed_motion)
     };
-    sources.iter().flat_map(sentences).for_each(|sentence| say!("warning: {sentence}"));
+    let mut warnings: Vec<String> = sources.iter().flat_map(sentences).collect();
     tell_apart(&mut sources);
     let into_file = is_file_name(&args.output) && !args.output.is_dir();
     // The default figures of recordings come with pictures of the mechanism, and in a folder with a page.
     let default_figures = args.y.is_empty() && args.animation.is_none();
-    let (mut entries, mut warnings) = (Vec::new(), Vec::<String>::new());
+    // The warnings of animations, each with the names of its files.
+    let (mut entries, mut of_animations) = (Vec::new(), IndexMap::<String, Vec<String>>::new());
+    let mut collect_warning = |source: &Source, animation: &MechanismPicture| {
+        if let Some(warning) = source.warning_of(animation) {
+            of_animations.entry(warning).or_default().push(source.stem.clone());
+        }
+    };
     match args.animation {
         None => {
             let count = if args.overlay { sources.len() } else { 1 };
@@ -120,7 +128,7 @@ pub(super) fn plot(args: &Args) -> CommandResult {
                     // A scene without links has neither strobe figure nor animation, and a single position no animation.
                     let strobe = MechanismPicture::strobe(&source.stem, &source.tables);
                     let animation = MechanismPicture::animation(&source.stem, &source.tables, None);
-                    warnings.extend(animation.iter().filter_map(|animation| source.warning_of(animation)));
+                    animation.iter().for_each(|animation| collect_warning(source, animation));
                     pictures.extend(strobe.map(|strobe| (source, "strobe", strobe)));
                     pictures.extend(animation.map(|animation| (source, "animation", animation)));
                 }
@@ -132,20 +140,26 @@ pub(super) fn plot(args: &Args) -> CommandResult {
         Some(speed) => {
             for source in &sources {
                 let animation = MechanismPicture::animation(&source.stem, &source.tables, speed)?;
-                warnings.extend(source.warning_of(&animation));
+                collect_warning(source, &animation);
                 entries.push(mechanism(source, "animation", animation));
             }
         }
     }
+    if !args.list {
+        warnings.extend(of_animations.into_iter().map(|(warning, stems)| format!("{}: {warning}", stems.join(", "))));
+    }
+    // A refusal comes without warnings.
+    let in_file = (into_file && !args.list).then(|| sole_picture(args, &entries)).transpose()?;
+    warnings.iter().for_each(|warning| say!("warning: {warning}"));
     if args.list {
         let width = entries.iter().map(|entry| entry.file.chars().count()).max().unwrap_or(0);
         let list = |entry: &Entry| writeln!(output(), "{:<width$}  {}", entry.file, entry.picture.title());
         entries.iter().try_for_each(list)?;
         return Ok(status(&sources));
     }
-    warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    if into_file {
-        write_file(args, &entries)?;
+    if let Some((entry, format)) = in_file {
+        entry.picture.write(&args.output, format)?;
+        print(args, &args.output, entry)?;
         return Ok(status(&sources));
     }
     write_folder(args, &entries)?;
@@ -199,7 +213,8 @@ fn refused(why: String) -> Failure {
     Failure::Usage(why)
 }
 
-fn write_file(args: &Args, entries: &[Entry]) -> CommandResult<()> {
+/// The only figure, for the file that is to hold it, and its format there.
+fn sole_picture<'a>(args: &Args, entries: &'a [Entry]) -> CommandResult<(&'a Entry, Format)> {
     let (path, name) = (&args.output, args.output.display());
     let Some(format) = Format::of(path) else {
         return Err(refused(format!("{name}: a picture ends in .svg or .png; for several, name a folder ({name}/)")));
@@ -217,8 +232,7 @@ fn write_file(args: &Args, entries: &[Entry]) -> CommandResult<()> {
         return Err(refused(format!("{name}: an animation ends in .svg")));
     }
     must_have_folder(path)?;
-    entry.picture.write(path, format)?;
-    print(args, path, entry)
+    Ok((entry, format))
 }
 
 fn write_folder(args: &Args, entries: &[Entry]) -> CommandResult<()> {

@@ -1,4 +1,4 @@
-//! Progress bars; invisible without a terminal, where long work prints lines.
+//! Progress bars; invisible without a terminal, where `trade` and `sweep` print lines.
 
 use std::fmt::Write;
 use std::io::{IsTerminal as _, stderr};

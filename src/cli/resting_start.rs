@@ -1,4 +1,4 @@
-//! The position in which a scene starts in static equilibrium.
+//! The position in which a scene starts whose links are bent by static loads.
 
 use std::fmt;
 
@@ -36,7 +36,7 @@ impl RestingStart {
 impl fmt::Display for RestingStart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let RestingStart { link, angle_rad, bent_m } = *self;
-        write!(f, "in static equilibrium: {link} at {}°", figure(angle_rad.to_degrees()))?;
+        write!(f, "{link} at {}°", figure(angle_rad.to_degrees()))?;
         if bent_m == 0.0 {
             return Ok(());
         }

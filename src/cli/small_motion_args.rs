@@ -43,7 +43,7 @@ impl SubjectArgs {
     pub(super) fn choose(&self) -> CommandResult<Chosen> {
         let Some((file, time_s)) = self.instant()? else {
             let source = SceneSource::open(&self.target, &self.overrides).map_err(|refusal| self.refused(refusal))?;
-            let subject = Subject::new(&source.scene, self.crank)?;
+            let subject = Subject::new(&source.scene, self.crank).map_err(with_suited_model)?;
             return Ok(Chosen { source, subject, instant: None });
         };
         if !self.overrides.is_empty() || self.crank.is_some() {
@@ -112,6 +112,14 @@ impl Chosen {
             return Err(NoModes::NoCrank.into());
         }
         Ok(())
+    }
+}
+
+/// The refusal of a scene's model. A scene with the incremental model can have the modal one, with the same integrator.
+fn with_suited_model(refused: NoModes) -> Failure {
+    match refused {
+        NoModes::NotSuited(_) => Failure::Usage(format!("{refused}: add --set solver.model=modal")),
+        _ => refused.into(),
     }
 }
 

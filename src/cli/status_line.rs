@@ -28,17 +28,19 @@ pub(super) struct StatusLine {
 struct StatusLineState {
     /// Printed when the first status arrives.
     heading: Option<String>,
-    services: Vec<Told>,
+    services: Vec<ServiceStatus>,
     /// Simulated time at which the run finishes, s.
     until_s: Option<f64>,
 }
 
-/// A service as it was told of.
+/// The newest status of a service, and the warning printed of it.
 #[derive(Clone, Default)]
-struct Told {
+struct ServiceStatus {
     newest: Option<Status>,
     /// The warning that was printed and still holds; empty for none.
     warning: String,
+    /// The epoch of that warning.
+    epoch: u64,
 }
 
 impl StatusLine {
@@ -50,7 +52,11 @@ impl StatusLine {
         }
         StatusLine {
             line,
-            told: Arc::new(Mutex::new(StatusLineState { heading: None, services: vec![Told::default(); count], until_s })),
+            told: Arc::new(Mutex::new(StatusLineState {
+                heading: None,
+                services: vec![ServiceStatus::default(); count],
+                until_s,
+            })),
         }
     }
 
@@ -99,10 +105,15 @@ impl StatusLine {
     }
 }
 
-impl Told {
+impl ServiceStatus {
     /// The line that a status calls for: the first warning, or that a distrust is lifted.
     fn line(&mut self, status: &Status, whose: &str) -> Option<String> {
-        let time_s = shown_s(status.stamp.as_ref().map_or(0.0, |stamp| stamp.sim_time_s));
+        let (time_s, epoch) = status.stamp.as_ref().map_or((0.0, 0), |stamp| (stamp.sim_time_s, stamp.epoch));
+        let time_s = shown_s(time_s);
+        if epoch != self.epoch {
+            // A run that was reset is another.
+            (self.epoch, self.warning) = (epoch, String::new());
+        }
         if !self.warning.is_empty() {
             let is_lifted = is_distrust(&self.warning) && status.energy_verdict() == EnergyVerdict::Balanced;
             return is_lifted.then(|| {
@@ -152,7 +163,7 @@ pub(super) fn describe(status: &Status, until_s: Option<f64>) -> String {
 }
 
 /// Summarizes many services by the slowest and the latest.
-fn summary(services: &[Told]) -> String {
+fn summary(services: &[ServiceStatus]) -> String {
     let all = || services.iter().filter_map(|service| service.newest.as_ref());
     let running = all().filter(|status| status.state() == State::Running).count();
     let slowest = all().filter_map(|status| status.real_time_factor).reduce(f64::min);
@@ -202,23 +213,28 @@ mod tests {
 
     /// The first steps of a pulse can leave the tolerance by a little: the warning stood there, though the run ended with code 0.
     #[test]
-    fn regress_a_distrust_that_is_lifted_is_told_so() {
+    fn regress_a_distrust_that_is_lifted_has_a_line() {
+        let epoch = std::cell::Cell::new(1);
         let status = |energy_verdict: EnergyVerdict, sim_time_s: f64, message: &str| Status {
-            stamp: Some(Stamp { sim_time_s, ..Stamp::default() }),
+            stamp: Some(Stamp { sim_time_s, epoch: epoch.get(), ..Stamp::default() }),
             state: State::Running.into(),
             energy_verdict: energy_verdict.into(),
             message: message.to_owned(),
             ..Status::default()
         };
         let distrust = unbalanced(9e-6, 6e-4);
-        let mut told = Told::default();
-        let mut line = |verdict, time_s, message: &str| told.line(&status(verdict, time_s, message), "");
+        let mut service = ServiceStatus::default();
+        let mut line = |verdict, time_s, message: &str| service.line(&status(verdict, time_s, message), "");
         assert_eq!(line(EnergyVerdict::Balanced, 0.5, ""), None);
         let warning = Some(format!("warning: {distrust}, by t = 1.001 s"));
         assert_eq!(line(EnergyVerdict::Unbalanced, 1.001, &distrust), warning);
         assert_eq!(line(EnergyVerdict::Unbalanced, 1.2, &unbalanced(9e-6, 7e-4)), None);
         assert_eq!(line(EnergyVerdict::Balanced, 1.5, ""), Some(format!("t = 1.5 s: {DISTRUST_LIFTED}")));
         assert_eq!(line(EnergyVerdict::Balanced, 2.0, ""), None);
+        // A reset begins another run.
+        assert!(line(EnergyVerdict::Unbalanced, 2.2, &distrust).is_some());
+        epoch.set(2);
+        assert_eq!(line(EnergyVerdict::Balanced, 0.0, ""), None);
         // Other warnings are printed once, and stand.
         assert_eq!(line(EnergyVerdict::Balanced, 2.5, "bent"), Some("warning: bent".to_owned()));
         assert_eq!([line(EnergyVerdict::Balanced, 3.0, "bent"), line(EnergyVerdict::Balanced, 3.5, "")], [None, None]);

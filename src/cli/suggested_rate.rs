@@ -25,11 +25,6 @@ pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step_s: f64) -> Strin
     }
 }
 
-/// The rate of every step. Steps longer than `coarse_s` do not suffice.
-pub(super) fn every_step(coarse_s: f64, step_s: f64) -> String {
-    suggested_rate(0.0, coarse_s, step_s)
-}
-
 /// The longest time between samples that show a vibration roughly, s.
 pub(super) fn coarse_s(vibration_hz: f64) -> f64 {
     1.0 / (ROUGH * vibration_hz)

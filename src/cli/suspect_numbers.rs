@@ -2,6 +2,7 @@
 
 mod materials;
 mod sizes;
+mod speeds;
 
 use std::f64::consts::TAU;
 
@@ -9,6 +10,7 @@ use super::aligned_table::figure;
 use crate::scene::{Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
 use materials::{light_material, soft_material, strong_damping};
 use sizes::{no_slender_bar, of_lengths};
+use speeds::{fast_crank, long_ramp};
 
 /// Angles that are all whole multiples of this are rarely radians.
 const ROUND_DEGREES: f64 = 5.0;
@@ -45,11 +47,16 @@ fn of_scene(scene: &Scene) -> Vec<String> {
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
     let of_angles = many_turns(chain.start.angle_rad).into_iter().chain(table_in_degrees(&scene.drive));
+    let of_lengths = of_lengths(chain);
+    // With a length in mm, any speed looks too high.
+    let of_speed = if of_lengths.is_none() { fast_crank(chain, &scene.drive) } else { None };
     of_links
-        .chain(of_lengths(chain))
+        .chain(of_lengths)
         .chain(heavy_end(chain))
         .chain(of_gravity)
         .chain(of_angles)
+        .chain(of_speed)
+        .chain(long_ramp(&scene.drive))
         .chain(long_pulses(&scene.drive))
         .collect()
 }
@@ -266,6 +273,44 @@ mod tests {
     }
 
     #[test]
+    fn regress_a_ramp_in_ms_is_suspect() -> Result<(), SceneError> {
+        let with = |over: &str| {
+            let drive = format!("drive={{ ramp = {{ to_rad_per_s = 20.0, over_s = {over} }} }}");
+            warnings("crank-slider", &["pulse=[]", drive.as_str()])
+        };
+        let warning = "drive.ramp.over_s = 1000 is long for a change of speed: times are in s, and 1000 ms is 1";
+        assert_eq!(with("1000")?, [warning]);
+        assert_eq!(with("100")?, [""; 0]);
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_speed_in_revolutions_a_minute_is_suspect() -> Result<(), SceneError> {
+        for (given, key, speed, pin, meant) in [
+            (&["start.rate_rad_per_s=-300"][..], "start.rate_rad_per_s", "-300", "150", "-31.4159"),
+            (&["pulse=[]", "drive.speed_rad_per_s=240"], "drive.speed_rad_per_s", "240", "120", "25.1327"),
+            (
+                &["pulse=[]", "drive={ ramp = { to_rad_per_s = 240, over_s = 2 } }"],
+                "drive.ramp.to_rad_per_s",
+                "240",
+                "120",
+                "25.1327",
+            ),
+        ] {
+            let warning = format!(
+                "{key} = {speed} moves the crank pin at {pin} m/s, faster than in any engine: speeds are in rad/s, and {speed} \
+                 revolutions a minute are {meant}"
+            );
+            assert_eq!(warnings("crank-slider", given)?, [warning]);
+        }
+        assert_eq!(warnings("crank-slider", &["start.rate_rad_per_s=190"])?, [""; 0]);
+        assert_eq!(warnings("thesis-beam", &["start.rate_rad_per_s=300"])?, [""; 0], "a blade");
+        let in_mm = warnings("crank-slider", &["crank.length_m=50", "rod.length_m=250", "start.rate_rad_per_s=3"])?;
+        assert!(in_mm.len() == 1 && in_mm[0].starts_with("crank.length_m = 50"), "{in_mm:?}");
+        Ok(())
+    }
+
+    #[test]
     fn prop_what_a_built_in_scene_has_by_itself_is_suspect_in_a_copy_alone() -> Result<(), SceneError> {
         let thesis = "thesis-crank-slider";
         assert_eq!(warnings(thesis, &["start.angle_rad=180"])?, ["start.angle_rad = 180 is 28.6 turns: angles are in radians"]);
@@ -293,6 +338,19 @@ mod tests {
             ["rod.youngs_modulus_pa=210", "rod.rigid=true"],
         ] {
             assert_eq!(warnings("crank-slider", &given)?, [""; 0], "{given:?}");
+        }
+        Ok(())
+    }
+
+    /// Stiffness and mass per length by numbers that no rectangle has.
+    #[test]
+    fn prop_sections_without_a_shape_may_stand_for_stiffness_and_mass_alone() -> Result<(), SceneError> {
+        for given in [
+            &["beam.second_moment_m4=1e-8"][..],
+            &["beam.second_moment_m4=1e-9"],
+            &["beam.area_m2=1.0", "beam.second_moment_m4=8.333e-10", "beam.density_kg_per_m3=0.77"],
+        ] {
+            assert_eq!(warnings("thesis-beam", given)?, [""; 0], "{given:?}");
         }
         Ok(())
     }

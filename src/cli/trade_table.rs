@@ -58,11 +58,11 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
         let minutes = (left_out.budget_s / 60.0).ceil();
         writeln!(
             out,
-            "  its steps do not resolve {} at some {:.0} Hz,\n  as it rings after a rectangular pulse: so it is uncertain; \
+            "  its steps do not resolve {} some {:.0} Hz,\n  as it rings after a rectangular pulse: so it is uncertain; \
              --budget {minutes}min resolves it",
             match left_out.part {
-                Ringing::Link => "the bending of a link",
-                Ringing::Base => "a rigid link on the base spring",
+                Ringing::Link => "the bending of a link at",
+                Ringing::Base => "vibrations, such as of the base spring, of up to",
             },
             left_out.hz
         )?;

@@ -1,6 +1,6 @@
 //! `verify`: whether recordings are intact, physical, and equal to what their scene and commands compute.
 
-use std::io::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -25,7 +25,8 @@ Examples:
   flexcrank verify recordings/*.mcap --json > verified.jsonl
 
 The guide (flexcrank guide recordings) lists the fields that cannot be proved.
-Exit codes: 0 intact and equal to the bit, 1 damaged or different, 3 intact but lossy (cut off, or a queue was full).";
+Exit codes: 0 intact and equal to the bit, 1 unreadable, damaged or different, 3 intact but lossy (cut off, or a queue was \
+    full). Of several files, each is verified, and the gravest code counts: 1 before 3.";
 
 /// Largest number of findings printed.
 const SHOWN: usize = 20;
@@ -70,36 +71,50 @@ struct FindingLine {
 }
 
 pub(super) fn verify(args: &Args) -> CommandResult {
-    let mut worst = ExitStatus::Success;
+    let mut gravest = ExitStatus::Success;
     for file in &args.files {
-        worst = match (worst, one(file, args.json)?) {
-            (ExitStatus::Refused, _) | (_, ExitStatus::Refused) => ExitStatus::Refused,
-            (ExitStatus::Lossy, _) | (_, ExitStatus::Lossy) => ExitStatus::Lossy,
-            (_, done) => done,
+        let status = match VerifiedSession::of(file) {
+            Ok(verified) => verified.print(args.json)?,
+            Err(failure) => failure.report_file(),
         };
+        gravest = gravest.graver(status);
     }
-    Ok(worst)
+    Ok(gravest)
 }
 
-fn one(file: &Path, json: bool) -> CommandResult {
-    let source = RecordedSession::open(file)?;
-    let begun = Instant::now();
-    let bar = over_file(file, 2);
-    let found = verify_source(&source, &|reading, position| {
-        let bytes = bar.length().unwrap_or(0) / 2;
-        bar.set_position(u64::from(reading) * bytes + position);
-    })?;
-    bar.finish_and_clear();
-    let (status, verdict) = match (found.findings.is_empty(), found.is_wrong()) {
-        (true, false) => (ExitStatus::Success, "equal"),
-        (_, true) => (ExitStatus::Refused, "different"),
-        (false, false) => (ExitStatus::Lossy, "lossy"),
-    };
-    match json {
-        true => writeln!(output(), "{}", json_line(&source, &found, verdict)?)?,
-        false => report(&source, &found, begun.elapsed())?,
+/// A recorded session, and the result of its verification.
+struct VerifiedSession {
+    source: RecordedSession,
+    found: Verification,
+    took: Duration,
+}
+
+impl VerifiedSession {
+    fn of(file: &Path) -> CommandResult<Self> {
+        let source = RecordedSession::open(file)?;
+        let begun = Instant::now();
+        let bar = over_file(file, 2);
+        let found = verify_source(&source, &|reading, position| {
+            let bytes = bar.length().unwrap_or(0) / 2;
+            bar.set_position(u64::from(reading) * bytes + position);
+        });
+        bar.finish_and_clear();
+        Ok(VerifiedSession { source, found: found?, took: begun.elapsed() })
     }
-    Ok(status)
+
+    fn print(&self, json: bool) -> io::Result<ExitStatus> {
+        let VerifiedSession { source, found, took } = self;
+        let (status, verdict) = match (found.findings.is_empty(), found.is_wrong()) {
+            (true, false) => (ExitStatus::Success, "equal"),
+            (_, true) => (ExitStatus::Refused, "different"),
+            (false, false) => (ExitStatus::Lossy, "lossy"),
+        };
+        match json {
+            true => writeln!(output(), "{}", json_line(source, found, verdict)?)?,
+            false => report(source, found, *took)?,
+        }
+        Ok(status)
+    }
 }
 
 fn json_line(source: &RecordedSession, found: &Verification, verdict: &'static str) -> std::io::Result<String> {

@@ -131,7 +131,7 @@ impl<'a> Deflection<'a> {
 }
 
 /// The frequency of a vibration, Hz, by the changes of slope of a quantity and of its rate next to the missed intervals: slow
-/// motion has hardly any. Of several vibrations, it is no higher than that of the fastest.
+/// motion has hardly any. It may be far off where samples are nearly a whole number of periods apart.
 pub(super) fn momentary_hz([values, rates]: [&[f64]; 2], regular: &[Interval], missed: &[bool]) -> f64 {
     let slopes = |interval: &Interval| {
         let slope = |[before, after]: [f64; 2]| (after - before) / interval.duration_s;

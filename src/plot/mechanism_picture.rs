@@ -69,9 +69,9 @@ impl MechanismPicture {
         let hidden_vibration = playback.hidden_vibration(&recorded).filter(|_| hidden_turning.is_none());
         let misses_vibration = hidden_vibration.is_some();
         let shortcoming = hidden_turning.or(hidden_vibration);
-        let warning = shortcoming.map(|shortcoming| format!("{place}: {shortcoming}{}", advice(&recorded)));
+        let warning = shortcoming.map(|shortcoming| format!("{shortcoming}{}", advice(&recorded)));
         if playback.places.len() < 2 {
-            return Err(PlotError::Request(warning.unwrap_or_default()));
+            return Err(PlotError::Request(format!("{place}: {}", warning.unwrap_or_default())));
         }
         let (speed, recorded_s) = (playback.speed, playback.recorded_s);
         let digits = if recorded_s < 0.1 - 1e-9 { 4 } else { 2 };

@@ -160,7 +160,7 @@ fn place_at(origin: &str, text: &str, span: Option<Range<usize>>) -> String {
 }
 
 /// Number of line ends before a span of a text.
-pub(super) fn lines_before(text: &str, span: &Range<usize>) -> usize {
+fn lines_before(text: &str, span: &Range<usize>) -> usize {
     text[..span.start.min(text.len())].matches('\n').count()
 }
 

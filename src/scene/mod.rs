@@ -38,6 +38,8 @@ pub use level::SceneAtLevel;
 pub use level_text::level_tables;
 #[cfg(feature = "service")]
 pub(crate) use parse::describe as toml_problem;
+#[cfg(feature = "service")]
+pub(crate) use syntax::syntax_problem;
 pub use types::*;
 
 use crate::text_file;

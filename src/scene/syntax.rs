@@ -1,22 +1,157 @@
-//! Why a text is no TOML, with hints at numbers that are written otherwise there.
+//! Why a text is no TOML, with hints at numbers, text and lists that are written otherwise there.
 
 use toml_edit::TomlError;
 
-use super::document::lines_before;
 use super::keys;
 use crate::decimal_comma::{decimal_comma_hint, thousands_commas_hint};
 use crate::percent::percent_hint;
+use crate::shown::Shown;
 
-/// The reason why a scene, or the value of `key`, is no TOML. A number with commas, in per cent or with its unit gets a hint.
-pub(super) fn syntax_problem(key: &str, text: &str, error: &TomlError) -> String {
-    let span = error.span().unwrap_or_default();
-    let line = text.lines().nth(lines_before(text, &span));
+/// Beginnings of the parser's messages about a value that is no number, no boolean and no text in quotes.
+const OF_VALUES: [&str; 8] = [
+    "string values must be quoted",
+    "invalid boolean",
+    "invalid float",
+    "invalid mantissa",
+    "invalid fraction",
+    "invalid exponent",
+    "unexpected leading zero",
+    "`_` may only go between digits",
+];
+/// Beginnings of the parser's messages about a line that is no key with its value and no table.
+const OF_LINES: [&str; 3] = ["key with no value", "invalid key-value pair", "missing table open"];
+
+/// The reason why a file, or the value of `key`, is no TOML, with the remedy for common mistakes. The key is empty for a file.
+pub(crate) fn syntax_problem(key: &str, text: &str, error: &TomlError) -> String {
     let message = error.message().trim().replace('\n', " ");
-    let value = value_at(text, span.start);
-    let key = key_before(text, span.start).unwrap_or(key);
-    let hint = || line.and_then(comma_in).or_else(|| share_hint(key, value)).or_else(|| unit_hint(value));
-    let hint = if message == "duplicate key" { None } else { hint() };
-    format!("not TOML: {}", hint.unwrap_or(message))
+    let message = message.trim_end_matches(", expected nothing");
+    let span = error.span().unwrap_or_default();
+    let hint = match message {
+        "duplicate key" => text.get(span).map(|key| format!("{} is there twice", key.trim())),
+        _ => Fault::new(message, (key, text), span.start).hint(),
+    };
+    format!("not TOML: {}", hint.as_deref().unwrap_or(message))
+}
+
+/// The place at which the parser stopped.
+struct Fault<'a> {
+    /// The parser's message.
+    message: &'a str,
+    /// The key that the place belongs to; empty if there is none in the line.
+    key: &'a str,
+    /// The key whose value the text is; empty for a file.
+    key_of_text: &'a str,
+    line: &'a str,
+    line_before: &'a str,
+    /// The part of the line before the place.
+    before: &'a str,
+    /// The part of the line from the place on.
+    after: &'a str,
+}
+
+impl<'a> Fault<'a> {
+    /// The fault at byte `place` of a file, or of the value of `key`.
+    fn new(message: &'a str, (key, text): (&'a str, &'a str), place: usize) -> Self {
+        let line_break = text.get(..place).and_then(|before| before.rfind('\n'));
+        let (above, rest) = text.split_at(line_break.map_or(0, |line_break| line_break + 1));
+        let line = rest.lines().next().unwrap_or_default();
+        let (before, after) = line.split_at_checked(place - above.len()).unwrap_or((line, ""));
+        Fault {
+            message,
+            key: key_before(before).unwrap_or(key),
+            key_of_text: key,
+            line,
+            line_before: above.lines().next_back().unwrap_or_default(),
+            before,
+            after,
+        }
+    }
+
+    /// The value without quotes that covers the place.
+    fn value(&self) -> &'a str {
+        let start = self.before.rfind(['=', ',', '[', '{']).map_or(0, |delimiter| delimiter + 1);
+        let length = self.after.find([',', ']', '}', '#']).unwrap_or(self.after.len());
+        self.line.get(start..self.before.len() + length).unwrap_or_default().trim()
+    }
+
+    /// The remedy for a common mistake.
+    fn hint(&self) -> Option<String> {
+        comma_in(self.line)
+            .or_else(|| share_hint(self.key, self.value()))
+            .or_else(|| unit_hint(self.value()))
+            .or_else(|| self.value_hint())
+            .or_else(|| self.list_hint())
+            .or_else(|| self.line_hint())
+            .or_else(|| self.bracket_hint())
+    }
+
+    /// A hint at a value that is missing, or is no number, no boolean and no text in quotes.
+    fn value_hint(&self) -> Option<String> {
+        let value = self.value();
+        if value.is_empty() {
+            return self.before.trim_end().ends_with('=').then(|| of_key(self.key, "the value is missing"));
+        }
+        // In `set = solver.step_s=1`, the parser stops at the second equals sign.
+        let is_change =
+            self.message.starts_with("unexpected ") && self.after.starts_with('=') && !value.contains(char::is_whitespace);
+        let is_of_value = OF_VALUES.into_iter().any(|beginning| self.message.starts_with(beginning));
+        if !is_of_value && !is_change {
+            return None;
+        }
+        let is_no_text = self.message.starts_with("string values must be quoted");
+        number_hint(value)
+            .or_else(|| keys::measure(self.key).map(|measure| format!("`{value}` is no number, and {} is {measure}", self.key)))
+            .or_else(|| boolean_hint(value))
+            .or_else(|| quotes_hint(self.key, value))
+            .or_else(|| is_no_text.then(|| format!("`{value}` is neither a number nor text in quotes")))
+    }
+
+    /// A hint at a list without its brackets, such as `1, 2` or `[0, 0], [1, 2]`, where the parser stopped at its comma.
+    fn list_hint(&self) -> Option<String> {
+        let further = before_comment(self.after.trim_start().strip_prefix(',')?).trim_end().trim_end_matches(',');
+        let has_key = further.contains('=') && !further.contains('{');
+        if !self.message.starts_with("unexpected ") || further.is_empty() || has_key {
+            return None;
+        }
+        let (key, first) = match self.key_of_text {
+            "" => self.before.split_once('=')?,
+            key => (key, self.before),
+        };
+        let entries = format!("{},{further}", first.trim());
+        let tuple = entries.strip_prefix('(').and_then(|entries| entries.strip_suffix(')'));
+        let entries = tuple.unwrap_or(&entries);
+        let words: Vec<&str> = entries.split(',').map(str::trim).collect();
+        let list =
+            if words.iter().all(|word| is_word(word)) { format!("\"{}\"", words.join("\", \"")) } else { entries.to_owned() };
+        Some(of_key(key.trim(), &format!("a list stands in brackets: [{list}]")))
+    }
+
+    /// A hint at a line, or the end of a line, that is no part of TOML: `model: "rigid"`, `// steel`.
+    fn line_hint(&self) -> Option<String> {
+        let is_of_line = OF_LINES.into_iter().any(|beginning| self.message.starts_with(beginning));
+        let is_of_end = self.message.starts_with("unexpected key or value");
+        let unexpected = if is_of_line { self.line } else { self.after };
+        let unexpected = Shown(before_comment(unexpected).trim(), 60);
+        let hint = || format!("unexpected `{unexpected}`: a line is one KEY = VALUE or one [TABLE]; a comment begins with #");
+        (is_of_line || is_of_end).then(hint)
+    }
+
+    /// A hint at a list, a table or a text that the line before does not end.
+    fn bracket_hint(&self) -> Option<String> {
+        let missing = match self.message.split(',').next()? {
+            _ if !self.before.trim().is_empty() => return None,
+            "missing comma between array elements" => "`,` or `]`",
+            "missing comma between key-value pairs" | "missing key for inline table element" => "`,` or `}`",
+            _ => return None,
+        };
+        let missing = if is_in_quotes(self.line_before, self.line_before.len()) { "`\"`" } else { missing };
+        Some(format!("a {missing} is missing before this line"))
+    }
+}
+
+/// A problem of a key, or of a file.
+fn of_key(key: &str, problem: &str) -> String {
+    if key.is_empty() { problem.to_owned() } else { format!("{key}: {problem}") }
 }
 
 /// A hint at the first number with commas in a line of `KEY = VALUE`, or in a value.
@@ -30,18 +165,53 @@ fn comma_in(line: &str) -> Option<String> {
     line.split('=').find_map(hint)
 }
 
-/// The value without quotes that covers `offset` of a text.
-fn value_at(text: &str, offset: usize) -> &str {
-    let (before, after) = text.split_at_checked(offset).unwrap_or_default();
-    let start = before.rfind(['=', ',', '[', '{', '\n']).map_or(0, |delimiter| delimiter + 1);
-    let length = after.find([',', ']', '}', '#', '\n']).unwrap_or(after.len());
-    text.get(start..offset + length).unwrap_or_default().trim()
+/// The name of the key whose value stands at the end of `before`, a part of a line.
+fn key_before(before: &str) -> Option<&str> {
+    let (end, _) = before.rmatch_indices('=').find(|(place, _)| !is_in_quotes(before, *place))?;
+    let key = before.get(..end)?.trim_end().trim_end_matches('"');
+    key.rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
 }
 
-/// The name of the key that stands before `offset` of a text, in the same line.
-fn key_before(text: &str, offset: usize) -> Option<&str> {
-    let (key, _) = text.get(..offset)?.rsplit('\n').next()?.rsplit_once('=')?;
-    key.trim_end().trim_end_matches('"').rsplit(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
+/// A part of a line without its comment.
+fn before_comment(line: &str) -> &str {
+    let comment = line.match_indices('#').find(|(place, _)| !is_in_quotes(line, *place));
+    comment.and_then(|(place, _)| line.get(..place)).unwrap_or(line)
+}
+
+/// Whether `place` in a line is after a quote that is not closed before it.
+fn is_in_quotes(line: &str, place: usize) -> bool {
+    line.get(..place).is_some_and(|before| before.matches('"').count() % 2 == 1)
+}
+
+/// A hint at the number to write for one that only TOML refuses: `.5`, `5.`, `−1`.
+fn number_hint(value: &str) -> Option<String> {
+    let number: f64 = value.replace(['−', '–'], "-").parse().ok()?;
+    number.is_finite().then(|| format!("{value} is written as {number}"))
+}
+
+/// A hint at the boolean to write for `True` or `yes`.
+fn boolean_hint(value: &str) -> Option<String> {
+    let boolean = match value.to_ascii_lowercase().as_str() {
+        "true" | "yes" | "on" => "true",
+        "false" | "no" | "off" => "false",
+        _ => return None,
+    };
+    Some(format!("{value} is written as {boolean}"))
+}
+
+/// A hint at the quotes of a text that has none, or curly ones.
+fn quotes_hint(key: &str, value: &str) -> Option<String> {
+    let text = value.trim_matches(['“', '”', '„', '‘', '’', '«', '»', '`']);
+    if text.len() < value.len() {
+        return Some(of_key(key, &format!("text must be in straight quotes: \"{text}\"")));
+    }
+    is_word(value).then(|| of_key(key, &format!("text must be quoted: \"{value}\"")))
+}
+
+/// Whether a value is text without quotes.
+fn is_word(value: &str) -> bool {
+    let begins_as_number = value.starts_with(|c: char| c.is_ascii_digit()) && !value.ends_with(".toml");
+    !begins_as_number && value.contains(char::is_alphabetic) && !value.contains(['"', '\'', '[', ']', '{', '}'])
 }
 
 /// A hint at a value in per cent: the number to write, or why the key is no share.
@@ -59,5 +229,108 @@ fn unit_hint(value: &str) -> Option<String> {
     let unit = number.trim_start_matches(|c: char| c.is_ascii_digit() || "+-._eE".contains(c)).trim_start();
     let has_unit =
         number.starts_with(|c: char| c.is_ascii_digit()) && unit.starts_with(|c: char| c.is_alphabetic() || "%°".contains(c));
-    has_unit.then(|| format!("`{value}`: write the number alone, as its key names the unit"))
+    let is_more = value.ends_with(".toml") || value.contains('=');
+    (has_unit && !is_more).then(|| format!("`{value}`: write the number alone, as its key names the unit"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{SceneSource, builtin};
+
+    /// The problem with the default scene, with other text in place of its line `model = "modal"`.
+    fn problem(line: &str) -> String {
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        let text = text.replacen("model = \"modal\"", line, 1);
+        let refused = SceneSource::parse("scene.toml", &text, &[]).err().map(|refused| refused.to_string()).unwrap_or_default();
+        refused.split(": not TOML: ").last().unwrap_or_default().to_owned()
+    }
+
+    fn assert_problems(cases: &[(&str, &str)]) {
+        for (line, said) in cases {
+            assert_eq!(problem(line), *said, "{line}");
+        }
+    }
+
+    #[test]
+    fn regress_text_without_quotes_is_refused_with_the_text_to_write() {
+        let words =
+            "modal tube Tube two-point finite-element full ibeam newton nan-x inf-x t n _x -abc ./a.toml ~/a.toml 4bar.toml";
+        for word in words.split(' ') {
+            let quoted = format!("text must be quoted: \"{word}\"");
+            assert_eq!(problem(&format!("model = {word}  # a comment")), format!("model: {quoted}"));
+            assert_eq!(problem(&format!("section = {{ outer_m = 1, shape = {word} }}")), format!("shape: {quoted}"));
+            assert_eq!(problem(&format!("changes = [\"a=1\", {word}]")), format!("changes: {quoted}"));
+        }
+        assert_problems(&[
+            ("model = two point", "model: text must be quoted: \"two point\""),
+            ("model = “modal”", "model: text must be in straight quotes: \"modal\""),
+            ("changes = solver.step_s=1", "changes: text must be quoted: \"solver.step_s=1\""),
+            ("changes = [\"a=1\", solver.step_s=1]", "changes: text must be quoted: \"solver.step_s=1\""),
+            ("step_s = pi/2", "`pi/2` is no number, and step_s is in s"),
+        ]);
+    }
+
+    #[test]
+    fn regress_a_list_without_brackets_is_refused_with_the_list_to_write() {
+        assert_problems(&[
+            ("masses_kg = 1, 2", "masses_kg: a list stands in brackets: [1, 2]"),
+            ("resistance_table = [0,0],[5.5,300]  # N", "resistance_table: a list stands in brackets: [[0,0],[5.5,300]]"),
+            ("pulse = { a = 1 }, { a = 2 }", "pulse: a list stands in brackets: [{ a = 1 }, { a = 2 }]"),
+            ("changes = \"a#1\", \"b\",", "changes: a list stands in brackets: [\"a#1\", \"b\"]"),
+            ("changes = a, true, b", "changes: a list stands in brackets: [\"a\", \"true\", \"b\"]"),
+            ("masses_kg = (1, 2)", "masses_kg: a list stands in brackets: [1, 2]"),
+            ("masses_kg = 1,2.5", "masses_kg: a list stands in brackets: [1,2.5]"),
+            ("masses_kg = 1,5", "a number has a decimal point, not a comma: 1.5"),
+            ("masses_kg = 12,000,000", "a number has no commas: 12_000_000 or 1.2e7"),
+            ("masses_kg = 1 kg, 2 kg", "`1 kg`: write the number alone, as its key names the unit"),
+        ]);
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        let given = "slider.resistance_table=[0,0],[5.5,300]".to_owned();
+        let refused = SceneSource::parse("scene.toml", text, &[given]).err().map(|refused| refused.problem).unwrap_or_default();
+        assert_eq!(refused, "not TOML: slider.resistance_table: a list stands in brackets: [[0,0],[5.5,300]]");
+    }
+
+    #[test]
+    fn regress_numbers_and_booleans_of_other_languages_are_refused_with_the_value_to_write() {
+        assert_problems(&[
+            ("step_s = .5", ".5 is written as 0.5"),
+            ("step_s = 5.", "5. is written as 5"),
+            ("step_s = −1", "−1 is written as -1"),
+            ("step_s = 10^-3", "`10^-3` is no number, and step_s is in s"),
+            ("rho_infinity = 1/2", "`1/2` is neither a number nor text in quotes"),
+            ("axial = True", "True is written as true"),
+            ("axial = no", "no is written as false"),
+            ("model = # which?", "model: the value is missing"),
+            ("model = { shape = }", "shape: the value is missing"),
+            ("model == \"modal\"", "extra `=`"),
+            ("model = \"modal\"\nmodel = \"rigid\"", "model is there twice"),
+        ]);
+    }
+
+    #[test]
+    fn regress_lines_of_other_formats_are_refused_with_the_form_of_a_line() {
+        let line = "a line is one KEY = VALUE or one [TABLE]; a comment begins with #";
+        for (text, unexpected) in [
+            ("model: modal", "model: modal"),
+            ("// model = 1", "// model = 1"),
+            ("{", "{"),
+            ("time,torque", "time,torque"),
+            ("model = \"modal\",", ","),
+            ("model = \"modal\" // x = \"#\"  # comment", "// x = \"#\""),
+            ("model = \"modal\" step_s = 1", "step_s = 1"),
+            ("[model]]", "]"),
+        ] {
+            assert_eq!(problem(text), format!("unexpected `{unexpected}`: {line}"));
+        }
+    }
+
+    #[test]
+    fn regress_what_is_not_closed_is_missed_before_the_next_line() {
+        assert_problems(&[
+            ("changes = [1, 2", "a `,` or `]` is missing before this line"),
+            ("section = { shape = \"tube\"", "a `,` or `}` is missing before this line"),
+            ("section = { shape = \"tube }", "a `\"` is missing before this line"),
+            ("section = { shape = \"tube\"\n[slider]", "a `,` or `}` is missing before this line"),
+        ]);
+    }
 }

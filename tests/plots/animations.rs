@@ -120,7 +120,7 @@ fn regress_a_speed_that_shows_no_motion_is_named_with_one_that_does() {
         (0.02, None),
     ] {
         let animation = MechanismPicture::animation("fast", &fast, Some(speed)).unwrap();
-        assert_eq!(animation.warning, said.map(|said| format!("fast: {said}{helps}")));
+        assert_eq!(animation.warning, said.map(|said| format!("{said}{helps}")));
         assert!(animation.caption().starts_with("0.10 s"), "the whole: {}", animation.caption());
     }
     let refused = |topics: &[Named], speed| MechanismPicture::animation("fast", topics, speed).unwrap_err().to_string();
@@ -164,7 +164,7 @@ fn regress_pictures_too_rare_for_a_vibration_are_named_with_a_speed_that_shows_i
     ] {
         let beam = bending(vibration(0.02, 68.4), for_s);
         let animation = MechanismPicture::animation("beam", &beam, speed).unwrap();
-        assert_eq!(animation.warning, said.map(|said| format!("beam: {said}")), "{for_s} s at {speed:?}");
+        assert_eq!(animation.warning, said, "{for_s} s at {speed:?}");
     }
 }
 
@@ -191,7 +191,7 @@ fn prop_slow_and_small_vibrations_and_steady_bending_need_no_more_pictures() {
 }
 
 /// Its pulses make it vibrate at 68 Hz.
-const TUBE: &str = r#"
+pub(super) const TUBE: &str = r#"
 [beam]
 length_m = 0.9
 section = { shape = "tube", outer_m = 0.02, inner_m = 0.017 }

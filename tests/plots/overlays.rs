@@ -5,6 +5,7 @@ use std::path::Path;
 
 use flexcrank::plot::{Axis, Figure, Picture as _, overlaid};
 
+use super::animations::TUBE;
 use super::recording::record;
 use super::{complaint, plot, texts};
 
@@ -199,6 +200,25 @@ fn regress_nodes_of_a_rigid_link_lie_at_their_places() {
     let places = "rod at 1/2 length: node 2 in four.mcap (4 elements), node 1 in rigid.mcap (2 elements)\n";
     assert_eq!(said("nodes.rod.2.x_m"), places);
     assert_eq!(said("nodes.rod.2.deflection_m"), format!("{places}rigid.mcap: no column `nodes.rod.2.deflection_m`\n"));
+}
+
+/// A refusal comes first.
+#[test]
+fn regress_a_warning_of_several_animations_is_printed_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("tube.toml"), TUBE).unwrap();
+    record(at, "tube.toml", "1.2", "short.mcap", &[]);
+    record(at, "tube.toml", "1.4", "long.mcap", &[]);
+    let overlay = |output: &str| {
+        let output = plot(at, &["short.mcap", "long.mcap", "--overlay", "--format", "svg", "-o", output]);
+        (output.status.code(), complaint(&output))
+    };
+    let warning = "warning: short, long: at 0.5 times the real speed, pictures are too rare for the bending of the beam; \
+                   --animation=0.025 shows the motion, with --from and --to at most 0.25 s apart\n";
+    assert_eq!(overlay("out"), (Some(0), warning.to_owned()));
+    let (code, said) = overlay("one.svg");
+    assert!(code == Some(2) && said.starts_with("error: one.svg would hold "), "{said}");
 }
 
 #[test]

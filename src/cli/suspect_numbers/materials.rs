@@ -19,7 +19,8 @@ const LIGHTEST_KG_PER_M3: f64 = 25.0;
 /// Waves √(E/ρ) are slower in foams, m/s. With the density in g/cm³, those of wood have 120 km/s and more, and those of soft
 /// polyethylene 15 km/s.
 const FASTEST_FOAM_WAVE_M_PER_S: f64 = 1e4;
-/// Densities up to here, kg/m³, stand for none, in models of links without mass, and so does a density of 1.
+/// Densities up to here, kg/m³, stand for none, in models of links without mass, and so does a density of 1. Without a shape of the
+/// section, all up to 1 may: density and area then stand for a mass per length.
 const NO_DENSITY_KG_PER_M3: f64 = 0.1;
 const UNIT_DENSITY_KG_PER_M3: f64 = 1.0;
 /// Damping ratios of a link's first bending mode are smaller, except in models of links that hardly vibrate.
@@ -53,7 +54,9 @@ pub(super) fn light_material(link: &Link) -> Option<String> {
     let bar = link.bar?;
     let modulus_pa = meant_modulus(&bar).map_or(bar.youngs_modulus_pa, |(.., meant_pa)| meant_pa);
     let given = bar.density_kg_per_m3;
-    let is_none = given <= NO_DENSITY_KG_PER_M3 || given == UNIT_DENSITY_KG_PER_M3;
+    let has_shape = bar.extreme_fibre_m.is_some();
+    let none_kg_per_m3 = if has_shape { NO_DENSITY_KG_PER_M3 } else { UNIT_DENSITY_KG_PER_M3 };
+    let is_none = given <= none_kg_per_m3 || given == UNIT_DENSITY_KG_PER_M3;
     let is_light = !is_none && given < LIGHTEST_KG_PER_M3;
     let is_stiff = (modulus_pa / given).sqrt() > FASTEST_FOAM_WAVE_M_PER_S;
     let warning = || {

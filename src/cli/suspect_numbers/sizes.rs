@@ -17,20 +17,22 @@ const THICKEST_M: f64 = 10.0;
 /// Rigid cranks up to this size, m, may be discs, and short strips may be wider than long.
 const SMALL_M: f64 = 2.0;
 
-/// Thickness and width of a section, m, after a word that says whether they are exact. A section without a shape counts as a
-/// rectangle: one of the height h has the second moment of area `A h²/12`. Without a second moment, it counts as a square.
-fn section_sizes(bar: &Bar) -> (&'static str, [f64; 2]) {
-    let (about, thickness_m) = match bar.extreme_fibre_m {
+/// Thickness of a section, m, after a word that says whether it is exact. A section without a shape counts as a rectangle: one of
+/// the height h has the second moment of area `A h²/12`. Without a second moment, it counts as a square.
+fn thickness_m(bar: &Bar) -> (&'static str, f64) {
+    match bar.extreme_fibre_m {
         Some(fibre_m) => ("", 2.0 * fibre_m),
         None if bar.second_moment_m4 > 0.0 => ("some ", (12.0 * bar.second_moment_m4 / bar.area_m2).sqrt()),
         None => ("some ", bar.area_m2.sqrt()),
-    };
-    (about, [thickness_m, bar.area_m2 / thickness_m])
+    }
 }
 
 /// A warning of a section that is thicker or wider than its link is long, or thicker than any, as with sizes in mm.
 pub(super) fn no_slender_bar(link: &Link) -> Option<String> {
-    let (about, [thickness_m, width_m]) = section_sizes(&link.bar?);
+    let bar = link.bar?;
+    let (about, thickness_m) = thickness_m(&bar);
+    // Area and second moment alone may stand for stiffness and mass that no rectangle has.
+    let width_m = bar.extreme_fibre_m.map_or(0.0, |_| bar.area_m2 / thickness_m);
     let widest_m = link.length_m.max(SMALL_M);
     let thickest_m = THICKEST_M.min(if link.rigid { widest_m } else { link.length_m });
     let (size_m, direction) = match (thickness_m > thickest_m, width_m > widest_m) {
@@ -76,7 +78,7 @@ fn long_crank(chain: &Chain) -> Option<String> {
 fn long_link(link: &Link) -> Option<String> {
     let [name, given, meant] = [link.name.as_str().to_owned(), figure(link.length_m), figure(1e-3 * link.length_m)];
     let bar = link.bar.filter(|_| !link.rigid);
-    let times = bar.map_or(0.0, |bar| link.length_m / section_sizes(&bar).1[0]);
+    let times = bar.map_or(0.0, |bar| link.length_m / thickness_m(&bar).1);
     let why = if link.length_m > LONGEST_LINK_M {
         "longer than any boom or blade".to_owned()
     } else if THIN.iter().any(|(length_m, ratio)| link.length_m > *length_m && times > *ratio) {

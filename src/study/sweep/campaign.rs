@@ -79,16 +79,17 @@ impl Campaign {
             .chain_update(&base.text);
         let mut campaign = Campaign { columns: columns(&base.scene), spec, base, shared };
         // Values that vary may give an open chain its end.
-        if let Some(accepted) = campaign.try_samples().map_err(|problem| SpecError::new(origin, problem))? {
+        if let Some(accepted) = campaign.first_accepted().map_err(|problem| SpecError::new(origin, problem))? {
             campaign.columns = columns(&accepted.scene);
         }
         Ok(campaign)
     }
 
-    /// The first scene that is accepted, of those of a few samples.
+    /// The first scene that is accepted, of those of a few samples; `None` without samples.
     ///
-    /// A misspelt key is refused in every run: better now than in a table of refusals.
-    fn try_samples(&self) -> Result<Option<SceneSource>, String> {
+    /// # Errors
+    /// A refusal, if all are refused, as a misspelt key is: better now than in a table of refusals.
+    fn first_accepted(&self) -> Result<Option<SceneSource>, String> {
         let tried = TRIED.min(self.runs());
         let mut first = None;
         for place in 0..tried {

@@ -4,12 +4,12 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use toml_edit::Document;
+use toml_edit::{Document, TomlError};
 
 use super::axis::{Axis, Levels};
 use super::sobol;
 use crate::repeated_table::repeated_table;
-use crate::scene::{builtin, toml_problem};
+use crate::scene::{builtin, syntax_problem, toml_problem};
 use crate::shown::Shown;
 use crate::text_file;
 
@@ -192,13 +192,23 @@ fn named(text: &str, span: Range<usize>) -> String {
 
 /// The refusal of a text that is no TOML or has other keys or values.
 fn misread(origin: &str, text: &str, error: &toml::de::Error) -> SpecError {
+    if let Err(error) = Document::parse(text) {
+        return not_toml(origin, text, &error);
+    }
+    let key = || error.span().map(|span| named(text, span)).unwrap_or_default();
+    SpecError {
+        place: error.span().map_or(origin.to_owned(), |span| at_line(origin, text, span.start)),
+        problem: no_list_problem(text, error).unwrap_or_else(|| key() + &toml_problem(error.message())),
+    }
+}
+
+/// The refusal of a text that is no TOML.
+fn not_toml(origin: &str, text: &str, error: &TomlError) -> SpecError {
     let repeated = repeated_table(text, (error.message(), error.span()), |name| LISTS.contains(&name));
     let place = repeated.as_ref().map(|(place, _)| *place).or_else(|| error.span().map(|span| span.start));
-    let key = || error.span().map(|span| named(text, span)).unwrap_or_default();
-    let problem = repeated.map(|(_, problem)| problem).or_else(|| no_list_problem(text, error));
     SpecError {
         place: place.map_or(origin.to_owned(), |place| at_line(origin, text, place)),
-        problem: problem.unwrap_or_else(|| key() + &toml_problem(error.message())),
+        problem: repeated.map_or_else(|| syntax_problem("", text, error), |(_, problem)| problem),
     }
 }
 
@@ -332,5 +342,30 @@ impl RawAxis {
             _ => return refuse("give min and max, with log = true or count where needed; or values alone"),
         };
         Ok(Axis { key: self.key.clone(), levels })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spec;
+
+    #[test]
+    fn regress_text_without_quotes_and_lists_without_brackets_are_refused_with_what_to_write() {
+        let campaign = "scene = \"crank-slider\"\nuntil_s = 0.1\nmethod = \"grid\"\n\
+                        [[vary]]\nkey = \"slider.mass_kg\"\nvalues = [1.0]\n";
+        for (was, is, said) in [
+            ("\"crank-slider\"", "film-cutter.toml", "1: not TOML: scene: text must be quoted: \"film-cutter.toml\""),
+            ("\"crank-slider\"", "thesis-crank-slider", "1: not TOML: scene: text must be quoted: \"thesis-crank-slider\""),
+            ("until_s = 0.1", "set = [model=rigid]", "2: not TOML: set: text must be quoted: \"model=rigid\""),
+            ("until_s = 0.1", "until_s = 0.1 s", "2: not TOML: `0.1 s`: write the number alone, as its key names the unit"),
+            ("\"grid\"", "full", "3: not TOML: method: text must be quoted: \"full\""),
+            ("method = \"grid\"", "until_s = 2", "3: not TOML: until_s is there twice"),
+            ("[1.0]", "1.0, 1.2", "6: not TOML: values: a list stands in brackets: [1.0, 1.2]"),
+            ("[1.0]", "1,5", "6: not TOML: a number has a decimal point, not a comma: 1.5"),
+            ("[1.0]", "12,000,000", "6: not TOML: a number has no commas: 12_000_000 or 1.2e7"),
+        ] {
+            let refused = Spec::parse("test", &campaign.replace(was, is)).err().map(|refused| refused.to_string());
+            assert_eq!(refused, Some(format!("test:{said}")));
+        }
     }
 }

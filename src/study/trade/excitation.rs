@@ -79,7 +79,7 @@ pub enum NoExcitation {
 /// The vibrations of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
-    /// Crank angle at which modes are compared, that of the start, rad.
+    /// Crank angle at which modes are compared, rad: that of the start, or of the balance of a base spring.
     pub angle_rad: f64,
     /// The vibrations, lowest first.
     pub modes: Vec<ExcitedMode>,

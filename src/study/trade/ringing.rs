@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::configuration::{Configuration, Family, frequency};
+use super::configuration::{Configuration, frequency};
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
 use super::output_group::{OutputGroup, scales};
 use super::reference::{self, nominal_s, refinement};
 use super::run::run;
 use super::{LEAST_STEPS, REFERENCE_PART};
-use crate::scene::{Chain, IntegratorKind, ModelKind, Scene};
+use crate::scene::{Chain, End, ModelKind, Scene, System};
 use crate::small_motion::Vibrations;
 
 /// Elements a link of the runs that show whether links ring: the lowest bending of each is right within a thousandth.
@@ -30,9 +30,9 @@ pub(super) struct LongestStep {
 /// Vibrations that the steps of a reference leave out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// What vibrates.
+    /// The part that vibrates; where both do, the base.
     pub part: Ringing,
-    /// Their frequency, Hz: of links, the highest among their lowest bending frequencies.
+    /// Their frequency, Hz: the highest among the lowest bending frequencies of the links and that of the base.
     pub hz: f64,
     /// Their part in the run; `None` if finding out takes too long, or a run for it fails.
     pub errors: Option<Errors>,
@@ -42,7 +42,7 @@ pub struct LeftOut {
     pub budget_s: f64,
 }
 
-/// What may ring.
+/// Parts that may ring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ringing {
     /// A link, bending between its pins.
@@ -69,7 +69,8 @@ impl LongestStep {
     ) -> Self {
         let bending_hz = chain.links.iter().filter(|link| !link.rigid).filter_map(frequency).fold(0.0, f64::max) / TAU;
         let base_hz = base_hz(scene, chain);
-        let (part, hz) = if base_hz > bending_hz { (Ringing::Base, base_hz) } else { (Ringing::Link, bending_hz) };
+        let hz = bending_hz.max(base_hz);
+        let part = if usual_s * LEAST_STEPS * base_hz > 1.0 { Ringing::Base } else { Ringing::Link };
         let halvings = (usual_s * LEAST_STEPS * hz).log2().ceil();
         if halvings <= 0.0 {
             return LongestStep { step_s: usual_s, left_out: None };
@@ -98,19 +99,19 @@ impl LongestStep {
     }
 }
 
-/// The frequency at which a rigid first link vibrates on the base spring, the other links as if rigid, Hz; 0 if there is none.
+/// The frequency at which a rigid first link vibrates on the base spring, Hz; 0 if there is none. With the second link as a rigid body; a
+/// flexible one may follow less, and is left out, which gives an upper bound.
 fn base_hz(scene: &Scene, chain: &Chain) -> f64 {
-    let is_sprung = chain.base.torsion_spring_nm_per_rad > 0.0 && chain.links.first().is_some_and(|first| first.rigid);
-    if !is_sprung {
+    let [first, second] = [0, 1].map(|place| chain.links.get(place));
+    if chain.base.torsion_spring_nm_per_rad == 0.0 || !first.is_some_and(|first| first.rigid) {
         return 0.0;
     }
-    let rigid = Family {
-        model: ModelKind::Rigid,
-        integrator: IntegratorKind::Esdirk,
-        resolution: 0,
-        rigid: vec![true; chain.links.len()],
-        axial: vec![false; chain.links.len()],
-    };
-    let found = Vibrations::of_scene(&rigid.scene(scene, scene.solver.step_s)).ok().flatten();
+    let mut rigid = scene.clone();
+    rigid.solver.model = ModelKind::Rigid;
+    if let (Some(false), System::Chain(chain)) = (second.map(|second| second.rigid), &mut rigid.system) {
+        chain.links.truncate(1);
+        chain.end = End::Free { tip_mass_kg: 0.0 };
+    }
+    let found = Vibrations::of_scene(&rigid).ok().flatten();
     found.and_then(|vibrations| vibrations.frequencies_hz).map_or(0.0, |[_, highest_hz]| highest_hz)
 }

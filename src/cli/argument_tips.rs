@@ -1,0 +1,208 @@
+//! Tips in refusals of the command line: a way on from what was given to what was meant.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use clap::builder::StyledStr;
+use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
+
+use super::client_args::file_hint;
+use super::values::{finite, seconds};
+use crate::decimal_comma::decimal_comma_hint;
+use crate::recording::begins_as_mcap;
+use crate::scene::builtin;
+
+/// Names that other programs have for `--until`.
+const ENDS: [&str; 3] = ["--duration", "--end", "--time"];
+
+/// Adds a way on to an error of the arguments: the commands there are, the place of files, scenes and options, the option for the
+/// end, an option with two dashes, a decimal point, the commands for a file, or a value in one word.
+pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -> clap::Error {
+    let given = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].iter().find_map(|kind| error.get(*kind));
+    let given = given.map(ToString::to_string).unwrap_or_default();
+    let before = words.iter().skip(1).take_while(|word| **word != *given);
+    let innermost = before.fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
+    let command = if innermost.has_subcommands() { innermost } else { root };
+    let (is_option, is_root) = (given.starts_with('-'), innermost.get_name() == root.get_name());
+    let with_options = if is_root { root.find_subcommand("run").unwrap_or(root) } else { innermost };
+    let long = match error.kind() {
+        Kind::UnknownArgument if is_option && !given.starts_with("--") => after_one_dash(with_options, words),
+        // clap reads `-rate` as `-r` with the value `ate`.
+        Kind::ValueValidation => after_one_dash(with_options, words),
+        _ => None,
+    };
+    let place = if is_root { place_of(long.as_deref().unwrap_or(&given)) } else { None };
+    let dashes = long.map(|long| format!("a long option has two dashes: {long}"));
+    let joined = in_one_word(&given, innermost, words);
+    let means_end = ENDS.contains(&given.as_str()) && innermost.get_arguments().any(|arg| arg.get_long() == Some("until"));
+    let tip = match error.kind() {
+        Kind::InvalidSubcommand | Kind::UnknownArgument if place.is_some() => {
+            // clap suggests a command with a similar name.
+            error.remove(ContextKind::SuggestedSubcommand);
+            place
+        }
+        Kind::UnknownArgument if joined.is_some() => joined,
+        Kind::UnknownArgument if dashes.is_some() => dashes,
+        Kind::UnknownArgument if means_end => {
+            // clap suggests `--at`, and shows its usage.
+            error.remove(ContextKind::SuggestedArg);
+            error.insert(ContextKind::Usage, ContextValue::StyledStr(innermost.clone().render_usage()));
+            Some("the option for the end is --until TIME".to_owned())
+        }
+        // After other arguments, a word that is no command counts as one argument too many.
+        Kind::InvalidSubcommand => Some(names(command)),
+        Kind::UnknownArgument if !is_option && innermost.has_subcommands() => Some(names(command)),
+        // clap's tip, to pass an option as a value, seldom helps.
+        Kind::UnknownArgument if is_option && error.get(ContextKind::SuggestedArg).is_none() => Some(String::new()),
+        Kind::ValueValidation => error
+            .get(ContextKind::InvalidValue)
+            .map(ToString::to_string)
+            .and_then(|value| decimal_comma_hint(&value).or_else(|| file_hint(&value).map(|hint| format!("{value} is {hint}"))))
+            .or(dashes),
+        _ => None,
+    };
+    match tip {
+        Some(_) if error.get(ContextKind::SuggestedSubcommand).is_some() => {}
+        Some(tip) if tip.is_empty() => drop(error.remove(ContextKind::Suggested)),
+        Some(tip) => {
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
+        }
+        None => {}
+    }
+    error
+}
+
+/// The place of a first word that is no command: a recording, a table, a scene, or an option of a run.
+fn place_of(word: &str) -> Option<String> {
+    let path = Path::new(word);
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if ending == "mcap" || begins_as_mcap(path) {
+        return Some(format!("a recording stands after a command: flexcrank info {word}, plot {word} or replay {word}"));
+    }
+    if ending == "csv" {
+        return Some(format!("a table stands after a command: flexcrank plot {word}"));
+    }
+    let is_file = word.contains(['.', '/', '\\']) || path.is_file();
+    let belongs_to_run = is_file || word.starts_with('-') || builtin::find(word).is_ok();
+    belongs_to_run.then(|| format!("scenes and options of a run stand after `run`: flexcrank run {word}"))
+}
+
+/// The long option of a command that a word names after one dash: `-until`.
+fn after_one_dash(command: &clap::Command, words: &[OsString]) -> Option<String> {
+    let names = words.iter().filter_map(|word| word.to_str()?.strip_prefix('-'));
+    let mut names = names.map(|name| name.split_once('=').map_or(name, |(name, _)| name));
+    let long = names.find(|name| command.get_arguments().any(|arg| arg.get_long() == Some(*name)))?;
+    Some(format!("--{long}"))
+}
+
+/// A tip for a word that belongs to the one before it: the unit of a time, or a value that needs an equals sign.
+fn in_one_word(given: &str, command: &clap::Command, words: &[OsString]) -> Option<String> {
+    let needs_equals = |option: &str| {
+        let long = option.strip_prefix("--");
+        long.is_some() && command.get_arguments().any(|arg| arg.get_long() == long && arg.is_require_equals_set())
+    };
+    let of_set = |from: usize| {
+        let [set, key, value, next] = [0, 1, 2, 3].map(|k| words.get(from + k).and_then(|word| word.to_str()).unwrap_or("VALUE"));
+        let value = if value == given { value.strip_prefix('=').unwrap_or(value) } else { return None };
+        let value = if value.is_empty() { next } else { value };
+        (set == "--set" && !key.contains('=')).then(|| format!("the value follows an equals sign: --set {key}={value}"))
+    };
+    let of_option = words.windows(2).filter(|pair| pair[1] == *given).find_map(|pair| match pair[0].to_str()? {
+        number if finite(number).is_some() && seconds(&format!("{number}{given}")).is_some() => {
+            Some(format!("a time is written without a space: {number}{given}"))
+        }
+        option if needs_equals(option) => Some(format!("the value follows an equals sign: {option}={given}")),
+        _ => None,
+    });
+    of_option.or_else(|| (0..words.len()).find_map(of_set))
+}
+
+/// The commands of a command.
+fn names(command: &clap::Command) -> String {
+    let names: Vec<&str> = command.get_subcommands().filter(|of| !of.is_hide_set()).map(clap::Command::get_name).collect();
+    format!("the commands are {}", names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsString;
+
+    use super::super::args::Cli;
+    use super::with_tips;
+
+    /// The refusal of a line, with its tip; nothing if it is accepted.
+    fn refusal(line: &str) -> String {
+        let words: Vec<OsString> = std::iter::once("flexcrank").chain(line.split(' ')).map(OsString::from).collect();
+        let mut command = Cli::complete_command();
+        let refused = command.try_get_matches_from_mut(&words).err();
+        refused.map(|error| with_tips(error, &command, &words).to_string()).unwrap_or_default()
+    }
+
+    /// Checks the tips of lines; an empty one stands for none.
+    fn assert_tips(lines: &[(&str, &str)]) {
+        for (line, tip) in lines {
+            let said = refusal(line);
+            let found = said.split_once("tip: ").and_then(|(_, tip)| tip.lines().next()).unwrap_or_default();
+            assert_eq!(found, *tip, "{line}: {said}");
+            assert!(said.matches("tip: ").count() <= 1, "{line}: {said}");
+        }
+    }
+
+    #[test]
+    fn regress_another_name_of_the_end_leads_to_until() {
+        for line in ["run --duration 5", "run arm.toml --time=5", "run --end 5", "trade --duration 1", "response --end 1"] {
+            let said = refusal(line);
+            assert!(said.contains("tip: the option for the end is --until TIME\n") && !said.contains("--at"), "{line}: {said}");
+            assert!(said.contains(" [OPTIONS] [SCENE"), "{line}: {said}");
+        }
+        assert!(!refusal("info take.mcap --duration 5").contains("--until"));
+        assert!(refusal("run --untl 5").contains("'--until'"));
+    }
+
+    #[test]
+    fn regress_a_value_in_two_words_is_refused_with_the_word_to_write() {
+        assert_tips(&[
+            ("pulse crank --torque 5 --duration 50 ms", "a time is written without a space: 50ms"),
+            ("trade crank-slider --budget 4 m", "a time is written without a space: 4m"),
+            ("run crank-slider --until 1.5 min --no-record", ""),
+            ("setpoint crank --hold 10 ms --torque 5", "a time is written without a space: 10ms"),
+            ("list --wait 3s", "the value follows an equals sign: --wait=3s"),
+            ("control crank pause --wait 3s", "the value follows an equals sign: --wait=3s"),
+            ("check arm.toml --set rod.length_m 0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
+            ("check arm.toml --set rod.length_m = 0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
+            ("check arm.toml --set rod.length_m =0.3", "the value follows an equals sign: --set rod.length_m=0.3"),
+            ("pulse crank --torque 5 Nm --duration 1", ""),
+            ("guide bus ms", ""),
+        ]);
+    }
+
+    #[test]
+    fn regress_a_file_or_a_scene_as_first_word_is_told_its_place() {
+        for scene in ["cutter.toml", "crank-slider", "models/cutter", r"models\cutter", "LICENSE-MIT"] {
+            let tip = format!("scenes and options of a run stand after `run`: flexcrank run {scene}");
+            for line in [scene.to_owned(), format!("{scene} --until 3"), format!("{scene} run"), format!("-q {scene}")] {
+                assert_tips(&[(line.as_str(), tip.as_str())]);
+            }
+        }
+        assert_tips(&[
+            (
+                "control.mcap",
+                "a recording stands after a command: flexcrank info control.mcap, plot control.mcap or replay control.mcap",
+            ),
+            ("turn.csv", "a table stands after a command: flexcrank plot turn.csv"),
+            ("chek", "a similar subcommand exists: 'check'"),
+        ]);
+    }
+
+    #[test]
+    fn regress_a_long_option_with_one_dash_is_refused_with_two() {
+        assert_tips(&[
+            ("run -until 3", "a long option has two dashes: --until"),
+            ("run cutter.toml -record=take.mcap", "a long option has two dashes: --record"),
+            ("info take.mcap -quiet", "a long option has two dashes: --quiet"),
+            ("replay take.mcap -rate 2", "a long option has two dashes: --rate"),
+            ("-until 3", "scenes and options of a run stand after `run`: flexcrank run --until"),
+            ("run -u 3", ""),
+        ]);
+    }
+}
