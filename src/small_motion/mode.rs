@@ -215,7 +215,10 @@ impl Identifier {
     fn strain(&mut self, shape: &DVector<Complex<f64>>) -> Strain {
         let mut energies = energies(&self.parts, shape);
         let links = self.figure.shape(self.mechanism.as_mut(), &self.point, shape);
-        links.iter().zip(&self.axial_n).for_each(|(link, axial_n)| take_out_tension(&mut energies, link, axial_n));
+        let befores = std::iter::once(None).chain(links.iter().map(Some));
+        for ((link, before), axial_n) in links.iter().zip(befores).zip(&self.axial_n) {
+            take_out_tension(&mut energies, link, before, axial_n);
+        }
         energies.sort_by(|one, other| other.1.total_cmp(&one.1));
         Strain { whole: energies.iter().map(|(_, energy)| energy).sum(), energies, links }
     }
