@@ -11,6 +11,7 @@ use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError, SIMU
 use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
 use crate::scene::{Drive, ModelKind, Scene, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
+use crate::small_motion::{NormalMode, NormalModes, Subject};
 use crate::study::Table;
 use crate::study::trade::INTERRUPTED;
 use crate::text_file;
@@ -18,6 +19,9 @@ use crate::wire::Topic;
 
 /// The first bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
+/// Natural frequencies that are looked at, and the ratio within which one is near another: they change with the crank's angle.
+const MODES: usize = 12;
+const NEAR: f64 = 1.5;
 /// The column of the torque on the first link.
 const DRIVING_TORQUE: &str = "driving_torque_nm";
 /// The column of the resistance on the slider, which is constant or depends on the crank's angle alone.
@@ -86,7 +90,7 @@ impl Source {
         let [angles, displacements] = ["angles", "displacements"].map(|name| self.topic(name));
         let turning = self.coarse_turning(ys, is_animation);
         let draws_deflections = self.draws_motion_of(displacements, ".deflection_m", ys);
-        let vibration = draws_deflections.then(|| rare_samples(displacements)).flatten();
+        let vibration = draws_deflections.then(|| rare_samples(displacements, |found_hz| self.natural_hz(found_hz))).flatten();
         let draws_accelerations = !is_animation && self.draws_motion_of(angles, ACCELERATION, ys);
         // The other sentences already say that curves of these samples are wrong, and name the rate to begin with.
         let is_coarse = regular_s(angles).and_then(|interval_s| coarse_turning(angles, interval_s)).is_some();
@@ -100,7 +104,7 @@ impl Source {
 
     /// The warning of an animation of it. If samples are too rare for a vibration, pictures are not judged by them.
     pub fn warning_of(&self, animation: &MechanismPicture) -> Option<String> {
-        let is_judged = !animation.misses_vibration || rare_samples(self.displacements()).is_none();
+        let is_judged = !animation.misses_vibration || rare_samples(self.displacements(), |found_hz| found_hz).is_none();
         animation.warning.clone().filter(|_| is_judged)
     }
 
@@ -145,6 +149,23 @@ impl Source {
     fn scene(&self) -> Option<Scene> {
         let text = self.metadata()?.scene?;
         Some(SceneSource::parse(&self.stem, &text, &[]).ok()?.scene)
+    }
+
+    /// The frequency of a vibration that samples suggest, Hz: the same if a natural frequency of the scene at rest is near, or else the next
+    /// above.
+    fn natural_hz(&self, found_hz: f64) -> f64 {
+        let vibrations_hz = || -> Option<Vec<f64>> {
+            let scene = self.scene()?;
+            let start_rad = Subject::new(&scene, None).ok()?.start_rad().ok()?;
+            let modes = NormalModes::new(&scene, start_rad, MODES).ok()?;
+            Some(modes.modes().iter().filter(|mode| mode.is_vibration()).map(NormalMode::frequency_hz).collect())
+        };
+        let Some(vibrations_hz) = vibrations_hz() else { return found_hz };
+        let is_near = |hz: &f64| (found_hz / NEAR..=found_hz * NEAR).contains(hz);
+        if vibrations_hz.iter().any(is_near) {
+            return found_hz;
+        }
+        vibrations_hz.into_iter().find(|hz| *hz > found_hz).unwrap_or(found_hz)
     }
 
     /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if

@@ -24,14 +24,15 @@ const FEWEST: usize = 2;
 /// Where a cubic is compared with a line, over the interval.
 const COMPARED: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// A sentence about the topic `displacements` of a recording if lines between its samples miss vibrations of links.
-pub(super) fn rare_samples(displacements: &Table) -> Option<String> {
+/// A sentence about the topic `displacements` of a recording if lines between its samples miss vibrations of links. `natural_hz` gives
+/// the frequency that a vibration has of which this one was found: beside slow motion, it is found too low.
+pub(super) fn rare_samples(displacements: &Table, natural_hz: impl FnOnce(f64) -> f64) -> Option<String> {
     let interval_s = regular_s(displacements)?;
     let regular = regular_intervals(displacements);
     let missed_hz = |link: &str| Deflection::of(displacements, link)?.missed_hz(&regular, interval_s);
     let missed = |link: String| Some((missed_hz(&link)?, format!("the {link}")));
     let (frequencies_hz, links): (Vec<f64>, Vec<String>) = links(displacements).into_iter().filter_map(missed).unzip();
-    let fastest_hz = frequencies_hz.into_iter().reduce(f64::max)?;
+    let fastest_hz = natural_hz(frequencies_hz.into_iter().reduce(f64::max)?);
     // However uncertain the frequency, twice the recorded rate or more.
     let smooth_s = smooth_s(fastest_hz).min(0.5 * interval_s);
     let how = suggested_rate(smooth_s, EVERY_STEP * interval_s, step_s(displacements)?);
@@ -206,6 +207,11 @@ fn power(values: &[f64], turned_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By the samples alone.
+    fn rare_samples(displacements: &Table) -> Option<String> {
+        super::rare_samples(displacements, |found_hz| found_hz)
+    }
     use crate::plot::SIMULATED_TIME;
 
     /// A rod of 1 m that turns at 2 rad/s and vibrates at 100 Hz with this amplitude, at these steps of these epochs.

@@ -116,9 +116,14 @@ fn positions_in_words(instants_s: &[f64], during: &str) -> String {
     format!("{count} positions in {during}, from {first_s} s (pale) to {last_s} s (dark), {apart} s apart")
 }
 
-/// Names a speed at which the motion is seen, after the reason why it is not. Nothing if no usual speed shows it.
+/// Names a speed at which the motion is seen, after the reason why it is not, or says that none is. Nothing of a recording that is too
+/// short for any.
 fn advice(recorded: &RecordedMotion<'_>) -> String {
-    let Some(Playback { speed, recorded_s, is_whole, .. }) = Playback::showing(recorded) else { return String::new() };
+    let Some(Playback { speed, recorded_s, is_whole, .. }) = Playback::showing(recorded) else {
+        let slowest = Playback::slowest(recorded);
+        let too_fast = slowest.hidden_vibration(recorded).map(|_| format!("; none down to {} shows it", slowest.speed));
+        return too_fast.unwrap_or_default();
+    };
     let range = if is_whole { String::new() } else { format!(", with --from and --to at most {} s apart", shown_s(recorded_s)) };
     format!("; --animation={speed} shows the motion{range}")
 }

@@ -70,20 +70,26 @@ impl Playback {
     /// unless it leaves out a part of the recorded time.
     pub fn suitable(motion: &RecordedMotion<'_>) -> Self {
         let shows_turning = |playback: &Playback| playback.hidden_turning(motion).is_none();
-        let suitable = Playback::usual(motion).find(shows_turning).unwrap_or_else(|| Playback::at(SLOWEST, motion.times));
+        let suitable = Playback::usual(motion).find(shows_turning).unwrap_or_else(|| Playback::slowest(motion));
         let slower = suitable.hidden_vibration(motion).and_then(|_| Playback::showing(motion));
         slower.filter(|slower| slower.is_whole).unwrap_or(suitable)
     }
 
-    /// Plays at the highest usual speed whose pictures show turning and vibrations of all the recorded time, even if only a part
-    /// of it is played.
+    /// Plays at the highest usual speed whose pictures show turning and vibrations of all the recorded time smoothly, even if only a
+    /// part of it is played; or at the least of all, if that shows them roughly.
     pub fn showing(motion: &RecordedMotion<'_>) -> Option<Self> {
         let shows = |played: &Playback| played.hidden_turning(motion).or_else(|| played.hidden_vibration(motion)).is_none();
-        let shows_all = |played: &Playback| {
+        let shows_all = |played: &Playback, most_off: f64| {
             let all = Playback::lasting(f64::INFINITY, played.speed, motion.times);
-            all.hidden_turning(motion).is_none() && motion.missed_links(&all.places, SMOOTH).is_empty()
+            all.hidden_turning(motion).is_none() && motion.missed_links(&all.places, most_off).is_empty()
         };
-        Playback::usual(motion).filter(shows).find(shows_all)
+        let smooth = Playback::usual(motion).filter(shows).find(|played| shows_all(played, SMOOTH));
+        smooth.or_else(|| Some(Playback::slowest(motion)).filter(shows).filter(|played| shows_all(played, ROUGH)))
+    }
+
+    /// Plays at the least speed.
+    pub fn slowest(motion: &RecordedMotion<'_>) -> Self {
+        Playback::at(SLOWEST, motion.times)
     }
 
     /// The reason why turning is not seen; `None` if it is seen.

@@ -131,7 +131,11 @@ fn regress_a_speed_that_shows_no_motion_is_named_with_one_that_does() {
 
 /// A beam of length 2 that does not turn, with its middle so far from the chord at a time.
 fn bending(middle_m: impl Fn(f64) -> f64, for_s: f64) -> [Named; 1] {
-    let times: Vec<f64> = (0..=(for_s / 5e-4).round() as u32).map(|k| 5e-4 * f64::from(k)).collect();
+    sampled(middle_m, for_s, 5e-4)
+}
+
+fn sampled(middle_m: impl Fn(f64) -> f64, for_s: f64, every_s: f64) -> [Named; 1] {
+    let times: Vec<f64> = (0..=(for_s / every_s).round() as u32).map(|k| every_s * f64::from(k)).collect();
     let mut table = Table::default();
     table.push("stamp.sim_time_s", times.clone());
     for node in 0..=2_u32 {
@@ -165,6 +169,18 @@ fn regress_pictures_too_rare_for_a_vibration_are_named_with_a_speed_that_shows_i
         let beam = bending(vibration(0.02, 68.4), for_s);
         let animation = MechanismPicture::animation("beam", &beam, speed).unwrap();
         assert_eq!(animation.warning, said, "{for_s} s at {speed:?}");
+    }
+}
+
+/// Five pictures in a period at the least speed, and fewer than four: no speed was named.
+#[test]
+fn regress_the_least_speed_is_named_where_it_shows_a_vibration_or_said_to_show_none() {
+    let rare = "at 0.01 times the real speed, pictures are too rare for the bending of the beam";
+    let slowest = "--animation=0.001 shows the motion, with --from and --to at most 0.01 s apart";
+    for (frequency_hz, advice) in [(3086.0, slowest), (6000.0, "none down to 0.001 shows it")] {
+        let beam = sampled(|time| 0.02 * (TAU * frequency_hz * time).sin(), 0.5, 2e-5);
+        let animation = MechanismPicture::animation("beam", &beam, Some(0.01)).unwrap();
+        assert_eq!(animation.warning, Some(format!("{rare}; {advice}")), "{frequency_hz} Hz");
     }
 }
 

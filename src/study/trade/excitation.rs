@@ -135,6 +135,7 @@ impl Excitation {
             let Some(place) = branch.places.first().copied().flatten() else { continue };
             found.push((&start.vibrations[place].0, Sums::of(&branch.places, &instants, scales, outputs)));
         }
+        found.sort_by(|(one, _), (other, _)| one.frequency_hz().total_cmp(&other.frequency_hz()));
         found.truncate(VIBRATIONS);
         let all_j: f64 = found.iter().map(|(_, sums)| sums.energy_j).sum();
         let part = |energy_j: f64| if all_j > 0.0 { energy_j / all_j } else { 0.0 };
