@@ -31,7 +31,10 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         Kind::ValueValidation => after_one_dash(with_options, words),
         _ => None,
     };
-    let place = if is_root { place_of(long.as_deref().unwrap_or(&given)) } else { None };
+    let first = long.as_deref().unwrap_or(&given);
+    let is_of_run = |word: &str| with_options.get_arguments().any(|arg| arg.get_long() == word.strip_prefix("--"));
+    let has_place = is_root && (!first.starts_with('-') || is_of_run(first.split('=').next().unwrap_or_default()));
+    let place = if has_place { place_of(first) } else { None };
     let dashes = long.map(|long| format!("a long option has two dashes: {long}"));
     let joined = in_one_word(&given, innermost, words);
     let means_end = ENDS.contains(&given.as_str()) && innermost.get_arguments().any(|arg| arg.get_long() == Some("until"));
@@ -82,7 +85,7 @@ fn place_of(word: &str) -> Option<String> {
     if ending == "csv" {
         return Some(format!("a table stands after a command: flexcrank plot {word}"));
     }
-    let is_file = word.contains(['.', '/', '\\']) || path.is_file();
+    let is_file = word.contains(['.', '/', '\\']) && !path.is_dir() || path.is_file();
     let belongs_to_run = is_file || word.starts_with('-') || builtin::find(word).is_ok();
     belongs_to_run.then(|| format!("scenes and options of a run stand after `run`: flexcrank run {word}"))
 }
@@ -191,6 +194,8 @@ mod tests {
             ),
             ("turn.csv", "a table stands after a command: flexcrank plot turn.csv"),
             ("chek", "a similar subcommand exists: 'check'"),
+            ("--quite", "a similar argument exists: '--quiet'"),
+            ("--versoin", "a similar argument exists: '--version'"),
         ]);
     }
 

@@ -62,7 +62,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["animation", "thesis"])]
     pub overlay: bool,
     /// Animate the mechanism instead: one SVG that moves by itself, at most 10 s long. SPEED is in recorded seconds per second;
-    /// without it, a turn takes two seconds or more.
+    /// without it, the first turn takes two seconds or more.
     #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, value_parser = playing_speed)]
     #[arg(conflicts_with_all = ["x", "y", "title"])]
     pub animation: Option<Option<f64>>,

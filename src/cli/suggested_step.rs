@@ -82,7 +82,7 @@ fn sufficient_step(
                 balanced = balanced.or(Some((step_s, error)));
             }
             Verdict::Unbalanced if step_s == first_s => {
-                reason += &format!("; {first_s} s would suffice for that, but does not keep the energy balance");
+                reason += &format!("; {first_s} s would suffice for that, but diverges or does not keep the energy balance");
             }
             Verdict::Unbalanced => {}
         }

@@ -56,15 +56,18 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
     writeln!(out, "  uncertain by {}", estimate.join(", "))?;
     if let Some(left_out) = study.reference.left_out.filter(|left_out| left_out.counts) {
         let minutes = (left_out.budget_s / 60.0).ceil();
+        let part = match left_out.part {
+            Ringing::Link => "the bending of a link at",
+            Ringing::Base => "vibrations, such as of the base spring, of up to",
+        };
+        let [why, ends] = match left_out.errors {
+            Some(_) => ["which rings as a load begins or ends", "resolves it"],
+            None => ["and there is no time to see whether that rings", "gives that time"],
+        };
+        let hz = left_out.hz;
         writeln!(
             out,
-            "  its steps do not resolve {} some {:.0} Hz,\n  as it rings after a rectangular pulse: so it is uncertain; \
-             --budget {minutes}min resolves it",
-            match left_out.part {
-                Ringing::Link => "the bending of a link at",
-                Ringing::Base => "vibrations, such as of the base spring, of up to",
-            },
-            left_out.hz
+            "  its steps do not resolve {part} some {hz:.0} Hz,\n  {why}: so it is uncertain; --budget {minutes}min {ends}"
         )?;
     }
     writeln!(out)?;

@@ -55,7 +55,7 @@ impl MechanismPicture {
     }
 
     /// The recorded mechanism moving, at `speed` recorded seconds per second; without a speed, at the highest of the usual ones
-    /// at which the motion is seen and a turn takes two seconds or more. A vibration counts if the whole is not too long for it.
+    /// at which the motion is seen and the first turn takes two seconds or more. A vibration counts if the whole is not too long for it.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded, and when there would be a single picture.
@@ -120,8 +120,8 @@ fn positions_in_words(instants_s: &[f64], during: &str) -> String {
 /// short for any.
 fn advice(recorded: &RecordedMotion<'_>) -> String {
     let Some(Playback { speed, recorded_s, is_whole, .. }) = Playback::showing(recorded) else {
-        let slowest = Playback::slowest(recorded);
-        let too_fast = slowest.hidden_vibration(recorded).map(|_| format!("; none down to {} shows it", slowest.speed));
+        let slowest = Playback::slowest_whole(recorded);
+        let too_fast = slowest.hidden_vibration(recorded).map(|_| format!("; none down to {} shows the bending", slowest.speed));
         return too_fast.unwrap_or_default();
     };
     let range = if is_whole { String::new() } else { format!(", with --from and --to at most {} s apart", shown_s(recorded_s)) };

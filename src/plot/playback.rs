@@ -56,7 +56,7 @@ impl Playback {
         Playback { speed, recorded_s, is_whole: end - start < recorded_s + SLACK, places }
     }
 
-    /// Plays at each of the usual speeds at which a turn takes two seconds or more, from the highest to the least of all. If
+    /// Plays at each of the usual speeds at which the first turn takes two seconds or more, from the highest to the least of all. If
     /// nothing turns, the whole takes as long.
     fn usual(motion: &RecordedMotion<'_>) -> impl Iterator<Item = Self> {
         let times = motion.times;
@@ -87,8 +87,13 @@ impl Playback {
         smooth.or_else(|| Some(Playback::slowest(motion)).filter(shows).filter(|played| shows_all(played, ROUGH)))
     }
 
+    /// Plays all of the recorded time at the least speed, however long.
+    pub fn slowest_whole(motion: &RecordedMotion<'_>) -> Self {
+        Playback::lasting(f64::INFINITY, SLOWEST, motion.times)
+    }
+
     /// Plays at the least speed.
-    pub fn slowest(motion: &RecordedMotion<'_>) -> Self {
+    fn slowest(motion: &RecordedMotion<'_>) -> Self {
         Playback::at(SLOWEST, motion.times)
     }
 

@@ -354,6 +354,12 @@ pub(super) fn measure(key: &str) -> Option<String> {
     }
 }
 
+/// Whether a key takes one number.
+pub(super) fn is_number(key: &str) -> bool {
+    let mut keys = TABLES.iter().flat_map(|table| table.keys.iter().map(|key| key.row(table.title)));
+    keys.any(|row| row.key == key && row.kind == "number")
+}
+
 /// The scene reference in Markdown, a table of keys for each table of a scene, as the guide has it.
 pub fn reference_markdown() -> String {
     let section = |table: &Table| {

@@ -76,7 +76,7 @@ impl<'a> Fault<'a> {
 
     /// The remedy for a common mistake.
     fn hint(&self) -> Option<String> {
-        comma_in(self.line)
+        comma_in(before_comment(self.line))
             .or_else(|| share_hint(self.key, self.value()))
             .or_else(|| unit_hint(self.value()))
             .or_else(|| self.value_hint())
@@ -121,9 +121,13 @@ impl<'a> Fault<'a> {
         let tuple = entries.strip_prefix('(').and_then(|entries| entries.strip_suffix(')'));
         let entries = tuple.unwrap_or(&entries);
         let words: Vec<&str> = entries.split(',').map(str::trim).collect();
+        if keys::is_number(key.trim()) {
+            return None;
+        }
         let list =
             if words.iter().all(|word| is_word(word)) { format!("\"{}\"", words.join("\", \"")) } else { entries.to_owned() };
-        Some(of_key(key.trim(), &format!("a list stands in brackets: [{list}]")))
+        let is_toml = format!("list = [{list}]").parse::<toml_edit::DocumentMut>().is_ok();
+        is_toml.then(|| of_key(key.trim(), &format!("a list stands in brackets: [{list}]")))
     }
 
     /// A hint at a line, or the end of a line, that is no part of TOML: `model: "rigid"`, `// steel`.
@@ -144,7 +148,8 @@ impl<'a> Fault<'a> {
             "missing comma between key-value pairs" | "missing key for inline table element" => "`,` or `}`",
             _ => return None,
         };
-        let missing = if is_in_quotes(self.line_before, self.line_before.len()) { "`\"`" } else { missing };
+        let line_before = before_comment(self.line_before);
+        let missing = if is_in_quotes(line_before, line_before.len()) { "`\"`" } else { missing };
         Some(format!("a {missing} is missing before this line"))
     }
 }
@@ -185,8 +190,14 @@ fn is_in_quotes(line: &str, place: usize) -> bool {
 
 /// A hint at the number to write for one that only TOML refuses: `.5`, `5.`, `−1`.
 fn number_hint(value: &str) -> Option<String> {
-    let number: f64 = value.replace(['−', '–'], "-").parse().ok()?;
-    number.is_finite().then(|| format!("{value} is written as {number}"))
+    let number: f64 = value.replace(['−', '–'], "-").parse().ok().filter(|number: &f64| number.is_finite())?;
+    if value.parse::<toml_edit::Value>().is_ok() {
+        // One of another kind, as from a web page.
+        return Some(format!("the space beside {value} is no ordinary one"));
+    }
+    let is_short = number == 0.0 || (1e-5..1e15).contains(&number.abs());
+    let number = if is_short { number.to_string() } else { format!("{number:e}") };
+    Some(format!("{value} is written as {number}"))
 }
 
 /// A hint at the boolean to write for `True` or `yes`.
@@ -282,6 +293,9 @@ mod tests {
             ("masses_kg = 1,2.5", "masses_kg: a list stands in brackets: [1,2.5]"),
             ("masses_kg = 1,5", "a number has a decimal point, not a comma: 1.5"),
             ("masses_kg = 12,000,000", "a number has no commas: 12_000_000 or 1.2e7"),
+            ("masses_kg = 10 000,5", "unexpected `,5`: a line is one KEY = VALUE or one [TABLE]; a comment begins with #"),
+            ("step_s = 0, 25", "unexpected `, 25`: a line is one KEY = VALUE or one [TABLE]; a comment begins with #"),
+            ("masses_kg = 1, 2 # x = 1,5", "masses_kg: a list stands in brackets: [1, 2]"),
             ("masses_kg = 1 kg, 2 kg", "`1 kg`: write the number alone, as its key names the unit"),
         ]);
         let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
@@ -296,6 +310,8 @@ mod tests {
             ("step_s = .5", ".5 is written as 0.5"),
             ("step_s = 5.", "5. is written as 5"),
             ("step_s = −1", "−1 is written as -1"),
+            ("step_s = .21e300", ".21e300 is written as 2.1e299"),
+            ("step_s = \u{a0}2", "the space beside 2 is no ordinary one"),
             ("step_s = 10^-3", "`10^-3` is no number, and step_s is in s"),
             ("rho_infinity = 1/2", "`1/2` is neither a number nor text in quotes"),
             ("axial = True", "True is written as true"),
@@ -328,6 +344,7 @@ mod tests {
     fn regress_what_is_not_closed_is_missed_before_the_next_line() {
         assert_problems(&[
             ("changes = [1, 2", "a `,` or `]` is missing before this line"),
+            ("changes = [1, 2 # 6\" rod", "a `,` or `]` is missing before this line"),
             ("section = { shape = \"tube\"", "a `,` or `}` is missing before this line"),
             ("section = { shape = \"tube }", "a `\"` is missing before this line"),
             ("section = { shape = \"tube\"\n[slider]", "a `,` or `}` is missing before this line"),

@@ -226,7 +226,8 @@ impl Identifier {
     /// The mode named after the part with the largest strain energy, or after its motion where little is strained.
     fn named(&self, eigenvalue: Complex<f64>, shape: DVector<Complex<f64>>, strain: Strain) -> Mode {
         let Strain { energies, whole, links } = strain;
-        let in_base = energies.first().is_some_and(|(part, _)| *part == Part::Base);
+        let held = twice_energy(&self.system.stiffness, &shape).abs();
+        let in_base = energies.first().is_some_and(|(part, _)| *part == Part::Base) && whole >= BROUGHT_BACK * held;
         let decays = eigenvalue.im == 0.0 && eigenvalue.re < 0.0;
         let is_overdamped = decays && (in_base || deformed_part(&links) >= DEFORMED);
         let strained = whole > 0.0 && (whole >= STRAINED * eigenvalue.norm_sqr() || is_overdamped);
@@ -271,16 +272,18 @@ impl RigidPart {
     }
 }
 
-/// Twice the strain energy of each part, `φᴴ K φ`.
+/// Twice the strain energy of each part.
 fn energies(parts: &[(Part, Band)], shape: &DVector<Complex<f64>>) -> Vec<(Part, f64)> {
-    let energy = |stiffness: &Band| -> f64 {
-        let half = |part: fn(&Complex<f64>) -> f64| -> f64 {
-            let x: Vec<f64> = shape.iter().map(part).collect();
-            stiffness.times(&x).iter().zip(&x).map(|(force, x)| force * x).sum()
-        };
-        (half(|x| x.re) + half(|x| x.im)).max(0.0)
+    parts.iter().map(|(part, stiffness)| (*part, twice_energy(stiffness, shape).max(0.0))).collect()
+}
+
+/// `φᴴ K φ`.
+fn twice_energy(stiffness: &Band, shape: &DVector<Complex<f64>>) -> f64 {
+    let half = |part: fn(&Complex<f64>) -> f64| -> f64 {
+        let x: Vec<f64> = shape.iter().map(part).collect();
+        stiffness.times(&x).iter().zip(&x).map(|(force, x)| force * x).sum()
     };
-    parts.iter().map(|(part, stiffness)| (*part, energy(stiffness))).collect()
+    half(|x| x.re) + half(|x| x.im)
 }
 
 #[cfg(test)]
@@ -319,6 +322,17 @@ mod tests {
                 assert_eq!(turning, rotations, "{model}, {base:?}: {names:?}");
             }
         }
+        Ok(())
+    }
+
+    /// Weight brings it back, not a spring that is next to nothing.
+    #[test]
+    fn regress_an_overdamped_swing_is_no_torsion_of_a_weak_spring() -> Result<(), Box<dyn Error>> {
+        let arm = "[beam]\nlength_m = 1.1\nrigid = true\nmass_kg = 2\n[base]\ntorsion_spring_nm_per_rad = 1e-9\n\
+                   damper_nm_s_per_rad = 200\n[gravity]\ny_m_per_s2 = -9.81\n";
+        let subject = Subject::new(&SceneSource::parse("arm.toml", arm, &[])?.scene, None)?;
+        let found = modes(&subject, &subject.at_rest(-std::f64::consts::FRAC_PI_2)?, 2)?;
+        assert_eq!(found.iter().map(Mode::name).collect::<Vec<_>>(), ["chain rotation", "chain rotation 2"]);
         Ok(())
     }
 }

@@ -2,15 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use super::configuration::{Configuration, frequency};
+use super::configuration::{Configuration, Family, frequency};
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
 use super::output_group::{OutputGroup, scales};
 use super::reference::{self, nominal_s, refinement};
 use super::run::run;
 use super::{LEAST_STEPS, REFERENCE_PART};
-use crate::scene::{Chain, End, ModelKind, Scene, System};
-use crate::small_motion::Vibrations;
+use crate::scene::{Chain, IntegratorKind, Link, ModelKind, Scene};
+use crate::small_motion::{NormalMode, NormalModes, Part};
 
 /// Elements a link of the runs that show whether links ring: the lowest bending of each is right within a thousandth.
 const ELEMENTS: usize = 4;
@@ -18,6 +18,11 @@ const ELEMENTS: usize = 4;
 const PART: f64 = 0.5;
 /// A ringing of less than this is left out for a finer mesh: the coarsest that resolves it is no better known.
 const NOTICEABLE: f64 = 1e-4;
+
+/// Modes of a flexible second link beside which a rigid first one vibrates on the base spring, and the least part of a mode's strain
+/// energy in that spring.
+const BASE_MODES: usize = 4;
+const BASE_SHARE: f64 = 0.1;
 
 /// The longest step of a reference, and the vibrations that it leaves out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +43,7 @@ pub struct LeftOut {
     pub errors: Option<Errors>,
     /// Whether a reference that resolves them is better, if there is time for it.
     pub counts: bool,
-    /// Time budget of a study whose reference resolves them, s.
+    /// Time budget of a study whose reference resolves them, s; of one that finds their part, where there is no time for that.
     pub budget_s: f64,
 }
 
@@ -67,7 +72,7 @@ impl LongestStep {
         ((outputs, target), share_s): ((&[OutputGroup], f64), f64),
         progress: &mut dyn FnMut(&Configuration),
     ) -> Self {
-        let bending_hz = chain.links.iter().filter(|link| !link.rigid).filter_map(frequency).fold(0.0, f64::max) / TAU;
+        let bending_hz = chain.links.iter().filter(|link| !link.rigid).filter_map(swinging).fold(0.0, f64::max) / TAU;
         let base_hz = base_hz(scene, chain);
         let hz = bending_hz.max(base_hz);
         let part = if usual_s * LEAST_STEPS * base_hz > 1.0 { Ringing::Base } else { Ringing::Link };
@@ -82,7 +87,8 @@ impl LongestStep {
             progress(configuration);
             run(configuration, scene, grid).ok().map(|(run, _)| run.samples)
         };
-        let is_quick = nominal_s(&resolving, grid) <= PART * share_s;
+        let finding_s = nominal_s(&resolving, grid) / PART;
+        let is_quick = finding_s <= share_s;
         let errors = if is_quick {
             let (without, with) = (samples(&usual), samples(&resolving));
             without.zip(with).map(|(without, with)| Errors::between(&without, &with, &scales(chain, &with)))
@@ -94,24 +100,33 @@ impl LongestStep {
         if counts && needed_s <= share_s {
             return LongestStep { step_s: resolving_s, left_out: None };
         }
-        let left_out = LeftOut { part, hz, errors, counts, budget_s: needed_s / REFERENCE_PART };
+        let budget_s = if is_quick { needed_s } else { finding_s } / REFERENCE_PART;
+        let left_out = LeftOut { part, hz, errors, counts, budget_s };
         LongestStep { step_s: usual_s, left_out: Some(left_out) }
     }
 }
 
-/// The frequency at which a rigid first link vibrates on the base spring, Hz; 0 if there is none. With the second link as a rigid body; a
-/// flexible one may follow less, and is left out, which gives an upper bound.
+/// The frequency of a link's bending between its pins, rad/s; `None` if that is damped beyond critical, `½ ω damping_s ≥ 1`.
+fn swinging(link: &Link) -> Option<f64> {
+    frequency(link).filter(|omega| 0.5 * omega * link.damping_s < 1.0)
+}
+
+/// The highest frequency at which a rigid first link vibrates on the base spring, by `modal` with a few modes of a second link that is
+/// flexible, Hz; 0 if there is none.
 fn base_hz(scene: &Scene, chain: &Chain) -> f64 {
-    let [first, second] = [0, 1].map(|place| chain.links.get(place));
-    if chain.base.torsion_spring_nm_per_rad == 0.0 || !first.is_some_and(|first| first.rigid) {
+    if chain.base.torsion_spring_nm_per_rad == 0.0 || !chain.links.first().is_some_and(|first| first.rigid) {
         return 0.0;
     }
-    let mut rigid = scene.clone();
-    rigid.solver.model = ModelKind::Rigid;
-    if let (Some(false), System::Chain(chain)) = (second.map(|second| second.rigid), &mut rigid.system) {
-        chain.links.truncate(1);
-        chain.end = End::Free { tip_mass_kg: 0.0 };
-    }
-    let found = Vibrations::of_scene(&rigid).ok().flatten();
-    found.and_then(|vibrations| vibrations.frequencies_hz).map_or(0.0, |[_, highest_hz]| highest_hz)
+    let modal = Family {
+        model: ModelKind::Modal,
+        integrator: IntegratorKind::Esdirk,
+        resolution: BASE_MODES,
+        rigid: chain.links.iter().map(|link| link.rigid).collect(),
+        axial: vec![false; chain.links.len()],
+    };
+    let found = NormalModes::new(&modal.scene(scene, scene.solver.step_s), chain.start.angle_rad, 2 * BASE_MODES);
+    let found = found.map(|found| found.modes().to_vec()).unwrap_or_default();
+    let strains_base =
+        |mode: &&NormalMode| mode.mode.shares.iter().any(|share| share.part == Part::Base && share.share > BASE_SHARE);
+    found.iter().filter(strains_base).map(NormalMode::frequency_hz).fold(0.0, f64::max)
 }
