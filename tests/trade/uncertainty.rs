@@ -90,7 +90,7 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
         (Excess::Measured, fails, "", String::new()),
     ] {
         let refusal = Refusal::Tolerance {
-            best: best.clone(),
+            best: Box::new(best.clone()),
             times: 2.078,
             output: OutputGroup::Deflection,
             word: "deflection",
@@ -102,7 +102,7 @@ fn regress_a_refusal_because_of_the_reference_names_the_budget() {
     }
     // A table that the budget ended is no proof.
     let (times, output, excess) = (50.0, OutputGroup::Angle, Excess::Measured);
-    let refusal = Refusal::Tolerance { best: best.clone(), times, output, word: "angle", excess, left_out: 567 };
+    let refusal = Refusal::Tolerance { best: Box::new(best.clone()), times, output, word: "angle", excess, left_out: 567 };
     let expected = format!(
         "no configuration that was measured holds the tolerance: the best, {best}, is 50.000 times over it in angle; with a \
          larger --budget, more are measured (567 skipped)"

@@ -121,7 +121,7 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
         (None, _) => Excess::AtMost { sufficient_budget_s: reference.sufficient_budget_s(outputs, demands.tolerance) },
     };
     Refusal::Tolerance {
-        best: row.configuration.clone(),
+        best: Box::new(row.configuration.clone()),
         times: error / demands.tolerance,
         output,
         word: study.word(output),

@@ -21,7 +21,7 @@ pub enum Refusal {
     /// The tolerance is not known to be met by any, at any speed.
     Tolerance {
         /// The one with the least error that is certain.
-        best: Configuration,
+        best: Box<Configuration>,
         /// Its error over the tolerance.
         times: f64,
         /// The output that errs most.
