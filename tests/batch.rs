@@ -181,6 +181,15 @@ fn regress_a_link_that_bends_too_far_is_told_by_check_and_at_the_end_of_a_run() 
         flexcrank(&[&["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.45"][..], &soft].concat()).output()?;
     let said = String::from_utf8(run.stderr)?;
     assert_eq!((run.status.code(), said.matches("warning: out of the model's range").count()), (Some(0), 1), "{said}");
+    // With its balance off, or diverged, too: then only a step was named.
+    for (modulus, code) in [("1e8", 6), ("3e7", 4)] {
+        let modulus = format!("rod.youngs_modulus_pa={modulus}");
+        let long_step = ["--set", &modulus, "--set", "solver.integrator=generalized-alpha", "--set", "solver.step_s=0.02"];
+        let run = ["run", "crank-slider", "--no-bus", "--no-record", "--pace", "max", "--until", "2"];
+        let run = flexcrank(&[&run[..], &long_step].concat()).output()?;
+        let said = String::from_utf8(run.stderr)?;
+        assert!(run.status.code() == Some(code) && said.contains("warning: out of the model's range"), "{modulus}: {said}");
+    }
     let loaded = [&["check"][..], &soft, &["--set", "slider.resistance_n=20", "--set", "start.angle_rad=0.5"]].concat();
     let out = String::from_utf8(flexcrank(&loaded).output()?.stdout)?;
     assert!(out.contains("frequencies  not computed: the position is singular") && out.contains("does it buckle?"), "{out}");

@@ -98,7 +98,11 @@ impl Source {
         let accelerations = (draws_accelerations && is_new).then(|| rare_accelerations(angles)).flatten();
         let sentences: Vec<String> = [turning, vibration, accelerations].into_iter().flatten().collect();
         let is_what_if = !sentences.is_empty() && self.metadata().is_some_and(|metadata| metadata.is_what_if());
-        let way = if is_what_if { "; this is a what-if: record its original so, and run `what-if` on that" } else { "" };
+        let way = if is_what_if {
+            "; this is a what-if: record its original so (with all, if their steps differ), and run `what-if` on that"
+        } else {
+            ""
+        };
         sentences.into_iter().map(|sentence| format!("{}: {sentence}{way}", self.path.display())).collect()
     }
 

@@ -111,8 +111,7 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
     if lossy && done == ExitStatus::Success {
         done = ExitStatus::Lossy;
     }
-    let is_untrusted = matches!(report.verdict, EnergyVerdict::Unbalanced { .. });
-    if let Some(warning) = beyond_range(report.worst_out_of_range).filter(|warning| warning != warned && !is_untrusted) {
+    if let Some(warning) = beyond_range(report.worst_out_of_range).filter(|warning| warning != warned) {
         say!("warning: {whose}{warning}");
     }
     if let (EnergyVerdict::Unbalanced { worst_j, in_play_j }, ExitStatus::Success | ExitStatus::Lossy) = (report.verdict, done) {

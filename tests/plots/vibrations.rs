@@ -285,7 +285,7 @@ fn regress_plot_of_a_what_if_advises_to_record_its_original() {
     what_if.args(["what-if", "original.mcap", "--set", "tip.mass_kg=0.11", "--record", "run.mcap"]);
     let changed = what_if.current_dir(at).output().unwrap();
     assert_eq!(changed.status.code(), Some(0), "{}", complaint(&changed));
-    let way = "; this is a what-if: record its original so, and run `what-if` on that\n";
+    let way = "; this is a what-if: record its original so (with all, if their steps differ), and run `what-if` on that\n";
     for (column, expected) in [
         ("links.beam.acceleration_rad_per_s2", rare_accelerations("beam", "all").replace('\n', way)),
         ("links.beam.chord_rad", String::new()),

@@ -119,7 +119,7 @@ pub(crate) fn beyond_range(worst_out_of_range: f64) -> Option<String> {
     (bent > 0.0).then(|| format!("out of the model's range: a link was bent by {bent:.1} % of its length"))
 }
 
-/// How that a run is not to be trusted begins.
+/// The beginning of the warning that a run is not to be trusted.
 const DISTRUST: &str = "not to be trusted";
 
 /// Whether a warning is that the energy balance of a run was off.
