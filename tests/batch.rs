@@ -383,3 +383,13 @@ fn regress_an_interrupted_campaign_does_not_threaten_to_lose_its_rows() -> Tried
     assert!(said.contains("press Ctrl-C again to stop at once\n") && !said.contains("loses"), "{said}");
     Ok(())
 }
+
+/// Only `--fixed-cost` rates steps; here the user named the number.
+#[test]
+fn regress_steps_of_a_named_cost_that_leave_too_much_name_a_way_on() -> Tried {
+    let run = ["run", "--no-bus", "--no-record", "--pace", "max", "--until", "0.2", "--set", "solver.corrections=1"];
+    let said = String::from_utf8(flexcrank(&run).output()?.stderr)?;
+    let way = " left more than solver.tolerance: more solver.corrections, or a shorter solver.step_s, leave less\n";
+    assert!(said.contains(way) && !said.contains("rated"), "{said}");
+    Ok(())
+}

@@ -19,6 +19,34 @@ const THIN: [&str; 4] = [
      {start_s=1.5, torque_nm=-1.5, duration_s=0.15, shape=\"raised-cosine\"}]",
 ];
 
+/// A springboard that is struck by pulses that begin at once.
+const BOARD: &str = r#"
+[beam]
+length_m = 2.4
+section = { shape = "rectangle", width_m = 0.3, height_m = 0.03 }
+density_kg_per_m3 = 650.0
+youngs_modulus_pa = 1.2e10
+damping_s = 2e-3
+elements = 6
+[tip]
+mass_kg = 20.0
+[base]
+torsion_spring_nm_per_rad = 1e6
+damper_nm_s_per_rad = 200.0
+[gravity]
+y_m_per_s2 = -9.81
+[start]
+static_equilibrium = true
+[[pulse]]
+start_s = 0.5
+torque_nm = 2000.0
+duration_s = 0.1
+[[pulse]]
+start_s = 2.0
+torque_nm = -3000.0
+duration_s = 0.05
+"#;
+
 /// Runs `check` with these options more; returns standard output and standard error.
 fn checked(scene: &str, overrides: &[String], options: &[&str]) -> Tried<(String, String)> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
@@ -197,5 +225,56 @@ fn prop_a_chaotic_motion_has_a_step_suggested_that_keeps_the_balance() -> Tried 
     let (out, _) = checked(TUMBLES, &chaotic.map(str::to_owned), &["--until", "20"])?;
     let none = "; no step from 0.01 s down to 0.0005 s has a step error of at most 0.01 rad\n";
     assert!(out.contains("sound\n") && out.contains("\n  suggested    0.01 s: at least 12 steps") && out.contains(none), "{out}");
+    Ok(())
+}
+
+/// A pulse that begins at once excites a fast vibration of this board. Steps that resolve its slow swing do not keep the energy balance,
+/// nor do ten halves of them, some of which are beyond the stability limit of `runge-kutta`.
+#[test]
+fn regress_a_step_is_suggested_however_far_it_is_below_that_of_the_slowest_motion() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let board = folder.path().join("board.toml");
+    std::fs::write(&board, BOARD)?;
+    let board = board.to_str().ok_or("no path")?;
+    for own in [&["solver.step_s=2e-5"][..], &["solver.integrator=runge-kutta", "solver.step_s=5e-5"]] {
+        let own: Vec<String> = own.iter().map(|given| (*given).to_owned()).collect();
+        let json: serde_json::Value = serde_json::from_str(&checked(board, &own, &["--until", "4", "--json"])?.0)?;
+        let step_s = json["suggested_step_s"].as_f64().ok_or_else(|| json.to_string())?;
+        assert!((1e-5..=1e-4).contains(&step_s), "{json}");
+        let with_it = [&own[..], &[format!("solver.step_s={step_s}")]].concat();
+        let (out, _) = checked(board, &with_it, &["--until", "4"])?;
+        assert!(out.contains("board.toml: sound\n"), "{out}");
+    }
+    // The usual run reaches both pulses, at steps so short, too.
+    let (out, _) = checked(board, &["solver.step_s=2e-5".to_owned()], &[])?;
+    assert!(!out.contains("alone"), "{out}");
+    Ok(())
+}
+
+/// The incremental model takes one element a link, so that it refused the advice to set more; and links that nothing bends have nodes
+/// enough.
+#[test]
+fn regress_the_links_that_lack_a_node_in_the_middle_are_named_where_that_can_be_mended() -> Tried {
+    let unknown = "not known: the angle is prescribed, and no link";
+    for (scene, more, said) in [
+        ("thesis-crank-slider", ["drive.speed_rad_per_s=3.0"; 3], "of the incremental model has a node in its middle\n"),
+        (
+            "crank-slider",
+            ["drive.speed_rad_per_s=3.0", "crank.elements=1", "rod.elements=1"],
+            "has a node in its middle: set crank.elements and rod.elements to 4\n",
+        ),
+        (
+            "crank-slider",
+            ["drive.speed_rad_per_s=3.0", "crank.rigid=true", "rod.elements=1"],
+            "has a node in its middle: set rod.elements to 4\n",
+        ),
+    ] {
+        let given: Vec<String> = ["pulse=[]"].into_iter().chain(more).map(str::to_owned).collect();
+        let (out, _) = checked(scene, &given, &[])?;
+        assert!(out.contains(&format!("\n  step error   {unknown} {said}")), "{out}");
+    }
+    let still = ["pulse=[]", "drive.speed_rad_per_s=0.0"].map(str::to_owned);
+    let (out, _) = checked("crank-slider", &still, &[])?;
+    assert!(out.contains("\n  step error   none: the motion is prescribed, and no link bends\n"), "{out}");
     Ok(())
 }

@@ -380,3 +380,18 @@ fn regress_a_replay_that_is_paused_says_so() -> Tried {
     assert!(listed.len() == 1 && listed[0]["kind"] == "replay" && listed[0]["state"] == "paused", "{listed:?}");
     Ok(())
 }
+
+#[test]
+fn regress_a_replay_that_is_asked_for_modes_leads_to_its_recording() -> Tried {
+    let endpoint = free_endpoint()?;
+    let replay = ["replay", "recordings/sample-three-pulses.mcap", "--name", "mute", "--start-paused", "--listen", &endpoint];
+    let mut replay = flexcrank(&replay).spawn()?;
+    let asked = flexcrank(&["modes", "--live", "mute", "--connect", &endpoint, "--wait=20s"]).output();
+    replay.kill()?;
+    replay.wait()?;
+    let asked = asked?;
+    let said = String::from_utf8(asked.stderr)?;
+    let way = "error: `mute` is a replay, and computes no modes: `flexcrank modes FILE@TIME` finds ";
+    assert!(asked.status.code() == Some(1) && said.starts_with(way), "{said}");
+    Ok(())
+}

@@ -370,7 +370,7 @@ fn regress_bad_usage_is_refused_with_exit_code_2_and_a_reason() {
         (&["--sweep-ratio", "0.6:0.1:5"], "FROM:TO:N, as in 0.1:0.6:51"),
         (&["--sweep-ratio", "thesis-compressor"], "a scene goes before it"),
         (&["--points", "1"], "a number from 3"),
-        (&["--set", "crank.length_m=0.2"], "rod.length_m = 0.145: must be longer"),
+        (&["--set", "crank.length_m=0.2"], "crank.length_m = 0.2: must be shorter than rod.length_m = 0.145"),
     ] {
         let (code, _, error) = program(args);
         assert_eq!(code, Some(2), "{args:?}: {error}");

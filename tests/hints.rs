@@ -46,8 +46,7 @@ fn regress_a_campaign_warns_once_of_numbers_that_look_like_mistakes() -> Result<
         Ok(path.to_str().ok_or("a path that is no text")?.to_owned())
     };
     let angle = "warning: start.angle_rad = -90 is 14.3 turns: angles are in radians\n";
-    let section =
-        "warning: the rod is no slender bar: its section is some 34.641 m thick, and it is 1.5 m long: lengths are in m\n";
+    let section = "warning: the rod is no slender bar: its section is some 34.641 m thick, and it is 1.5 m long: area_m2 is in m², second_moment_m4 in m⁴\n";
     let listed = campaign("listed.toml", "values = [1e-5, 1e-2, 1e-6, 1e-1, 1]", "")?;
     let (code, said) = flexcrank(&["sweep", &listed])?;
     let more = "warning: likewise 2 more values of rod.second_moment_m4\n";
@@ -348,5 +347,45 @@ fn prop_a_campaign_names_the_change_that_its_scene_refuses() -> Result<(), Box<d
     let (code, said) = flexcrank(&["sweep", path.to_str().ok_or("a path that is no text")?])?;
     let refusal = "set \"solver.model=incremental\": solver.integrator = \"esdirk\": incremental goes with two-point only\n";
     assert!(code == Some(2) && said.ends_with(refusal), "{said}");
+    Ok(())
+}
+
+#[test]
+fn regress_an_oscillator_without_levels_is_not_sent_to_trade_which_takes_none() -> Result<(), Box<dyn Error>> {
+    for option in [["--overrun", "degrade"], ["--shadow", "best"]] {
+        let (code, said) = flexcrank(&[&["run", "thesis-oscillator", "--no-bus", "--no-record"][..], &option].concat())?;
+        let way = "needs a scene with [[level]] tables: those of an oscillator are written by hand (`flexcrank guide scenes`)\n";
+        assert_eq!((code, said), (Some(2), format!("error: thesis-oscillator: {} {way}", option.join(" "))));
+    }
+    Ok(())
+}
+
+/// The model of oscillators computes no chain.
+#[test]
+fn regress_models_are_listed_where_they_can_compute_the_scene() -> Result<(), Box<dyn Error>> {
+    let models = "one of rigid, incremental, modal, finite-element";
+    for given in ["mass-spring", "modl"] {
+        let (code, said) = flexcrank(&["trade", "crank-slider", "--models", given])?;
+        assert!(code == Some(2) && said.contains(models) && !said.contains("finite-element, mass-spring"), "{said}");
+        let (code, said) = flexcrank(&["run", "crank-slider", "--no-bus", "--no-record", "--shadow", given])?;
+        assert!(code == Some(2) && said.contains(&format!("--shadow {given}: must be {models}, or best")), "{said}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_scene_in_place_of_a_recording_is_to_be_run_first() -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let export = ["export", "--csv", folder.path().to_str().ok_or("a path that is no text")?];
+    let resume = ["run", "--no-bus", "--no-record", "--resume"];
+    let what_if = ["what-if", "--set", "slider.mass_kg=2"];
+    for words in [&["info"][..], &["verify"], &export, &resume, &what_if, &["replay", "--listen", "tcp/127.0.0.1:0"], &["plot"]] {
+        let kind = if words[0] == "plot" { "neither a recording nor a table" } else { "not a recording" };
+        let hint = format!("error: crank-slider: {kind}, but a built-in scene: run it first, `flexcrank run crank-slider`\n");
+        assert_eq!(flexcrank(&[words, &["crank-slider"]].concat())?, (Some(1), hint), "{words:?}");
+        let (code, said) = flexcrank(&[words, &["absent.toml"]].concat())?;
+        let hint = format!("error: absent.toml: {kind}, but the name of a scene, and there is no such file: ");
+        assert!(code == Some(1) && said.starts_with(&hint), "{said}");
+    }
     Ok(())
 }

@@ -5,9 +5,26 @@ use std::error::Error;
 use std::path::Path;
 use std::process::Command;
 
+use nalgebra::Complex;
 use serde_json::Value;
 
 type Outcome = Result<(), Box<dyn Error>>;
+
+/// A soft beam on a strong damper.
+const ARM: &str = r#"
+[beam]
+length_m = 0.6
+section = { shape = "rectangle", width_m = 0.03, height_m = 0.002 }
+density_kg_per_m3 = 7850.0
+youngs_modulus_pa = 2.06e11
+modes = 2
+[tip]
+mass_kg = 0.1
+[base]
+damper_nm_s_per_rad = 0.5
+[solver]
+model = "modal"
+"#;
 
 /// Exit code, standard output and standard error.
 fn flexcrank(folder: &Path, line: &str) -> Result<(Option<i32>, String, String), Box<dyn Error>> {
@@ -229,5 +246,49 @@ fn regress_a_mode_keeps_its_name_in_a_coarse_sweep() -> Outcome {
             assert!((hertz - other).abs() <= 1e-6 * hertz, "{name}, step {step}: {other} Hz instead of {hertz}");
         }
     }
+    Ok(())
+}
+
+/// The eigenvalues printed were those of the mechanism alone, which the file does not hold. The mean-acceleration step takes λ to
+/// `g = (1 + λh/2)/(1 − λh/2)`.
+#[test]
+fn val_a_map_of_a_step_is_told_with_the_eigenvalues_of_its_steps() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let two_point = "crank-slider --set solver.integrator=two-point --set solver.weight=0.5";
+    let (code, out, said) = flexcrank(folder.path(), &format!("linearise {two_point} --scheme -o step.json"))?;
+    assert_eq!(code, Some(0), "{said}");
+    let next = out.lines().find_map(|line| line.strip_prefix("  next     ")).ok_or("no next")?;
+    let (exact, by_steps) = next.split_once("; by these steps ").ok_or(next)?;
+    let value = |text: &str| -> Result<Complex<f64>, Box<dyn Error>> {
+        let (re, rest) = text.split_once(" ± ").ok_or(next)?;
+        Ok(Complex::new(re.parse()?, rest.split_once('i').ok_or(next)?.0.parse()?))
+    };
+    let (exact, by_steps) = (value(exact)?, value(by_steps)?);
+    let half = exact * 1e-3;
+    let expected = ((1.0 + half) / (1.0 - half)).ln() / 2e-3;
+    assert!((by_steps - expected).norm() < 1e-5 * expected.norm() && (by_steps.im - exact.im).abs() > 0.1, "{next}: {expected}");
+    assert!(out.lines().any(|line| line.starts_with("  fastest  ") && line.ends_with("; too fast for these steps")), "{out}");
+    Ok(())
+}
+
+/// The ratio of whatever only decays is 1, so that the last point was said to be the most damped.
+#[test]
+fn regress_the_most_damped_point_of_a_decay_is_the_one_where_it_is_fastest() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("arm.toml"), ARM)?;
+    let (code, out, said) = flexcrank(folder.path(), "modes arm.toml --speed 0:60:20")?;
+    assert_eq!(code, Some(0), "{said}");
+    let row = out.lines().find(|line| line.trim_start().starts_with("chain rotation 2")).ok_or_else(|| out.clone())?;
+    assert!(row.trim_end().ends_with(" 0 rad/s"), "{out}");
+    Ok(())
+}
+
+/// The command that is named had lost the changes of the scene.
+#[test]
+fn regress_a_named_command_keeps_the_changes_of_the_scene() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let (code, _, said) = flexcrank(folder.path(), "linearise ref-r3 --set rod.elements=8 --speed 30 -o x.npz")?;
+    let command = "`flexcrank modes ref-r3 --set 'rod.elements=8' --periodic --speed 30`";
+    assert!(code == Some(2) && said.contains(command), "{said}");
     Ok(())
 }

@@ -5,11 +5,12 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use common::{Outcome, Service};
 use flexcrank::bus::{Topic, client};
-use flexcrank::recording::Messages;
+use flexcrank::recording::{Messages, Split};
 use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, ResimulationError, Resumed, resume, verify, what_if};
 use flexcrank::runtime::Pace;
 use flexcrank::scene::SceneSource;
@@ -130,5 +131,59 @@ fn prop_what_if_equals_a_session_recorded_with_the_change() -> Outcome {
     }
     let late = Change { pulses: vec![AddedPulse { start_s: 14.0, ..pulse }], ..Change::default() };
     assert!(matches!(attempt(late, "late.mcap"), Err(ResimulationError::Outside { .. })));
+    Ok(())
+}
+
+/// The second part of a split recording begins seconds after its session.
+#[test]
+fn regress_an_instant_before_a_recording_is_refused_with_its_beginning() -> Outcome {
+    let service = Service::start_as(tempfile::tempdir()?, common::scene(&[])?, Pace::Max, Some(25.0), |live| {
+        live.split = Some(Split::Time(Duration::from_secs(2)));
+    })?;
+    let (_, folder) = service.finish()?;
+    let file = folder.path().join("run-002.mcap");
+    let source = RecordedSession::open(&file)?;
+    let pulses = vec![AddedPulse { start_s: 0.5, torque_nm: 1.0, duration_s: 0.1 }];
+    let what_if = what_if(&source, &Change { pulses, ..Change::default() }, &folder.path().join("what-if.mcap"), &|_| {});
+    for refused in [resume(&source, Some(0.5), &|_| {}).err(), what_if.err()] {
+        let refused = refused.ok_or("not refused")?;
+        let said = refused.to_string();
+        let ResimulationError::Before { first_s, .. } = refused else { return Err(said.into()) };
+        assert!(first_s >= 2.0 && said.contains(": t = 0.5 s is not in the recording, which begins at "), "{said}");
+        let begun = resume(&source, Some(first_s), &|_| {})?;
+        assert!((begun.simulation.time_s() - first_s).abs() < 1e-6, "{first_s} s");
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(["run", "--no-bus", "--no-record", "--until", "25", "--at", "0.5", "--resume"]).arg(&file);
+    let ended = command.stdin(Stdio::null()).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert!(ended.status.code() == Some(2) && said.contains("which begins at "), "{said}");
+    Ok(())
+}
+
+/// In lock-step, a session ends where it began if nobody asks for a step.
+#[test]
+fn regress_a_what_if_of_a_single_instant_does_not_blame_the_steps() -> Outcome {
+    let service = Service::start(common::scene(&[])?, Pace::Lockstep, None, PublishRate::Hz(200.0))?;
+    let (_, folder) = service.stop()?;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(["what-if", "run.mcap", "--set", "solver.balance_tolerance=0.05", "--record", "changed.mcap"]);
+    let ended = command.current_dir(folder.path()).stdin(Stdio::null()).output()?;
+    let printed = String::from_utf8(ended.stdout)?;
+    let last = Some("only the beginning was compared: the recording has no later sample");
+    assert_eq!((ended.status.code(), printed.lines().last()), (Some(0), last), "{printed}");
+    Ok(())
+}
+
+/// An oscillator has displacements, and no angles. Longer steps reach every second sample.
+#[test]
+fn regress_a_what_if_counts_the_samples_of_an_oscillator() -> Outcome {
+    let oscillator = SceneSource::open("thesis-two-masses", &[])?;
+    let step_s = oscillator.scene.solver.step_s;
+    let (_, folder) = Service::start(oscillator, Pace::Max, Some(20.0 * step_s), PublishRate::All)?.finish()?;
+    let change = Change { overrides: vec![format!("solver.step_s={}", 2.0 * step_s)], ..Change::default() };
+    let source = RecordedSession::open(&folder.path().join("run.mcap"))?;
+    let samples = what_if(&source, &change, &folder.path().join("changed.mcap"), &|_| {})?.samples;
+    assert_eq!((samples.all, samples.left_out), (21, 10));
     Ok(())
 }

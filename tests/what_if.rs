@@ -246,6 +246,20 @@ fn regress_a_what_if_whose_steps_reach_no_sample_claims_no_agreement() -> Outcom
     Ok(())
 }
 
+/// Samples every 5 ms, of which steps of 2 ms reach every second one.
+#[test]
+fn regress_a_what_if_whose_steps_miss_samples_says_so_and_names_steps_that_do_not() -> Outcome {
+    let (_, folder) = Service::start(scene(&[])?, Pace::Max, Some(1.0), PublishRate::Hz(200.0))?.finish()?;
+    let warning = "warning: 100 of 201 samples lie between steps of 0.002 s, and are left out: a step that divides 0.005 s, the time \
+                   between samples, reaches all\n";
+    for (step, is_told) in [("0.002", true), ("0.0025", false)] {
+        let change = format!("solver.step_s={step}");
+        let (code, _, said) = told(folder.path(), &["run.mcap", "--set", &change, "--record", &format!("{step}.mcap")])?;
+        assert_eq!((code, said.contains(warning), said.contains("samples lie")), (Some(0), is_told, is_told), "{step}: {said}");
+    }
+    Ok(())
+}
+
 #[test]
 fn regress_a_what_if_that_ends_badly_names_a_remedy() -> Outcome {
     let folder = tempfile::tempdir()?;

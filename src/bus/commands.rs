@@ -60,7 +60,7 @@ pub fn service_commands(
 ) -> Result<Vec<CommandKey>, BusError> {
     let declare = |key, options, decode: fn(Payload) -> Decoded<Request>| {
         let (inbox, submit) = (inbox.clone(), submit.clone());
-        CommandKey::declare(session, key, options, move |payload, reply| match decode(payload) {
+        CommandKey::declare(session, key, options, decode, move |decoded, reply| match decoded {
             Ok((id, request)) => submit(Command { id, request, reply, change: None }),
             Err((id, bad)) => inbox.refuse(id, bad.to_string(), reply),
         })
@@ -85,7 +85,7 @@ pub fn replay_commands(
 ) -> Result<Vec<CommandKey>, BusError> {
     let declare = |key, options, decode: fn(Payload) -> Decoded<replay_control::Action>| {
         let handle = handle.clone();
-        CommandKey::declare(session, key, options, move |payload, reply| match decode(payload) {
+        CommandKey::declare(session, key, options, decode, move |decoded, reply| match decoded {
             Ok((id, action)) => handle(id, action, reply),
             Err((id, bad)) => reply(Reply::refused(id, bad.to_string()).into()),
         })
@@ -94,24 +94,27 @@ pub fn replay_commands(
 }
 
 impl CommandKey {
-    /// Declares a key.
-    fn declare(
+    /// Declares a key. The log tells of refused puts, which get no reply, and of queries beyond the limits of commands.
+    fn declare<T: 'static>(
         session: &Session,
         key: String,
         options: KeyOptions,
-        receive: impl Fn(Payload, ReplyTo) + Clone + Send + Sync + 'static,
+        decode: fn(Payload) -> Decoded<T>,
+        receive: impl Fn(Decoded<T>, ReplyTo) + Clone + Send + Sync + 'static,
     ) -> Result<Self, BusError> {
         let refusal_log = RefusalLog::default();
         let (receive_put, put_key, put_log) = (receive.clone(), key.clone(), refusal_log.clone());
         let put = move |sample: Sample| {
             let refusal_log = put_log.clone();
             let payload = admitted(&put_key, sample.key_expr(), Some(sample.payload()));
-            receive_put(payload, Box::new(move |response| refusal_log.record(&response.reply)));
+            receive_put(decode(payload), Box::new(move |response| refusal_log.record(&response.reply)));
         };
         let own_key = key.clone();
         let query = move |query: Query| {
-            let payload = admitted(&own_key, query.key_expr(), query.payload());
-            if let Err(bad) = &payload {
+            let decoded = decode(admitted(&own_key, query.key_expr(), query.payload()));
+            if let Err((_, bad)) = &decoded
+                && is_beyond_limits(bad)
+            {
                 refusal_log.record(&Reply::refused(String::new(), bad.to_string()));
             }
             let key = own_key.clone();
@@ -119,7 +122,7 @@ impl CommandKey {
                 let (payload, encoding) = (options.encode)(response);
                 answer(&query, &key, payload, encoding);
             };
-            receive(payload, Box::new(reply));
+            receive(decoded, Box::new(reply));
         };
         let queryable = session.declare_queryable(key.clone()).callback(query).wait().map_err(BusError::failed)?;
         let subscriber = options.puts.then(|| session.declare_subscriber(key).callback(put).wait().map_err(BusError::failed));
@@ -147,6 +150,11 @@ pub(crate) fn admitted(own_key: &str, key: &KeyExpr, payload: Option<&ZBytes>) -
         return Err(BadCommand::TooLarge { bytes, limit: PAYLOAD_LIMIT });
     }
     Ok(payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default())
+}
+
+/// Whether a command is refused for its key, its size or the length of its id.
+fn is_beyond_limits(bad: &BadCommand) -> bool {
+    matches!(bad, BadCommand::Key { .. } | BadCommand::TooLarge { .. } | BadCommand::Id { .. })
 }
 
 /// Decodes an admitted payload, splits the message into id and request, and checks the length of the id.

@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::Path;
 
+use clap::ArgAction;
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
 
@@ -12,11 +13,38 @@ use crate::decimal_comma::decimal_comma_hint;
 use crate::recording::begins_as_mcap;
 use crate::scene::builtin;
 
-/// Names that other programs have for `--until`.
-const ENDS: [&str; 3] = ["--duration", "--end", "--time"];
+/// An option by the names that other programs have for it.
+struct Meaning {
+    names: &'static [&'static str],
+    option: &'static str,
+    /// The only command in which the names mean the option; `None` for every command that has it.
+    command: Option<&'static str>,
+    tip: &'static str,
+}
 
-/// Adds a way on to an error of the arguments: the commands there are, the place of files, scenes and options, the option for the
-/// end, an option with two dashes, a decimal point, the commands for a file, or a value in one word.
+const MEANINGS: [Meaning; 3] = [
+    Meaning {
+        names: &["--duration", "--end", "--time"],
+        option: "--until",
+        command: None,
+        tip: "the option for the end is --until TIME",
+    },
+    Meaning {
+        names: &["--at"],
+        option: "--delay",
+        command: Some("pulse"),
+        tip: "the option for the time until the pulse begins is --delay TIME",
+    },
+    Meaning {
+        names: &["--output", "-o"],
+        option: "--record",
+        command: None,
+        tip: "the option for the recording is --record PATH",
+    },
+];
+
+/// Adds a way on to an error of the arguments: the commands there are, the place of files, scenes and options, an option by its name
+/// here, an option with two dashes, a decimal point, the commands for a file, or a value in one word.
 pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -> clap::Error {
     let given = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].iter().find_map(|kind| error.get(*kind));
     let given = given.map(ToString::to_string).unwrap_or_default();
@@ -37,7 +65,13 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
     let place = if has_place { place_of(first) } else { None };
     let dashes = long.map(|long| format!("a long option has two dashes: {long}"));
     let joined = in_one_word(&given, innermost, words);
-    let means_end = ENDS.contains(&given.as_str()) && innermost.get_arguments().any(|arg| arg.get_long() == Some("until"));
+    let meaning = if error.kind() == Kind::UnknownArgument { other_name_tip(&given, innermost, words) } else { None };
+    let suggested = error.get(ContextKind::SuggestedArg).map(ToString::to_string);
+    if meaning.is_some() || suggested.is_some_and(|option| leads_nowhere(&option, innermost, words)) {
+        // clap also shows the usage of what it suggests.
+        error.remove(ContextKind::SuggestedArg);
+        error.insert(ContextKind::Usage, ContextValue::StyledStr(innermost.clone().render_usage()));
+    }
     let tip = match error.kind() {
         Kind::InvalidSubcommand | Kind::UnknownArgument if place.is_some() => {
             // clap suggests a command with a similar name.
@@ -46,12 +80,7 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         }
         Kind::UnknownArgument if joined.is_some() => joined,
         Kind::UnknownArgument if dashes.is_some() => dashes,
-        Kind::UnknownArgument if means_end => {
-            // clap suggests `--at`, and shows its usage.
-            error.remove(ContextKind::SuggestedArg);
-            error.insert(ContextKind::Usage, ContextValue::StyledStr(innermost.clone().render_usage()));
-            Some("the option for the end is --until TIME".to_owned())
-        }
+        Kind::UnknownArgument if meaning.is_some() => meaning.map(str::to_owned),
         // After other arguments, a word that is no command counts as one argument too many.
         Kind::InvalidSubcommand => Some(names(command)),
         Kind::UnknownArgument if !is_option && innermost.has_subcommands() => Some(names(command)),
@@ -73,6 +102,28 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         None => {}
     }
     error
+}
+
+/// The tip for an option by a name that another program has for it, if the command has the option, and it is not given already.
+fn other_name_tip(name: &str, command: &clap::Command, words: &[OsString]) -> Option<&'static str> {
+    let has = |option: &str| command.get_arguments().any(|arg| arg.get_long() == option.strip_prefix("--"));
+    let is_meant = |meaning: &&Meaning| {
+        let is_here = meaning.command.is_none_or(|only| only == command.get_name());
+        meaning.names.contains(&name) && is_here && has(meaning.option) && !is_given(meaning.option, words)
+    };
+    MEANINGS.iter().find(is_meant).map(|meaning| meaning.tip)
+}
+
+/// Whether an option that clap suggests is hidden, or is given already and stands only once.
+fn leads_nowhere(option: &str, command: &clap::Command, words: &[OsString]) -> bool {
+    let suggested = command.get_arguments().find(|arg| arg.get_long() == option.strip_prefix("--"));
+    let stands_once = |arg: &clap::Arg| !matches!(arg.get_action(), ArgAction::Append | ArgAction::Count);
+    suggested.is_some_and(|arg| arg.is_hide_set() || stands_once(arg) && is_given(option, words))
+}
+
+/// Whether an option is among the words, by itself or with its value: `--until=3`.
+fn is_given(option: &str, words: &[OsString]) -> bool {
+    words.iter().filter_map(|word| word.to_str()).any(|word| word.split('=').next() == Some(option))
 }
 
 /// The place of a first word that is no command: a recording, a table, a scene, or an option of a run.
@@ -160,6 +211,34 @@ mod tests {
         }
         assert!(!refusal("info take.mcap --duration 5").contains("--until"));
         assert!(refusal("run --untl 5").contains("'--until'"));
+    }
+
+    #[test]
+    fn regress_another_name_of_an_option_leads_to_it_unless_it_is_given() {
+        let (record, delay) =
+            ("the option for the recording is --record PATH", "the option for the time until the pulse begins is --delay TIME");
+        assert_tips(&[
+            ("run crank-slider --output x.mcap", record),
+            ("run crank-slider -o x.mcap", record),
+            ("what-if take.mcap --output=x.mcap", record),
+            ("pulse crank --torque 3 --duration 10ms --at 0.1", delay),
+            ("pulse crank --torque 3 --duration 10ms --delay 0.2 --at 0.1", ""),
+            ("run crank-slider --record=x.mcap -o y.mcap", ""),
+        ]);
+        assert!(!refusal("replay take.mcap --at 3").contains("pulse begins"));
+    }
+
+    /// clap looks for a similar option among all of a command, hidden ones and those that are given.
+    #[test]
+    fn regress_no_hidden_option_is_suggested_and_none_that_is_given_already() {
+        assert_tips(&[
+            ("run crank-slider --speed 30", ""),
+            ("run --supervise --supervised-recor x.mcap", ""),
+            ("run --until 5 --untl 6", ""),
+            ("run --untl 6", "a similar argument exists: '--until'"),
+            ("run --set solver.step_s=1e-3 --sett rod.modes=3", "a similar argument exists: '--set'"),
+        ]);
+        assert!(refusal("run --count 2 --conut 3").contains(" [OPTIONS] [SCENE]..."));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use super::failure::CommandResult;
 use super::output::{output, print_json};
 use super::progress;
 use super::resting_start::RestingStart;
+use super::run_conclusion::BENDS_FURTHER;
 use super::step_error::StepError;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{OwnRun, slowest_motion, speed_rad_per_s, suggested_step};
@@ -26,7 +27,7 @@ use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene, SceneSource, builtin};
 use crate::simulation::EnergyVerdict;
 use crate::small_motion::{NoModes, Vibrations};
-use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings, shortenings_until};
+use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings_until};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -39,7 +40,7 @@ Frequencies are those of small undamped vibrations about rest at the start posit
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
 The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for \
-    at most 20,000 steps or 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The \
+    at most 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The \
     step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
     deflection in a link's middle. The suggested step resolves the lowest frequency at which a \
@@ -169,7 +170,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         suggested_step_s,
         reason,
         start,
-        shortening: shortening(scene, args.until.map(|until_s| trial.cut_off_s.unwrap_or(until_s))),
+        shortening: shortening(scene, trial.cut_off_s.unwrap_or(length.until_s)),
     };
     bar.finish_and_clear();
     if args.json {
@@ -191,7 +192,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     }
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
-    bent.iter().for_each(|bent| say!("warning: {bent}"));
+    bent.iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));
     match trial.verdict {
         Err(diverged) => {
             say!("error: {diverged}");
@@ -206,11 +207,9 @@ pub(super) fn check(args: &Args) -> CommandResult {
 }
 
 /// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
-/// Over the usual duration, unless another is asked for.
-fn shortening(scene: &Scene, until_s: Option<f64>) -> Vec<ShorteningLine> {
-    let left_out = match (scene.solver.model, until_s) {
-        (ModelKind::Modal, Some(until_s)) => shortenings_until(scene, until_s).unwrap_or_default(),
-        (ModelKind::Modal, None) => shortenings(scene).unwrap_or_default(),
+fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
+    let left_out = match scene.solver.model {
+        ModelKind::Modal => shortenings_until(scene, until_s).unwrap_or_default(),
         _ => Vec::new(),
     };
     let line = |left_out: Shortening| ShorteningLine {
@@ -274,7 +273,7 @@ impl Checked {
         if let Some(remark) = self.lowest_bending_hz.and_then(|bending_hz| bending_beyond_default(bending_hz, *step_s)) {
             writeln!(out, "  published    {remark}")?;
         }
-        self.shortening.iter().try_for_each(|line| writeln!(out, "  shortening   {line}"))
+        self.shortening.iter().try_for_each(|line| writeln!(out, "  shortening   {line}{part}"))
     }
 }
 

@@ -12,7 +12,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::output::output;
 use crate::bus::{self, BusOptions, client};
-use crate::scene::{INTEGRATORS, MODELS, builtin};
+use crate::scene::{INTEGRATORS, MODELS, ModelKind, builtin};
 
 /// Environment variable by which the shell asks for completions.
 const VARIABLE: &str = "FLEXCRANK_COMPLETE";
@@ -57,7 +57,7 @@ pub(super) fn services() -> Vec<CompletionCandidate> {
 }
 
 pub(super) fn models() -> Vec<CompletionCandidate> {
-    MODELS.iter().map(|(word, _)| CompletionCandidate::new(word)).collect()
+    MODELS.iter().filter(|(_, model)| *model != ModelKind::MassSpring).map(|(word, _)| CompletionCandidate::new(word)).collect()
 }
 
 pub(super) fn integrators() -> Vec<CompletionCandidate> {

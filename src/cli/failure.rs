@@ -11,7 +11,7 @@ use crate::files::UnknownFile;
 use crate::guide::UnknownChapter;
 use crate::integrate::StepError;
 use crate::plot::PlotError;
-use crate::recording::RecordingError;
+use crate::recording::{RecordingError, has_checkpoint};
 use crate::resimulation::ResimulationError;
 use crate::scene::SceneError;
 use crate::service::ServiceError;
@@ -82,6 +82,20 @@ impl From<SceneError> for Failure {
     }
 }
 
+impl From<ResimulationError> for Failure {
+    fn from(error: ResimulationError) -> Self {
+        let text = format!("{}{}", in_full(&error), checkpoint_hint(&error));
+        if error.is_usage() { Failure::Usage(text) } else { Failure::Failed(text) }
+    }
+}
+
+/// The way to a checkpoint that stands in the chunk in which a recording ends, and nowhere else; nothing if there is none.
+fn checkpoint_hint(error: &ResimulationError) -> String {
+    let ResimulationError::NothingToResume(path) = error else { return String::new() };
+    let way = RecordingError::cut_chunk_hint(path).filter(|_| has_checkpoint(path));
+    way.map_or(String::new(), |way| format!("; the file ends early: {way}"))
+}
+
 /// Declares for each error type which of its errors mean that the request is wrong.
 macro_rules! usage {
     ($($error:ty: $is_usage:expr),* $(,)?) => {$(
@@ -109,7 +123,6 @@ usage! {
     RecordingError: |error| {
         matches!(error, RecordingError::Column { .. } | RecordingError::Absent { .. } | RecordingError::Outside { .. })
     },
-    ResimulationError: ResimulationError::is_usage,
     ServiceError: |error| matches!(error, ServiceError::NoTopic { .. } | ServiceError::PastTheEnd { .. }),
     StepError: |_| false,
     SweepError: |error| matches!(error, SweepError::Spec(_) | SweepError::Scene(_) | SweepError::TableName(_)),

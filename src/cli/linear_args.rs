@@ -53,9 +53,10 @@ impl LinearArgs {
     fn refused(&self, refusal: NoModes) -> Failure {
         let (NoModes::NotSteady, Some(speed)) = (&refusal, self.speed) else { return refusal.into() };
         let scene = &self.subject.target;
+        let overrides = self.subject.overrides.iter().map(|given| format!(" --set '{given}'")).collect::<String>();
         Failure::Usage(format!(
             "only one link without weight turns steadily; others turn periodically: \
-             `flexcrank modes {scene} --periodic --speed {speed}`"
+             `flexcrank modes {scene}{overrides} --periodic --speed {speed}`"
         ))
     }
 

@@ -1,6 +1,9 @@
 //! `linearise`: the state space of small motion, as a file.
 
+use std::f64::consts::PI;
 use std::io::Write as _;
+
+use nalgebra::Complex;
 
 use super::aligned_table::figure;
 use super::exit_status::ExitStatus;
@@ -25,6 +28,9 @@ Examples:
 The file holds A, B, C and D of  dx/dt = A x + B u,  y = C x + D u  with the names of the states x, the inputs u and the outputs y, the \
     outputs' values `at` the state, and the sampling interval `dt`. All of x, u and y are differences from that state. The extension \
     chooses the format: .json, .m (MATLAB, Octave), .py or .npz (NumPy arrays).
+
+The slowest and the fastest eigenvalue are printed. With --scheme, ln(g)/dt stands beside each, with that eigenvalue g of A which is \
+    nearest to the exact one. A motion with |λ| dt > π is too fast for these steps.
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. An instant of a \
     recording counts as though it stood still.
@@ -60,18 +66,24 @@ pub(super) fn linearise(args: &Args) -> CommandResult {
         writeln!(out, "  {what:<8} {:>4}  {}", names.len(), some(names))?;
     }
     writeln!(out, "  time     {time}")?;
-    for (what, eigenvalue) in linear.ends()? {
-        writeln!(out, "  {what:<8} {eigenvalue}")?;
+    let multipliers = if args.scheme && space.states.len() <= EIGENVALUES { space.multipliers() } else { Vec::new() };
+    for (what, exact, name) in linear.ends()? {
+        let by_scheme = by_scheme(&multipliers, exact, args.step_s(&linear));
+        writeln!(out, "  {what:<8} {}{name}{by_scheme}", shown(exact))?;
     }
     writeln!(out, "{}", args.output.path().display())?;
     Ok(ExitStatus::Success)
 }
 
 impl Args {
+    fn step_s(&self, linear: &Linear) -> f64 {
+        self.step.unwrap_or(linear.chosen.source.scene.solver.step_s)
+    }
+
     /// The state space in the time asked for, and that in words.
     fn in_time(&self, linear: &Linear) -> CommandResult<(StateSpace, String)> {
         let solver = &linear.chosen.source.scene.solver;
-        let step_s = self.step.unwrap_or(solver.step_s);
+        let step_s = self.step_s(linear);
         let bar = elapsed("discretising");
         let found = match (self.scheme, self.step) {
             (true, _) => {
@@ -90,24 +102,36 @@ impl Args {
 }
 
 impl Linear {
-    /// The slowest and the fastest motion.
-    fn ends(&self) -> CommandResult<Vec<(&'static str, String)>> {
+    /// The slowest and the fastest motion of the mechanism: its eigenvalue, and the name where it is known.
+    fn ends(&self) -> CommandResult<Vec<(&'static str, Complex<f64>, String)>> {
         let mut ends = Vec::new();
         // Of a chain that turns freely, the slowest is 0, and the next one tells more.
         for (what, mode) in ["slowest", "next"].into_iter().zip(modes(&self.chosen.subject, &self.point, 2)?) {
-            ends.push((what, format!("{}, {}", eigenvalue(mode.eigenvalue.re, mode.eigenvalue.im), mode.name())));
+            ends.push((what, mode.eigenvalue, format!(", {}", mode.name())));
             if mode.eigenvalue.norm() > 0.0 {
                 break;
             }
         }
         if self.space.states.len() <= EIGENVALUES {
-            ends.extend(self.space.eigenvalues().last().map(|fastest| ("fastest", eigenvalue(fastest.re, fastest.im))));
+            ends.extend(self.space.eigenvalues().last().map(|fastest| ("fastest", *fastest, String::new())));
         }
         Ok(ends)
     }
 }
 
-fn eigenvalue(re: f64, im: f64) -> String {
+/// The eigenvalue `ln(g)/h` that steps of h give a motion, g being the multiplier of a step nearest to `exp(λh)`: of fast motion, that is
+/// no longer its own. Without multipliers, and of motion that goes on as it is, there is nothing to say.
+fn by_scheme(multipliers: &[Complex<f64>], exact: Complex<f64>, step_s: f64) -> String {
+    let ideal = (exact * step_s).exp();
+    let nearest = multipliers.iter().min_by(|one, other| (*one - ideal).norm().total_cmp(&(*other - ideal).norm()));
+    match nearest.filter(|_| exact.norm() > 0.0) {
+        Some(_) if exact.norm() * step_s > PI => "; too fast for these steps".to_owned(),
+        Some(nearest) => format!("; by these steps {}", shown(nearest.ln() / step_s)),
+        None => String::new(),
+    }
+}
+
+fn shown(Complex { re, im }: Complex<f64>) -> String {
     if im == 0.0 { format!("{} 1/s", figure(re)) } else { format!("{} ± {}i 1/s", figure(re), figure(im.abs())) }
 }
 

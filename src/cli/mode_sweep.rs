@@ -115,7 +115,12 @@ impl Swept {
                 continue;
             };
             let at = |value: f64| format!("{}{unit}", figure(value));
-            let most = self.along(branch).max_by(|one, other| one.1.damping_ratio().total_cmp(&other.1.damping_ratio()));
+            // The ratio of whatever only decays is 1.
+            let by_damping = |one: &Mode, other: &Mode| {
+                let decay = other.eigenvalue.re.total_cmp(&one.eigenvalue.re);
+                one.damping_ratio().total_cmp(&other.damping_ratio()).then(decay)
+            };
+            let most = self.along(branch).max_by(|one, other| by_damping(one.1, other.1));
             let damped = most.map(|(value, mode)| [damping(&mode.into()), at(value)]).unwrap_or_default();
             let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
             rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), damped.to_vec()].concat());

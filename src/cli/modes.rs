@@ -23,10 +23,11 @@ use super::signals::Interruption;
 use super::small_motion_args::{Chosen, SubjectArgs, range};
 use super::values::count;
 use super::written::{draw, write_table};
-use crate::bus::{self, Name, client};
+use crate::bus::{self, BusError, Name, Session, client};
 use crate::plot;
 use crate::shown::shown_s;
 use crate::small_motion::{LiveModes, Mode, ModeReport, NoModes, is_uncertain, modes as find};
+use crate::wire::status::State;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -40,7 +41,8 @@ Examples:
   flexcrank modes crank-slider --periodic --speed 10:20:2 --over slider.mass_kg=0.1:0.5:0.2 --plot chart
 
 The state is at rest at a crank angle, bent by weight and constant loads, in balance with a torque on the crank. One link without \
-    weight may also turn steadily (--speed): the frequencies are those in the frame that turns along. An instant of a recording \
+    weight may also turn steadily (--speed): the frequencies are those in the frame that turns along, as though a base spring turned \
+    along, too. An instant of a recording \
     counts as though it stood still: in motion, only what vibrates much faster than the mechanism moves means something.
 
 A mode is named by the part that holds most of its strain energy, and numbered in the order of |λ|, the size of its eigenvalue: \
@@ -256,7 +258,7 @@ fn live(args: &Args, name: &Name) -> CommandResult {
     // While it waits for the service, a signal ends it.
     let _waiting = Interruption::watch()?;
     let session = args.client.open_to_read(name)?;
-    let answer = client::modes(&session, name, args.count, PATIENCE);
+    let answer = client::modes(&session, name, args.count, PATIENCE).map_err(|error| unanswered(&session, name, error));
     bus::close(&session)?;
     let answer = answer?;
     let found: LiveModes = serde_json::from_slice(&answer)
@@ -269,6 +271,17 @@ fn live(args: &Args, name: &Name) -> CommandResult {
     writeln!(output(), "{name}: step {}, t = {} s, crank turning at {turning} rad/s", found.step, shown_s(found.sim_time_s))?;
     print_modes(&found.modes)?;
     Ok(ExitStatus::Success)
+}
+
+/// The failure of a question for modes. That of a replay, which does not answer, names the way to an instant of its recording.
+fn unanswered(session: &Session, name: &Name, error: BusError) -> Failure {
+    let state = || client::snapshot(session, name)?.status.map(|status| status.state());
+    match error {
+        BusError::NoReply(_) if state() == Some(State::Replaying) => Failure::Failed(format!(
+            "`{name}` is a replay, and computes no modes: `flexcrank modes FILE@TIME` finds those of an instant of its recording"
+        )),
+        error => error.into(),
+    }
 }
 
 /// Prints the modes of one point.

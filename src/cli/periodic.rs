@@ -7,6 +7,7 @@ use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_writable};
+use super::formatting::counted;
 use super::mode_figures::percent;
 use super::modes::Args;
 use super::output::{output, print_json};
@@ -204,8 +205,16 @@ impl Chart<'_> {
         }
         print(&rows, 1)?;
         let faster = found.modes.len() - resolved().count();
-        if faster > 0 {
-            writeln!(out, "  {faster} more modes are too fast for these steps")?;
+        match faster {
+            0 => {}
+            _ if found.is_known() => writeln!(out, "  {faster} more modes are too fast for these steps")?,
+            _ => {
+                writeln!(out, "  no multiplier is known: the motion was found with these steps alone, so that none has an error")?
+            }
+        }
+        if found.gone > 0 {
+            let multipliers = counted(found.gone as u64, "more multiplier");
+            writeln!(out, "  {multipliers} below 1e-6: such motion is gone after a turn")?;
         }
         for unstable in found.unstable() {
             let share = unstable.mode.shares.first().map(|share| percent(share.share)).unwrap_or_default();
@@ -214,7 +223,13 @@ impl Chart<'_> {
         }
         match &found.scheme {
             Some(Ok(scheme)) => {
-                let verdict = if found.scheme_adds_growth() { "is unstable" } else { "adds less than 1 % of growth" };
+                let grows = found.unstable().next().is_some();
+                let verdict = match (found.is_known(), found.scheme_adds_growth()) {
+                    (false, _) => "is not judged",
+                    (true, true) if grows => "adds more than 1 % of growth",
+                    (true, true) => "is unstable",
+                    (true, false) => "adds less than 1 % of growth",
+                };
                 let step = figure(1e3 * scheme.cycle.step_s());
                 writeln!(out, "  {} at {step} ms {verdict}: |ρ| up to {:.6}", self.integrator, scheme.largest.value.norm())?;
             }
@@ -337,8 +352,9 @@ fn ranges(speeds: &[f64], found: &[Found]) -> Vec<Range> {
     let mut ranges: Vec<Range> = Vec::new();
     let mut open = false;
     for (speed, found) in speeds.iter().zip(found) {
-        let first = found.as_ref().and_then(|found| found.as_ref().ok()?.unstable().next());
-        let Some(unstable) = first else {
+        let size = |mode: &PeriodicMode| mode.multiplier.value.norm();
+        let most = |modes: &PeriodicModes| modes.unstable().max_by(|one, other| size(one).total_cmp(&size(other))).cloned();
+        let Some(unstable) = found.as_ref().and_then(|found| most(found.as_ref().ok()?)) else {
             open = false;
             continue;
         };

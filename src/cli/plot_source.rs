@@ -8,7 +8,7 @@ use super::sample_intervals::regular_s;
 use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
 use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError, SIMULATED_TIME};
-use crate::recording::{RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
+use crate::recording::{RecordingError, RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
 use crate::scene::{Drive, ModelKind, Scene, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::small_motion::{NormalMode, NormalModes, Subject};
@@ -48,7 +48,8 @@ impl Source {
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = has_extension_of_recordings(path) || begins_as_mcap(path);
-        if let Some(hint) = scene_hint(path).or_else(|| picture_hint(path).filter(|_| !recorded)) {
+        let picture = || picture_hint(path).filter(|_| !recorded);
+        if let Some(hint) = scene_hint(path).or_else(picture).or_else(|| RecordingError::absent_scene_hint(path)) {
             return Err(Failure::Failed(format!("{}: neither a recording nor a table, but {hint}", path.display())));
         }
         let (mut tables, whole) = if recorded {

@@ -62,7 +62,7 @@ fn describe(loss: &Loss, span_s: f64) -> Vec<String> {
         lines.push(format!("{} messages whose topic is unknown", loss.orphans));
     }
     if loss.cut_off {
-        lines.push(format!("all after {span_s:.3} s: the file was not closed, or was cut off"));
+        lines.push(format!("all after {span_s:.3} s: the file is still being recorded, or was cut off"));
     }
     lines
 }

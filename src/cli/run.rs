@@ -27,7 +27,7 @@ use crate::nearest::did_you_mean;
 use crate::recording::{RecordingError, Split, paths};
 use crate::resimulation::BestLevelRun;
 use crate::runtime::{Ending, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
-use crate::scene::{IntegratorKind, MODELS, SceneError, SceneSource};
+use crate::scene::{IntegratorKind, MODELS, ModelKind, SceneError, SceneSource};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation, SecondRun};
 use crate::simulation::PublishRate;
 
@@ -74,7 +74,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         served
     })?;
     status_line.clear();
-    let done = conclude(&reports, &status_line.warnings(), remedy);
+    let done = conclude(&reports, &status_line.warnings(), remedy, args.fixed_cost);
     let unfinished = reports.iter().any(|report| report.ending == Ending::Stopped);
     let early = args.until.is_some() && was_interrupted.get() && unfinished;
     if early {
@@ -219,9 +219,12 @@ fn second_run(scene: &SceneSource, model: &str) -> CommandResult<SecondRun> {
         let run = BestLevelRun::new(scene).map_err(|refused| scene.refusal(refused.key, refused.to_string()))?;
         return Ok(SecondRun::BestLevel(Box::new(run)));
     }
-    let kind = MODELS.iter().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
+    // No chain has the model of oscillators.
+    let is_chain = scene.scene.chain().is_some();
+    let models = || MODELS.iter().filter(move |(_, kind)| !is_chain || *kind != ModelKind::MassSpring);
+    let kind = models().find(|(word, _)| *word == model).map(|(_, kind)| *kind);
     let Some(kind) = kind else {
-        let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
+        let words: Vec<&str> = models().map(|(word, _)| *word).collect();
         let near = did_you_mean(model, words.iter().copied().chain([BEST]));
         return Err(Failure::Usage(format!("--shadow {model}: must be one of {}, or {BEST}{near}", words.join(", "))));
     };

@@ -91,7 +91,8 @@ pub(super) struct Args {
     /// At every flush, wait until the data is on the disk: a power failure loses no more either.
     #[arg(long, conflicts_with = "no_record")]
     pub fsync: bool,
-    /// Record into numbered parts of this size or recorded time: 500MB, 10min. Each part is complete by itself.
+    /// Record into numbered parts of at least this size or recorded time: 500MB, 10min. A part ends soon after the flush that
+    /// reaches it, and is complete by itself.
     #[arg(long, value_name = "SIZE|TIME", conflicts_with = "no_record", value_parser = split)]
     pub split: Option<Split>,
     /// Stop recording before it exceeds this size, all parts together; the simulation goes on: 2GB.

@@ -14,6 +14,9 @@ use crate::wire::Angles;
 /// The fate of samples that found a queue full.
 const LOST: &str = "dropped because bus or disk could not keep up";
 
+/// The way to a model in whose range links bend further.
+pub(super) const BENDS_FURTHER: &str = "links may bend further with `--set solver.model=finite-element`";
+
 /// The way to a better step, as far as it suits all scenes: no step is suggested for the incremental model, and `trade` takes no
 /// oscillator.
 pub(super) fn step_remedy<'a>(mut scenes: impl Iterator<Item = &'a Scene> + Clone) -> Option<&'static str> {
@@ -29,10 +32,11 @@ pub(super) fn step_remedy<'a>(mut scenes: impl Iterator<Item = &'a Scene> + Clon
 }
 
 /// Prints how each service ended and what it recorded; for several, only what is out of the ordinary. `warned` is the warning of each
-/// that was printed before. `remedy` is printed after a run that diverged or is not to be trusted.
-pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option<&str>) -> ExitStatus {
+/// that was printed before. `remedy` is printed after a run that diverged or is not to be trusted. `is_rated` says whether
+/// `--fixed-cost` chose the corrections of steps.
+pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option<&str>, is_rated: bool) -> ExitStatus {
     let many = reports.len() > 1;
-    let done = reports.iter().zip(warned).map(|(report, warned)| conclude_one(report, many, warned));
+    let done = reports.iter().zip(warned).map(|(report, warned)| conclude_one(report, (many, is_rated), warned));
     let done = done.max_by_key(|done| severity(*done)).unwrap_or(ExitStatus::Success);
     if many {
         let written: Vec<&Written> = reports.iter().flat_map(|report| report.recordings.iter().flatten()).collect();
@@ -41,6 +45,9 @@ pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option
             if written.is_empty() { String::new() } else { format!("; recorded {messages} messages to {} files", written.len()) };
         say!("{} runs ended{recorded}", reports.len());
         warn_of_losses(reports);
+    }
+    if reports.iter().any(|report| report.worst_out_of_range > 0.0) {
+        say!("{BENDS_FURTHER}");
     }
     match (done, remedy) {
         (ExitStatus::Diverged, Some(remedy)) => say!("{remedy}"),
@@ -74,7 +81,16 @@ fn severity(done: ExitStatus) -> u8 {
     }
 }
 
-fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
+/// What is said of steps of fixed cost that left more than the tolerance, with the way to fewer of them.
+fn unconverged(steps: u64, is_rated: bool) -> String {
+    let what = match is_rated {
+        true => "they are less exact than rated; more solver.corrections in place of --fixed-cost, or a shorter step, leave less",
+        false => "more solver.corrections, or a shorter solver.step_s, leave less",
+    };
+    format!("{} of fixed cost left more than solver.tolerance: {what}", counted(steps, "step"))
+}
+
+fn conclude_one(report: &LiveReport, (many, is_rated): (bool, bool), warned: &str) -> ExitStatus {
     if let (Some(Angles { stamp: Some(stamp), links, .. }), false) = (&report.angles, many) {
         let angles: Vec<String> = links.iter().map(|link| format!("{} at {:.9} rad", link.link, link.chord_rad)).collect();
         say!("t = {} s: {}", shown_s(stamp.sim_time_s), angles.join(", "));
@@ -96,10 +112,7 @@ fn conclude_one(report: &LiveReport, many: bool, warned: &str) -> ExitStatus {
         say_reason!("warning: {} {LOST}", counted(report.dropped, "sample"));
     }
     if report.unconverged > 0 {
-        say!(
-            "warning: {whose}{} steps of fixed cost left more than solver.tolerance: they are less exact than rated",
-            report.unconverged
-        );
+        say!("warning: {whose}{}", unconverged(report.unconverged, is_rated));
     }
     for recording in &report.recordings {
         let is_part = recording.as_ref().map_or(true, |written| written.limited);

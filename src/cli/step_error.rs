@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::aligned_table::figure;
 use super::trial_run::{Look, RunLength, Trial};
-use crate::scene::{Drive, ModelKind, Scene};
+use crate::scene::{Chain, Drive, Link, ModelKind, Scene};
 use crate::simulation::Simulation;
 
 /// Largest step error of a step that is suggested: in rad, or over the peak of a deflection.
@@ -18,10 +18,34 @@ pub(super) struct StepError {
     pub(super) angle_rad: Option<f64>,
     /// That of the deflection in the middle of a link, where the angle is prescribed; the largest over the link's own peak.
     pub(super) deflection: Option<DeflectionError>,
-    /// Whether a link bends in the model.
-    bends: bool,
+    /// Why there is no such deflection.
+    uncompared: Uncompared,
     /// Simulated time over which they were compared, s.
     until_s: f64,
+}
+
+/// Why no deflection is compared where the angle is prescribed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Uncompared {
+    /// No link bends.
+    Straight,
+    /// A link of the incremental model has nodes at its ends alone.
+    Incremental,
+    /// These links bend, and have nodes at their ends alone.
+    WithoutNode([Option<&'static str>; 2]),
+}
+
+impl Uncompared {
+    /// The reason for a chain none of whose links is seen to bend.
+    fn of(chain: &Chain, model: ModelKind) -> Self {
+        let is_unseen = |link: &&Link| model != ModelKind::Rigid && !link.rigid && link.elements < 2;
+        let mut names = chain.links.iter().filter(is_unseen).map(|link| link.name.as_str());
+        match [names.next(), names.next()] {
+            [None, _] => Uncompared::Straight,
+            _ if model == ModelKind::Incremental => Uncompared::Incremental,
+            names => Uncompared::WithoutNode(names),
+        }
+    }
 }
 
 /// The difference of the deflections in the middle of a link.
@@ -81,9 +105,9 @@ impl StepError {
             until_s = Some(run.time_s());
         }
         let until_s = until_s?;
-        let bends = scene.solver.model != ModelKind::Rigid && chain.links.iter().any(|link| !link.rigid);
+        let uncompared = Uncompared::of(chain, scene.solver.model);
         let Drive::Motion(_) = scene.drive else {
-            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, bends, until_s });
+            return Some(StepError { angle_rad: Some(angle_rad), deflection: None, uncompared, until_s });
         };
         let bent = chain.links.iter().zip(deflections).filter(|(_, [_, peak_m])| *peak_m > 0.0);
         let errors = bent.map(|(link, [largest_m, peak_m])| {
@@ -91,7 +115,7 @@ impl StepError {
             DeflectionError { link, largest_m, of_peak }
         });
         let deflection = errors.max_by(|one, other| one.of_peak.total_cmp(&other.of_peak));
-        Some(StepError { angle_rad: None, deflection, bends, until_s })
+        Some(StepError { angle_rad: None, deflection, uncompared, until_s })
     }
 
     /// The error, if it is known and too large for a step that is suggested.
@@ -113,10 +137,15 @@ impl fmt::Display for StepError {
             StepError { deflection: Some(DeflectionError { link, largest_m, of_peak }), .. } => {
                 write!(f, "{largest_m:.1e} m in the {link}'s deflection, {of_peak:.1e} of its peak, until {until} s")
             }
-            StepError { bends: true, .. } => {
-                write!(f, "not known: the angle is prescribed, and no link has a node in its middle: set its elements to 4")
+            StepError { uncompared: Uncompared::Straight, .. } => write!(f, "none: the motion is prescribed, and no link bends"),
+            StepError { uncompared: Uncompared::Incremental, .. } => {
+                write!(f, "not known: the angle is prescribed, and no link of the incremental model has a node in its middle")
             }
-            _ => write!(f, "none: the motion is prescribed, and no link bends"),
+            StepError { uncompared: Uncompared::WithoutNode(links), .. } => {
+                let keys: Vec<String> = links.iter().flatten().map(|link| format!("{link}.elements")).collect();
+                let keys = keys.join(" and ");
+                write!(f, "not known: the angle is prescribed, and no link has a node in its middle: set {keys} to 4")
+            }
         }
     }
 }

@@ -12,8 +12,12 @@ use crate::small_motion::Vibrations;
 
 /// Fewer steps of a run show nothing of it.
 const LEAST_STEPS_OF_RUN: f64 = 100.0;
-/// Most times that a suggested step is halved.
-const HALVINGS: u32 = 7;
+/// Steps that are tried at least, if none suffices.
+const LEAST_TRIES: u32 = 7;
+/// Steps that are tried from the first one on that keeps the energy balance, if none has a small step error.
+const TRIES_IN_BALANCE: u32 = 4;
+/// Steps that are tried at most: the last is about a millionth of the first.
+const MOST_TRIES: u32 = 20;
 
 /// The scene's own run, and the error of its step.
 #[derive(Clone, Copy)]
@@ -52,18 +56,13 @@ pub(super) fn suggested_step(
     }
 }
 
-/// The first step that suffices, of `first_s` and its halves, with the reason for `first_s` and for halving it. If none suffices, it
-/// is the scene's own if that does, or else the longest one that keeps the energy balance.
-fn sufficient_step(
-    scene: &Scene,
-    own: OwnRun<'_>,
-    mut length: RunLength,
-    first_s: f64,
-    mut reason: String,
-) -> (Option<f64>, String) {
+/// The first step that suffices, of `first_s` and its halves as far as the time of a run allows, with the reason for `first_s` and
+/// for halving it. If none suffices, it is the scene's own if that does, or else the longest one that keeps the energy balance.
+fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f64, mut reason: String) -> (Option<f64>, String) {
     let (begun, mut step_s, mut tried_s) = (Instant::now(), first_s, first_s);
     let mut balanced: Option<(f64, LargeError)> = None;
-    for _ in 0..HALVINGS {
+    let mut enough = MOST_TRIES;
+    for tries in 1.. {
         tried_s = step_s;
         match own.judge(scene, step_s, length) {
             Verdict::Sufficient { cut_off_s } => {
@@ -77,16 +76,17 @@ fn sufficient_step(
                 return (Some(step_s), reason);
             }
             Verdict::Inexact(error) => {
-                // An error that grows late does not show in a run that is cut short.
-                length = length.without_step_limit();
-                balanced = balanced.or(Some((step_s, error)));
+                if balanced.is_none() {
+                    enough = LEAST_TRIES.max(tries + TRIES_IN_BALANCE - 1);
+                    balanced = Some((step_s, error));
+                }
             }
             Verdict::Unbalanced if step_s == first_s => {
                 reason += &format!("; {first_s} s would suffice for that, but diverges or does not keep the energy balance");
             }
             Verdict::Unbalanced => {}
         }
-        if begun.elapsed() >= length.longest {
+        if tries >= enough || begun.elapsed() >= length.longest {
             break;
         }
         step_s = one_digit(0.5 * step_s);

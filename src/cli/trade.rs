@@ -307,6 +307,13 @@ fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult
 }
 
 fn question(args: &Args) -> Question {
+    let mut outputs = Vec::new();
+    for output in args.outputs.iter().map(|word| OutputGroup::from(*word)) {
+        // `slider` and `tip` are one.
+        if !outputs.contains(&output) {
+            outputs.push(output);
+        }
+    }
     Question {
         selection: Selection {
             models: args.models.clone(),
@@ -316,7 +323,7 @@ fn question(args: &Args) -> Question {
             steps_s: args.steps.clone(),
             link_by_link: args.tolerance.is_some() || args.levels.is_some(),
         },
-        outputs: args.outputs.iter().map(|word| OutputGroup::from(*word)).collect(),
+        outputs,
         until_s: args.until,
         budget_s: args.budget,
         enough: args.tolerance.map(|tolerance| ENOUGH * tolerance),
@@ -332,8 +339,10 @@ fn show(bar: &ProgressBar, lines: &ProgressLines, progress: &Progress<'_>) {
     bar.set_message(message);
 }
 
+/// A model of chains: `trade` takes no oscillator.
 fn model(word: &str) -> Result<ModelKind, String> {
-    find(word, &MODELS)
+    let of_chains: Vec<(&str, ModelKind)> = MODELS.into_iter().filter(|(_, kind)| *kind != ModelKind::MassSpring).collect();
+    find(word, &of_chains)
 }
 
 fn integrator(word: &str) -> Result<IntegratorKind, String> {

@@ -10,13 +10,11 @@ use crate::study::usual_until_s;
 /// Looks at the links in a run.
 const LOOKS: f64 = 5000.0;
 
-/// The length of a run, and the limits within which it reaches that.
+/// The length of a run, and the limit within which it reaches that.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunLength {
     /// Simulated time, s.
     pub(super) until_s: f64,
-    /// Most steps.
-    most_steps: u32,
     /// Longest computing time.
     pub(super) longest: Duration,
 }
@@ -24,17 +22,12 @@ pub(super) struct RunLength {
 impl RunLength {
     /// The usual one of a scene.
     pub(super) fn usual(scene: &Scene) -> Self {
-        RunLength { until_s: usual_until_s(scene), most_steps: 20_000, longest: Duration::from_secs(2) }
+        RunLength { until_s: usual_until_s(scene), longest: Duration::from_secs(2) }
     }
 
     /// One that was asked for.
     pub(super) fn asked(until_s: f64) -> Self {
-        RunLength { until_s, most_steps: u32::MAX, longest: Duration::from_secs(30) }
-    }
-
-    /// The same, with as many steps as the computing time allows.
-    pub(super) fn without_step_limit(self) -> Self {
-        RunLength { most_steps: u32::MAX, ..self }
+        RunLength { until_s, longest: Duration::from_secs(30) }
     }
 }
 
@@ -74,14 +67,14 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    /// Runs to the end, and on until `shortest` is over; within the limits of steps and time.
+    /// Runs to the end, and on until `shortest` is over; within the limit of time.
     pub(super) fn of(simulation: &mut Simulation, length: RunLength, shortest: Duration) -> Self {
-        let RunLength { until_s, most_steps, longest } = length;
+        let RunLength { until_s, longest } = length;
         let begun = Instant::now();
         let (mut judged, mut steps, mut taken) = (None, 0_u32, Ok(()));
         let (mut cost, mut out_of_range, mut looks) = (Duration::ZERO, None, Vec::new());
         let seldom = (until_s / simulation.step_s() / LOOKS).max(1.0) as u32;
-        while taken.is_ok() && steps < most_steps {
+        while taken.is_ok() {
             let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
             if is_whole && judged.is_none() {
                 judged = Some(simulation.account());

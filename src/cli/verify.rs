@@ -12,6 +12,7 @@ use super::failure::CommandResult;
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
+use crate::recording::RecordingError;
 use crate::resimulation::{Finding, Recomputed, RecordedSession, Verification, verify as verify_source};
 use crate::runtime::unbalanced;
 use crate::shown::{shown_name, shown_sentence};
@@ -183,6 +184,11 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     }
     if findings.len() > SHOWN {
         writeln!(out, "  and {} more", (findings.len() - SHOWN) as u64 + unlisted)?;
+    }
+    if structure.messages == 0
+        && let Some(way) = RecordingError::cut_chunk_hint(&source.path)
+    {
+        writeln!(out, "  {way}")?;
     }
     let verdict = match (findings.is_empty(), found.is_wrong()) {
         (true, false) => "intact, and equal to the bit",

@@ -14,14 +14,16 @@ use super::folders::{must_have_folder, must_hold_recordings, must_suit_recording
 use super::formatting::counted;
 use super::output::output;
 use super::progress::over_file;
-use super::run_conclusion::step_remedy;
+use super::run_conclusion::{BENDS_FURTHER, step_remedy};
 use super::suspect_numbers::newly_suspect;
 use super::values::{GivenDuration, pulse_duration, time, torque};
 use crate::recording::{Written, paths};
 use crate::resimulation::{
-    AddedPulse, Change, Deviation, LargestDifference, RecordedSession, UnlikeMeshes, WhatIfOutcome, what_if as compute,
+    AddedPulse, Change, Deviation, LargestDifference, RecordedSession, SampleTimes, UnlikeMeshes, WhatIfOutcome,
+    what_if as compute,
 };
 use crate::runtime::{beyond_range, unbalanced};
+use crate::scene::Scene;
 use crate::shown::{shown_s, shown_sentence};
 use crate::simulation::EnergyVerdict;
 
@@ -102,7 +104,7 @@ pub(super) fn what_if(args: Args) -> CommandResult {
     let outcome = outcome?;
     newly_suspect(&source.scene.scene, &outcome.scene.scene).iter().for_each(|warning| say!("warning: {warning}"));
     cut_short(&change.pulses, &outcome).iter().for_each(|warning| say!("warning: {warning}"));
-    report(&outcome)
+    report(&source.scene.scene, &outcome)
 }
 
 /// A warning of the first added pulse that lasts beyond the end of the recording.
@@ -115,8 +117,8 @@ fn cut_short(pulses: &[AddedPulse], WhatIfOutcome { from_s, deviation, diverged,
     Some(format!("the pulse added at t = {start_s} s lasts until t = {pulse_end_s} s, and the recording ends at t = {end_s} s"))
 }
 
-fn report(outcome: &WhatIfOutcome) -> CommandResult {
-    let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, written, source, .. } = outcome;
+fn report(recorded: &Scene, outcome: &WhatIfOutcome) -> CommandResult {
+    let WhatIfOutcome { from_s, deviation, diverged, verdict, worst_out_of_range, samples, written, source, .. } = outcome;
     let mut out = output();
     writeln!(out, "re-simulated and recorded from t = {} s", shown_s(*from_s))?;
     for Written { path, messages, .. } in written {
@@ -126,11 +128,15 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     match (&deviation.first, diverged) {
         (Some(first), _) => writeln!(out, "first deviation: {}", shown_sentence(&first.to_string()))?,
         (None, None) if deviation.until_s > *from_s => writeln!(out, "no deviation")?,
+        (None, None) if samples.left_out == 0 => {
+            writeln!(out, "only the beginning was compared: the recording has no later sample")?;
+        }
         (None, None) => writeln!(out, "only the beginning was compared: the changed session's steps reach no later sample")?,
         (None, Some(_)) if deviation.until_s > *from_s => writeln!(out, "no deviation up to t = {until_s} s")?,
         (None, Some(_)) => writeln!(out, "only the beginning was compared: the changed session diverged")?,
     }
     report_quantities(deviation, &mut out)?;
+    samples_left_out(recorded, outcome).filter(|_| diverged.is_none()).iter().for_each(|warning| say!("warning: {warning}"));
     if let Some(first) = source.damage.first() {
         let places = counted(source.damage.len() as u64, "place");
         let first = format!("byte {}: {}", first.offset, first.what);
@@ -139,7 +145,7 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     if source.cut_off.is_some() {
         say_reason!("warning: the recording ends early (still being recorded, or cut off); everything before was re-simulated");
     }
-    beyond_range(*worst_out_of_range).iter().for_each(|bent| say!("warning: {bent}"));
+    beyond_range(*worst_out_of_range).iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));
     if let Some(diverged) = diverged {
         say!("error: {diverged}");
         remedy(outcome).iter().for_each(|remedy| say!("{remedy}"));
@@ -152,6 +158,20 @@ fn report(outcome: &WhatIfOutcome) -> CommandResult {
     }
     let lossy = source.cut_off.is_some() || !source.damage.is_empty();
     Ok(if lossy { ExitStatus::Lossy } else { ExitStatus::Success })
+}
+
+/// A warning of samples of the recording that the changed session's steps do not reach.
+fn samples_left_out(recorded: &Scene, WhatIfOutcome { samples, scene, .. }: &WhatIfOutcome) -> Option<String> {
+    let SampleTimes { all, left_out, .. } = *samples;
+    let step_s = scene.scene.solver.step_s;
+    let reached = match samples.interval_s() {
+        Some(interval_s) => format!("{} s, the time between samples,", shown_s(interval_s)),
+        None => format!("the recording's own, {} s,", recorded.solver.step_s),
+    };
+    let lie = if left_out == 1 { "lies" } else { "lie" };
+    (left_out > 0).then(|| {
+        format!("{left_out} of {all} samples {lie} between steps of {step_s} s, and are left out: a step that divides {reached} reaches all")
+    })
 }
 
 /// Reports which meshes are unlike, and how far each quantity differs, if any does.

@@ -3,7 +3,10 @@
 use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
-use crate::scene::scene_hint;
+use super::format::is_closed;
+use super::open::open;
+use super::reader::Messages;
+use crate::scene::{builtin, scene_hint};
 use crate::shown::{shown_name, shown_names, shown_s, shown_sentence};
 
 /// A recording could not be written or read.
@@ -47,8 +50,8 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
     },
-    /// The file has no messages.
-    #[error("{}: no messages", path.display())]
+    /// The file has no messages, or none outside of the chunk in which it ends.
+    #[error("{}: no messages{}", path.display(), unfinished(path))]
     Empty {
         /// The file.
         path: PathBuf,
@@ -119,15 +122,55 @@ pub enum RecordingError {
     Name(String),
 }
 
-/// A plain reason if a folder was given for a file: the system's message says little.
+/// A plain reason if a folder or a scene was given for a file: the system's message says little.
 fn why(path: &Path, cause: &std::io::Error) -> String {
     match cause.kind() {
         ErrorKind::InvalidInput | ErrorKind::IsADirectory if path.is_dir() => "is a folder, not a file".to_owned(),
+        ErrorKind::NotFound => {
+            let scene = RecordingError::absent_scene_hint(path).map(|hint| format!("not a recording, but {hint}"));
+            scene.unwrap_or_else(|| cause.to_string())
+        }
         _ => cause.to_string(),
     }
 }
 
+/// Whether a file does not end like one that was closed.
+fn ends_early(path: &Path) -> bool {
+    open(path).is_ok_and(|mut file| is_closed(&mut file).is_ok_and(|closed| !closed))
+}
+
+/// Why a file has no messages, and the way to those of a chunk that was cut off; nothing about a file that was closed.
+fn unfinished(path: &Path) -> String {
+    match (RecordingError::cut_chunk_hint(path), ends_early(path)) {
+        (Some(way), _) => format!(" in a whole chunk, and the file ends early: {way}"),
+        (None, true) => ": the file is still being recorded, or was cut off".to_owned(),
+        (None, false) => String::new(),
+    }
+}
+
 impl RecordingError {
+    /// The way to the messages of a file that ends in its first chunk, for readers that take whole chunks alone; `None` of a file
+    /// that has no such messages.
+    pub(crate) fn cut_chunk_hint(path: &Path) -> Option<&'static str> {
+        let first = || Messages::open(path).ok()?.next()?.ok();
+        let is_there = ends_early(path) && first().is_some();
+        is_there.then_some("`flexcrank recover` saves what the chunk that was cut off holds")
+    }
+
+    /// The words for a scene that was named in place of a recording; `None` if there is a file of this name, or if it is not a
+    /// scene's.
+    pub(crate) fn absent_scene_hint(path: &Path) -> Option<String> {
+        let name = path.to_str().filter(|_| !path.exists())?;
+        let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+        match builtin::find(name) {
+            Ok(_) => Some(format!("a built-in scene: run it first, `flexcrank run {name}`")),
+            Err(_) if is_toml => {
+                Some("the name of a scene, and there is no such file: `flexcrank run` makes a recording of a scene".to_owned())
+            }
+            Err(_) => None,
+        }
+    }
+
     /// The error of a file in which no message is found.
     pub(super) fn empty(path: &Path) -> Self {
         let path = path.to_owned();

@@ -33,9 +33,20 @@ impl Change {
     /// the first added pulse.
     pub(super) fn beginning(&self, source: &RecordedSession, first: Option<&AddedPulse>) -> Result<u64, ResimulationError> {
         let (mut number, mut begin, mut at_ns) = (0, None, None);
+        let (mut first_ns, mut is_damaged) = (None, false);
         let until_ns = first.map_or(u64::MAX, |pulse| source.log_time_ns(pulse.start_s));
         walk(&source.path, |found, _| {
-            let WalkItem::Message(message) = found else { return WalkFlow::Continue(()) };
+            let message = match found {
+                WalkItem::Message(message) => message,
+                WalkItem::Damage(damage) => {
+                    is_damaged |= damage.lost_ns.is_some();
+                    return WalkFlow::Continue(());
+                }
+                _ => return WalkFlow::Continue(()),
+            };
+            if number == 0 && !is_damaged {
+                first_ns = Some(message.log_time);
+            }
             let later = message.log_time <= until_ns && at_ns != Some(message.log_time);
             if schema(message) == Topic::Checkpoint.schema() && later {
                 (begin, at_ns) = (Some(number), Some(message.log_time));
@@ -45,7 +56,7 @@ impl Change {
             if decided { WalkFlow::Break(()) } else { WalkFlow::Continue(()) }
         })?;
         begin.ok_or_else(|| match first {
-            Some(pulse) => ResimulationError::Outside { path: source.path.clone(), at_s: pulse.start_s, last_s: None },
+            Some(pulse) => source.before_checkpoints(pulse.start_s, first_ns),
             None => ResimulationError::NothingToResume(source.path.clone()),
         })
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::recording::RecordingError;
 use crate::scene::SceneError;
-use crate::shown::shown_sentence;
+use crate::shown::{shown_s, shown_sentence};
 use crate::simulation::{BuildError, PulseRefused};
 
 /// A recording could not be re-simulated.
@@ -51,6 +51,20 @@ pub enum ResimulationError {
         /// Time of the last message, s, if known.
         last_s: Option<f64>,
     },
+    /// The recording begins after the instant.
+    #[error(
+        "{}: t = {at_s} s is not in the recording, which begins at {} s: choose a later instant",
+        path.display(),
+        shown_s(*first_s)
+    )]
+    Before {
+        /// The recording.
+        path: PathBuf,
+        /// The requested time, s.
+        at_s: f64,
+        /// Time of the first message, s.
+        first_s: f64,
+    },
     /// The scene does not reproduce the recording.
     #[error("{}: the recording cannot be re-simulated: {}", path.display(), shown_sentence(what))]
     Unlike {
@@ -87,8 +101,8 @@ impl ResimulationError {
 
     /// Whether the request is at fault, not the recording.
     pub fn is_usage(&self) -> bool {
-        use ResimulationError::{Change, Outside, Pulse, Unsuited};
-        matches!(self, Change(_) | Outside { .. } | Pulse { .. } | Unsuited { .. })
+        use ResimulationError::{Before, Change, Outside, Pulse, Unsuited};
+        matches!(self, Before { .. } | Change(_) | Outside { .. } | Pulse { .. } | Unsuited { .. })
     }
 }
 

@@ -18,9 +18,12 @@ pub enum Finding {
         /// Size of the file, bytes.
         bytes: u64,
     },
-    /// The file was recovered from a damaged one.
-    #[error("the recording was recovered from a damaged one: anything after its end is lost")]
-    Recovered,
+    /// The file was recovered from a damaged one, and something was lost.
+    #[error("the recording was recovered from a damaged one: {}", lost_before(*missing))]
+    Recovered {
+        /// Number of messages that it lacks; `None` if the recording's end is lost, too.
+        missing: Option<u64>,
+    },
     /// The scene was changed after the recording.
     #[error("scene.toml was changed after the recording was made")]
     SceneChanged,
@@ -170,6 +173,15 @@ fn missing(count: u64) -> String {
     if count == 1 { "1 step that was due is missing".to_owned() } else { format!("{count} steps that were due are missing") }
 }
 
+/// What was lost before a recovery, in words.
+fn lost_before(missing: Option<u64>) -> String {
+    match missing {
+        None => "anything after its end is lost".to_owned(),
+        Some(1) => "1 message is lost".to_owned(),
+        Some(count) => format!("{count} messages are lost"),
+    }
+}
+
 /// Why messages are missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum LossReason {
@@ -196,7 +208,7 @@ impl Finding {
         matches!(
             self,
             Finding::CutOff { .. }
-                | Finding::Recovered
+                | Finding::Recovered { .. }
                 | Finding::NoEnd
                 | Finding::NoFact(..)
                 | Finding::Dropped { .. }

@@ -38,4 +38,4 @@ pub use recorded_session::RecordedSession;
 pub use resume::{Resumed, resume};
 pub use shared_places::UnlikeMeshes;
 pub use verify::{Verification, verify};
-pub use what_if::{WhatIfOutcome, what_if};
+pub use what_if::{SampleTimes, WhatIfOutcome, what_if};

@@ -79,4 +79,17 @@ impl RecordedSession {
     pub fn log_time_ns(&self, session_s: f64) -> u64 {
         recording::log_time_ns(self.started, session_s)
     }
+
+    /// Why the recording has no checkpoint until `at_s`, session s. `first_ns` is the `log_time` of its first message, ns; `None`
+    /// if messages before that are lost.
+    pub(super) fn before_checkpoints(&self, at_s: f64, first_ns: Option<u64>) -> ResimulationError {
+        let path = self.path.clone();
+        match first_ns.filter(|first_ns| *first_ns > self.log_time_ns(at_s)) {
+            Some(first_ns) => {
+                let first_s = first_ns.saturating_sub(self.log_time_ns(0.0)) as f64 * 1e-9;
+                ResimulationError::Before { path, at_s, first_s }
+            }
+            None => ResimulationError::Outside { path, at_s, last_s: None },
+        }
+    }
 }

@@ -32,9 +32,12 @@ pub struct Resumed {
 /// [`ResimulationError`] if the recording cannot be read, `at_s` is not in it, or its scene does not reproduce it.
 pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64)) -> Result<Resumed, ResimulationError> {
     let until_ns = at_s.map_or(u64::MAX, |at_s| source.log_time_ns(at_s));
-    let mut trail = Trail::new(source);
+    let (mut trail, mut first_ns) = (Trail::new(source), None);
     walk(&source.path, |found, position| {
         progress(position);
+        if let WalkItem::Message(message) = &found {
+            first_ns = first_ns.or((!trail.broken).then_some(message.log_time));
+        }
         match found {
             WalkItem::Message(message) if message.log_time > until_ns => {
                 trail.goes_on = true;
@@ -46,7 +49,10 @@ pub fn resume(source: &RecordedSession, at_s: Option<f64>, progress: &dyn Fn(u64
         }
         WalkFlow::Continue(())
     })?;
-    let checkpoint = trail.checkpoint.as_ref().ok_or_else(|| ResimulationError::NothingToResume(source.path.clone()))?;
+    let checkpoint = trail.checkpoint.as_ref().ok_or_else(|| match at_s.filter(|_| trail.goes_on) {
+        Some(at_s) => source.before_checkpoints(at_s, first_ns),
+        None => ResimulationError::NothingToResume(source.path.clone()),
+    })?;
     let mut resimulator = Resimulator::new(&source.scene)?;
     let unlike = |what: String| ResimulationError::Unlike { path: source.path.clone(), what };
     if !resimulator.restore(checkpoint) {

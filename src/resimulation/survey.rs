@@ -18,6 +18,9 @@ use crate::wire::{Gap, Message, Stamp, Topic};
 /// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
 
+/// What is wrong with a log time that is not that of its stamp.
+const DIFFERS: &str = "the log time differs from the stamp";
+
 /// Largest number of findings kept of single messages, so that a small file full of empty messages does not fill the memory.
 const KEPT: usize = 10_000;
 
@@ -64,6 +67,8 @@ struct Reading<'a> {
     of_run: Vec<Finding>,
     /// Epoch of the last checkpoint, and its start, s of the session.
     epoch_start: Option<(u64, f64)>,
+    /// Topic, log time and stamp of the first message, until the first checkpoint tells what its log time must be.
+    undated: Option<(String, u64, Stamp)>,
     messages: u64,
     /// The ends that the file states: one, if it is whole.
     ends: Vec<RecordingEnd>,
@@ -83,6 +88,7 @@ impl<'a> Reading<'a> {
             timeline: Timeline::new(source),
             of_run: Vec::new(),
             epoch_start: None,
+            undated: None,
             messages: 0,
             ends: Vec::new(),
             recovered: false,
@@ -101,7 +107,7 @@ impl<'a> Reading<'a> {
     fn message(&mut self, message: &RecordedMessage) {
         let number = self.messages;
         self.messages += 1;
-        self.channels.take(message, self.is_damaged || self.recovered);
+        self.channels.take(message, self.is_damaged);
         if !self.ends.is_empty() {
             self.found(Finding::End(format!("{} has a message after it", topic(message))));
         }
@@ -122,6 +128,7 @@ impl<'a> Reading<'a> {
             self.epoch_start = Some((checkpoint.stamp.unwrap_or_default().epoch, checkpoint.epoch_start_s));
         }
         event.iter().for_each(|event| self.timeline.take(event));
+        self.time_of_first(message, event.as_ref());
         self.time(message, event.as_ref());
         let Some(event) = event else { return };
         if event.encode_to_vec() != message.data.as_ref() {
@@ -160,16 +167,12 @@ impl<'a> Reading<'a> {
         self.survey.span_ns = Some([first, last.max(log_time)]);
         let stamp = event.filter(|event| !is_report(event)).and_then(Message::stamp);
         let fits = match (stamp, self.epoch_start) {
-            (Some(stamp), Some((of, start_s))) if of == stamp.epoch => {
-                log_time == self.source.log_time_ns(start_s + stamp.sim_time_s)
-            }
-            (Some(_), _) => true,
+            (Some(stamp), _) => self.fits(&stamp, log_time),
             (None, epoch) => epoch.is_none_or(|epoch| self.timeline.step_at(self.source, log_time, epoch).is_some()),
         };
         let what = match stamp {
             _ if log_time < last => "the log time falls",
-            _ if !fits => "the log time differs from the stamp",
-            Some(stamp) if !self.timeline.is_timely(self.source, &stamp, log_time) => "the log time differs from the stamp",
+            _ if !fits => DIFFERS,
             Some(stamp) if stamp.wall_time.and_then(wall_ns) != Some(message.publish_time) => {
                 "the publish time differs from the stamp"
             }
@@ -179,21 +182,41 @@ impl<'a> Reading<'a> {
         self.found(Finding::Time { topic: topic(message).to_owned(), what, epoch, step });
     }
 
+    /// Whether a log time is that of a stamp, as far as the start of its epoch and the grid of its step are known.
+    fn fits(&self, stamp: &Stamp, log_time: u64) -> bool {
+        let start_s = self.epoch_start.filter(|(of, _)| *of == stamp.epoch).map(|(_, start_s)| start_s);
+        start_s.is_none_or(|start_s| log_time == self.source.log_time_ns(start_s + stamp.sim_time_s))
+            && self.timeline.is_timely(self.source, stamp, log_time)
+    }
+
+    /// Checks the log time of the first message against the first checkpoint: a command that started the recording precedes it.
+    fn time_of_first(&mut self, message: &RecordedMessage, event: Option<&Message>) {
+        if self.epoch_start.is_none() && self.messages == 1 {
+            let stamp = event.filter(|event| !is_report(event)).and_then(Message::stamp);
+            let fitting = stamp.filter(|stamp| self.fits(stamp, message.log_time));
+            self.undated = fitting.map(|stamp| (topic(message).to_owned(), message.log_time, stamp));
+        }
+        let Some((topic, log_time, stamp)) = self.undated.take_if(|_| self.epoch_start.is_some()) else { return };
+        if !self.fits(&stamp, log_time) {
+            self.found(Finding::Time { topic, what: DIFFERS, epoch: stamp.epoch, step: stamp.step });
+        }
+    }
+
     fn conclude(self, structure: Structure) -> Survey {
-        let end = self.end(&structure);
-        let Reading { source, mut survey, holes, channels, of_run, recovered, .. } = self;
+        let (end, recovered) = (self.end(&structure), self.lossy_recovery());
+        let Reading { source, mut survey, holes, channels, of_run, .. } = self;
         let Survey { findings, breaks, gaps, .. } = &mut survey;
-        let (missing, lost) = holes.into_findings(gaps, recovered, source.is_what_if());
+        let (missing, lost) = holes.into_findings(gaps, recovered.is_some(), source.is_what_if());
         breaks.extend(lost);
         breaks.sort_unstable();
         findings.extend(of_run.into_iter().filter(|finding| !may_follow_from(gaps, finding)));
         findings.extend(dropped(gaps, &missing, source.is_what_if()));
         findings.extend(missing);
-        findings.extend(channels.into_findings(recovered));
+        findings.extend(channels.into_findings(recovered.is_some()));
         findings.extend(structure.damage.iter().cloned().map(Finding::Damaged));
         findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
         findings.extend(end);
-        findings.extend(recovered.then_some(Finding::Recovered));
+        findings.extend(recovered);
         findings.extend((structure.messages == 0).then_some(Finding::Empty));
         let has_no_rate = source.publish.is_none() && !source.is_sampled_as_original();
         findings.extend(has_no_rate.then_some(Finding::NoFact("publish_hz", "missing steps cannot be found")));
@@ -206,34 +229,43 @@ impl<'a> Reading<'a> {
         survey
     }
 
+    /// What a recovered recording lacks; `None` if it lacks nothing: its end is there, and as many messages as that counts.
+    fn lossy_recovery(&self) -> Option<Finding> {
+        let counts = self.channels.counts();
+        let lost = |(topic, stated): (&String, &u64)| stated.saturating_sub(counts.get(topic).copied().unwrap_or(0));
+        let missing = self.ends.first().map(|end| end.counts.iter().map(lost).fold(0, u64::saturating_add));
+        (self.recovered && missing != Some(0)).then_some(Finding::Recovered { missing })
+    }
+
     /// Returns the fault of the recording's end, if there is one.
     fn end(&self, structure: &Structure) -> Option<Finding> {
         let (end, others) = match &self.ends[..] {
             [] => return (structure.cut_off.is_none() && !self.recovered).then_some(Finding::NoEnd),
             [end, others @ ..] => (end, others),
         };
-        if self.recovered {
-            return None;
-        }
         let counts = self.channels.counts();
-        let differing = || {
-            let topics = end.counts.keys().chain(counts.keys());
-            topics.into_iter().find(|topic| end.counts.get(*topic) != counts.get(*topic))
+        let is_recovered = self.lossy_recovery().is_some();
+        let number = |counts: &BTreeMap<String, u64>, topic: &str| counts.get(topic).copied().unwrap_or(0);
+        let differs = |topic: &&String| match is_recovered {
+            // Messages may be lost, and none is there beside those that were.
+            true => number(&counts, topic) > number(&end.counts, topic),
+            false => end.counts.get(*topic) != counts.get(*topic),
         };
+        let differing = end.counts.keys().chain(counts.keys()).find(differs);
+        let is_lossy = self.is_damaged || is_recovered;
         let dropped = |topic: Topic| self.survey.gaps.iter().any(|gap| gap.topic == topic.chunk());
         let run_ended = end.reason == EndReason::RunEnded.to_string();
         let what = if !others.is_empty() {
             "it is stated more than once".to_owned()
-        } else if let Some(topic) = differing().filter(|_| !self.is_damaged) {
-            let number = |counts: &BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or(0);
-            format!("it counts {} messages of {topic}, but {} are there", number(&end.counts), number(&counts))
-        } else if run_ended != self.run.has_ended() && !self.is_damaged && !dropped(Topic::Status) {
+        } else if let Some(topic) = differing.filter(|_| !self.is_damaged) {
+            format!("it counts {} messages of {topic}, but {} are there", number(&end.counts, topic), number(&counts, topic))
+        } else if run_ended != self.run.has_ended() && !is_lossy && !dropped(Topic::Status) {
             format!(
                 "`{}`, but the last status {}",
                 end.reason,
                 if run_ended { "does not say so" } else { "says that the run ended" }
             )
-        } else if self.run.ends_without_checkpoint() && !self.is_damaged && !dropped(Topic::Checkpoint) {
+        } else if self.run.ends_without_checkpoint() && !is_lossy && !dropped(Topic::Checkpoint) {
             "no checkpoint holds the last state of the run".to_owned()
         } else {
             return None;

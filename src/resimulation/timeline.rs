@@ -34,6 +34,8 @@ impl Timeline {
         let at = (stamp.epoch, stamp.step);
         match event {
             Message::Checkpoint(checkpoint) => self.checkpoint(checkpoint, at),
+            // The first checkpoint tells the scene in force: before it, neither that nor a grid is known.
+            _ if self.sections.is_empty() => {}
             Message::Commands(command) if resets(command) => self.begin((at.0 + 1, 0), StepGrid::new(self.step_s())),
             Message::Commands(command) => {
                 let text = new_scene(command).map(|text| (text, self.scene.name_beside_first().to_owned()));
@@ -52,7 +54,8 @@ impl Timeline {
         let text = if checkpoint.scene.is_empty() { self.recorded.text.clone() } else { checkpoint.scene.clone() };
         self.go_on_as(&text, &checkpoint.level);
         let changes: Option<EpochChanges> = wire::recorded_checkpoint(checkpoint).ok().and_then(|state| state.changes);
-        self.begin(at, changes.map_or(StepGrid::new(self.step_s()), |changes| changes.grid));
+        let grid = changes.map_or(StepGrid::new(self.step_s()), |changes| changes.grid);
+        self.begin((at.0, grid.origin_step), grid);
     }
 
     /// Goes on with a scene at a level, or stays if it is none.
@@ -88,10 +91,13 @@ impl Timeline {
         self.sections.iter().map(|(_, grid)| grid.step_s).fold(self.step_s(), f64::min)
     }
 
-    /// Whether a stamp is consistent with `log_time`: its time equals that of its step, and does not lie after it.
+    /// Whether a stamp is consistent with `log_time`: its time equals that of its step, where the grid is known, and does not lie
+    /// after it.
     pub(super) fn is_timely(&self, source: &RecordedSession, stamp: &Stamp, log_time_ns: u64) -> bool {
-        let sim_time_s = self.grid_at((stamp.epoch, stamp.step)).time_s(stamp.step);
-        stamp.sim_time_s.to_bits() == sim_time_s.to_bits() && source.log_time_ns(sim_time_s) <= log_time_ns
+        let at = (stamp.epoch, stamp.step);
+        let is_known = self.sections.first().is_some_and(|(first, _)| *first <= at);
+        let is_of_step = !is_known || stamp.sim_time_s.to_bits() == self.grid_at(at).time_s(stamp.step).to_bits();
+        is_of_step && source.log_time_ns(stamp.sim_time_s) <= log_time_ns
     }
 
     /// The step of an epoch, which began at `epoch_start_s`, at `log_time`; `None` if no step is at that time.

@@ -1,6 +1,7 @@
 //! What-if: a recorded session re-simulated with other commands or another scene, and its deviation from the recording.
 
 mod later;
+mod sample_times;
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -28,6 +29,7 @@ use crate::simulation::{Diverged, Effective, EnergyVerdict, Stamp};
 use crate::whole_file::{Unfinished, part_in_nearest_folder};
 use crate::wire::{self, AppliedCommand, Checkpoint, CommandReply, Gap, Message, Topic, applied_command};
 use later::WaitingCommand;
+pub use sample_times::SampleTimes;
 
 /// Settings of the new recording.
 const SETTINGS: Settings =
@@ -48,6 +50,8 @@ pub struct WhatIfOutcome {
     pub verdict: EnergyVerdict,
     /// Largest deflection beyond the model's range in the samples, over the link's length; 0 if none was.
     pub worst_out_of_range: f64,
+    /// Samples of the recording that the changed session's steps do not reach.
+    pub samples: SampleTimes,
     /// The new recording.
     pub written: Vec<Written>,
     /// Structure of the old recording, as far as it was read: whether it is damaged, or ends early.
@@ -121,6 +125,7 @@ fn compute(
         waiting: VecDeque::new(),
         from_s: None,
         deviation: Deviation::default(),
+        samples: SampleTimes::default(),
     };
     let (mut number, mut end) = (0, Ok(()));
     let structure = walk(&source.path, |found, position| {
@@ -136,7 +141,7 @@ fn compute(
     let end = end.and_then(|()| attempt.apply_all_waiting()).and_then(|()| attempt.all_added());
     let verdict = attempt.resimulator.simulation().energy_verdict();
     let worst_out_of_range = attempt.resimulator.worst_out_of_range();
-    let Attempt { recorder, mut deviation, torque, from_s, .. } = attempt;
+    let Attempt { recorder, mut deviation, torque, from_s, samples, .. } = attempt;
     if torque.was_left_out() {
         deviation.leave_out_torque();
     }
@@ -151,7 +156,7 @@ fn compute(
         Err(Stopped::Other(error)) => return Err(error),
     };
     let from_s = from_s.unwrap_or(0.0);
-    Ok(WhatIfOutcome { from_s, scene, deviation, diverged, verdict, worst_out_of_range, written, source: structure })
+    Ok(WhatIfOutcome { from_s, scene, deviation, diverged, verdict, worst_out_of_range, samples, written, source: structure })
 }
 
 /// Why a re-simulation stopped.
@@ -184,6 +189,7 @@ struct Attempt<'a> {
     /// Session time at which it began, once it has.
     from_s: Option<f64>,
     deviation: Deviation,
+    samples: SampleTimes,
 }
 
 impl Attempt<'_> {
@@ -224,7 +230,13 @@ impl Attempt<'_> {
             Message::Commands(command) => step_of(command, steps),
             _ => steps.round(),
         };
-        if ours && (steps - step).abs() > 1e-6 * steps.max(1.0) {
+        let is_reached = (steps - step).abs() <= 1e-6 * steps.max(1.0);
+        // An oscillator has no angles.
+        let sampled = self.source.scene.scene.chain().map_or(Topic::Displacements, |_| Topic::Angles);
+        if event.topic() == sampled {
+            self.samples.count(stamp, is_reached);
+        }
+        if ours && !is_reached {
             return Ok(());
         }
         let instant = (stamp.epoch, step as u64);

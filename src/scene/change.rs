@@ -6,6 +6,8 @@ use super::{SceneError, SceneSource};
 
 /// The reason of most refusals.
 const GEOMETRY: &str = "a running scene keeps its geometry: start another run";
+/// The reason where torque would replace a prescribed motion, or the reverse.
+const KIND_OF_DRIVE: &str = "a running scene keeps its kind of drive: start another run";
 
 impl SceneSource {
     /// This scene with `KEY=VALUE` changes, for a run that goes on with it.
@@ -13,7 +15,25 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError`] if a change is refused as [`parse`](SceneSource::parse) would, or needs another run.
     pub fn changed(&self, changes: &[String]) -> Result<SceneSource, SceneError> {
-        self.kept_by(self.with(changes)?, changes)
+        let changed = self.with(changes).map_err(|refused| self.other_kind_of_drive(changes).unwrap_or(refused))?;
+        self.kept_by(changed, changes)
+    }
+
+    /// The refusal of a change that gives a chain the other kind of drive; `None` if none does. Beside the drive that the chain
+    /// has, it breaks other rules, too, and to heed their refusals does not help.
+    fn other_kind_of_drive(&self, changes: &[String]) -> Option<SceneError> {
+        self.scene.chain()?;
+        let tables: &[&str] = match self.scene.drive {
+            Drive::Torque { .. } => &["drive"],
+            Drive::Motion(_) => &["torque", "pulse"],
+        };
+        let table_of = |change: &str| {
+            let (key, value) = change.split_once('=')?;
+            // A list without pulses gives no torque.
+            tables.iter().copied().find(|table| is_within(key.trim(), table) && value.trim() != "[]")
+        };
+        let (given, table) = changes.iter().rev().find_map(|change| Some((change, table_of(change)?)))?;
+        Some(SceneError { key: table.to_owned(), ..SceneError::whole(format!("--set {given}"), KIND_OF_DRIVE) })
     }
 
     /// `changed` if a run of this scene can go on with it, or the refusal of one of the changes.
@@ -76,7 +96,7 @@ fn other_drive(before: &Scene, after: &Scene) -> Option<(String, &'static str)> 
             Some(("start".to_owned(), "the prescribed motion goes on from its start: start another run"))
         }
         (Drive::Motion(_), Drive::Motion(_)) => None,
-        _ => Some(("drive".to_owned(), "a running scene keeps its kind of drive: start another run")),
+        _ => Some(("drive".to_owned(), KIND_OF_DRIVE)),
     }
 }
 
@@ -145,6 +165,27 @@ mod tests {
         ] {
             let refused = scene.changed(&owned(&[change])).err().map(|refused| refused.to_string()).unwrap_or_default();
             assert!(refused.starts_with(said), "{change}: {refused}");
+        }
+        Ok(())
+    }
+
+    /// Those beside a torque or a motion were refused for that, and for the kind of drive once it was dropped.
+    #[test]
+    fn regress_a_change_of_the_kind_of_drive_is_refused_as_that_at_once() -> Result<(), SceneError> {
+        for (scene, change, table) in [
+            ("crank-slider", "drive.speed_rad_per_s=3", "drive"),
+            ("thesis-compressor", "torque.constant_nm=2", "torque"),
+            ("thesis-compressor", "pulse=[{start_s=1, torque_nm=2, duration_s=1}]", "pulse"),
+        ] {
+            let expected = format!("--set {change}: {table}: {KIND_OF_DRIVE}");
+            assert_eq!(refused(scene, &["slider.mass_kg=0.3", change])?, expected);
+        }
+        for (scene, changes, said) in [
+            ("thesis-compressor", ["pulse=[]", "slider.mass_kg=-1"], "slider.mass_kg = -1: "),
+            ("thesis-oscillator", ["solver.step_s=0.2", "drive.speed_rad_per_s=3"], "drive: does not go with an [oscillator]"),
+        ] {
+            let answer = refused(scene, &changes)?;
+            assert!(answer.contains(said), "{answer}");
         }
         Ok(())
     }

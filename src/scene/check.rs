@@ -22,6 +22,11 @@ impl<'a> Checker<'a> {
         self.text.refuse(key, problem)
     }
 
+    /// Whether an override gave `key`, and none `other`: then it is `key` that is wrong.
+    pub(super) fn is_to_blame(&self, key: &str, other: &str) -> bool {
+        self.text.is_overridden(key) && !self.text.is_overridden(other)
+    }
+
     /// The refusal of keys that exclude one another: of the one that an override added to the scene, or of the usual one.
     pub(super) fn refuse_one_of(&self, usual: &str, others: &[&str], problem: &str) -> SceneError {
         let added = std::iter::once(&usual).chain(others).find_map(|key| self.text.added(key));

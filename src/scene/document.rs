@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, DocumentMut, Item, TableLike, TomlError, Value};
 
-use super::syntax::syntax_problem;
+use super::syntax::{number, syntax_problem};
 use super::{SceneError, parse};
 use crate::repeated_table::repeated_table;
 
@@ -52,6 +52,11 @@ impl SceneText {
     pub fn added(&self, key: &str) -> Option<&str> {
         let (set, _) = self.overrides.iter().rev().find(|(set, _)| is_within(set, key))?;
         (!self.had(key)).then_some(set.as_str())
+    }
+
+    /// Whether an override gave `key`, or a part of it.
+    pub fn is_overridden(&self, key: &str) -> bool {
+        self.overrides.iter().any(|(set, _)| is_within(key, set) || is_within(set, key))
     }
 
     /// Where `key` was given: `--set`, or file and line (of the nearest existing table). No line, if the file gave another value.
@@ -145,7 +150,9 @@ fn read(key: &str, text: &str) -> Result<Value, String> {
     if text.is_empty() {
         return Err("expected KEY=VALUE: the value is missing".to_owned());
     }
-    let is_word = !text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
+    let is_value = text.starts_with(|first: char| first.is_ascii_digit() || "[{\"'+-".contains(first));
+    // `.3` and `−3` are numbers that TOML does not know.
+    let is_word = !is_value && number(text).is_none();
     text.parse().or_else(|error: TomlError| match is_word {
         true => Ok(Value::from(text)),
         false => Err(syntax_problem(key, text, &error)),
@@ -330,6 +337,17 @@ mod tests {
         assert_eq!(said, format!("scene.toml:8: {problem}"));
         let said = refused(text, &["slider.mass_kg=1,500"]);
         assert!(said.ends_with("a number has no commas: 1_500 or 1.5e3, or with a decimal point 1.500"), "{said}");
+    }
+
+    /// `.3` was a text, and the number was refused for a unit that it does not have.
+    #[test]
+    fn regress_a_number_without_a_leading_zero_is_no_text() {
+        let text = builtin::find(builtin::DEFAULT).map(|scene| scene.text).unwrap_or_default();
+        for (value, number) in [(".3", "0.3"), (".8e-5", "8e-6"), ("−.3", "-0.3")] {
+            let given = format!("slider.mass_kg={value}");
+            let problem = format!("--set {given}: not TOML: {value} is written as {number}");
+            assert_eq!(refused(text, &[&given]), problem);
+        }
     }
 
     #[test]

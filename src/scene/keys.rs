@@ -144,7 +144,7 @@ pub(super) const START_RATE: Number = number(
 pub(super) const STATIC_EQUILIBRIUM: Boolean = Boolean {
     name: "static_equilibrium",
     default: false,
-    meaning: "whether links start bent by weight and constant loads, at rest in equilibrium; for a beam or a crank-slider, not \
+    meaning: "whether links start bent by weight and constant loads, as in equilibrium; for a beam or a crank-slider, not \
               for an open chain of two links, nor with `incremental`",
 };
 pub(super) const DRIVE_SPEED: Number =

@@ -83,14 +83,16 @@ fn lumped(check: &Checker, name: LinkName, raw: &raw::Link, mass_kg: f64, length
 /// Refuses a mass unless the link is rigid, and has nothing else to get its mass from.
 fn refuse_unless_mass_alone(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<(), SceneError> {
     let key = |part: &str| format!("{}.{part}", name.as_str());
-    if !rigid {
-        return Err(check.refuse(
-            &key("mass_kg"),
-            "only for a rigid link (rigid = true, or model \"rigid\"): a flexible one needs section and density_kg_per_m3",
-        ));
-    }
     let sectional =
         raw.section.is_some() || raw.area_m2.is_some() || raw.second_moment_m4.is_some() || raw.density_kg_per_m3.is_some();
+    if !rigid {
+        let instead = match sectional {
+            true => "has its mass from section and density_kg_per_m3, which a mass_kg would replace",
+            false => "needs section and density_kg_per_m3",
+        };
+        let problem = format!("only for a rigid link (rigid = true, or model \"rigid\"): a flexible one {instead}");
+        return Err(check.refuse(&key("mass_kg"), problem));
+    }
     if sectional {
         let others = ["section", "area_m2", "second_moment_m4", "density_kg_per_m3"].map(key);
         let others = others.each_ref().map(String::as_str);
@@ -110,14 +112,18 @@ fn bar(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<
     }
     let refused = SectionMeasures { area_m2: f64::NAN, second_moment_m4: Some(f64::NAN), extreme_fibre_m: None };
     let SectionMeasures { area_m2, second_moment_m4, extreme_fibre_m } =
-        check.noted(section(check, name, raw)).unwrap_or(refused);
+        check.noted(section(check, name, raw, rigid)).unwrap_or(refused);
     let needed = |spec: &Number, value: Option<f64>| {
         if rigid && value.is_none() { 0.0 } else { check.number_or(spec, name.as_str(), value) }
     };
     Ok(Bar {
         area_m2,
         second_moment_m4: second_moment_m4.unwrap_or_else(|| needed(&keys::SECOND_MOMENT, None)),
-        density_kg_per_m3: check.number_or(&keys::DENSITY, name.as_str(), raw.density_kg_per_m3),
+        density_kg_per_m3: match raw.density_kg_per_m3 {
+            // It is named with the section.
+            None if rigid && raw.section.is_none() && raw.area_m2.is_none() => f64::NAN,
+            density => check.number_or(&keys::DENSITY, name.as_str(), density),
+        },
         youngs_modulus_pa: needed(&keys::YOUNGS_MODULUS, raw.youngs_modulus_pa),
         extreme_fibre_m,
     })
@@ -131,9 +137,14 @@ struct SectionMeasures {
 }
 
 /// The measures given, or those of the shape.
-fn section(check: &Checker, name: LinkName, raw: &raw::Link) -> Result<SectionMeasures, SceneError> {
+fn section(check: &Checker, name: LinkName, raw: &raw::Link, rigid: bool) -> Result<SectionMeasures, SceneError> {
     let Some(section) = &raw.section else {
-        let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), "missing key `area_m2` (or `section`)"))?;
+        let missing = match (rigid, raw.second_moment_m4) {
+            (true, _) => "missing key `mass_kg`, or `section` (or `area_m2`) and `density_kg_per_m3`",
+            (false, None) => "missing keys `area_m2` and `second_moment_m4` (or `section`)",
+            (false, Some(_)) => "missing key `area_m2` (or `section`)",
+        };
+        let area = raw.area_m2.ok_or_else(|| check.refuse(name.as_str(), missing))?;
         let moment = raw.second_moment_m4.map(|moment| check.number(&keys::SECOND_MOMENT, name.as_str(), moment));
         let area_m2 = check.number(&keys::AREA, name.as_str(), area);
         return Ok(SectionMeasures { area_m2, second_moment_m4: moment, extreme_fibre_m: None });
@@ -181,7 +192,12 @@ fn sizes<const N: usize>(check: &Checker, table: &str, section: &raw::Section, o
     let is_other = |name: &str| own.iter().all(|spec| spec.name != name);
     if let Some((name, _)) = given.iter().find(|(name, value)| value.is_some() && is_other(name)) {
         let names = own.map(|spec| spec.name).join(" and ");
-        return Err(check.refuse(&format!("{table}.{name}"), format!("this shape has only {names}")));
+        let [given, shape] = [*name, "shape"].map(|part| format!("{table}.{part}"));
+        if check.is_to_blame(&shape, &given) {
+            let whole = format!("this shape has only {names}, and the section has {name}: set the whole of {table}");
+            return Err(check.refuse(&shape, whole));
+        }
+        return Err(check.refuse(&given, format!("this shape has only {names}")));
     }
     let value = |spec: &Number| given.iter().find(|(name, _)| *name == spec.name).and_then(|(_, value)| *value);
     Ok(own.map(|spec| check.number_or(&spec, table, value(&spec))))

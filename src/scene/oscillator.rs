@@ -51,6 +51,7 @@ pub(super) fn alone(check: &Checker, scene: &raw::Scene) -> Result<(), SceneErro
     if scene.oscillator.is_none() {
         return Ok(());
     }
+    let raw::Scene { base, gravity, start, commands, .. } = scene;
     let given = [
         ("crank", scene.crank.is_some()),
         ("rod", scene.rod.is_some()),
@@ -60,6 +61,10 @@ pub(super) fn alone(check: &Checker, scene: &raw::Scene) -> Result<(), SceneErro
         ("drive", scene.drive.is_some()),
         ("pulse", !scene.pulse.is_empty()),
         ("torque", scene.torque.is_some()),
+        ("base", base.torsion_spring_nm_per_rad.or(base.damper_nm_s_per_rad).is_some()),
+        ("gravity", gravity.x_m_per_s2.or(gravity.y_m_per_s2).is_some()),
+        ("start", start.angle_rad.or(start.rate_rad_per_s).is_some() || start.static_equilibrium.is_some()),
+        ("commands", commands.torque_limit_nm.is_some() || commands.pending_limit.is_some()),
     ];
     let problem = "does not go with an [oscillator]";
     match given.into_iter().find(|(_, given)| *given) {

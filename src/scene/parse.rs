@@ -6,11 +6,45 @@ use super::{SceneError, keys, raw, validate};
 use crate::nearest::did_you_mean_key;
 
 pub(super) fn parse(text: &SceneText) -> Result<raw::Scene, SceneError> {
-    toml::from_str(&text.merged).map_err(|error| {
+    let scene = toml::from_str(&text.merged).map_err(|error| {
         let first = refusal(text, &text.merged, &error);
         let others = others(text, &first);
         text.joined(first, others)
-    })
+    })?;
+    let mut listed = tables_as_lists(text);
+    match listed.pop() {
+        None => Ok(scene),
+        Some(refused) => Err(text.joined(refused, listed)),
+    }
+}
+
+/// Lists whose entries are tables.
+const LISTS_OF_TABLES: [&str; 2] = ["pulse", "level"];
+/// Keys of other lists.
+const LISTS: [&str; 7] = ["resistance_table", "table", "changes", "masses_kg", "springs", "forces_n", "start_m"];
+
+/// The refusals of lists in place of tables. serde would take the values of `gravity = [0, 0, -9.81]` for those of the table's keys in
+/// their order, and drop what is left.
+fn tables_as_lists(text: &SceneText) -> Vec<SceneError> {
+    let mut found = Vec::new();
+    let mut places: Vec<(String, toml::Value)> = Vec::new();
+    let scene: toml::Table = toml::from_str(&text.merged).unwrap_or_default();
+    places.extend(scene);
+    while let Some((path, value)) = places.pop() {
+        let key = path.rsplit('.').next().unwrap_or(&path);
+        let below = |name: &dyn std::fmt::Display, value| (format!("{path}.{name}"), value);
+        match value {
+            toml::Value::Table(table) => places.extend(table.into_iter().map(|(name, value)| below(&name, value))),
+            toml::Value::Array(entries) if LISTS_OF_TABLES.contains(&path.as_str()) => {
+                places.extend(entries.into_iter().enumerate().map(|(place, entry)| below(&place, entry)));
+            }
+            toml::Value::Array(_) if !LISTS.contains(&key) && found.len() < MOST_FURTHER => {
+                found.push(text.refuse(&path, format!("must be a table{}", known_keys(&path))));
+            }
+            _ => {}
+        }
+    }
+    found
 }
 
 /// The other names and types that are wrong: what remains of the text without the refused keys is read again. The name of a model
@@ -127,6 +161,86 @@ fn kind(message: &str) -> &'static str {
 mod tests {
     use super::describe;
     use crate::scene::SceneSource;
+
+    fn refused(text: &str, overrides: &[&str]) -> String {
+        let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+        SceneSource::parse("scene.toml", text, &overrides).err().map(|refused| refused.in_full()).unwrap_or_default()
+    }
+
+    /// Values were taken for those of the keys in their order, and the others dropped: this scene had no gravity.
+    #[test]
+    fn regress_a_list_in_place_of_a_table_is_refused() {
+        let beam = "[beam]\nlength_m = 1.0\nmass_kg = 2.0\nrigid = true\n";
+        for (list, table) in [
+            ("gravity = [0, 0, -9.81]", "gravity = [0, 0, -9.81]: must be a table (known here: x_m_per_s2, y_m_per_s2)"),
+            ("gravity = [0, -9.81]", "gravity = [0, -9.81]: must be a table"),
+            ("tip = [3]", "tip = [3]: must be a table (known here: mass_kg)"),
+            ("start = [1.0, 2.0, false]", "must be a table"),
+            ("pulse = [[0, 1, 0.2, \"rectangular\"]]", "must be a table (known here: start_s"),
+            ("level = [[\"a\", [], 0.1]]", "must be a table (known here: name"),
+        ] {
+            let said = refused(&format!("{list}\n{beam}"), &[]);
+            assert!(said.starts_with("scene.toml:1: ") && said.contains(table), "{said}");
+        }
+        let said = refused(beam, &["gravity=[0,0,-9.81]"]);
+        assert!(said.starts_with("--set gravity=[0,0,-9.81]: gravity = [0,0,-9.81]: must be a table"), "{said}");
+        // Lists that are meant.
+        assert_eq!(
+            refused(
+                "pulse = [{ start_s = 0, torque_nm = 1, duration_s = 0.1 }]\nlevel = []\n[beam]\nlength_m = 1\nmass_kg = 2\nrigid = true\n",
+                &[]
+            ),
+            ""
+        );
+    }
+
+    #[test]
+    fn regress_an_oscillator_has_nothing_that_acts_on_links() {
+        let masses = "[oscillator]\nmasses_kg = [1.0]\nsprings = [[0, 1, 4.0]]\n";
+        for (table, key) in [
+            ("gravity", "x_m_per_s2 = -9.81"),
+            ("start", "rate_rad_per_s = 3.0"),
+            ("base", "damper_nm_s_per_rad = 5.0"),
+            ("commands", "torque_limit_nm = 5.0"),
+        ] {
+            let said = refused(&format!("{masses}[{table}]\n{key}\n"), &[]);
+            assert_eq!(said, format!("scene.toml:4: {table}: does not go with an [oscillator]"));
+        }
+        assert_eq!(refused(masses, &[]), "");
+    }
+
+    /// The line that nobody had touched was blamed.
+    #[test]
+    fn regress_an_override_that_breaks_a_rule_is_blamed_itself() {
+        let text = crate::scene::builtin::find("crank-slider").map(|scene| scene.text).unwrap_or_default();
+        for (given, said) in [
+            ("crank.length_m=2", "crank.length_m = 2: must be shorter than rod.length_m = 1.5, or the crank cannot turn"),
+            (
+                "rod.section.shape=round",
+                "this shape has only diameter_m, and the section has width_m: set the whole of rod.section",
+            ),
+            (
+                "rod.mass_kg=1",
+                "only for a rigid link (rigid = true, or model \"rigid\"): a flexible one has its mass from section",
+            ),
+        ] {
+            let refused = refused(text, &[given]);
+            assert!(refused.starts_with(&format!("--set {given}: ")) && refused.contains(said), "{refused}");
+        }
+        let given = ["rod.section={shape=\"round\",diameter_m=0.01}"];
+        assert_eq!(refused(text, &given), "");
+    }
+
+    #[test]
+    fn regress_all_that_a_link_lacks_is_named_at_once() {
+        let said = refused("[beam]\nlength_m = 1.0\n", &[]);
+        for key in ["`area_m2` and `second_moment_m4` (or `section`)", "`density_kg_per_m3`", "`youngs_modulus_pa`"] {
+            assert!(said.contains(key), "{said}");
+        }
+        let said = refused("[beam]\nlength_m = 1.0\nrigid = true\n", &[]);
+        let missing = "missing key `mass_kg`, or `section` (or `area_m2`) and `density_kg_per_m3`";
+        assert_eq!(said, format!("scene.toml:1: beam: {missing}"));
+    }
 
     #[test]
     fn regress_integer_types_are_whole_numbers_in_words() {

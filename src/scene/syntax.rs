@@ -188,9 +188,14 @@ fn is_in_quotes(line: &str, place: usize) -> bool {
     line.get(..place).is_some_and(|before| before.matches('"').count() % 2 == 1)
 }
 
-/// A hint at the number to write for one that only TOML refuses: `.5`, `5.`, `−1`.
+/// The number of a text, which TOML may refuse: `.5`, `5.`, `−1`.
+pub(super) fn number(text: &str) -> Option<f64> {
+    text.replace(['−', '–'], "-").parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// A hint at the number to write for one that only TOML refuses.
 fn number_hint(value: &str) -> Option<String> {
-    let number: f64 = value.replace(['−', '–'], "-").parse().ok().filter(|number: &f64| number.is_finite())?;
+    let number = number(value)?;
     if value.parse::<toml_edit::Value>().is_ok() {
         // One of another kind, as from a web page.
         return Some(format!("the space beside {value} is no ordinary one"));

@@ -45,8 +45,8 @@ fn chain(check: &Checker, raw: &raw::Scene, model: ModelKind) -> Chain {
             static_equilibrium: raw.start.static_equilibrium.unwrap_or(keys::STATIC_EQUILIBRIUM.default),
         },
     };
-    if let Some(problem) = short_rod(&chain) {
-        check.note(|| check.refuse("rod.length_m", problem));
+    if let Some((key, problem)) = short_rod(check, &chain) {
+        check.note(|| check.refuse(key, problem));
     }
     if let Some(problem) = bad_equilibrium(raw, &chain, model) {
         check.note(|| check.refuse("start.static_equilibrium", problem));
@@ -226,11 +226,15 @@ fn solver(check: &Checker, scene: &raw::Scene, is_known: bool) -> Solver {
     solver
 }
 
-/// The problem of a rod that is too short for its crank.
-fn short_rod(chain: &Chain) -> Option<String> {
+/// The problem of a rod that is too short for its crank, and the key to blame.
+fn short_rod(check: &Checker, chain: &Chain) -> Option<(&'static str, String)> {
     let (End::Slider(_), [crank, rod]) = (&chain.end, chain.links.as_slice()) else { return None };
-    let problem = || format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m);
-    (rod.length_m <= crank.length_m).then(problem)
+    let keys = ["crank.length_m", "rod.length_m"];
+    let refused = || match check.is_to_blame(keys[0], keys[1]) {
+        true => (keys[0], format!("must be shorter than rod.length_m = {:?}, or the crank cannot turn", rod.length_m)),
+        false => (keys[1], format!("must be longer than crank.length_m = {:?}, or the crank cannot turn", crank.length_m)),
+    };
+    (rod.length_m <= crank.length_m).then(refused)
 }
 
 /// The problem of a chain that is asked to start in static equilibrium, and cannot.
@@ -302,8 +306,8 @@ mod tests {
         let text = "[crank]\nlength_m = 0.5\n[rod]\nlength_m = 0.4\n[slider]\n";
         let refused = SceneSource::parse("scene.toml", text, &[]).err().map(|refused| refused.in_full()).unwrap_or_default();
         let missing = |link: &str| {
-            let keys = ["`area_m2` (or `section`)", "`density_kg_per_m3`", "`youngs_modulus_pa`"];
-            keys.map(|key| format!("scene.toml:{link}: missing key {key}"))
+            let keys = ["s `area_m2` and `second_moment_m4` (or `section`)", " `density_kg_per_m3`", " `youngs_modulus_pa`"];
+            keys.map(|key| format!("scene.toml:{link}: missing key{key}"))
         };
         let short = "scene.toml:4: rod.length_m = 0.4: must be longer than crank.length_m = 0.5, or the crank cannot turn";
         let expected = [&missing("1: crank")[..], &missing("3: rod"), &[short.to_owned()]].concat();

@@ -10,8 +10,12 @@ use crate::scene::{Link, ModelKind, Scene, Solver, System};
 /// A running scene could not be changed; it goes on as before.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NotChanged {
-    /// The steps of both scenes meet later only.
-    #[error("the new step begins at a common instant of both, {0} steps from here")]
+    /// The steps of both scenes meet later only, after this many of the present steps.
+    #[error(
+        "a longer step can only begin at an instant that both steps reach, {} from here: `control NAME step {}` goes there",
+        steps(*.0),
+        .0
+    )]
     Later(u64),
     /// Neither step is a multiple of the other.
     #[error("a step of {new_s} s is neither a multiple nor a part of the present step, {present_s} s")]
@@ -30,6 +34,10 @@ pub enum NotChanged {
     /// The changed scene cannot go on from here.
     #[error("the changed scene cannot go on from here: {0}")]
     Cause(#[from] Cause),
+}
+
+fn steps(count: u64) -> String {
+    if count == 1 { "1 step".to_owned() } else { format!("{count} steps") }
 }
 
 /// No way leads from one scene to another.
@@ -203,5 +211,19 @@ impl Simulation {
     pub(super) fn epoch_changes(&self) -> Option<EpochChanges> {
         let (start, changed) = self.ledger.start_and_changed();
         self.changed.then(|| EpochChanges { grid: self.grid, motion: self.law.origin(), start, changed })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NotChanged;
+
+    #[test]
+    fn regress_a_longer_step_that_must_wait_is_refused_with_what_to_do() {
+        for (later, place) in [(1, "1 step from here"), (4, "4 steps from here")] {
+            let said = NotChanged::Later(later).to_string();
+            let way = format!("reach, {place}: `control NAME step {later}` goes there");
+            assert!(said.starts_with("a longer step can only begin at ") && said.ends_with(&way), "{said}");
+        }
     }
 }

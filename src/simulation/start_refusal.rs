@@ -1,6 +1,6 @@
 //! Why a scene's start cannot be computed, as far as the scene shows it.
 
-use crate::scene::{Drive, Link, LinkName, ModelKind, Scene};
+use crate::scene::{Drive, End, Link, LinkName, ModelKind, Scene};
 
 /// Why no static equilibrium was found.
 pub(super) fn no_equilibrium(scene: &Scene) -> String {
@@ -21,7 +21,23 @@ pub(super) fn no_equilibrium(scene: &Scene) -> String {
 /// Why the start has no finite accelerations.
 pub(super) fn no_accelerations(scene: &Scene) -> String {
     let usual = || "the position is singular, or constant loads bend a link too far".to_owned();
-    format!("its start has no finite accelerations: {}", soft_link(scene).unwrap_or_else(usual))
+    format!("its start has no finite accelerations: {}", massless(scene).or_else(|| soft_link(scene)).unwrap_or_else(usual))
+}
+
+/// The part of a chain that nothing with mass holds, and the keys to look at.
+fn massless(scene: &Scene) -> Option<String> {
+    let chain = scene.chain()?;
+    let has_mass = |link: &Link| link.mass_kg > 0.0;
+    match &chain.end {
+        End::Slider(slider) => {
+            let is_massless = slider.mass_kg == 0.0 && !chain.links.iter().any(has_mass);
+            is_massless.then(|| "neither the links nor the slider have mass: give one of them mass_kg".to_owned())
+        }
+        End::Free { tip_mass_kg } => {
+            let link = chain.links.last().filter(|link| *tip_mass_kg == 0.0 && !has_mass(link))?.name.as_str();
+            Some(format!("the {link} has no mass, nor has its tip: give {link}.mass_kg or tip.mass_kg"))
+        }
+    }
 }
 
 /// The softest link that static equilibrium would bend, and its keys to look at, if its weight alone bends it beyond its length.

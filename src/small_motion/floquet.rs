@@ -127,12 +127,17 @@ pub fn of_physics<S: PeriodicSystem>(
         let is_last = steps > accuracy.most_steps / 2;
         match of_scheme(system, Scheme::Esdirk, Cycle { period_s, steps }, &guess, settings) {
             Ok(mut fine) => {
+                let Orbit { q, v, advance, .. } = fine.orbit.clone();
+                guess = Guess { q, v, advance: Some(advance) };
+                if is_last && coarse.is_none() {
+                    // Without another number of steps, no error is known. From here, fewer find the motion, too.
+                    let fewer = of_scheme(system, Scheme::Esdirk, Cycle { period_s, steps: steps / 2 }, &guess, settings);
+                    coarse = fewer.ok().map(|mut fewer| Level::refine(&mut fewer.multipliers, None));
+                }
                 let level = Level::refine(&mut fine.multipliers, coarse.as_ref());
                 if is_last || fine.error() <= accuracy.tolerance {
                     return Ok(fine);
                 }
-                let Orbit { q, v, advance, .. } = fine.orbit;
-                guess = Guess { q, v, advance: Some(advance) };
                 coarse = Some(level);
             }
             Err(error) if is_last || coarse.is_some() => return Err(error),

@@ -44,6 +44,8 @@ mod sweep;
 mod tension;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod turning_tests;
 pub mod variation;
 mod vibrations;
 
@@ -81,8 +83,13 @@ pub enum NoModes {
     #[error("only one link without weight turns steadily; other chains turn periodically: ask for --periodic")]
     NotSteady,
     /// The second of two links hangs free.
-    #[error("a second link that hangs free does not turn periodically; give an instant of a recording instead")]
+    #[error("a second link that hangs free turns neither steadily nor periodically; give an instant of a recording instead")]
     FreeSecondLink,
+    /// A free crank on a base spring, with what depends on its angle.
+    #[error(
+        "a base spring winds up as a free crank turns, so that the motion does not repeat; give an instant of a recording instead"
+    )]
+    BaseSpring,
     /// No speed was given for a motion that turns.
     #[error("a mechanism that turns needs a speed that is not 0")]
     NoSpeed,

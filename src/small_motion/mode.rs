@@ -186,18 +186,22 @@ impl Identifier {
     }
 
     /// The mode of a multiplier over a turn, whose shape with `φᴴ M φ = 1` moves at some `near_per_s`. In a turning chain every mode turns
-    /// the chain a little; it is named after that only if nothing else moves. `exponent` gives its eigenvalue.
+    /// the chain a little; it is named after that only if nothing else moves. A link whose rotation holds it may bend faster, with less
+    /// strain energy. `runs_ahead`: a free crank does, or turns faster, and the links follow bent. `exponent`
+    /// gives its eigenvalue.
     pub(super) fn identify_periodic(
         &mut self,
-        near_per_s: f64,
+        (near_per_s, runs_ahead): (f64, bool),
         exponent: impl FnOnce(bool) -> Complex<f64>,
         shape: DVector<Complex<f64>>,
     ) -> Mode {
         let strain = self.strain(&shape);
-        let vibrates = self.rigid.whole == 0.0 || strain.whole >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
+        let is_strained = strain.whole >= STRAINED_WHILE_TURNING * near_per_s * near_per_s;
+        let is_deformed = is_strained || deformed_part(&strain.links) >= DEFORMED;
+        let vibrates = self.rigid.whole == 0.0 || is_deformed && !runs_ahead;
         let mut mode = self.named(exponent(vibrates), shape, strain);
         mode.kind = match (mode.shares.first(), vibrates) {
-            // A free crank runs ahead, or faster; the links follow bent.
+            _ if runs_ahead => Kind::Rotation,
             _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
             (Some(share), true) => Kind::Vibration(share.part),
             _ => Kind::Swing,
@@ -229,10 +233,13 @@ impl Identifier {
         let held = twice_energy(&self.system.stiffness, &shape).abs();
         let in_base = energies.first().is_some_and(|(part, _)| *part == Part::Base) && whole >= BROUGHT_BACK * held;
         let decays = eigenvalue.im == 0.0 && eigenvalue.re < 0.0;
-        let is_overdamped = decays && (in_base || deformed_part(&links) >= DEFORMED);
-        let strained = whole > 0.0 && (whole >= STRAINED * eigenvalue.norm_sqr() || is_overdamped);
-        let is_brought_back = eigenvalue.im != 0.0 && whole >= BROUGHT_BACK * eigenvalue.norm_sqr();
+        let is_deformed = deformed_part(&links) >= DEFORMED;
+        let is_overdamped = decays && (in_base || is_deformed);
         let rigid_part = self.rigid.of(&shape);
+        // Tension may bring back what bends far more than strain does, as in a fast rotation.
+        let bends = is_deformed && rigid_part < RIGID;
+        let strained = whole > 0.0 && (whole >= STRAINED * eigenvalue.norm_sqr() || is_overdamped || bends);
+        let is_brought_back = eigenvalue.im != 0.0 && whole >= BROUGHT_BACK * eigenvalue.norm_sqr();
         let kind = match energies.first() {
             _ if self.oscillates => Kind::Masses,
             _ if eigenvalue.norm() == 0.0 => Kind::Rotation,

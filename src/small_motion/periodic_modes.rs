@@ -17,15 +17,21 @@ use crate::integrate::{System as _, solve_acceleration};
 
 /// Multipliers below this are motion that is gone after a turn; nothing can be told of it.
 const GONE: f64 = 1e-6;
+/// A multiplier that is nearer to 1 is that of a shift along the motion. Where it is double, any error splits it.
+const ALONG: f64 = 1e-4;
+/// Least likeness of a free crank's own motion to the velocities, 0 to 1.
+const ALIKE: f64 = 0.5;
 /// Largest error of a multiplier that is resolved, as a part of it.
 const RESOLVED: f64 = 1e-2;
+/// Part of the ratio of velocities and displacements from which on their quotient tells the frequency.
+const TELLING: f64 = 0.5;
 /// Turns per vibration beyond which no whole number of turns is told from the next.
 const MOST_TURNS: f64 = 1e4;
 
 /// One mode of small motion about a turning mechanism.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeriodicMode {
-    /// Name, shape and energies at the beginning of the turn. Its eigenvalue is `ln ρ/T`, with as many whole turns added to its
+    /// Name, shape and energies at the beginning of the turn. Its eigenvalue λ is `ln ρ/T`, with as many whole turns added to its
     /// frequency as bring it nearest to the ratio of the mode's velocities and displacements.
     pub mode: Mode,
     /// ρ of the physics, with its error.
@@ -41,6 +47,8 @@ pub struct PeriodicModes {
     pub orbit: Orbit,
     /// Its modes, in the order of frequency.
     pub modes: Vec<PeriodicMode>,
+    /// Number of multipliers whose motion is gone after a turn. They have no mode here.
+    pub gone: usize,
     /// Period, steps and largest multiplier of the scheme's own motion; why there is none.
     pub scheme: Option<Result<SchemeMotion, FloquetError>>,
 }
@@ -94,10 +102,16 @@ impl Subject {
         if self.has_free_second_link() {
             return Err(NoModes::FreeSecondLink);
         }
+        if self.has_base_spring() {
+            return Err(NoModes::BaseSpring);
+        }
         let guess = self.guess(angle_rad, speed_rad_per_s, near)?;
         let period_s = TAU / speed_rad_per_s.abs();
         let settings = OrbitSettings::default();
         let mut mechanism = self.mechanism();
+        if mechanism.degrees_of_freedom() == 0 {
+            return Err(NoModes::NothingMoves);
+        }
         let mut system = DrivenMechanism::new(mechanism.as_mut(), self.drive(angle_rad, speed_rad_per_s));
         let found = of_physics(&mut system, period_s, &guess, accuracy, &settings).or_else(|refusal| {
             if near.is_some() {
@@ -113,7 +127,8 @@ impl Subject {
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
         let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found)));
-        Ok(PeriodicModes { orbit: found.orbit, modes, scheme })
+        let gone = found.multipliers.iter().filter(|multiplier| is_gone(multiplier)).count();
+        Ok(PeriodicModes { orbit: found.orbit, modes, gone, scheme })
     }
 
     fn drive(&self, angle_rad: f64, speed_rad_per_s: f64) -> CrankDrive {
@@ -161,24 +176,34 @@ impl Subject {
         let (n, period_s) = (point.q.len(), found.orbit.cycle.period_s);
         let mut identifier = Identifier::new(self, point)?;
         let own: Vec<(Complex<f64>, DVector<Complex<f64>>)> = scheme.map(|scheme| shapes(scheme, n)).unwrap_or_default();
+        // One of each conjugate pair.
+        let is_told = |multiplier: &&Multiplier| multiplier.value.im >= -1e-12 * multiplier.value.norm() && !is_gone(multiplier);
+        let halves = |vector: DVector<Complex<f64>>| (vector.rows(0, n).into_owned(), vector.rows(n, n).into_owned());
+        let with_shape = |multiplier: &Multiplier| {
+            eigenvector(&found.orbit.monodromy, multiplier.value).map(|vector| (*multiplier, halves(vector)))
+        };
+        let told: Vec<_> = found.multipliers.iter().filter(is_told).filter_map(with_shape).collect();
+        let along = DVector::from_iterator(n, found.orbit.v.iter().map(|v| Complex::from(*v)));
+        let shapes: Vec<_> =
+            told.iter().map(|(multiplier, (shape, _))| (multiplier.value, alike(&identifier.system, shape, &along))).collect();
+        let ahead = if self.is_held() { Vec::new() } else { running_ahead(&shapes) };
         let mut modes = Vec::new();
-        for multiplier in &found.multipliers {
-            // One of each conjugate pair.
-            if multiplier.value.im < -1e-12 * multiplier.value.norm() || multiplier.value.norm() < GONE {
-                continue;
-            }
-            let Some(vector) = eigenvector(&found.orbit.monodromy, multiplier.value) else { continue };
-            let (shape, rates) = (vector.rows(0, n).into_owned(), vector.rows(n, n).into_owned());
-            let near = inner(&identifier.system, &rates, &rates).re / inner(&identifier.system, &shape, &shape).re;
+        for (place, (multiplier, (shape, rates))) in told.into_iter().enumerate() {
+            let square = inner(&identifier.system, &shape, &shape).re;
+            let size_per_s = (inner(&identifier.system, &rates, &rates).re / square).sqrt();
+            let quotient = inner(&identifier.system, &shape, &rates) / square;
             let by_scheme = own.iter().max_by(|one, other| {
                 let alike = |(_, other): &(Complex<f64>, DVector<Complex<f64>>)| alike(&identifier.system, &shape, other);
                 alike(one).total_cmp(&alike(other))
             });
             let by_scheme = by_scheme.map(|(value, _)| *value);
-            let size = inner(&identifier.system, &shape, &shape).re.sqrt();
-            let value = |vibrates| exponent(multiplier.value, period_s, if vibrates { near.sqrt() } else { 0.0 });
-            let mode = identifier.identify_periodic(near.sqrt(), value, shape / Complex::from(size));
-            modes.push(PeriodicMode { mode, multiplier: *multiplier, by_scheme });
+            let value = |vibrates| match vibrates {
+                true => exponent(multiplier.value, period_s, (quotient, size_per_s)),
+                false => exponent(multiplier.value, period_s, (Complex::from(0.0), 0.0)),
+            };
+            let facts = (size_per_s, ahead.contains(&place));
+            let mode = identifier.identify_periodic(facts, value, shape / Complex::from(square.sqrt()));
+            modes.push(PeriodicMode { mode, multiplier, by_scheme });
         }
         modes.sort_by(|one: &PeriodicMode, other| one.mode.eigenvalue.im.total_cmp(&other.mode.eigenvalue.im));
         let named = numbered(modes.iter().map(|periodic| periodic.mode.clone()).collect());
@@ -207,11 +232,17 @@ impl PeriodicModes {
         self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
     }
 
+    /// Whether the growth of any mode is known: where a motion was found with one number of steps alone, no error is.
+    pub fn is_known(&self) -> bool {
+        self.modes.is_empty() || self.modes.iter().any(PeriodicMode::is_resolved)
+    }
+
     /// Whether the scheme lets a mode grow by a hundredth a turn more than any mode grows by itself. Smaller growth proves nothing: a crank that
     /// turns freely has a double multiplier of 1, which any error of the scheme splits in two.
     pub fn scheme_adds_growth(&self) -> bool {
         let scheme = self.scheme.as_ref().and_then(|scheme| scheme.as_ref().ok());
-        scheme.is_some_and(|scheme| scheme.largest.value.norm() > (1.0 + ADDED) * self.largest().max(1.0))
+        let most = (1.0 + ADDED) * self.largest().max(1.0);
+        self.is_known() && scheme.is_some_and(|scheme| scheme.largest.value.norm() > most)
     }
 
     /// The largest magnitude of a multiplier that is resolved; 0 where nothing moves.
@@ -238,9 +269,28 @@ fn start_of(system: &mut DrivenMechanism<'_, dyn crate::mechanics::Mechanism>, o
     Ok(Point { input, q: q.clone(), v: v.clone(), a, speed_rad_per_s: 0.0 })
 }
 
+/// Places of the multipliers of a free crank's own motion, given each with how much its shape is like the velocities: the shift along the
+/// motion, whose multiplier is 1, and a change of its speed. That is real, too, and of those the most alike. Where a link's bending has
+/// come into step with the crank, its two multipliers are also real.
+fn running_ahead(shapes: &[(Complex<f64>, f64)]) -> Vec<usize> {
+    let from_one = |place: &usize| (shapes[*place].0 - 1.0).norm();
+    let is_real = |place: &usize| {
+        from_one(place) < ALONG || shapes[*place].0.re > 0.0 && shapes[*place].0.im.abs() <= 1e-12 * shapes[*place].0.norm()
+    };
+    let mut real: Vec<usize> = (0..shapes.len()).filter(is_real).collect();
+    real.sort_by(|one, other| from_one(one).total_cmp(&from_one(other)));
+    let Some((shift, others)) = real.split_first() else { return Vec::new() };
+    let faster = others.iter().copied().max_by(|one, other| shapes[*one].1.total_cmp(&shapes[*other].1));
+    std::iter::once(*shift).chain(faster).filter(|place| shapes[*place].1 >= ALIKE).collect()
+}
+
+fn is_gone(multiplier: &Multiplier) -> bool {
+    multiplier.value.norm() < GONE
+}
+
 /// Multipliers of a scheme with their shapes.
 fn shapes(found: &Floquet, n: usize) -> Vec<(Complex<f64>, DVector<Complex<f64>>)> {
-    let upper = found.multipliers.iter().filter(|multiplier| multiplier.value.im >= 0.0 && multiplier.value.norm() >= GONE);
+    let upper = found.multipliers.iter().filter(|multiplier| multiplier.value.im >= 0.0 && !is_gone(multiplier));
     upper
         .filter_map(|multiplier| {
             let vector = eigenvector(&found.orbit.monodromy, multiplier.value)?;
@@ -258,13 +308,21 @@ fn alike(system: &Linearised, x: &DVector<Complex<f64>>, y: &DVector<Complex<f64
     inner(system, x, y).norm_sqr() / (inner(system, x, x).re * inner(system, y, y).re)
 }
 
-/// `ln ρ/T`, its frequency moved by whole turns to the place nearest to one that is known roughly, rad/s.
-fn exponent(multiplier: Complex<f64>, period_s: f64, near_per_s: f64) -> Complex<f64> {
+/// λ: `ln ρ/T`, its frequency moved by whole turns to the place nearest to one that is known roughly.
+///
+/// In a steady state the velocities ψ are λ times the displacements φ, and `λ = φᴴ M ψ / φᴴ M φ`. Where velocities are those in a frame at
+/// rest, the part that comes from the rotation is at right angles to the displacements, and hardly counts. A mode that has come into step
+/// with the crank has a real shape, and this quotient is real: there, the ratio of the sizes `√(ψᴴ M ψ / φᴴ M φ)` is near |λ|.
+fn exponent(multiplier: Complex<f64>, period_s: f64, (quotient, size_per_s): (Complex<f64>, f64)) -> Complex<f64> {
     let (turn, own) = (TAU / period_s, multiplier.arg() / period_s);
-    let moved = |own: f64| own + turn * ((near_per_s - own) / turn).round().clamp(-MOST_TURNS, MOST_TURNS);
-    // The conjugate is as good.
-    let (one, other) = (moved(own), moved(-own));
-    let best = if (one - near_per_s).abs() <= (other - near_per_s).abs() { one } else { other };
     let rate = multiplier.norm().ln() / period_s;
+    let moved = |own: f64, near_per_s: f64| own + turn * ((near_per_s - own) / turn).round().clamp(-MOST_TURNS, MOST_TURNS);
+    if quotient.im.abs() >= TELLING * size_per_s {
+        return Complex::new(rate, moved(own, quotient.im).abs());
+    }
+    let near_per_s = (size_per_s * size_per_s - rate * rate).max(0.0).sqrt();
+    // The conjugate is as good.
+    let (one, other) = (moved(own, near_per_s), moved(-own, near_per_s));
+    let best = if (one - near_per_s).abs() <= (other - near_per_s).abs() { one } else { other };
     Complex::new(rate, best.abs())
 }

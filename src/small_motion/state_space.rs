@@ -1,6 +1,6 @@
 //! Small motion as a system of first order with inputs and outputs, as programs for control have it.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, linalg::balancing::balance_parlett_reinsch};
 
 use super::NoModes;
 use super::inputs::{InputColumn, beside, inputs, slider_row};
@@ -91,6 +91,14 @@ impl StateSpace {
         }
         self.outputs.splice(0..0, [format!("{first}_angle_rad"), format!("{first}_speed_rad_per_s")]);
         self.at.splice(0..0, [along(&point.q), along(&point.v)]);
+    }
+
+    /// Eigenvalues of the map of a step. Of A as it stands, in which positions and accelerations are of very different sizes, they would
+    /// lose digits.
+    pub fn multipliers(&self) -> Vec<Complex<f64>> {
+        let mut map = self.a.clone();
+        balance_parlett_reinsch(&mut map);
+        map.complex_eigenvalues().iter().copied().collect()
     }
 
     /// Eigenvalues of A in order of magnitude.

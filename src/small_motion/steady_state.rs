@@ -42,8 +42,11 @@ impl Subject {
         if speed_rad_per_s == 0.0 {
             return Ok(point);
         }
+        if self.has_free_second_link() {
+            return Err(NoModes::FreeSecondLink);
+        }
         if !self.turns_steadily() {
-            return Err(NoModes::NotSteady);
+            return Err(if self.has_base_spring() { NoModes::BaseSpring } else { NoModes::NotSteady });
         }
         point.input.motion = self.is_held().then_some([angle_rad, speed_rad_per_s, 0.0]);
         point.speed_rad_per_s = speed_rad_per_s;

@@ -72,7 +72,13 @@ impl Subject {
         self.chain().is_some_and(|chain| chain.links.len() > 1 && matches!(chain.end, End::Free { .. }))
     }
 
-    /// Whether it can turn steadily: one link alone, with nothing that depends on its angle.
+    /// Whether the crank is free, and a base spring holds it.
+    pub(super) fn has_base_spring(&self) -> bool {
+        !self.is_held() && self.chain().is_some_and(|chain| chain.base.torsion_spring_nm_per_rad > 0.0)
+    }
+
+    /// Whether it can turn steadily: one link alone, with nothing that depends on its angle. A base spring counts as one that turns along,
+    /// as in a hub.
     pub fn turns_steadily(&self) -> bool {
         self.chain().is_some_and(|chain| {
             chain.links.len() == 1 && matches!(chain.end, End::Free { .. }) && chain.gravity_m_per_s2 == [0.0; 2]

@@ -157,7 +157,7 @@ fn prop_changes_that_wait_are_applied_in_order_or_refused() -> Outcome {
         say(Action::Level(wire::Level { name: "fair".into() })).map(|reply| (reply.accepted, reply.reason))
     });
     let refused: Vec<(bool, String)> = refused.collect::<Result<_, _>>()?;
-    assert!(refused.iter().any(|(accepted, reason)| !accepted && reason.contains("1 steps from here")), "{refused:?}");
+    assert!(refused.iter().any(|(accepted, reason)| !accepted && reason.contains("1 step from here")), "{refused:?}");
     let (_, folder) = service.stop()?;
     let found = verify(&RecordedSession::open(&folder.path().join("run.mcap"))?, &|_, _| {})?;
     assert_eq!(found.findings, []);

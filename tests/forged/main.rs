@@ -276,7 +276,8 @@ fn prop_forged_recordings_are_found_and_each_kind_of_finding_occurs() -> Outcome
     assert!(missed.is_empty(), "{missed:#?}");
     let bytes = std::fs::read(&file)?;
     let broken = folder.path().join("broken.mcap");
-    std::fs::write(&broken, &bytes[..bytes.len() / 2])?;
+    // Before the end of the data, which the index of so short a recording is longer than.
+    std::fs::write(&broken, &bytes[..bytes.len() / 4])?;
     seen.extend(kinds(findings(&broken)));
     recover(&broken, &path_of(&folder, "recovered.mcap"), |_, _| {})?;
     seen.extend(kinds(findings(&path_of(&folder, "recovered.mcap"))));

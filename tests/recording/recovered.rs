@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use flexcrank::recording::{Messages, RecordedMessage, RecordingError, Recovered, recover};
+use flexcrank::resimulation::{Finding, RecordedSession, Verification, verify};
 use flexcrank::runtime::Pace;
 use flexcrank::simulation::PublishRate;
 
+use crate::common::rewritten::{Contents, as_is};
 use crate::common::{Outcome, Service, scene};
 
 /// A recording of `seconds` in a folder, and its bytes.
@@ -66,6 +68,50 @@ fn prop_without_its_index_nothing_is_lost() -> Outcome {
     let (recovered, whole) = repaired(folder.path(), &bytes[..bytes.len() - 100])?;
     assert!(recovered.loss.is_none(), "{recovered:?}");
     assert_eq!(messages(&whole)?, messages(&folder.path().join("run.mcap"))?);
+    Ok(())
+}
+
+fn verified(file: &Path) -> Outcome<Verification> {
+    Ok(verify(&RecordedSession::open(file)?, &|_, _| {})?)
+}
+
+/// The metadata record that states the end is the last one before the index.
+#[test]
+fn regress_a_recovered_recording_is_whole_if_nothing_was_lost() -> Outcome {
+    let (folder, bytes) = recording(1.0)?;
+    let summary = mcap::Summary::read(&bytes)?.ok_or("no summary")?;
+    let end = summary.metadata_indexes.iter().find(|index| index.name == "flexcrank-end").ok_or("no end")?;
+    let [begins, ends] = [end.offset, end.offset + end.length].map(|at| at as usize);
+    for cut in [bytes.len(), bytes.len() - 100, ends] {
+        let (recovered, whole) = repaired(folder.path(), &bytes[..cut])?;
+        assert!(recovered.loss.is_none(), "cut at {cut}: {recovered:?}");
+        assert_eq!(verified(&whole)?.findings, [], "cut at {cut} of {}", bytes.len());
+    }
+    for cut in [begins, ends - 1] {
+        let (recovered, whole) = repaired(folder.path(), &bytes[..cut])?;
+        assert!(recovered.loss.cut_off, "cut at {cut}: {recovered:?}");
+        assert_eq!(verified(&whole)?.findings, [Finding::Recovered { missing: None }], "cut at {cut}");
+    }
+    Ok(())
+}
+
+/// A message that is gone is lost if the stated end counts it, and was taken out if that does not.
+#[test]
+fn regress_a_recovered_recording_with_a_message_less_is_not_whole() -> Outcome {
+    let (folder, bytes) = recording(1.0)?;
+    let (_, whole) = repaired(folder.path(), &bytes)?;
+    let forged = folder.path().join("forged.mcap");
+    let mut less = Contents::read(&whole, &as_is)?;
+    less.write(&forged)?;
+    assert_eq!(verified(&forged)?.findings, [], "it is whole before");
+    let status = less.messages.iter().position(|entry| entry.chunk() == "status").ok_or("no status")?;
+    less.messages.remove(status);
+    less.write(&forged)?;
+    assert_eq!(verified(&forged)?.findings, [Finding::Recovered { missing: Some(1) }]);
+    less.recount();
+    less.write(&forged)?;
+    let found = verified(&forged)?.findings;
+    assert!(matches!(&found[..], [Finding::Sequence { topic, .. }] if topic.ends_with("/status")), "{found:?}");
     Ok(())
 }
 
@@ -253,5 +299,38 @@ fn prop_exit_codes_distinguish_complete_lossy_and_empty() -> Outcome {
     assert!(code == Some(1) && says.contains("exists"), "{says}");
     assert_eq!(program(&[&path("absent.mcap"), option, &path("d.mcap")])?.0, Some(1));
     assert!(!path("d.mcap").exists());
+    Ok(())
+}
+
+/// Export and replay read a chunk that was cut off. Readers of whole chunks found nothing, and named no way on.
+#[test]
+fn regress_a_file_that_ends_in_its_first_chunk_leads_to_recover() -> Outcome {
+    let (folder, bytes) = recording(1.0)?;
+    let chunk = chunks(&bytes)?.remove(0);
+    let [cut, short, saved] = ["cut.mcap", "short.mcap", "saved.mcap"].map(|name| folder.path().join(name));
+    std::fs::write(&cut, &bytes[..chunk.end - 1])?;
+    std::fs::write(&short, &bytes[..chunk.start + 20])?;
+    let ask = |arguments: &[&str], file: &Path| -> Result<(Option<i32>, String), std::io::Error> {
+        let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(arguments).arg(file).output()?;
+        let said = [output.stdout, output.stderr].concat();
+        Ok((output.status.code(), String::from_utf8_lossy(&said).into_owned()))
+    };
+    let way = "`flexcrank recover` saves what the chunk that was cut off holds\n";
+    let resume = ["run", "--no-bus", "--no-record", "--pace", "max", "--until", "2", "--resume"];
+    for (arguments, expected) in [
+        (&["info"][..], format!("cut.mcap: no messages in a whole chunk, and the file ends early: {way}")),
+        (&["verify"], format!("\n  {way}  NOT as recorded\n")),
+        (&resume, format!("no checkpoint to resume from; the file ends early: {way}")),
+    ] {
+        let (code, said) = ask(arguments, &cut)?;
+        assert!(code == Some(1) && said.contains(&expected), "{said}");
+    }
+    let (code, said) = ask(&["info"], &short)?;
+    let nothing = "short.mcap: no messages: the file is still being recorded, or was cut off\n";
+    assert!(code == Some(1) && said.ends_with(nothing), "{said}");
+    let (code, said) = program(&[&cut, Path::new("-o"), &saved])?;
+    assert_eq!(code, Some(3), "{said}");
+    let (code, said) = ask(&resume, &saved)?;
+    assert_eq!(code, Some(0), "{said}");
     Ok(())
 }

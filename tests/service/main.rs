@@ -3,6 +3,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod energies;
+mod recordings;
+mod refused;
 
 use std::time::{Duration, Instant};
 

@@ -43,7 +43,7 @@ fn regress_steps_tolerances_and_angles_in_another_unit_are_warned_of() {
 fn regress_the_end_of_a_chain_without_slider_is_called_its_tip() {
     let few = ["trade", "ref-r5", "--models", "rigid", "--integrators", "runge-kutta", "--until", "0.2", "--steps", "1ms"];
     let flexible = ["--set", "beam.second_moment_m4=1e-8"];
-    let words = ["--outputs", "angle,tip", "--tolerance", "1e-9", "--budget", "1s", "--wide"];
+    let words = ["--outputs", "angle,slider,tip", "--tolerance", "1e-9", "--budget", "1s", "--wide"];
     let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(few).args(flexible).args(words).output().unwrap();
     let [printed, said] = [ended.stdout, ended.stderr].map(|text| String::from_utf8(text).unwrap());
     let printed = printed.split_whitespace().collect::<Vec<_>>().join(" ");

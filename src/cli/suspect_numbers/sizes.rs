@@ -41,9 +41,12 @@ pub(super) fn no_slender_bar(link: &Link) -> Option<String> {
         (false, false) => return None,
     };
     let (name, [size, length]) = (link.name.as_str(), [size_m, link.length_m].map(figure));
-    Some(format!(
-        "the {name} is no slender bar: its section is {about}{size} m {direction}, and it is {length} m long: lengths are in m"
-    ))
+    // Neither thickness nor width is in the scene.
+    let units = match bar.extreme_fibre_m {
+        Some(_) => "lengths are in m",
+        None => "area_m2 is in m², second_moment_m4 in m⁴",
+    };
+    Some(format!("the {name} is no slender bar: its section is {about}{size} m {direction}, and it is {length} m long: {units}"))
 }
 
 /// A warning of lengths of links that look like mistakes.

@@ -96,13 +96,14 @@ fn run(
         if !sound {
             salvage.in_hole = true;
             // Damage after the end of the data concerns the index, which is rebuilt.
-            loss.places += u64::from(!closed);
+            loss.places += u64::from(!closed && !salvage.has_end);
         }
         progress(scanner.done(), scanner.length());
     }
-    loss.cut_off = !closed;
+    // A file that is cut off behind the end of its recording lost no message.
+    loss.cut_off = !closed && !salvage.has_end;
     if loss.cut_off && salvage.in_hole {
-        loss.places -= 1;
+        loss.places = loss.places.saturating_sub(1);
     }
     conclude(salvage, loss, (broken, output))
 }

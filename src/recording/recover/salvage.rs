@@ -9,6 +9,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, McapResult, Writer};
 
 use crate::recording::definitions::DefinitionsSize;
+use crate::recording::end::END;
 use crate::recording::parse::parse;
 use crate::recording::records::Chunk;
 use crate::recording::writer::options;
@@ -50,6 +51,8 @@ pub(super) struct Salvage {
     pub hole_ns: u64,
     /// Whether messages are missing just before the next one.
     pub in_hole: bool,
+    /// Whether a record said how the recording ended, and no chunk came after it.
+    pub has_end: bool,
 }
 
 impl Salvage {
@@ -70,6 +73,7 @@ impl Salvage {
             span_ns: None,
             hole_ns: 0,
             in_hole: false,
+            has_end: false,
         })
     }
 
@@ -137,6 +141,7 @@ impl Salvage {
     /// Adds the records of a chunk, up to damage; returns `false` if it is damaged. A complete chunk with a wrong checksum has no
     /// records.
     fn take_chunk(&mut self, body: &[u8], is_cut: bool) -> McapResult<bool> {
+        self.has_end = false;
         let read = Chunk::open(body, is_cut).and_then(|mut chunk| {
             chunk.find(|record| {
                 Ok(match self.take_plain(record.opcode, record.data) {
@@ -153,7 +158,10 @@ impl Salvage {
         match record {
             Record::Header(header) => self.ours = header.library.starts_with("flexcrank"),
             Record::Message { header, data } => self.take_message(header, &data)?,
-            Record::Metadata(metadata) => self.mcap.write_metadata(&metadata)?,
+            Record::Metadata(metadata) => {
+                self.has_end |= metadata.name == END;
+                self.mcap.write_metadata(&metadata)?;
+            }
             Record::Attachment { header, data, .. } => self.mcap.attach(&Attachment {
                 log_time: header.log_time,
                 create_time: header.create_time,

@@ -118,7 +118,7 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
     let excess = match (surely_over, reference.mark(&best.errors, output)) {
         (Some(_), "") => Excess::Measured,
         (Some(_), _) => Excess::AtLeast,
-        (None, _) => Excess::AtMost { sufficient_budget_s: reference.sufficient_budget_s(outputs, demands.tolerance) },
+        (None, _) => Excess::AtMost { sufficient_budget: reference.sufficient_budget(outputs, demands.tolerance) },
     };
     Refusal::Tolerance {
         best: Box::new(row.configuration.clone()),

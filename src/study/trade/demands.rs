@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::configuration::Configuration;
 use super::output_group::OutputGroup;
-use super::reference::NoReference;
+use super::reference::{FinerBudget, NoReference};
 
 /// Requirements on the choice.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,8 +70,8 @@ pub enum Excess {
     AtLeast,
     /// The error is at most this: a finer reference may find it within the tolerance.
     AtMost {
-        /// Time budget of a study that is expected to refine it so far, s; `None` if no study does.
-        sufficient_budget_s: Option<f64>,
+        /// Time budget of a study that refines it so far, as is expected or may be; `None` if no study does.
+        sufficient_budget: Option<FinerBudget>,
     },
 }
 
@@ -90,8 +90,8 @@ pub struct Unverified {
     pub over_ten_minutes: bool,
     /// Whether the uncertainty of the reference may account for the error.
     pub reference: bool,
-    /// Time budget that should refine that reference so far that it can be judged, s; `None` if none does.
-    pub sufficient_budget_s: Option<f64>,
+    /// Time budget that refines that reference so far that it can be judged, as is expected or may be; `None` if none does.
+    pub sufficient_budget: Option<FinerBudget>,
     /// Whether the budget left out finer configurations.
     pub left_out: bool,
 }
@@ -140,9 +140,10 @@ fn skipped(left_out: usize) -> String {
 impl Excess {
     /// The rest of a refusal that is due to the reference, with the budget that should help; empty of any other.
     fn reason(self) -> String {
-        let Excess::AtMost { sufficient_budget_s } = self else { return String::new() };
-        let remedy = match sufficient_budget_s {
-            Some(budget_s) => format!("--budget {}min should refine it so far", (budget_s / 60.0).ceil()),
+        let Excess::AtMost { sufficient_budget } = self else { return String::new() };
+        let remedy = match sufficient_budget {
+            Some(budget) if budget.is_likely => format!("--budget {}min should refine it so far", budget.minutes()),
+            Some(budget) => format!("--budget {}min refines it further, perhaps so far", budget.minutes()),
             None => "no --budget refines it so far".to_owned(),
         };
         format!(": the reference itself is not known well enough to judge (see its estimate); {remedy}")
@@ -155,10 +156,11 @@ impl fmt::Display for Unverified {
         let run = if self.over_ten_minutes { "in energy over ten minutes" } else { "on another speed and pulse" };
         let error = format!("has {error_times:.3} times the tolerance there");
         let time = format!("needs in its slowest repeat {speed_times:.3} times the time allowed");
-        let looser = match (self.reference, self.sufficient_budget_s, self.left_out) {
-            (true, Some(budget_s), _) => {
-                let minutes = (budget_s / 60.0).ceil();
-                format!("a looser --tolerance, or --budget {minutes}min, which should refine the reference so far")
+        let looser = match (self.reference, self.sufficient_budget, self.left_out) {
+            (true, Some(budget), _) => {
+                let refines =
+                    if budget.is_likely { "should refine the reference so far" } else { "refines the reference further" };
+                format!("a looser --tolerance, or --budget {}min, which {refines}", budget.minutes())
             }
             (true, None, _) => "a looser --tolerance, as no --budget refines the reference so far".to_owned(),
             (false, _, true) => "a looser --tolerance, or a larger --budget, which measures finer configurations".to_owned(),
@@ -194,7 +196,7 @@ mod tests {
         let own = Configuration { family, step_s: 5e-4 };
         let unverified = |[error_times, speed_times]: [f64; 2], [over_ten_minutes, reference, left_out]: [bool; 3]| {
             let (configuration, tried) = (own.clone(), if over_ten_minutes { 12 } else { 1 });
-            let sufficient_budget_s = left_out.then_some(530.0);
+            let sufficient_budget = left_out.then_some(FinerBudget { budget_s: 530.0, is_likely: true });
             Refusal::Verification(Unverified {
                 configuration,
                 tried,
@@ -202,7 +204,7 @@ mod tests {
                 speed_times,
                 over_ten_minutes,
                 reference,
-                sufficient_budget_s,
+                sufficient_budget,
                 left_out,
             })
         };

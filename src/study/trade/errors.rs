@@ -35,9 +35,13 @@ impl Errors {
     }
 
     /// Errors where something may ring. Of links, deflections and forces are unknown, angle and place of the end nearly right. Of the
-    /// base, all are unknown.
-    pub(super) fn of_unknown(ringing: Ringing) -> Self {
-        let is_unknown = |output| ringing == Ringing::Base || matches!(output, OutputGroup::Deflection | OutputGroup::Forces);
+    /// base, all are unknown but deflections of links none of which `bends`.
+    pub(super) fn of_unknown(ringing: Ringing, bends: bool) -> Self {
+        let is_unknown = |output| match output {
+            OutputGroup::Deflection => bends,
+            OutputGroup::Forces => true,
+            _ => ringing == Ringing::Base,
+        };
         let relative = CHANNELS.map(|channel| if is_unknown(channel.output) { 1.0 } else { 0.0 });
         Errors { rms: [0.0; N], max: [0.0; N], relative, energy: 0.0 }
     }

@@ -69,7 +69,7 @@ pub enum NoExcitation {
     #[error("the run that tells their energies failed: {0}")]
     Run(#[from] Failed),
     /// All links are rigid.
-    #[error("nothing vibrates: the links are rigid")]
+    #[error("the links are rigid, so that none bends")]
     Rigid,
     /// No output that counts is one that a vibration is known to change.
     #[error("energy is not judged here")]

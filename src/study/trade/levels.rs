@@ -189,7 +189,7 @@ impl Contest<'_> {
                 speed_times: self.demands.real_time_factor / real_time_factor,
                 over_ten_minutes,
                 reference: false,
-                sufficient_budget_s: None,
+                sufficient_budget: None,
                 left_out: self.study.left_out > 0,
             })
         })

@@ -49,7 +49,7 @@ pub use lost_modes::{LostModes, ModeError, Reason};
 pub use measured_level::MeasuredLevel;
 pub(crate) use output_group::STRAIGHT;
 pub use output_group::{CHANNELS, Channel, OutputGroup};
-pub use reference::{NoReference, Reference, WELL_RESOLVED};
+pub use reference::{FinerBudget, NoReference, Reference, WELL_RESOLVED};
 pub use ringing::{LeftOut, Ringing};
 pub use run::{Failed, Timing};
 pub use selection::Selection;

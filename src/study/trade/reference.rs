@@ -26,12 +26,31 @@ const REFINEMENTS: u32 = 6;
 /// Factor by which a refinement is expected to reduce the uncertainty: half of what the orders promise, as errors do not fall
 /// evenly.
 const GAIN: f64 = 8.0;
+/// A refinement that reduced it by less tells that errors do not fall as the orders promise, or not yet.
+const LEAST_GAIN: f64 = 4.0;
 /// Number of runs that are made regardless of cost.
 const LEAST: u32 = 2;
 /// An error is well resolved if it exceeds the reference's uncertainty by this factor.
 pub const WELL_RESOLVED: f64 = 10.0;
 /// The mark of an error below the reference's own uncertainty.
 pub(super) const BOUND: &str = "<";
+
+/// A time budget that refines a reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FinerBudget {
+    /// The budget, s.
+    pub budget_s: f64,
+    /// Whether it should refine it so far as is asked. Else, this is not known: no refinement has shown yet how much one gains, or the
+    /// last one gained little.
+    pub is_likely: bool,
+}
+
+impl FinerBudget {
+    /// The budget in whole minutes, as `--budget` takes it.
+    pub(super) fn minutes(&self) -> f64 {
+        (self.budget_s / 60.0).ceil()
+    }
+}
 
 /// A converged run with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +67,8 @@ pub struct Reference {
     pub cut_short: bool,
     /// Time budget of a study that refines it once more, s; `None` if no study does.
     pub finer_budget_s: Option<f64>,
+    /// Factor by which the last refinement reduced the difference; `None` of the first.
+    pub gain: Option<f64>,
     pub(super) samples: Vec<Sample>,
     pub(super) scales: [f64; CHANNELS.len()],
 }
@@ -106,6 +127,7 @@ impl Reference {
     ) -> Result<Self, NoReference> {
         let (outputs, target) = wanted;
         let (mut best, mut last): (Option<Reference>, Option<Vec<Sample>>) = (None, None);
+        let mut last_difference = None;
         let mut last_s = 0.0;
         let untried = BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() };
         let longest = LongestStep::find(scene, chain, grid, tidy(grid.interval_s / STEPS), (wanted, share_s), progress);
@@ -138,16 +160,23 @@ impl Reference {
             let scales = scales(chain, &run.samples);
             let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
             let Some(estimate) = estimate else { continue };
-            let agreed = estimate.worst(outputs) <= target;
+            // Runs may agree that leave out the same vibration.
+            let still_left_out = longest.left_out.filter(|left_out| !left_out.is_resolved_by(configuration.step_s));
+            let left_out_error = still_left_out.map_or(0.0, |left_out| left_out.part().worst(outputs));
+            let agreed = estimate.worst(outputs).max(left_out_error) <= target;
+            let difference = estimate.worst(outputs);
+            let gain = last_difference.replace(difference).map(|last: f64| last / difference);
             let (effort, samples) = (run.effort, run.samples);
             let (left_out, cut_short, finer_budget_s) = (None, false, None);
-            best = Some(Reference { configuration, estimate, left_out, effort, cut_short, finer_budget_s, samples, scales });
+            best =
+                Some(Reference { configuration, estimate, left_out, effort, cut_short, finer_budget_s, gain, samples, scales });
             if agreed {
                 break;
             }
         }
         let best = best.ok_or(NoReference { grid: *grid, first_s, step_s, is_out_of_budget, failed })?;
-        Ok(match longest.left_out {
+        // Where the finest run resolves them, its difference from the one before shows them.
+        Ok(match longest.left_out.filter(|left_out| !left_out.is_resolved_by(best.configuration.step_s)) {
             Some(left_out) => best.without(left_out),
             None => best,
         })
@@ -155,8 +184,7 @@ impl Reference {
 
     /// Takes account of vibrations that the steps leave out; where their part is unknown, by what they could change.
     fn without(self, left_out: LeftOut) -> Self {
-        let errors = left_out.errors.unwrap_or_else(|| Errors::of_unknown(left_out.part));
-        Reference { estimate: self.estimate.or_larger(&errors), left_out: Some(left_out), ..self }
+        Reference { estimate: self.estimate.or_larger(&left_out.part()), left_out: Some(left_out), ..self }
     }
 
     /// Errors of another run against the reference.
@@ -200,16 +228,21 @@ impl Reference {
         }
     }
 
-    /// Time budget of a study that is expected to know the reference to `error` in `outputs`, s; `None` if no study refines it so
-    /// far. One refinement at least.
-    pub(super) fn sufficient_budget_s(&self, outputs: &[OutputGroup], error: f64) -> Option<f64> {
-        if let Some(left_out) = self.left_out.filter(|left_out| left_out.counts) {
-            return Some(left_out.budget_s);
+    /// Time budget of a study that is expected to know the reference to `error` in `outputs`; `None` if no study refines it so far. One
+    /// refinement at least.
+    pub(super) fn sufficient_budget(&self, outputs: &[OutputGroup], error: f64) -> Option<FinerBudget> {
+        if let Some(left_out) = self.left_out.filter(|left_out| left_out.counts || left_out.part().worst(outputs) > error) {
+            return Some(FinerBudget { budget_s: left_out.budget_s, is_likely: true });
         }
-        let refinements = (self.estimate.worst(outputs) / error).log(GAIN).ceil().max(1.0);
         let refined = (self.configuration.family.resolution / ELEMENTS).checked_ilog2().unwrap_or(0);
+        let refinements = match self.gain {
+            Some(gain) if gain < LEAST_GAIN => 1.0,
+            _ => (self.estimate.worst(outputs) / error).log(GAIN).ceil().max(1.0),
+        };
         let is_possible = f64::from(refined) + refinements <= f64::from(REFINEMENTS);
-        self.finer_budget_s.filter(|_| is_possible).map(|budget_s| budget_s * DEARER.powf(refinements - 1.0))
+        let is_likely = self.gain.is_some_and(|gain| gain >= LEAST_GAIN);
+        let budget_s = self.finer_budget_s.filter(|_| is_possible)? * DEARER.powf(refinements - 1.0);
+        Some(FinerBudget { budget_s, is_likely })
     }
 }
 
@@ -255,6 +288,7 @@ mod tests {
             effort: RunEffort::default(),
             cut_short: false,
             finer_budget_s: None,
+            gain: None,
             samples: Vec::new(),
             scales: [1.0; CHANNELS.len()],
         };

@@ -41,6 +41,8 @@ pub struct LeftOut {
     pub hz: f64,
     /// Their part in the run; `None` if finding out takes too long, or a run for it fails.
     pub errors: Option<Errors>,
+    /// Whether a link bends.
+    bends: bool,
     /// Whether a reference that resolves them is better, if there is time for it.
     pub counts: bool,
     /// Time budget of a study whose reference resolves them, s; of one that finds their part, where there is no time for that.
@@ -54,6 +56,18 @@ pub enum Ringing {
     Link,
     /// A rigid first link on the base spring.
     Base,
+}
+
+impl LeftOut {
+    /// Whether a step resolves them.
+    pub(super) fn is_resolved_by(&self, step_s: f64) -> bool {
+        step_s * LEAST_STEPS * self.hz <= 1.0
+    }
+
+    /// Their part in the outputs, or what they could change where it is unknown.
+    pub(super) fn part(&self) -> Errors {
+        self.errors.unwrap_or_else(|| Errors::of_unknown(self.part, self.bends))
+    }
 }
 
 impl LongestStep {
@@ -101,7 +115,8 @@ impl LongestStep {
             return LongestStep { step_s: resolving_s, left_out: None };
         }
         let budget_s = if is_quick { needed_s } else { finding_s } / REFERENCE_PART;
-        let left_out = LeftOut { part, hz, errors, counts, budget_s };
+        let bends = chain.links.iter().any(|link| !link.rigid);
+        let left_out = LeftOut { part, hz, errors, bends, counts, budget_s };
         LongestStep { step_s: usual_s, left_out: Some(left_out) }
     }
 }

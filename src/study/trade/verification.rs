@@ -82,7 +82,7 @@ impl<'a> Verification<'a> {
             speed_times: trial.speed_times(demands),
             over_ten_minutes: trial.long_energy.is_some_and(|error| error > demands.tolerance),
             reference: self.reference_may_err(&trial.errors, demands.tolerance),
-            sufficient_budget_s: self.reference.sufficient_budget_s(&self.study.outputs, demands.tolerance),
+            sufficient_budget: self.reference.sufficient_budget(&self.study.outputs, demands.tolerance),
             left_out: self.study.left_out > 0,
         })
     }

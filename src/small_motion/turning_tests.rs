@@ -1,0 +1,111 @@
+//! Modes of mechanisms that turn, beside those of steady rotation and what a free crank always has.
+
+use std::error::Error;
+
+use super::floquet::Accuracy;
+use super::*;
+use crate::scene::SceneSource;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// A ruler on a hub, with a mass at its tip.
+const ARM: &str = "[beam]\nlength_m = 0.6\nsection = { shape = \"rectangle\", width_m = 0.03, height_m = 0.002 }\n\
+                   density_kg_per_m3 = 7850\nyoungs_modulus_pa = 2.06e11\nelements = 8\nmodes = 4\ndamping_s = 1.5e-4\n\
+                   [tip]\nmass_kg = 0.1\n[base]\ndamper_nm_s_per_rad = 0.02\n";
+/// A crank that turns freely, and a light rod that bends at some 27 Hz.
+const FREE: &str = "[crank]\nlength_m = 0.1\nmass_kg = 0.4\nrigid = true\n[rod]\nlength_m = 0.4\n\
+                    section = { shape = \"rectangle\", width_m = 0.02, height_m = 0.006 }\ndensity_kg_per_m3 = 2700\n\
+                    youngs_modulus_pa = 7e10\nelements = 8\nmodes = 3\ndamping_s = 1e-4\n[slider]\nmass_kg = 0.5\n\
+                    resistance_n = 20\n[solver]\nmodel = \"modal\"\nintegrator = \"esdirk\"\nstep_s = 5e-4\n";
+
+fn parsed(text: &str, overrides: &[&str], crank: Option<Crank>) -> Result<Subject, Box<dyn Error>> {
+    let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
+    Ok(Subject::new(&SceneSource::parse("turning.toml", text, &overrides)?.scene, crank)?)
+}
+
+/// Names, multipliers and rigid parts.
+fn told(found: &PeriodicModes) -> Vec<String> {
+    let told = |mode: &PeriodicMode| {
+        let value = mode.multiplier.value;
+        format!(
+            "{} ρ {:.4} {:.4}i λ {:.3} rigid {:.2}",
+            mode.mode.name(),
+            value.re,
+            value.im,
+            mode.mode.eigenvalue,
+            mode.mode.rigid_part
+        )
+    };
+    found.modes.iter().map(told).collect()
+}
+
+/// One link turns steadily: its multipliers are those of that state. At 80 rad/s, tension holds the first bending more than its strain
+/// does. It was called a swing, and at 200 rad/s in both, with whole turns missing from its frequency; damping led to those of a faster mode's conjugate.
+#[test]
+fn val_a_link_that_turns_steadily_has_the_modes_of_its_steady_rotation() -> Outcome {
+    for (model, crank) in [("modal", Crank::Free), ("modal", Crank::Held), ("finite-element", Crank::Free)] {
+        let subject = parsed(ARM, &[&format!("solver.model={model}")], Some(crank))?;
+        for speed in [20.0, 65.0, 80.0, 200.0] {
+            let found = subject.periodic_modes(0.0, speed, &Accuracy::default(), None, None)?;
+            let steady = modes(&subject, &subject.turning(0.0, speed)?, 8)?;
+            let mut compared = 0;
+            for PeriodicMode { mode, .. } in found.modes.iter().filter(|mode| mode.is_resolved() && mode.mode.eigenvalue.im > 0.0)
+            {
+                let name = mode.name();
+                let same = steady.iter().find(|steady| steady.name() == name);
+                let same = same.ok_or_else(|| format!("{model}, {crank:?}, {speed}: no {name} {}", mode.eigenvalue))?;
+                let off = (same.eigenvalue - mode.eigenvalue).norm() / same.eigenvalue.norm();
+                assert!(off < 1e-3, "{model}, {crank:?}, {speed}: {name}: {} for {}", mode.eigenvalue, same.eigenvalue);
+                compared += 1;
+            }
+            assert!(compared >= 1, "{model}, {crank:?}, {speed}");
+            assert_eq!(found.modes.iter().filter(|mode| mode.mode.name().contains("swing")).count(), 0);
+        }
+    }
+    Ok(())
+}
+
+/// A shift along the motion, with ρ = 1, and a change of its speed. Where these bend the rod far, they were called its bending, at whole
+/// multiples of the speed.
+#[test]
+fn prop_a_free_crank_runs_ahead_at_any_speed() -> Outcome {
+    let subject = parsed(FREE, &[], Some(Crank::Free))?;
+    for speed in [30.0, 50.0, 60.0, 80.0] {
+        let found = subject.periodic_modes(0.0, speed, &Accuracy::default(), None, None)?;
+        let names = found.modes.iter().map(|mode| mode.mode.name()).filter(|name| name.contains("chain"));
+        assert_eq!(names.collect::<Vec<_>>(), ["chain rotation", "chain rotation 2"], "{speed}: {:?}", told(&found));
+        let bending = found.modes.iter().find(|mode| mode.mode.name() == "rod bending 1").ok_or("no bending")?;
+        assert!(bending.mode.eigenvalue.re < -5.0 && bending.mode.eigenvalue.im > 0.0, "{speed}: {:?}", bending.mode.eigenvalue);
+    }
+    Ok(())
+}
+
+/// With the finest number of steps alone, no error was known, no mode counted, and the scheme was blamed for the growth of the mechanism.
+#[test]
+fn regress_growth_found_at_the_last_is_that_of_the_mechanism() -> Outcome {
+    let scene = SceneSource::open("crank-slider", &[])?.scene;
+    let scheme = Some((scheme::Scheme::of(&scene.solver), scene.solver.step_s));
+    let found = Subject::new(&scene, None)?.periodic_modes(0.0, 30.0, &Accuracy::default(), scheme, None)?;
+    assert!(found.is_known(), "{:?}", told(&found));
+    let largest = found.unstable().map(|mode| mode.multiplier.value.norm()).fold(0.0, f64::max);
+    assert!((largest / 2.32742 - 1.0).abs() < 1e-3, "{largest}");
+    Ok(())
+}
+
+/// Each was sent from one command to another that refused it, too.
+#[test]
+fn regress_mechanisms_that_do_not_turn_periodically_are_refused_with_the_reason() -> Outcome {
+    let sprung = parsed(FREE, &["base.torsion_spring_nm_per_rad=10"], Some(Crank::Free))?;
+    let hanging = parsed(&FREE.replace("[slider]\nmass_kg = 0.5\nresistance_n = 20\n", ""), &[], Some(Crank::Free))?;
+    for (subject, refused) in [(&sprung, NoModes::BaseSpring), (&hanging, NoModes::FreeSecondLink)] {
+        assert_eq!(subject.turning(0.0, 10.0).err(), Some(refused.clone()));
+        assert_eq!(subject.periodic_modes(0.0, 10.0, &Accuracy::default(), None, None).err(), Some(refused));
+    }
+    // A spring does nothing about a crank that is held.
+    let held = parsed(FREE, &["base.torsion_spring_nm_per_rad=10"], Some(Crank::Held))?;
+    assert_eq!(held.turning(0.0, 10.0).err(), Some(NoModes::NotSteady));
+    assert!(held.periodic_modes(0.0, 10.0, &Accuracy::default(), None, None).is_ok());
+    let rigid = parsed(FREE, &["rod.rigid=true"], Some(Crank::Held))?;
+    assert_eq!(rigid.periodic_modes(0.0, 10.0, &Accuracy::default(), None, None).err(), Some(NoModes::NothingMoves));
+    Ok(())
+}
