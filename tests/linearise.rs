@@ -99,7 +99,11 @@ fn prop_what_cannot_be_linearised_is_refused() -> Outcome {
         ("linearise thesis-two-masses --angle 3 -o crank.py".to_owned(), "no crank"),
         (
             "linearise --set solver.model=rigid --set solver.integrator=esdirk --crank held -o crank.py".to_owned(),
-            "nothing can move",
+            "nothing can move: the links are rigid, and the crank is held; `--crank free` lets it turn",
+        ),
+        (
+            format!("modes {recording}@1 --periodic --speed 3"),
+            "`modes --periodic` are of a scene: an instant of a recording has its own angle and speed",
         ),
         ("response --output nosuch".to_owned(), "there are crank_angle_rad"),
         ("response --input nosuch".to_owned(), "there are torque_nm, slider_force_n"),
@@ -290,5 +294,83 @@ fn regress_a_named_command_keeps_the_changes_of_the_scene() -> Outcome {
     let (code, _, said) = flexcrank(folder.path(), "linearise ref-r3 --set rod.elements=8 --speed 30 -o x.npz")?;
     let command = "`flexcrank modes ref-r3 --set 'rod.elements=8' --periodic --speed 30`";
     assert!(code == Some(2) && said.contains(command), "{said}");
+    Ok(())
+}
+
+/// The speed was neither in the heading nor in the rows.
+#[test]
+fn regress_modes_at_an_angle_and_a_speed_name_both() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let beam = "modes thesis-beam --set solver.model=modal";
+    for (line, heading, speeds) in [
+        ("--angle 10 --speed 500", "modal, crank free at 10°, turning at 500 rad/s\n", &[Some(500.0)][..]),
+        ("--angle 10", "modal, crank free at 10°\n", &[None]),
+        ("--angle 10 --speed 0:20:10", "3 points from 0 rad/s to 20 rad/s, at 10°\n", &[Some(0.0), Some(10.0), Some(20.0)]),
+        ("--angle 0:10:10 --speed 500", "2 points from 0° to 10°, turning at 500 rad/s\n", &[Some(500.0)]),
+    ] {
+        let (code, told, said) = flexcrank(folder.path(), &format!("{beam} {line}"))?;
+        assert!(code == Some(0) && told.starts_with(&format!("thesis-beam: {heading}")), "{line}: {told} {said}");
+        let (code, rows, said) = flexcrank(folder.path(), &format!("{beam} {line} --json"))?;
+        assert_eq!(code, Some(0), "{line}: {said}");
+        let rows = rows.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>()?;
+        let all_at_10 = rows.iter().all(|row| row["angle_deg"].as_f64() == Some(10.0));
+        assert!(!rows.is_empty() && (all_at_10 || line.contains("0:10:10")), "{line}: {rows:?}");
+        let found: Vec<Option<f64>> = rows.iter().map(|row| row["speed_rad_per_s"].as_f64()).collect();
+        assert!(
+            found.iter().all(|speed| speeds.contains(speed)) && speeds.iter().all(|speed| found.contains(speed)),
+            "{found:?}"
+        );
+    }
+    Ok(())
+}
+
+/// Both tables went to one file, so that the frequency response was lost.
+#[test]
+fn regress_two_tables_in_one_file_are_refused() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    std::fs::create_dir(folder.path().join("sub"))?;
+    for other in ["x.csv", "./x.csv", "sub/../x.csv"] {
+        let (code, _, said) = flexcrank(folder.path(), &format!("response --csv x.csv --step-csv {other}"))?;
+        assert!(code == Some(2) && said.contains("--csv and --step-csv name one file, x.csv"), "{other}: {said}");
+        assert!(!folder.path().join("x.csv").exists(), "{other}");
+    }
+    let (code, _, said) = flexcrank(folder.path(), "response --csv x.csv --step-csv sub/x.csv")?;
+    assert_eq!(code, Some(0), "{said}");
+    Ok(())
+}
+
+/// The refusal blamed an option that was not given.
+#[test]
+fn regress_an_end_of_the_frequencies_beyond_the_default_of_the_other_asks_for_that() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for (line, other, above) in [("--from 1e5", "--to", "above"), ("--to 1e-5", "--from", "below")] {
+        let (code, _, said) = flexcrank(folder.path(), &format!("response {line}"))?;
+        let asked = format!(" is {above} the default of {other}, ");
+        assert!(code == Some(2) && said.contains(&asked) && said.ends_with(&format!(" Hz: give {other} as well\n")), "{said}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_a_held_crank_with_rigid_links_is_refused_with_the_option_that_frees_it() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let why = "error: nothing can move: the links are rigid, and the crank is held; `--crank free` lets it turn\n";
+    for line in ["modes thesis-compressor", "modes thesis-compressor --angle 0:90:30", "response thesis-compressor"] {
+        let (code, _, said) = flexcrank(folder.path(), line)?;
+        assert_eq!((code, said.as_str()), (Some(2), why), "{line}");
+    }
+    let (code, told, said) = flexcrank(folder.path(), "modes thesis-compressor --crank free")?;
+    assert!(code == Some(0) && told.contains("chain rotation"), "{told} {said}");
+    Ok(())
+}
+
+/// clap asks for no option that conflicts with one that is given.
+#[test]
+fn regress_a_time_to_wait_without_a_service_is_refused() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    for (line, named) in [("", "--live <NAME>"), (" --csv x.csv", "--csv <FILE>"), (" --periodic --speed 3", "--periodic")] {
+        let (code, _, said) = flexcrank(folder.path(), &format!("modes crank-slider --wait=1s{line}"))?;
+        assert!(code == Some(2) && said.contains(named), "{line}: {said}");
+    }
     Ok(())
 }

@@ -4,6 +4,7 @@
 mod common;
 
 use std::collections::BTreeSet;
+use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
@@ -194,6 +195,20 @@ fn prop_an_earlier_subscriber_receives_the_first_message_through_a_router() -> O
     }
     bus::close(&client)?;
     router.close().wait().map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+/// Which of the scenes refuses the change was not said.
+#[test]
+fn regress_a_change_that_one_of_several_scenes_refuses_names_it() -> Outcome {
+    for (scenes, whose) in [(&["crank-slider", "ref-r5"][..], "ref-r5: "), (&["ref-r5"][..], "")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        command.arg("run").args(scenes).args(["--set", "slider.mass_kg=0.5", "--no-bus", "--no-record", "--pace", "max"]);
+        let ended = command.args(["--until", "0.1"]).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        let refusal = format!("error: {whose}--set slider.mass_kg=0.5: slider: ");
+        assert!(ended.status.code() == Some(2) && said.starts_with(&refusal), "{scenes:?}: {said}");
+    }
     Ok(())
 }
 

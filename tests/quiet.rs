@@ -2,7 +2,8 @@
 
 use std::error::Error;
 use std::fs;
-use std::process::{Command, Stdio};
+use std::io::{BufRead as _, BufReader};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
@@ -93,5 +94,42 @@ fn regress_an_interrupted_run_says_so_quietly() -> Tried {
     kill_process(Pid::from_raw(i32::try_from(run.id())?).ok_or("no process id")?, Signal::INT)?;
     let ended = run.wait_with_output()?;
     assert_eq!((ended.status.code(), String::from_utf8(ended.stderr)?.as_str()), (Some(130), "interrupted before --until\n"));
+    Ok(())
+}
+
+/// Whether the process handles Ctrl-C itself, as Linux states it: the lowest bit is signal 1.
+fn catches_interrupt(process: &Child) -> Tried<bool> {
+    let status = fs::read_to_string(format!("/proc/{}/status", process.id()))?;
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).ok_or("no mask of signals")?;
+    Ok(u64::from_str_radix(mask.trim(), 16)? >> 1 & 1 == 1)
+}
+
+#[test]
+fn regress_ctrl_c_while_fixed_cost_is_rated_says_so() -> Tried {
+    // Each scene is rated by itself.
+    let rated = [&["-q"][..], &RUN, &["ref-r2s"; 12], &["--fixed-cost", "--until", "1000"]].concat();
+    let mut run = flexcrank(&rated).spawn()?;
+    let patience = Instant::now() + Duration::from_secs(20);
+    while !catches_interrupt(&run)? {
+        assert!(Instant::now() < patience && run.try_wait()?.is_none(), "the run begins");
+        std::thread::yield_now();
+    }
+    kill_process(Pid::from_child(&run), Signal::INT)?;
+    let ended = run.wait_with_output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert_eq!((ended.status.code(), said.as_str()), (Some(130), "interrupted: nothing was written\n"));
+    Ok(())
+}
+
+/// Nobody has sent a command: the stop is that of the signal.
+#[test]
+fn regress_ctrl_c_is_not_counted_among_the_commands() -> Tried {
+    let mut run = flexcrank(&["run", "--no-bus", "--no-record", "--set", "solver.step_s=0.1"]).spawn()?;
+    let mut lines = BufReader::new(run.stderr.take().ok_or("no standard error")?).lines().map_while(Result::ok);
+    lines.find(|line| line.contains("not to be trusted")).ok_or("no warning")?;
+    kill_process(Pid::from_child(&run), Signal::INT)?;
+    let said: Vec<String> = lines.collect();
+    assert_eq!(run.wait()?.code(), Some(6), "{said:?}");
+    assert!(said.last().is_some_and(|last| last.starts_with("not to be trusted: `flexcrank check SCENE")), "{said:?}");
     Ok(())
 }

@@ -2,10 +2,12 @@
 
 mod common;
 
-use std::process::Command;
+use std::io::Read as _;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
+use common::process::Victim;
 use common::{Outcome, Service, scene};
 use flexcrank::runtime::{Ending, Overrun, Pace};
 use flexcrank::simulation::Simulation;
@@ -127,6 +129,44 @@ fn val_exit_codes_of_divergence_and_missed_deadlines() -> Outcome {
     assert_eq!(code, Some(4), "{said}");
     let (code, said) = run(&["--pace", "1e6", "--overrun", "stop", "--until", "1"])?;
     assert!(code == Some(5) && said.contains("missed its deadline"), "{said}");
+    Ok(())
+}
+
+/// Nobody could ask for a step, and the run waited without end.
+#[test]
+fn regress_lockstep_without_the_bus_is_refused() -> Outcome {
+    for more in [None, Some("--supervise")] {
+        let folder = tempfile::tempdir()?;
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        command.args(["run", "--no-bus", "--pace", "lockstep", "--until", "1"]).args(more);
+        let mut run = Victim(command.current_dir(folder.path()).stderr(Stdio::piped()).spawn()?);
+        let begun = Instant::now();
+        while run.0.try_wait()?.is_none() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "{more:?}: waits for steps");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let mut said = String::new();
+        run.0.stderr.take().ok_or("no standard error")?.read_to_string(&mut said)?;
+        let why = "error: --pace lockstep takes the steps that clients ask for, and with --no-bus nobody can ask";
+        assert!(run.0.wait()?.code() == Some(2) && said.starts_with(why), "{more:?}: {said}");
+        assert_eq!(std::fs::read_dir(folder.path())?.count(), 0);
+    }
+    Ok(())
+}
+
+/// The exit code and the remedy of a scene that diverges while `--fixed-cost` rates it are those of a run.
+#[test]
+fn regress_a_scene_that_diverges_while_it_is_rated_ends_as_a_run_does() -> Outcome {
+    let run = ["run", "ref-r2s", "--set", "solver.step_s=0.05", "--until", "1", "--pace", "max", "--no-bus", "--no-record"];
+    for more in [&[][..], &["--fixed-cost"]] {
+        let ran = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(run).args(more).output()?;
+        let said = String::from_utf8(ran.stderr)?;
+        assert_eq!(ran.status.code(), Some(4), "{more:?}: {said}");
+        assert!(said.contains("diverged in step 14 at t = 0.65 s"), "{more:?}: {said}");
+        let remedy =
+            "`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one";
+        assert_eq!(said.lines().last(), Some(remedy), "{more:?}: {said}");
+    }
     Ok(())
 }
 

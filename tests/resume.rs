@@ -13,10 +13,10 @@ use flexcrank::bus::{Topic, client};
 use flexcrank::recording::{Messages, Split};
 use flexcrank::resimulation::{AddedPulse, Change, RecordedSession, ResimulationError, Resumed, resume, verify, what_if};
 use flexcrank::runtime::Pace;
-use flexcrank::scene::SceneSource;
+use flexcrank::scene::{SceneSource, builtin};
 use flexcrank::service::Resumption;
 use flexcrank::simulation::PublishRate;
-use flexcrank::wire::{Angles, Displacements, Energies, Loads, TorquePulse};
+use flexcrank::wire::{self, Angles, Displacements, Energies, Loads, TorquePulse, control::Action};
 
 type Telemetry = BTreeMap<(String, u64, u64), (u64, Vec<u8>)>;
 
@@ -158,6 +158,40 @@ fn regress_an_instant_before_a_recording_is_refused_with_its_beginning() -> Outc
     let ended = command.stdin(Stdio::null()).output()?;
     let said = String::from_utf8(ended.stderr)?;
     assert!(ended.status.code() == Some(2) && said.contains("which begins at "), "{said}");
+    Ok(())
+}
+
+/// The step of the first level was stated.
+#[test]
+fn regress_the_heading_of_a_resumed_session_states_the_level_in_force() -> Outcome {
+    let text = builtin::find("crank-slider")?.text;
+    let levels = "\n[[level]]\nname = \"fine\"\n\n[[level]]\nname = \"coarse\"\nchanges = [\"solver.step_s=0.004\"]\n";
+    let leveled = SceneSource::parse("leveled.toml", &format!("{text}{levels}"), &[])?;
+    let service = Service::start(leveled, Pace::Factor(20.0), None, PublishRate::Hz(200.0))?;
+    let listener = common::Listener::new(&service.client, &service.name)?;
+    let level = wire::Control { id: String::new(), action: Some(Action::Level(wire::Level { name: "coarse".to_owned() })) };
+    assert!(client::control(&service.client, &service.name, &level)?.accepted);
+    listener.wait_for(Topic::Angles, 100, Duration::from_secs(60))?;
+    let (_, folder) = service.stop()?;
+    let ends_s = resume(&RecordedSession::open(&folder.path().join("run.mcap"))?, None, &|_| {})?.simulation.time_s();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(["run", "--no-bus", "--no-record", "--pace", "max", "--resume", "run.mcap", "--until"]);
+    let ended = command.arg((ends_s + 0.1).to_string()).current_dir(folder.path()).stdin(Stdio::null()).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    assert!(said.contains(": level coarse, modal model, esdirk, step 0.004 s; not on the bus; not recorded\n"), "{said}");
+    Ok(())
+}
+
+/// The session goes on when its recording has stopped, and a crash throws it back to there.
+#[test]
+fn regress_a_recording_that_may_stop_under_a_supervisor_is_warned_of() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(["run", "--supervise", "--no-bus", "--pace", "max", "--until", "0.1", "--record", "run.mcap"]);
+    let ended = command.args(["--max-recording-size", "100MB"]).current_dir(folder.path()).stdin(Stdio::null()).output()?;
+    let said = String::from_utf8(ended.stderr)?;
+    let warning = "warning: once --max-recording-size has stopped the recording, --supervise brings the session back to there";
+    assert!(ended.status.code() == Some(0) && said.matches(warning).count() == 1, "{said}");
     Ok(())
 }
 

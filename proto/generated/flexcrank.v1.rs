@@ -160,7 +160,7 @@ pub struct ElementForce {
     /// Mean shear force: minus the slope of the bending moment along the link.
     #[prost(double, tag = "4")]
     pub shear_n: f64,
-    /// Bending moment E J times curvature at either end; positive bends the link to the left of its direction.
+    /// Bending moment E J (k + damping_s dk/dt) at each end, k the curvature; positive bends the link to the left of its direction.
     #[prost(double, tag = "5")]
     pub moment_start_nm: f64,
     #[prost(double, tag = "6")]
@@ -209,7 +209,7 @@ pub struct Status {
     pub stamp: ::core::option::Option<Stamp>,
     #[prost(enumeration = "status::State", tag = "2")]
     pub state: i32,
-    /// Simulated over wall time since the last start, resume or reset; absent while paused.
+    /// Simulated over wall time since the last start, resume or reset, 0 at first; absent while paused and in the status of a reset.
     #[prost(double, optional, tag = "3")]
     pub real_time_factor: ::core::option::Option<f64>,
     /// Lateness of all steps since the run began: the time from a step's deadline to the instant at which its solver can run its first

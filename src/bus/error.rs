@@ -101,6 +101,10 @@ impl BusError {
     pub(super) fn config(error: zenoh::Error) -> Self {
         BusError::Config(message_of(&error))
     }
+    /// The configuration sets passwords, with this key, and this build has none.
+    pub(super) fn no_passwords(key: &str) -> Self {
+        BusError::Config(format!("this build has no passwords, which {key} needs: build it with `--features tls`"))
+    }
     pub(super) fn open(error: zenoh::Error) -> Self {
         BusError::Open(message_of(&error))
     }

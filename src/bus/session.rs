@@ -25,6 +25,8 @@ const PORT_RETRIES: u32 = 50;
 const LISTEN: &str = "listen/endpoints";
 const CONNECT: &str = "connect/endpoints";
 const MULTICAST: &str = "scouting/multicast/enabled";
+/// Passwords: the file with those of all who may connect, and the name under which this program connects.
+const PASSWORDS: [&str; 2] = ["transport/auth/usrpwd/dictionary_file", "transport/auth/usrpwd/user"];
 /// Small kernel buffers, so that a slow reader does not receive stale samples for seconds.
 const SOCKET_BUFFERS: &str = "#so_sndbuf=65536;so_rcvbuf=65536";
 
@@ -84,7 +86,7 @@ impl BusOptions {
         let mut retries = PORT_RETRIES;
         let (config, session) = loop {
             let config = self.service_config()?;
-            check_encryption(&config)?;
+            check_features(&config)?;
             match zenoh::open(config.clone()).wait() {
                 Ok(session) => break (config, session),
                 // Another service that starts at this instant may have taken the port that was free a moment ago.
@@ -137,7 +139,8 @@ impl BusOptions {
             let endpoints: Vec<String> = self.listen.iter().map(|endpoint| with_port(endpoint)).collect();
             set(&mut config, LISTEN, &list(&endpoints))?;
         } else if !is_set(&config, LISTEN) && !is_client(&config) {
-            set(&mut config, LISTEN, &list(&[format!("tcp/{}{SOCKET_BUFFERS}", free_port()?)]))?;
+            let port = free_port(&self.ports_to_connect_to(&config))?;
+            set(&mut config, LISTEN, &list(&[format!("tcp/{port}{SOCKET_BUFFERS}")]))?;
         }
         if !self.connect.is_empty() {
             set(&mut config, CONNECT, &list(&self.connect))?;
@@ -151,6 +154,13 @@ impl BusOptions {
         Ok(config)
     }
 
+    /// Ports of this machine that the session is to connect to: a service that took one would wait for itself.
+    fn ports_to_connect_to(&self, config: &Config) -> Vec<u16> {
+        let of_config = config.get_json(CONNECT).unwrap_or_default();
+        let endpoints = self.connect.iter().map(String::as_str).chain(of_config.split('"'));
+        endpoints.filter_map(local_port).collect()
+    }
+
     /// Opens a session for a client: to the given endpoints, or to every service on this machine.
     ///
     /// # Errors
@@ -158,7 +168,7 @@ impl BusOptions {
     /// be opened.
     pub fn open_client(&self) -> Result<Session, BusError> {
         let config = self.client_config()?;
-        check_encryption(&config)?;
+        check_features(&config)?;
         let refused = if is_client(&config) { BusError::not_admitted } else { BusError::open };
         zenoh::open(config).wait().map_err(refused)
     }
@@ -259,13 +269,22 @@ fn loopback(port: u16) -> SocketAddr {
     (Ipv4Addr::LOCALHOST, port).into()
 }
 
-fn free_port() -> Result<SocketAddr, BusError> {
-    PORTS.map(loopback).find(|address| TcpListener::bind(address).is_ok()).ok_or(BusError::NoPort)
+/// The first free loopback port that is not one of `spared`.
+fn free_port(spared: &[u16]) -> Result<SocketAddr, BusError> {
+    let mut others = PORTS.filter(|port| !spared.contains(port)).map(loopback);
+    others.find(|address| TcpListener::bind(address).is_ok()).ok_or(BusError::NoPort)
 }
 
-/// Refuses encrypted endpoints in a build without encryption, before zenoh reports them as absent. Warns of the fault that links
-/// `tls/…` of zenoh 1.10 have: <https://github.com/eclipse-zenoh/zenoh/issues/2557>.
-fn check_encryption(config: &Config) -> Result<(), BusError> {
+/// The port of an endpoint on loopback; `None` for any other.
+fn local_port(endpoint: &str) -> Option<u16> {
+    let (_, host) = bare(endpoint).split_once('/')?;
+    let (_, port) = host.rsplit_once(':').filter(|_| is_loopback(host))?;
+    port.parse().ok()
+}
+
+/// Refuses encrypted endpoints and passwords in a build without them, before zenoh reports the former as absent and ignores the
+/// latter. Warns of the fault that links `tls/…` of zenoh 1.10 have: <https://github.com/eclipse-zenoh/zenoh/issues/2557>.
+fn check_features(config: &Config) -> Result<(), BusError> {
     let endpoints = [LISTEN, CONNECT].map(|key| config.get_json(key).unwrap_or_default()).concat();
     let protocols = endpoints.split('"').filter_map(|endpoint| Some((endpoint, endpoint.split_once('/')?.0)));
     for (endpoint, protocol) in protocols {
@@ -276,7 +295,10 @@ fn check_encryption(config: &Config) -> Result<(), BusError> {
             tracing::warn!(endpoint, "links over tls/ break now and then while both ends send (zenoh issue 2557): use quic/");
         }
     }
-    Ok(())
+    match PASSWORDS.iter().find(|key| is_set(config, key)) {
+        Some(key) if !cfg!(feature = "tls") => Err(BusError::no_passwords(key)),
+        _ => Ok(()),
+    }
 }
 
 /// Host and options of an endpoint that leaves the port to the system, port 0: the parts before and after the port.
@@ -298,20 +320,28 @@ fn endpoints_of(config: &Config) -> Vec<String> {
     let mode = value("mode").and_then(|mode| mode.as_str().map(str::to_owned)).unwrap_or_else(|| "peer".to_owned());
     let endpoints = value(LISTEN).unwrap_or_default();
     let endpoints = endpoints.get(&mode).unwrap_or(&endpoints).as_array().cloned().unwrap_or_default();
-    let bare = |endpoint: &str| endpoint.split(['?', '#']).next().unwrap_or(endpoint).to_owned();
-    endpoints.iter().filter_map(|endpoint| endpoint.as_str().map(bare)).collect()
+    endpoints.iter().filter_map(|endpoint| Some(bare(endpoint.as_str()?).to_owned())).collect()
+}
+
+/// An endpoint without its options.
+fn bare(endpoint: &str) -> &str {
+    endpoint.split(['?', '#']).next().unwrap_or(endpoint)
+}
+
+/// Whether `HOST:PORT` is a loopback address.
+fn is_loopback(host: &str) -> bool {
+    match host.parse::<SocketAddr>() {
+        Ok(address) => address.ip().is_loopback(),
+        Err(_) => host.starts_with("localhost:"),
+    }
 }
 
 /// Listening endpoints beyond loopback, if neither passwords nor roles are set.
 fn open_endpoints(config: &Config) -> Vec<String> {
-    if is_set(config, "transport/auth/usrpwd/dictionary_file") || is_set(config, "access_control/enabled") {
+    if is_set(config, PASSWORDS[0]) || is_set(config, "access_control/enabled") {
         return Vec::new();
     }
-    let is_local = |host: &str| match host.parse::<SocketAddr>() {
-        Ok(address) => address.ip().is_loopback(),
-        Err(_) => host.starts_with("localhost:"),
-    };
-    let is_open = |endpoint: &String| endpoint.split_once('/').is_none_or(|(_, host)| !is_local(host));
+    let is_open = |endpoint: &String| endpoint.split_once('/').is_none_or(|(_, host)| !is_loopback(host));
     endpoints_of(config).into_iter().filter(is_open).collect()
 }
 
@@ -326,63 +356,4 @@ fn answering(port: u16) -> Option<SocketAddr> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_the_endpoints_that_a_service_listens_on_are_known() -> Result<(), Box<dyn std::error::Error>> {
-        let listening = |listen: &str| {
-            let options = BusOptions { listen: vec![listen.to_owned()], ..BusOptions::default() };
-            options.service_config().map(|config| endpoints_of(&config))
-        };
-        assert_eq!(listening("tcp/127.0.0.1:7500#so_sndbuf=65536")?, ["tcp/127.0.0.1:7500"]);
-        let chosen = listening("tcp/127.0.0.1:0")?;
-        let port = chosen[0].strip_prefix("tcp/127.0.0.1:").ok_or("another address")?.parse::<u16>()?;
-        assert!(chosen.len() == 1 && port != 0, "{chosen:?}");
-        let free = BusOptions::default().service_config().map(|config| endpoints_of(&config))?;
-        assert!(free[0].starts_with("tcp/127.0.0.1:74"), "{free:?}");
-        Ok(())
-    }
-
-    #[test]
-    fn prop_an_endpoint_open_to_the_network_without_passwords_is_known() -> Result<(), Box<dyn std::error::Error>> {
-        for (endpoint, is_open) in [
-            ("127.0.0.1:7", false),
-            ("[::1]:7", false),
-            ("localhost:7", false),
-            ("0.0.0.0:7", true),
-            ("[::]:7", true),
-            ("host:7", true),
-        ] {
-            let options = BusOptions { listen: vec![format!("tcp/{endpoint}")], ..BusOptions::default() };
-            let mut config = options.service_config()?;
-            assert_eq!(!open_endpoints(&config).is_empty(), is_open, "{endpoint}");
-            set(&mut config, "access_control/enabled", "true")?;
-            assert!(open_endpoints(&config).is_empty(), "{endpoint}");
-        }
-        Ok(())
-    }
-
-    #[test]
-    fn prop_a_configuration_file_opens_no_more_than_it_states() -> Result<(), Box<dyn std::error::Error>> {
-        let folder = tempfile::tempdir()?;
-        let file = folder.path().join("zenoh.json5");
-        let options = BusOptions { config: Some(file.clone()), ..BusOptions::default() };
-        let value = |config: Config, key: &str| config.get_json(key).unwrap_or_default();
-        std::fs::write(
-            &file,
-            r#"{ transport: { link: { tx: { lease: 5000 } } }, connect: { endpoints: ["tcp/127.0.0.1:9"] } }"#,
-        )?;
-        let listens = value(options.service_config()?, LISTEN);
-        assert!(listens.contains("tcp/127.0.0.1:") && !listens.contains("[::]"), "{listens}");
-        assert_eq!(value(options.client_config()?, LISTEN), "[]");
-        assert_eq!(value(options.service_config()?, MULTICAST), "false");
-        assert!(value(options.service_config()?, CONNECT).contains("tcp/127.0.0.1:9"));
-        std::fs::write(&file, r#"{ listen: { endpoints: ["tcp/127.0.0.2:0"] }, scouting: { multicast: { enabled: true } } }"#)?;
-        for config in [options.service_config()?, options.client_config()?] {
-            assert_eq!(value(config.clone(), MULTICAST), "true");
-            assert!(value(config, LISTEN).contains("tcp/127.0.0.2:0"));
-        }
-        Ok(())
-    }
-}
+mod tests;

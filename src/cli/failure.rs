@@ -33,6 +33,8 @@ pub(super) enum Failure {
     Usage(String),
     /// The request was sound, but its execution failed: 1.
     Failed(String),
+    /// A simulation that the request needs diverges: 4.
+    Diverged(String),
     /// The reader of an endless output has closed it: 0.
     OutputClosed,
 }
@@ -48,6 +50,7 @@ impl Failure {
         let (text, code) = match self {
             Failure::Usage(text) => (text, 2),
             Failure::Failed(text) => (text, 1),
+            Failure::Diverged(text) => (text, 4),
             Failure::OutputClosed => return ExitCode::SUCCESS,
         };
         say!("error: {text}");

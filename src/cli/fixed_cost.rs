@@ -2,6 +2,7 @@
 
 use super::failure::{CommandResult, Failure};
 use super::progress::elapsed;
+use super::run_conclusion::step_remedy;
 use crate::scene::SceneSource;
 use crate::study::fixed_cost::{NotRated, rate};
 
@@ -20,8 +21,15 @@ pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource
     bar.finish_and_clear();
     let rating = rating.map_err(|not| match not {
         NotRated::Build(refused) => source.refusal(refused.key, refused.to_string()).into(),
+        NotRated::Diverged(_) => Failure::Diverged(diverged(source, &not)),
         other => Failure::Failed(format!("--fixed-cost: {}: {other}", source.origin)),
     })?;
     say!("{rating}");
     Ok(source.with(&rating.keys())?)
+}
+
+/// What a run that diverged says, with its remedy.
+fn diverged(source: &SceneSource, why: &NotRated) -> String {
+    let remedy = step_remedy(std::iter::once(&source.scene)).map(|remedy| format!("\n{remedy}"));
+    format!("--fixed-cost: {}: {why}{}", source.origin, remedy.unwrap_or_default())
 }

@@ -122,7 +122,7 @@ impl Info {
             size_bytes: std::fs::metadata(file).map_or(0, |file| file.len()),
             begin: humantime::format_rfc3339_millis(begin).to_string(),
             duration_s: (end_ns - begin_ns) as f64 * 1e-9,
-            messages: overview.topics.values().map(|topic| topic.messages).sum(),
+            messages: overview.messages(),
             damage: damage(&overview),
             ends_early: overview.cut_off.is_some(),
             // Files of other programs have no session.
@@ -179,10 +179,15 @@ impl Info {
 fn damage(overview: &Overview) -> Option<String> {
     let broken = overview.damage.first().map(|first| {
         let places = counted(overview.damage.len() as u64, "place");
-        format!("in {places}, first at byte {}: {}; `flexcrank recover` saves what is listed", first.offset, first.what)
+        format!("in {places}, first at byte {}: {}; `flexcrank recover` saves what can be read", first.offset, first.what)
     });
-    let cut_off =
-        overview.cut_off.map(|_| "the file is still being recorded, or was cut off; everything before is listed".to_owned());
+    let cut_off = overview.cut_off.map(|_| {
+        let of_cut_chunk = match overview.unchecked {
+            0 => String::new(),
+            count => format!(", with {} of the chunk that was cut off, which no checksum covers", counted(count, "message")),
+        };
+        format!("the file is still being recorded, or was cut off; everything before is listed{of_cut_chunk}")
+    });
     let both: Vec<String> = cut_off.into_iter().chain(broken).collect();
     (!both.is_empty()).then(|| both.join("; "))
 }

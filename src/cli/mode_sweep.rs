@@ -25,6 +25,8 @@ pub(super) enum Along {
 /// Points and the modes found there.
 pub(super) struct Swept {
     pub along: Along,
+    /// The other quantity, the same at every point, if it was given: rad/s along angles, degrees along speeds.
+    pub other: Option<f64>,
     /// Degrees or rad/s.
     pub values: Vec<f64>,
     /// The modes of each point; empty where there are none, or the point was not reached.
@@ -39,6 +41,23 @@ impl Swept {
         match self.along {
             Along::Angle => ("angle_deg", "°"),
             Along::Speed => ("speed_rad_per_s", " rad/s"),
+        }
+    }
+
+    /// The column of the other quantity.
+    fn other_name(&self) -> &'static str {
+        match self.along {
+            Along::Angle => "speed_rad_per_s",
+            Along::Speed => "angle_deg",
+        }
+    }
+
+    /// The other quantity in words; nothing if it was not given.
+    pub(super) fn beside(&self) -> String {
+        match (self.other, self.along) {
+            (None, _) => String::new(),
+            (Some(speed), Along::Angle) => format!(", turning at {} rad/s", figure(speed)),
+            (Some(angle), Along::Speed) => format!(", at {}°", figure(angle)),
         }
     }
 
@@ -61,7 +80,7 @@ impl Swept {
         points.filter_map(|((place, modes), value)| Some((*value, modes.get((*place)?)?)))
     }
 
-    /// Every branch at every point, by points.
+    /// Every branch at every point, by points, with the other quantity in a column of its own if it was given.
     pub(super) fn table(&self, branches: &[Branch]) -> Table {
         let mut words: [Vec<String>; 3] = Default::default();
         let mut numbers: [Vec<f64>; 7] = Default::default();
@@ -97,7 +116,10 @@ impl Swept {
             "rigid_part",
             "part_share",
         ];
-        names.into_iter().zip(numbers).for_each(|(name, column)| table.push(name, column));
+        let other = self.other.map(|other| (self.other_name(), vec![other; numbers[0].len()]));
+        let mut columns: Vec<(&str, Vec<f64>)> = names.into_iter().zip(numbers).collect();
+        columns.splice(1..1, other);
+        columns.into_iter().for_each(|(name, column)| table.push(name, column));
         table
     }
 
@@ -105,7 +127,8 @@ impl Swept {
     pub(super) fn show(&self, target: &str, branches: &[Branch]) -> CommandResult<()> {
         let (_, unit) = self.unit();
         let ends = [self.values.first(), self.values.last()].map(|end| figure(end.copied().unwrap_or_default()));
-        writeln!(output(), "{}: {} points from {}{unit} to {}{unit}", target, self.values.len(), ends[0], ends[1])?;
+        let (points, beside) = (self.values.len(), self.beside());
+        writeln!(output(), "{target}: {points} points from {}{unit} to {}{unit}{beside}", ends[0], ends[1])?;
         let columns = ["mode", "lowest Hz", "at", "highest Hz", "at", "most damping", "at"];
         let mut rows = vec![columns.map(str::to_owned).to_vec()];
         for branch in branches {

@@ -64,8 +64,12 @@ const HALVINGS: usize = 5;
 const MOST_POINTS: usize = 16;
 /// Modes beyond those asked for that are followed along a sweep, since they may cross.
 const BEYOND: usize = 4;
+/// Options of a scene: they go neither with --live nor with --wait.
+const NOT_OF_SERVICES: [&str; 8] = ["angle", "speed", "periodic", "over", "csv", "plot", "overrides", "crank"];
 
 #[derive(Debug, clap::Args)]
+// Beside an option that conflicts with --live, clap does not ask for --live.
+#[command(mut_arg("wait", |wait| wait.requires("live").conflicts_with_all(NOT_OF_SERVICES)))]
 pub(super) struct Args {
     #[command(flatten)]
     pub subject: SubjectArgs,
@@ -75,12 +79,13 @@ pub(super) struct Args {
     /// Crank speeds, rad/s.
     #[arg(long, value_name = "RAD/S|FROM:TO:STEP", allow_hyphen_values = true, value_parser = Values::parse)]
     pub speed: Option<Values>,
-    /// Modes about the periodic motion at these speeds: how much each grows or fades in a turn, by itself and as the scene's
-    /// integrator computes it at its step. The crank is moved at that speed if it is held, else a constant torque sustains it.
-    #[arg(long, requires = "speed", conflicts_with = "live")]
+    /// Modes about the periodic motion of a scene at these speeds: how much each grows or fades in a turn, by itself and as the
+    /// scene's integrator computes it at its step. The crank is moved at that speed if it is held, else a constant torque
+    /// sustains it.
+    #[arg(long, requires = "speed")]
     pub periodic: bool,
     /// Chart stability over the speeds and this key: the largest multiplier of a turn.
-    #[arg(long, value_name = "KEY=FROM:TO:STEP", requires = "periodic", conflicts_with = "live", value_parser = Over::parse)]
+    #[arg(long, value_name = "KEY=FROM:TO:STEP", requires = "periodic", value_parser = Over::parse)]
     pub over: Option<Over>,
     /// Number of modes.
     #[arg(long, value_name = "N", default_value = "8", value_parser = count)]
@@ -98,7 +103,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", value_parser = count)]
     pub jobs: Option<u64>,
     /// Ask a running service for the modes of its present state instead.
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["angle", "speed", "csv", "plot", "overrides", "crank"], add = ArgValueCandidates::new(completions::services))]
+    #[arg(long, value_name = "NAME", conflicts_with_all = NOT_OF_SERVICES, add = ArgValueCandidates::new(completions::services))]
     pub live: Option<Name>,
     #[command(flatten)]
     pub client: ClientArgs,
@@ -186,9 +191,13 @@ impl Args {
     /// Finds the modes at every point, and between points as far as modes change too much to be followed.
     fn find(&self, chosen: &Chosen, along: Along, values: Vec<f64>, interruption: &Interruption) -> CommandResult<Swept> {
         let single = |values: &Option<Values>| values.as_ref().and_then(|values| values.0.first().copied());
+        let other = match along {
+            Along::Angle => single(&self.speed),
+            Along::Speed => single(&self.angle),
+        };
         let at = |value: f64| match along {
-            Along::Angle => chosen.point(Some(value), single(&self.speed).unwrap_or(0.0)),
-            Along::Speed => chosen.point(single(&self.angle), value),
+            Along::Angle => chosen.point(Some(value), other.unwrap_or(0.0)),
+            Along::Speed => chosen.point(other, value),
         };
         let wanted = if values.len() > 1 { self.modes().saturating_add(BEYOND) } else { self.modes() };
         let at = |value: f64| at(value).and_then(|point| find(&chosen.subject, &point, wanted));
@@ -215,7 +224,7 @@ impl Args {
             }
         }
         bar.finish_and_clear();
-        let mut swept = Swept { along, values: Vec::new(), modes: Vec::new(), asked: Vec::new(), refusals: Vec::new() };
+        let mut swept = Swept { along, other, values: Vec::new(), modes: Vec::new(), asked: Vec::new(), refusals: Vec::new() };
         for (value, asked, found) in points {
             if let (Some(Err(refusal)), true) = (&found, asked) {
                 swept.refusals.push((value, refusal.clone()));
@@ -294,7 +303,7 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
         (Some((_, time_s)), ..) => format!(" at t = {} s", shown_s(*time_s)),
         _ if chosen.subject.is_oscillator() => String::new(),
         (None, Some(speed), Along::Speed) => format!(" turning at {} rad/s", figure(*speed)),
-        (None, Some(angle), Along::Angle) => format!(" at {}°", figure(*angle)),
+        (None, Some(angle), Along::Angle) => format!(" at {}°{}", figure(*angle), swept.beside()),
         _ => String::new(),
     };
     writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;

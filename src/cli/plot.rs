@@ -42,8 +42,8 @@ pub(super) struct Args {
     /// Formats of the figures in a folder.
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "svg,png")]
     pub format: Vec<Format>,
-    /// Column of the horizontal axis. Default: a recording's simulated time, a table's first column. Columns of different topics
-    /// are joined by simulated time.
+    /// Column of the horizontal axis. Default: a recording's time, as for --from; a table's stamp.sim_time_s, or else its first
+    /// column of numbers. Columns of different topics are joined by simulated time.
     #[arg(long, value_name = "COLUMN", requires = "y")]
     pub x: Option<String>,
     /// Draw these columns in one figure instead: named as by export, with or without the name of the list.
@@ -52,10 +52,10 @@ pub(super) struct Args {
     /// Title of the figures.
     #[arg(long)]
     pub title: Option<String>,
-    /// Draw from this simulated time on.
+    /// Draw from this simulated time on; where a recording has resets, from this time since the recording began.
     #[arg(long, value_name = "TIME", value_parser = time)]
     pub from: Option<f64>,
-    /// Draw up to this simulated time.
+    /// Draw up to this time, counted as for --from.
     #[arg(long, value_name = "TIME", value_parser = time)]
     pub to: Option<f64>,
     /// Lay the files over one another: a panel for each signal, a curve for each file.

@@ -1,5 +1,6 @@
 //! The files that `plot` draws: recordings and tables.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::acceleration_sampling::{ACCELERATION, rare_accelerations};
@@ -7,7 +8,7 @@ use super::failure::{CommandResult, Failure};
 use super::sample_intervals::regular_s;
 use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
-use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError, SIMULATED_TIME};
+use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError};
 use crate::recording::{RecordingError, RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
 use crate::scene::{Drive, ModelKind, Scene, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
@@ -44,7 +45,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Reads a file, restricted to a range of simulated time. `progress` is called with the part that is read.
+    /// Reads a file, restricted to a range of time: simulated, or since a recording with resets began. `progress` is called with the
+    /// part that is read.
     pub fn open(path: &Path, from_s: Option<f64>, to_s: Option<f64>, progress: &dyn Fn(f64)) -> CommandResult<Self> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = has_extension_of_recordings(path) || begins_as_mcap(path);
@@ -226,7 +228,7 @@ impl Source {
 
     fn drawn(&self, x: Option<&str>, ys: &[String]) -> Result<Vec<(String, Figure)>, PlotError> {
         if !ys.is_empty() {
-            let x = x.or(self.recorded.then_some(SIMULATED_TIME));
+            let x = x.or_else(|| self.recorded.then(|| plot::time_column(&self.tables)));
             return Ok(vec![(String::new(), plot::figure(&self.tables, x, ys)?)]);
         }
         if self.recorded {
@@ -283,16 +285,32 @@ fn picture_hint(path: &Path) -> Option<String> {
     is_picture.then(|| "a picture: name the file that it shows".to_owned())
 }
 
-/// Reads a CSV table. The refusal of a Parquet table names the commands that draw it, or write CSV.
+/// Reads a CSV table, of which every column with contents has a name of its own. The refusal of a Parquet table names the commands that
+/// draw it, or write CSV.
 fn csv_table(path: &Path) -> CommandResult<Table> {
-    Table::read_csv(path).map_err(|refused| match begins_as_parquet(path) {
+    let table = Table::read_csv(path).map_err(|refused| match begins_as_parquet(path) {
         true => Failure::Failed(format!(
             "{}: is a Parquet table, and `plot` reads CSV: `sweep --plot` draws a campaign; `sweep --merge --table NAME.csv` and \
              `export --csv` write CSV",
             path.display()
         )),
         false => refused.into(),
-    })
+    })?;
+    match repeated_name(&table) {
+        Some(name) => {
+            let (file, name) = (path.display(), shown_name(name));
+            Err(Failure::Failed(format!("{file}: several columns have the name `{name}`: give each a name of its own")))
+        }
+        None => Ok(table),
+    }
+}
+
+/// A name that several columns of a table have; those without contents do not count, as of empty columns beside the others.
+fn repeated_name(table: &Table) -> Option<&str> {
+    let has_numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
+    let of_numbers = table.columns().filter(|(_, values)| has_numbers(values)).map(|(name, _)| name);
+    let mut seen = BTreeSet::new();
+    table.word_columns().map(|(name, _)| name).chain(of_numbers).find(|name| !seen.insert(*name))
 }
 
 fn begins_as_parquet(path: &Path) -> bool {
@@ -314,7 +332,9 @@ fn recording(file: &Path, progress: &dyn Fn(f64)) -> CommandResult<(Vec<Named>, 
     };
     // Checkpoints are states to resume from. Some of their fields have the names of signals: `work_in_j`.
     let is_drawn = |topic: &TopicColumns| Topic::of_key(&topic.name) != Some(Topic::Checkpoint);
-    Ok((contents.topics.into_iter().filter(is_drawn).map(named).collect(), !contents.cut_off))
+    let mut topics: Vec<Named> = contents.topics.into_iter().filter(is_drawn).map(named).collect();
+    plot::add_session_time(&mut topics);
+    Ok((topics, !contents.cut_off))
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ pub(super) struct ReplayArgs {
     /// Wait for this time before the first message.
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = time)]
     pub delay: f64,
-    /// Play only these recorded topics, by name or last chunks: angles, /tf.
+    /// Play only these recorded topics, by name or last chunks: angles, /tf. --commands adds the commands.
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<String>,
     /// Publish a topic, or all that begin with OLD/, under another key.
@@ -73,7 +73,7 @@ pub(super) struct ReplayArgs {
     /// Name of the service on the bus instead of the recorded one.
     #[arg(long)]
     pub name: Option<Name>,
-    /// Also publish recorded commands on their keys.
+    /// Also publish recorded commands on their keys, whether --topics names them or not.
     #[arg(long)]
     pub commands: bool,
     /// Wait until N programs subscribe to the played topics, and no subscription has come for 0.2 s. Programs behind one router

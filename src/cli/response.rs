@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indexmap::IndexSet;
 
@@ -93,6 +93,7 @@ struct Responses {
 }
 
 pub(super) fn response(args: &Args) -> CommandResult {
+    args.must_have_two_files()?;
     [&args.csv, &args.step_csv].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
     let linear = args.linear.linearise()?;
     let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
@@ -134,6 +135,16 @@ fn growth_per_s(found: &[Mode]) -> Option<f64> {
 }
 
 impl Args {
+    /// Refuses two tables in one file.
+    fn must_have_two_files(&self) -> CommandResult<()> {
+        match (&self.csv, &self.step_csv) {
+            (Some(csv), Some(step_csv)) if place_on_disk(csv).is_some_and(|place| Some(place) == place_on_disk(step_csv)) => {
+                Err(Failure::Usage(format!("--csv and --step-csv name one file, {}: each table needs its own", csv.display())))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn respond(&self, linear: &Linear, natural: &[[f64; 2]]) -> CommandResult<Responses> {
         let space = &linear.space;
         let input = match &self.input {
@@ -184,7 +195,7 @@ impl Args {
         let [low, high] = ends.unwrap_or(OTHERWISE.0);
         let (low, high) = (self.from.unwrap_or(low), self.to.unwrap_or(high));
         if low >= high {
-            return Err(Failure::Usage(format!("--from {low} must be less than --to {high}")));
+            return Err(Failure::Usage(self.empty_range([low, high])));
         }
         let ratio = |k: usize| low * (high / low).powf(k as f64 / (FREQUENCIES - 1) as f64);
         let mut all: Vec<f64> = (0..FREQUENCIES).map(ratio).collect();
@@ -196,6 +207,23 @@ impl Args {
         all.dedup();
         Ok(all)
     }
+
+    /// Why there are no frequencies from `low` to `high`, Hz: only options that were given are at fault.
+    fn empty_range(&self, [low, high]: [f64; 2]) -> String {
+        match (self.from, self.to) {
+            (Some(from), None) => {
+                format!("--from {from} is above the default of --to, {} Hz: give --to as well", figure(high))
+            }
+            (None, Some(to)) => format!("--to {to} is below the default of --from, {} Hz: give --from as well", figure(low)),
+            _ => format!("--from {low} must be less than --to {high}"),
+        }
+    }
+}
+
+/// A file by its folder without links and dots, whether it exists or not; `None` where there is no such folder.
+fn place_on_disk(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
 }
 
 fn place(name: &str, names: &[String], what: &str) -> CommandResult<usize> {

@@ -18,7 +18,7 @@ use super::run_args::{Args, BEST};
 use super::run_conclusion::{conclude, step_remedy};
 use super::run_levels::{check_levels, check_spare};
 use super::service_names::{ServiceNames, on_the_bus};
-use super::signals::interrupted;
+use super::signals::{Interruption, interrupted};
 use super::status_line::StatusLine;
 use super::supervise::supervise;
 use super::suspect_numbers::suspect_numbers;
@@ -26,7 +26,7 @@ use crate::bus::{self, BusOptions, Name, Session};
 use crate::nearest::did_you_mean;
 use crate::recording::{RecordingError, Split, paths};
 use crate::resimulation::BestLevelRun;
-use crate::runtime::{Ending, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
+use crate::runtime::{Ending, Pace, ShadowSimulation, Slowdown, Spin, SteppingOptions, ThreadOptions};
 use crate::scene::{IntegratorKind, MODELS, ModelKind, SceneError, SceneSource};
 use crate::service::{self, LiveOptions, LiveReport, LiveSimulation, SecondRun};
 use crate::simulation::PublishRate;
@@ -36,11 +36,19 @@ const SLOWDOWN_SEED: u64 = 17;
 pub(super) fn run(mut args: Args) -> CommandResult {
     Viewers::check(args.foxglove)?;
     args.resume.check()?;
+    check_asked(&args)?;
     if args.supervise {
         if args.scene.len() > 1 {
             return Err(Failure::Usage("--supervise runs one service: give one scene".to_owned()));
         }
-        let Some(record) = args.supervised_record.take() else { return supervise(&args) };
+        let Some(record) = args.supervised_record.take() else {
+            if args.max_recording_size.is_some() {
+                say!(
+                    "warning: once --max-recording-size has stopped the recording, --supervise brings the session back to there, without what followed"
+                );
+            }
+            return supervise(&args);
+        };
         args.record = Some(record);
         end_with_parent()?;
         if let Some(file) = args.supervised_resume.take() {
@@ -51,14 +59,21 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         must_suit_recording(path)?;
         must_have_folder(path)?;
     }
+    // While the scenes are prepared, and `--fixed-cost` rates them, a signal ends the process: nothing is to be kept.
+    let preparing = Interruption::watch()?;
     let (fixed, starts) = starts(&args)?;
     let remedy = step_remedy(starts.iter().map(|start| &start.scene.scene));
     let bus = BusOptions { isolated: args.no_bus, gossip: args.ros2.ros2.is_some(), ..args.bus.options() };
     let status_line = StatusLine::new(starts.len(), args.until);
     let was_interrupted = Cell::new(false);
-    let reports = runtime()?.block_on(async {
-        // From here on, before anything is recorded, a signal no longer ends the process by itself.
-        let signal = interrupted();
+    let runtime = runtime()?;
+    // From here on, before anything is recorded, a signal no longer ends the process by itself.
+    let signal = {
+        let _context = runtime.enter();
+        interrupted()
+    };
+    drop(preparing);
+    let reports = runtime.block_on(async {
         let shutdown = async {
             signal.await;
             was_interrupted.set(true);
@@ -81,6 +96,15 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         say_reason!("interrupted before --until");
     }
     Ok(if early && done == ExitStatus::Success { ExitStatus::Interrupted } else { done })
+}
+
+/// Refuses a run for whose steps nobody can ask.
+fn check_asked(args: &Args) -> CommandResult<()> {
+    if args.no_bus && args.pace == Pace::Lockstep && !args.foxglove.has_control() {
+        let problem = "--pace lockstep takes the steps that clients ask for, and with --no-bus nobody can ask: give another pace, such as max";
+        return Err(Failure::Usage(problem.to_owned()));
+    }
+    Ok(())
 }
 
 /// Lets this process end in order when its supervisor dies.
@@ -147,8 +171,8 @@ fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
     let publish = args.publish_hz.unwrap_or(PublishRate::DEFAULT.into());
     let mut all = Vec::new();
     for scene in &args.scene {
-        let scene = SceneSource::open(scene, &args.overrides)?;
-        let whose = if args.scene.len() > 1 { format!("{}: ", scene.origin) } else { String::new() };
+        let whose = if args.scene.len() > 1 { format!("{scene}: ") } else { String::new() };
+        let scene = SceneSource::open(scene, &args.overrides).map_err(|refused| of_scene(&whose, refused))?;
         suspect_numbers(&scene).iter().for_each(|warning| say!("warning: {whose}{warning}"));
         let scene = if args.fixed_cost { with_fixed_cost(&scene)? } else { scene };
         for _ in 0..args.count {
@@ -157,6 +181,12 @@ fn starts(args: &Args) -> CommandResult<(Option<Name>, Vec<RunStart>)> {
         }
     }
     Ok((args.name.clone(), all))
+}
+
+/// The refusal of an override by one of several scenes, with the scene; `whose` is empty for a single one.
+fn of_scene(whose: &str, refused: SceneError) -> SceneError {
+    let by_override = refused.place.starts_with("--set ");
+    if by_override { SceneError { place: format!("{whose}{}", refused.place), ..refused } } else { refused }
 }
 
 /// Prepares service `index` of `count`.
@@ -252,15 +282,20 @@ fn warn_of_weight(live: &LiveOptions) {
     }
 }
 
-/// The heading for the first of `count` services.
-fn heading(LiveOptions { scene, record, split, .. }: &LiveOptions, count: usize, bus: &str) -> String {
-    let solver = &scene.scene.solver;
+/// The heading for the first of `count` services. A resumed session begins at the level that was in force.
+fn heading(LiveOptions { scene, record, split, resumed, .. }: &LiveOptions, count: usize, bus: &str) -> String {
+    let level = resumed.as_ref().map_or(0, |resumed| resumed.level);
+    // A level whose changes are refused is refused where the service begins.
+    let in_force = scene.at_level(level).unwrap_or_else(|_| scene.clone());
+    let solver = &in_force.scene.solver;
+    let name = scene.scene.levels.get(level).filter(|_| level > 0).map(|level| format!("level {}, ", level.name));
     let to =
         record.as_ref().map_or("not recorded".to_owned(), |path| format!("recorded to {}", first_file(path, *split).display()));
     let others = if count > 1 { format!("; and {} more", count - 1) } else { String::new() };
     format!(
-        "{}: {} model, {}, step {} s; {bus}; {to}{others}",
+        "{}: {}{} model, {}, step {} s; {bus}; {to}{others}",
         scene.origin,
+        name.unwrap_or_default(),
         solver.model.as_str(),
         solver.integrator.as_str(),
         solver.step_s,

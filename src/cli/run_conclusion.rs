@@ -54,11 +54,16 @@ pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option
         (ExitStatus::Untrusted, Some(remedy)) => say!("not to be trusted: {remedy}"),
         _ => return done,
     }
-    let commands: u64 = reports.iter().map(|report| report.commands_accepted).sum();
+    let commands: u64 = reports.iter().map(commands_before_stop).sum();
     if commands > 0 {
         say!("that holds for the scene as it began, without the {} that this session accepted", counted(commands, "command"));
     }
     done
+}
+
+/// Commands accepted, without the stop that ended the run: that of a signal is counted, too, and none changes the motion.
+fn commands_before_stop(report: &LiveReport) -> u64 {
+    report.commands_accepted.saturating_sub(u64::from(report.ending == Ending::Stopped))
 }
 
 /// One warning for all services.
@@ -148,5 +153,37 @@ fn report_recording(recording: &Result<Written, RecordingError>, whose: &str) {
         }
         Ok(Written { path, messages, .. }) => say!("recorded {messages} messages to {}", path.display()),
         Err(error) => say!("error: {whose}recording: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_stop_by_a_signal_is_no_command_of_a_client() -> Result<(), Box<dyn std::error::Error>> {
+        for (ending, accepted, commands) in [
+            (Ending::Stopped, 1, 0),
+            (Ending::Stopped, 3, 2),
+            (Ending::Finished, 2, 2),
+            (Ending::Finished, 0, 0),
+            // The output was lost: nobody has asked for the stop.
+            (Ending::Stopped, 0, 0),
+        ] {
+            let report = LiveReport {
+                name: "crank".parse()?,
+                ending,
+                angles: None,
+                recordings: Vec::new(),
+                verdict: EnergyVerdict::Balanced,
+                unconverged: 0,
+                worst_out_of_range: 0.0,
+                dropped: 0,
+                commands_accepted: accepted,
+                encoded: 0,
+            };
+            assert_eq!(commands_before_stop(&report), commands, "{report:?}");
+        }
+        Ok(())
     }
 }

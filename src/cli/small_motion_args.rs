@@ -44,6 +44,7 @@ impl SubjectArgs {
         let Some((file, time_s)) = self.instant()? else {
             let source = SceneSource::open(&self.target, &self.overrides).map_err(|refusal| self.refused(refusal))?;
             let subject = Subject::new(&source.scene, self.crank).map_err(with_suited_model)?;
+            must_move(&subject)?;
             return Ok(Chosen { source, subject, instant: None });
         };
         if !self.overrides.is_empty() || self.crank.is_some() {
@@ -106,7 +107,8 @@ impl Chosen {
     pub(super) fn check(&self, angle_given: bool, speed_given: bool) -> CommandResult<()> {
         let given = angle_given || speed_given;
         if given && self.instant.is_some() {
-            return Err(Failure::Usage("an instant of a recording has its own angle and speed".to_owned()));
+            let of_scenes = "--angle, --speed and `modes --periodic` are of a scene";
+            return Err(Failure::Usage(format!("{of_scenes}: an instant of a recording has its own angle and speed")));
         }
         if given && self.subject.is_oscillator() {
             return Err(NoModes::NoCrank.into());
@@ -121,6 +123,14 @@ fn with_suited_model(refused: NoModes) -> Failure {
         NoModes::NotSuited(_) => Failure::Usage(format!("{refused}: add --set solver.model=modal")),
         _ => refused.into(),
     }
+}
+
+/// Refuses a scene in which nothing can move, with the option that lets it.
+fn must_move(subject: &Subject) -> CommandResult<()> {
+    if subject.is_held() && subject.mechanism().degrees_of_freedom() == 0 {
+        return Err(Failure::Usage(format!("{}; `--crank free` lets it turn", NoModes::NothingMoves)));
+    }
+    Ok(())
 }
 
 fn crank(text: &str) -> Result<Crank, String> {

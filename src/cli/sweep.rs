@@ -22,7 +22,7 @@ use crate::scene::SceneSource;
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
     Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows,
-    merge, points, sensitivity, sensitivity_table, work,
+    merge, missing_rows, points, sensitivity, sensitivity_table, work,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -63,7 +63,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["shard", "jobs"])]
     pub merge: bool,
     /// The table, .parquet or .csv. Default: table.parquet in the campaign's folder.
-    #[arg(long, value_name = "FILE", value_parser = table_name)]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["shard", "indices", "plot"], value_parser = table_name)]
     pub table: Option<PathBuf>,
     /// Compute nothing: write sensitivity indices to indices.csv, and print them.
     #[arg(long, conflicts_with_all = ["shard", "jobs", "merge"])]
@@ -96,12 +96,16 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
         must_be_writable(&table)?;
         return merged(&merge(&campaign, &folder, &table)?, &campaign);
     }
-    make_folder(&folder)?;
-    must_be_writable(&table)?;
     let shard = match args.shard {
         Some(shard) => Some(shard),
         None => Shard::of_environment(|name| std::env::var(name).ok())?,
     };
+    if let (Some(table), Some(_)) = (&args.table, shard) {
+        let why = "the scheduler gives this worker a share, and a share is no table: give it with --merge, once all are done";
+        return Err(Failure::Usage(format!("--table {}: {why}", table.display())));
+    }
+    make_folder(&folder)?;
+    must_be_writable(&table)?;
     warn_of_refused_values(&campaign);
     warn_of_suspect_numbers(&campaign)?;
     interruption_leaves("the rows so far are kept".to_owned());
@@ -207,14 +211,19 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     if merged.missing.is_empty() {
         return Ok(ExitStatus::Success);
     }
+    Err(Failure::Failed(are_missing(&merged.missing, campaign)))
+}
+
+/// How many rows are missing, and the first of them.
+fn are_missing(missing: &[Range<u64>], campaign: &Campaign) -> String {
     let range = |range: &Range<u64>| match range.end - range.start {
         1 => range.start.to_string(),
         _ => format!("{}–{}", range.start, range.end - 1),
     };
-    let named: Vec<String> = merged.missing.iter().take(NAMED).map(range).collect();
-    let more = if merged.missing.len() > NAMED { ", …" } else { "" };
-    let count = campaign.runs() - merged.rows;
-    Err(Failure::Failed(format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))))
+    let named: Vec<String> = missing.iter().take(NAMED).map(range).collect();
+    let more = if missing.len() > NAMED { ", …" } else { "" };
+    let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
+    format!("{count} of {} rows are missing: {}{more}", campaign.runs(), named.join(", "))
 }
 
 /// Number of runs by their end; those that are done, but not to be trusted or out of the model's range, apart.
@@ -295,7 +304,7 @@ fn draw(campaign: &Campaign, folder: &Path, scalars: &[String], plots: &Path) ->
 fn indices(campaign: &Campaign, folder: &Path, scalars: &[String]) -> CommandResult {
     let indices = sensitivity(campaign, folder, scalars)?;
     if indices.is_empty() {
-        must_have_rows(campaign, folder)?;
+        return Err(no_indices(campaign, folder)?);
     }
     let path = folder.join("indices.csv");
     sensitivity_table(campaign, &indices).write_csv(&path)?;
@@ -309,17 +318,22 @@ fn indices(campaign: &Campaign, folder: &Path, scalars: &[String]) -> CommandRes
     print(&rows, 2)?;
     writeln!(output(), "{}", path.display())?;
     let left_out = indices.iter().map(|scalar| scalar.left_out).max().unwrap_or(0);
-    match indices.first() {
-        None => {
-            Err(Failure::Failed("no scalar has indices: rows are missing, failed, not to be trusted, or all the same".to_owned()))
-        }
-        Some(_) if left_out > 0 => {
-            say!(
-                "warning: up to {left_out} samples are left out: one of their runs is missing, failed, not to be trusted, or \
-                 without the scalar"
-            );
-            Ok(ExitStatus::Success)
-        }
-        Some(_) => Ok(ExitStatus::Success),
+    if left_out > 0 {
+        say!(
+            "warning: up to {left_out} samples are left out: one of their runs is missing, failed, not to be trusted, or without \
+             the scalar"
+        );
     }
+    Ok(ExitStatus::Success)
+}
+
+/// Why no scalar has indices, and the way to them.
+fn no_indices(campaign: &Campaign, folder: &Path) -> CommandResult<Failure> {
+    must_have_rows(campaign, folder)?;
+    let missing = missing_rows(campaign, folder)?;
+    let why = match missing.is_empty() {
+        true => "runs failed, are not to be trusted, or are all the same".to_owned(),
+        false => format!("{}; compute them first: run the sweep", are_missing(&missing, campaign)),
+    };
+    Ok(Failure::Failed(format!("no scalar has indices: {why}")))
 }

@@ -41,7 +41,8 @@ Examples:
   flexcrank trade ref-r2s --models modal --steps 1e-3,5e-4 --fixed-cost
 
 Errors are relative: crank angle in rad, slider over its stroke (of a chain without slider, tip over its length), deflection of each link's \
-    middle and joint forces over their peaks, energy balance over the largest kinetic and strain energy. Each is the largest over the \
+    middle and joint forces over their peaks (a deflection whose peak is below 1e-6 of its link's length, over that length), \
+    energy balance over the largest kinetic and strain energy. Each is the largest over the \
     instants at which runs are compared, which the first line of the output names. A spike between two instants is not seen. A run \
     has some 80 to 200 of them: with a shorter --until they are closer. All --steps divide the time between two instants, \
     so long steps leave fewer; below 50 there is a warning. Energy errors grow over time: if energy is among the outputs, --tolerance \

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::error::PlotError;
 use super::rows::SIMULATED_TIME;
 use super::selection::Named;
+use super::session_time::EPOCH;
 use crate::shown::shown_name;
 use crate::study::Table;
 use crate::wire::Topic;
@@ -23,7 +24,7 @@ impl Column<'_> {
     fn values(&self) -> impl Iterator<Item = ([u64; 2], f64)> {
         let table = &self.topic.table;
         let column = |name: &str| table.column(name).unwrap_or_default();
-        let (values, times_s, epochs) = (column(self.name), column(SIMULATED_TIME), column("stamp.epoch"));
+        let (values, times_s, epochs) = (column(self.name), column(SIMULATED_TIME), column(EPOCH));
         let stamped = values.iter().zip(times_s).enumerate().filter(|(_, (_, time_s))| time_s.is_finite());
         stamped.map(move |(row, (value, time_s))| {
             let epoch = epochs.get(row).copied().unwrap_or_default();
@@ -47,16 +48,18 @@ impl Column<'_> {
     }
 }
 
-/// A table of two columns of different topics, and of the simulated time. It has a row for each message of `y` with one of `x` at the
-/// same instant.
+/// A table of two columns of different topics, of the simulated time and of the epoch. It has a row for each message of `y` with one
+/// of `x` at the same instant.
 ///
 /// # Errors
 /// [`PlotError::Request`] for fewer than two rows.
 pub(super) fn joined(x: &Column<'_>, y: &Column<'_>) -> Result<Table, PlotError> {
     let xs_at: HashMap<[u64; 2], f64> = x.values().collect();
-    let (mut times_s, mut xs, mut ys) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut epochs, mut times_s) = (Vec::new(), Vec::new());
+    let (mut xs, mut ys) = (Vec::new(), Vec::new());
     for (instant, value) in y.values() {
         if let Some(x) = xs_at.get(&instant) {
+            epochs.push(f64::from_bits(instant[0]));
             times_s.push(f64::from_bits(instant[1]));
             xs.push(*x);
             ys.push(value);
@@ -67,6 +70,7 @@ pub(super) fn joined(x: &Column<'_>, y: &Column<'_>) -> Result<Table, PlotError>
     }
     let mut table = Table::default();
     table.push(SIMULATED_TIME, times_s);
+    table.push(EPOCH, epochs);
     table.push(x.name, xs);
     table.push(y.name, ys);
     Ok(table)

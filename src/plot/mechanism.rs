@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use super::error::PlotError;
-use super::rows::SIMULATED_TIME;
+use super::session_time::{self, SESSION_TIME, follows_reset};
 use crate::study::Table;
 
 /// Links by their names in recordings.
@@ -35,11 +35,17 @@ pub(super) struct Link {
     pub instants: Vec<Vec<[f64; 2]>>,
 }
 
-/// Simulated times of the first epoch.
+/// Times of the first epoch, s: simulated ones, or since the recording began if that has resets.
 pub(super) fn times(displacements: &Table) -> &[f64] {
-    let times = displacements.column(SIMULATED_TIME).unwrap_or_default();
-    let end = times.windows(2).position(|pair| pair[1] < pair[0]).map_or(times.len(), |last| last + 1);
+    let times = session_time::times(displacements).unwrap_or_default();
+    let follows_reset = follows_reset(displacements);
+    let end = (0..times.len()).find(|row| follows_reset(*row)).unwrap_or(times.len());
     &times[..end]
+}
+
+/// Time of the reset that ends the first epoch, in a recording with resets, s.
+pub(super) fn reset_s(displacements: &Table) -> Option<f64> {
+    displacements.column(SESSION_TIME)?.get(times(displacements).len()).copied()
 }
 
 /// The turning of the first link from the first row up to every row of the first epoch, rad; empty if there is no link.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::canvas::Lettering;
 use super::error::PlotError;
-use super::mechanism::{Motion, no_link, times, turning_rad};
+use super::mechanism::{Motion, no_link, reset_s, times, turning_rad};
 use super::output::{Format, Picture};
 use super::playback::Playback;
 use super::recorded::{find_topic, has_slider};
@@ -35,8 +35,8 @@ pub struct MechanismPicture {
 }
 
 impl MechanismPicture {
-    /// Recorded positions at even instants of the first turn, or of the whole time if nothing turns. Each is a sample, so that
-    /// a turn of few samples has few positions.
+    /// Recorded positions at even instants of the first turn, or of the whole time up to a reset if nothing turns. Each is a sample,
+    /// so that a turn of few samples has few positions.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded.
@@ -48,14 +48,16 @@ impl MechanismPicture {
         let places: Vec<f64> = rows.iter().map(|row| *row as f64).collect();
         let motion = Motion::new(place, displacements, &places, has_slider(topics))?;
         let instants_s: Vec<f64> = rows.iter().filter_map(|row| times.get(*row)).copied().collect();
-        let during = if turn.is_some() { "one turn" } else { "the recorded time" };
-        let instants = positions_in_words(&instants_s, during);
+        let recorded_time = || format!("the recorded time{}", before_reset(" ", displacements));
+        let during = turn.map_or_else(recorded_time, |_| "one turn".to_owned());
+        let instants = positions_in_words(&instants_s, &during);
         let title = format!("{place}: the mechanism at even instants");
         Ok(MechanismPicture { warning: None, misses_vibration: false, title, instants, motion, playing_s: None })
     }
 
-    /// The recorded mechanism moving, at `speed` recorded seconds per second; without a speed, at the highest of the usual ones
-    /// at which the motion is seen and the first turn takes two seconds or more. A vibration counts if the whole is not too long for it.
+    /// The recorded mechanism moving, up to a reset, at `speed` recorded seconds per second; without a speed, at the highest of the
+    /// usual ones at which the motion is seen and the first turn takes two seconds or more. A vibration counts if the whole is not
+    /// too long for it.
     ///
     /// # Errors
     /// [`PlotError::Request`] when no link is recorded, and when there would be a single picture.
@@ -75,7 +77,8 @@ impl MechanismPicture {
         }
         let (speed, recorded_s) = (playback.speed, playback.recorded_s);
         let digits = if recorded_s < 0.1 - 1e-9 { 4 } else { 2 };
-        let instants = format!("{recorded_s:.digits$} s at {speed} times the real speed");
+        let before_reset = before_reset(", ", displacements);
+        let instants = format!("{recorded_s:.digits$} s at {speed} times the real speed{before_reset}");
         let title = format!("{place}: the mechanism, moving");
         Ok(MechanismPicture { warning, misses_vibration, title, instants, motion, playing_s: Some(recorded_s / speed) })
     }
@@ -114,6 +117,11 @@ fn positions_in_words(instants_s: &[f64], during: &str) -> String {
     let (least_s, largest_s) = (apart_s().fold(f64::INFINITY, f64::min), apart_s().fold(0.0, f64::max));
     let apart = if least_s < largest_s { format!("{least_s} to {largest_s}") } else { largest_s.to_string() };
     format!("{count} positions in {during}, from {first_s} s (pale) to {last_s} s (dark), {apart} s apart")
+}
+
+/// The reset at which the pictures of a recording end, behind a separator; nothing if there is none.
+fn before_reset(separator: &str, displacements: &Table) -> String {
+    reset_s(displacements).map_or(String::new(), |reset_s| format!("{separator}before the reset at {} s", shown_s(reset_s)))
 }
 
 /// Names a speed at which the motion is seen, after the reason why it is not, or says that none is. Nothing of a recording that is too

@@ -3,20 +3,19 @@
 use super::band;
 use super::figure::{Axis, Figure, Mark};
 use super::quantity::place_words;
-use super::rows::SIMULATED_TIME;
 use super::selection::Named;
+use super::session_time::{self, broken_at_resets};
 use crate::study::Table;
 
 /// Fewer rows than this are drawn as points: a line would pretend to know what is between, as between the seconds of a status.
 const FEW: usize = 40;
 /// The part of a recording that shows the deflections of its links.
 pub const DEFLECTIONS: &str = "deflections";
-/// Label of the time axis.
-const TIME: &str = "time";
 
 /// The default figures of a recording, each with the name of its part of the recording; quantities that the model does not compute are omitted.
 ///
-/// Figures over time are shaded where the run was below its best level of detail.
+/// Figures over time are shaded where the run was below its best level of detail. Curves are broken at resets; see
+/// [`add_session_time`](super::add_session_time()).
 pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
     let topic = |name: &str| find_topic(topics, name).map(|topic| &topic.table);
     let mut figures = Vec::new();
@@ -53,8 +52,8 @@ pub fn recorded(topics: &[Named]) -> Vec<(String, Figure)> {
         let energies = kinds.into_iter().filter_map(energy).collect();
         figures.push(over_time("energies", "Energies", table, Axis::new("energy", "J"), energies));
     }
-    let bands = find_topic(topics, "angles").map(|angles| band::levels(angles, &time(&angles.table))).unwrap_or_default();
-    for figure in figures.iter_mut().filter(|(_, figure)| figure.x.label == TIME).map(|(_, figure)| figure) {
+    let bands = find_topic(topics, "angles").map(|angles| band::levels(angles, times(&angles.table))).unwrap_or_default();
+    for figure in figures.iter_mut().filter(|(_, figure)| figure.x.unit == "s").map(|(_, figure)| figure) {
         figure.bands.clone_from(&bands);
     }
     figures.retain(|(_, figure)| figure.panels.iter().any(|panel| !panel.series.is_empty()));
@@ -71,18 +70,13 @@ pub(super) fn has_slider(topics: &[Named]) -> bool {
     find_topic(topics, "loads").is_none_or(|loads| loads.table.column("resistance_n").is_some())
 }
 
-/// Simulated time, or after a reset, which starts it again, time since the recording began.
-fn time(table: &Table) -> Vec<f64> {
-    let simulated = table.column(SIMULATED_TIME).unwrap_or_default();
-    let one_epoch = table.column("stamp.epoch").is_none_or(|epochs| epochs.windows(2).all(|pair| pair[0] == pair[1]));
-    match table.column("log_time") {
-        Some(times @ [first, ..]) if !one_epoch => times.iter().map(|now| now - first).collect(),
-        _ => simulated.to_vec(),
-    }
+/// Times of the rows, s.
+fn times(table: &Table) -> &[f64] {
+    session_time::times(table).unwrap_or_default()
 }
 
 fn over_time(file: &str, title: &str, table: &Table, y: Axis, curves: Vec<(String, &[f64])>) -> (String, Figure) {
-    let times = time(table);
+    let times = times(table);
     // An exact solution lies on what was computed.
     let mark = |label: &str| match times.len() {
         0..FEW => Mark::Points,
@@ -90,10 +84,11 @@ fn over_time(file: &str, title: &str, table: &Table, y: Axis, curves: Vec<(Strin
         _ => Mark::Line,
     };
     let known = |values: &[f64]| values.iter().any(|value| value.is_finite());
-    let mut figure = Figure { signals: true, ..Figure::new(title, Axis::new(TIME, "s"), y) };
+    let mut figure = Figure { signals: true, ..Figure::new(title, session_time::axis_of(table), y) };
     for (label, values) in curves.into_iter().filter(|(_, values)| known(values)) {
         let mark = mark(&label);
-        figure = figure.series(label, &times, values, mark);
+        let (xs, ys) = broken_at_resets(table, times, values);
+        figure = figure.series(label, &xs, &ys, mark);
     }
     (file.to_owned(), figure)
 }
@@ -151,7 +146,8 @@ fn ends(table: &Table, has_slider: bool) -> Vec<(String, Figure)> {
     ] {
         if let Some(node) = node {
             let path = Figure { equal_aspect: true, ..Figure::new(title, Axis::new("x", "m"), Axis::new("y", "m")) };
-            figures.push((file.to_owned(), path.line("", column(&node, "x_m"), column(&node, "y_m"))));
+            let (xs, ys) = broken_at_resets(table, column(&node, "x_m"), column(&node, "y_m"));
+            figures.push((file.to_owned(), path.line("", &xs, &ys)));
         }
     }
     figures

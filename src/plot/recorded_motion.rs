@@ -15,7 +15,7 @@ const SLACK: f64 = 1e-6;
 
 /// The motion in the first epoch of a recording.
 pub(super) struct RecordedMotion<'a> {
-    /// Simulated times of the rows, s.
+    /// Times of the rows, s.
     pub times: &'a [f64],
     /// Turning of the first link up to every row, rad.
     pub turning_rad: Vec<f64>,

@@ -67,6 +67,12 @@ pub(super) fn numbers(table: &Table) -> impl Iterator<Item = &str> {
     table.columns().filter(move |(name, values)| is_data(name) && has_numbers(values)).map(|(name, _)| name)
 }
 
+/// The column that the others are drawn over where none is asked for: the simulated time of exported topics, or else the first with
+/// numbers.
+pub(super) fn abscissa(table: &Table) -> Option<&str> {
+    numbers(table).find(|name| *name == SIMULATED_TIME).or_else(|| numbers(table).next())
+}
+
 /// Whether there is anything to draw among values.
 pub(super) fn has_numbers(values: &[f64]) -> bool {
     values.iter().any(|value| value.is_finite())

@@ -6,7 +6,8 @@ use super::error::PlotError;
 use super::figure::{Axis, Figure, Mark, Panel, Series};
 use super::joined::{Column, joined};
 use super::quantity;
-use super::rows::{Rows, SIMULATED_TIME, has_numbers, numbers};
+use super::rows::{Rows, abscissa, has_numbers, numbers};
+use super::session_time::{self, broken_at_resets};
 use crate::nearest::{columns_by_topic, nearest_column_of_topics};
 use crate::study::Table;
 use crate::wire::Topic;
@@ -43,9 +44,10 @@ impl Named {
 /// A figure of the columns `ys` over the column `x`, with a panel for each unit. Its title names the columns, each of which may be
 /// given without the name of its list: `pivot.fx_n`. Columns of different topics of a recording are joined by simulated time.
 ///
-/// Without `x`, the table's first column. A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a
-/// curve for each ratio. Other tables with several rows at one x give a curve for each word of a column that tells the rows apart,
-/// or else points.
+/// Without `x`, the table's simulated time, or else its first column with numbers. Lines are broken at resets.
+///
+/// A table with a `ratio` column, as `cycle` makes it, gives a panel for each column and a curve for each ratio. Other tables
+/// with several rows at one x give a curve for each word of a column that tells the rows apart, or else points.
 ///
 /// # Errors
 /// [`PlotError::Request`] for a name that is not there, for a column without numbers, and for columns of different topics with too few
@@ -56,7 +58,7 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
     let mut figure = Figure { title: quantity::title(&ys), ..Figure::default() };
     for y in ys {
         let table = table_of(tables, x, y)?;
-        let x = x.or_else(|| numbers(&table).next()).unwrap_or_default();
+        let x = x.or_else(|| abscissa(&table)).unwrap_or_default();
         let [xs, values] = [x, y].map(|name| table.column(name).unwrap_or_default());
         figure.x = over(x);
         let axis = quantity::axis(y);
@@ -72,7 +74,8 @@ pub fn figure(tables: &[Named], x: Option<&str>, ys: &[String]) -> Result<Figure
             }
         };
         figure.signals = true;
-        let series = Series { label: axis.label, xs: xs.to_vec(), ys: values.to_vec(), mark };
+        let (xs, ys) = broken_at_resets(&table, xs, values);
+        let series = Series { label: axis.label, xs, ys, mark };
         match figure.panels.iter_mut().find(|panel| panel.y.unit == axis.unit) {
             Some(panel) => panel.series.push(series),
             None => figure.panels.push(Panel { y: Axis::new("", axis.unit), series: vec![series] }),
@@ -124,19 +127,17 @@ pub fn column_name<'a>(tables: &'a [Named], given: &'a str) -> Result<&'a str, P
     }
 }
 
-/// One figure for each unit among the columns beside the first, over the first, without a title; each with the name of its first
-/// column, or none where it shows everything.
+/// One figure for each unit among the columns of numbers, over the simulated time or else the first of them, without a title;
+/// each with the name of its first column, or none where it shows everything.
 /// Where every column is several curves, a figure for each column.
 ///
 /// # Errors
-/// [`PlotError::Request`] when there is no such column.
+/// [`PlotError::Request`] when there are fewer than two columns of numbers.
 pub fn overview(table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
-    let mut columns = numbers(table);
-    let nothing = || PlotError::Request("nothing to draw: no column of numbers beside the first".to_owned());
-    let x = columns.next().ok_or_else(nothing)?;
+    let x = abscissa(table).ok_or_else(|| PlotError::Request("nothing to draw: no column of numbers".to_owned()))?;
     let several = matches!(Rows::of(table, x, ""), Rows::Curves(_));
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-    for name in columns {
+    for name in numbers(table).filter(|name| *name != x) {
         // A dimensionless value has no unit to share: columns are grouped by divisor.
         let kind = match name.split_once("_over_") {
             _ if several => name.to_owned(),
@@ -149,7 +150,7 @@ pub fn overview(table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
         }
     }
     if groups.is_empty() {
-        return Err(nothing());
+        return Err(alone(x));
     }
     let tables = [Named { table: table.clone(), ..Named::default() }];
     let untitled = |names: &[String]| Ok(Figure { title: String::new(), ..figure(&tables, Some(x), names)? });
@@ -161,12 +162,20 @@ pub fn overview(table: &Table) -> Result<Vec<(String, Figure)>, PlotError> {
     groups.into_iter().map(drawn).collect()
 }
 
+/// The refusal of a table whose only column of numbers is this one.
+fn alone(x: &str) -> PlotError {
+    let why = "the only column of numbers, so that it was taken as the horizontal axis";
+    PlotError::Request(format!("nothing to draw: `{x}` is {why}; a second one is needed (columns of text are not drawn)"))
+}
+
 /// Times and ratios have names, and crank angles have ticks at multiples of π.
 fn over(column: &str) -> Axis {
+    if let Some(axis) = session_time::axis(column) {
+        return axis;
+    }
     let axis = quantity::axis(column);
     match axis.unit.as_str() {
         "rad" => Axis::angle(axis.label),
-        _ if column == SIMULATED_TIME => Axis::new("time", "s"),
         _ if column == "ratio" => Axis::new("crank-to-rod ratio λ", ""),
         _ => axis,
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::end::RecordingEnd;
 use super::error::RecordingError;
 use super::format::RecordedMessage;
-use super::walk::{Damage, WalkFlow, WalkItem, walk};
+use super::walk::{Damage, WalkFlow, WalkItem, walk_to_the_cut};
 
 /// The messages of a topic.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -34,18 +34,20 @@ pub struct Overview {
     pub damage: Vec<Damage>,
     /// Position at which the file ends early; `None` if it was closed properly.
     pub cut_off: Option<u64>,
+    /// Number of the messages from the chunk in which the file ends: no checksum covers them.
+    pub unchecked: u64,
     /// The end, as the file states it; `None` if it does not.
     pub end: Option<RecordingEnd>,
 }
 
 impl Overview {
-    /// Reads all messages of a recording.
+    /// Reads all messages of a recording, and of one that ends early also those that its last chunk still holds.
     ///
     /// # Errors
     /// [`RecordingError`] if the file cannot be opened, or holds no message.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut overview = Overview::default();
-        let structure = walk(path, |item, _| {
+        let structure = walk_to_the_cut(path, |item, _| {
             match item {
                 WalkItem::Message(message) => overview.add(message),
                 WalkItem::Metadata(name, entries) => overview.end = RecordingEnd::of(name, entries).or(overview.end.take()),
@@ -56,7 +58,8 @@ impl Overview {
         if overview.topics.is_empty() {
             return Err(RecordingError::empty(path));
         }
-        Ok(Overview { damage: structure.damage, cut_off: structure.cut_off, ..overview })
+        let unchecked = overview.messages().saturating_sub(structure.messages);
+        Ok(Overview { damage: structure.damage, cut_off: structure.cut_off, unchecked, ..overview })
     }
 
     fn add(&mut self, RecordedMessage { channel, log_time, data, .. }: &RecordedMessage) {
@@ -71,6 +74,11 @@ impl Overview {
         topic.span_ns = (topic.span_ns.0.min(*log_time), topic.span_ns.1.max(*log_time));
         topic.last.clear();
         topic.last.extend_from_slice(data);
+    }
+
+    /// Number of messages of all topics.
+    pub fn messages(&self) -> u64 {
+        self.topics.values().map(|topic| topic.messages).sum()
     }
 
     /// Log time of the earliest and of the latest message, ns.

@@ -245,7 +245,9 @@ fn has_field(descriptor: &MessageDescriptor, column: &str) -> bool {
         Some((name, rest)) => (name, Some(rest)),
         None => (column, None),
     };
-    let Some(field) = descriptor.get_field_by_name(name) else { return false };
+    let Some(field) = descriptor.get_field_by_name(name) else {
+        return rest.is_none() && descriptor.oneofs().any(|oneof| !oneof.is_synthetic() && oneof.name() == name);
+    };
     let Some(rest) = rest else { return true };
     let kind = field.kind();
     let Some(inner) = kind.as_message() else { return false };
@@ -254,11 +256,15 @@ fn has_field(descriptor: &MessageDescriptor, column: &str) -> bool {
 }
 
 /// Scalars of a message under dotted names. List entries are named by their label (`link`, `joint`, `index`), or else by
-/// position.
+/// position. A oneof has the name of the member that is set: one that is an empty message has no scalar.
 fn flatten(message: &DynamicMessage, row: &mut Row) {
     for field in message.descriptor().fields() {
         if (field.supports_presence() && !message.has_field(&field)) || is_label(&field) && !row.path.is_empty() {
             continue;
+        }
+        // An `optional` field is alone in a oneof that no file names.
+        if let Some(oneof) = field.containing_oneof().filter(|oneof| !oneof.is_synthetic()) {
+            row.below(oneof.name(), |row| row.put(FieldValue::Text(field.name().to_owned())));
         }
         row.below(field.name(), |row| match message.get_field(&field).as_ref() {
             Value::List(values) => {
@@ -341,4 +347,49 @@ pub fn scalars(schema: &str, payload: &[u8]) -> Option<Vec<(String, String)>> {
     let mut row = Row::default();
     flatten(&message, &mut row);
     Some(row.cells().map(|(name, cell)| (name.to_owned(), cell.to_string())).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use prost::Message as _;
+
+    use super::*;
+    use crate::wire::control::Action;
+    use crate::wire::{AppliedCommand, Control, Pause, Reset, Resume, Steps, Stop, TorquePulse, applied_command::Command};
+
+    /// Commands without content had no column: `pause`, `resume`, `reset` and `stop` were the same row.
+    #[test]
+    fn regress_the_member_of_a_oneof_that_is_set_is_a_column() {
+        let columns = |command: Command| {
+            let applied = AppliedCommand { command: Some(command), ..AppliedCommand::default() };
+            let mut columns = scalars("flexcrank.v1.AppliedCommand", &applied.encode_to_vec()).unwrap();
+            columns.retain(|(name, _)| ["command", "control.action", "control.step.count"].contains(&name.as_str()));
+            columns
+        };
+        let column = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+        for (action, name) in [
+            (Action::Pause(Pause {}), "pause"),
+            (Action::Resume(Resume {}), "resume"),
+            (Action::Reset(Reset {}), "reset"),
+            (Action::Stop(Stop {}), "stop"),
+        ] {
+            let control = Command::Control(Control { action: Some(action), ..Control::default() });
+            assert_eq!(columns(control), [column("command", "control"), column("control.action", name)]);
+        }
+        let control = Command::Control(Control { action: Some(Action::Step(Steps { count: 3 })), ..Control::default() });
+        let step = [column("command", "control"), column("control.action", "step"), column("control.step.count", "3")];
+        assert_eq!(columns(control), step);
+        assert_eq!(columns(Command::Torque(TorquePulse::default())), [column("command", "torque")]);
+        let descriptor = OWN_TYPES.as_ref().unwrap().get_message_by_name("flexcrank.v1.AppliedCommand").unwrap();
+        let has = ["command", "control.action", "control.pause", "control.act"].map(|name| has_field(&descriptor, name));
+        assert_eq!(has, [true, true, true, false]);
+    }
+
+    /// A field that is `optional` is alone in a oneof that the compiler makes.
+    #[test]
+    fn prop_an_optional_field_adds_no_column_but_its_own() {
+        let energies = crate::wire::Energies { kinetic_j: Some(0.5), ..Default::default() };
+        let columns = scalars("flexcrank.v1.Energies", &energies.encode_to_vec()).unwrap();
+        assert_eq!(columns, [("kinetic_j".to_owned(), "0.5".to_owned())]);
+    }
 }

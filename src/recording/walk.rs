@@ -62,6 +62,26 @@ pub type WalkFlow = std::ops::ControlFlow<()>;
 /// # Errors
 /// [`RecordingError::File`] if the file cannot be opened or read. Damage is not an error: the [`Structure`] lists it.
 pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Result<Structure, RecordingError> {
+    begin(path, false, visit)
+}
+
+/// As [`walk`], and then through the readable messages of the chunk in which the file ends. No checksum covers them, and the
+/// [`Structure`] does not count them.
+///
+/// # Errors
+/// As of [`walk`].
+pub(super) fn walk_to_the_cut(
+    path: &Path,
+    visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow,
+) -> Result<Structure, RecordingError> {
+    begin(path, true, visit)
+}
+
+fn begin(
+    path: &Path,
+    with_cut_chunk: bool,
+    visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow,
+) -> Result<Structure, RecordingError> {
     let mut file = BufReader::new(open(path)?);
     let closed = is_closed(&mut file).map_err(RecordingError::file(path))?;
     let bytes = file.get_ref().metadata().map_err(RecordingError::file(path))?.len();
@@ -75,7 +95,7 @@ pub fn walk(path: &Path, visit: impl FnMut(WalkItem<'_>, u64) -> WalkFlow) -> Re
         awaited: BTreeMap::new(),
         indexed: [0; 2],
     };
-    walker.through(file, closed).map_err(RecordingError::file(path))
+    walker.through(file, closed, with_cut_chunk).map_err(RecordingError::file(path))
 }
 
 struct Walker<V> {
@@ -94,7 +114,7 @@ struct Walker<V> {
 }
 
 impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
-    fn through(mut self, file: BufReader<File>, closed: bool) -> std::io::Result<Structure> {
+    fn through(mut self, file: BufReader<File>, closed: bool, with_cut_chunk: bool) -> std::io::Result<Structure> {
         let options = LinearReaderOptions::default()
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
@@ -105,7 +125,12 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
         match walked {
             Ok(_) => {}
             Err(McapError::Io(error)) => return Err(error),
-            Err(McapError::UnexpectedEof) if !closed => self.structure.cut_off = Some(self.position),
+            Err(McapError::UnexpectedEof) if !closed => {
+                self.structure.cut_off = Some(self.position);
+                if with_cut_chunk {
+                    self.cut_chunk(&mut records)?;
+                }
+            }
             // A wrong checksum over the whole file adds nothing if the damaged place is known.
             Err(McapError::BadDataCrc { .. }) if !self.structure.damage.is_empty() => {}
             Err(error) => {
@@ -172,6 +197,21 @@ impl<V: FnMut(WalkItem<'_>, u64) -> WalkFlow> Walker<V> {
         }
         self.awaited = index;
         WalkFlow::Continue(())
+    }
+
+    /// Visits the readable messages of the chunk in which the file ends, if it does.
+    fn cut_chunk(&mut self, records: &mut Records<BufReader<File>>) -> std::io::Result<()> {
+        let mut chunk = match records.cut_chunk() {
+            Ok(chunk) => chunk,
+            Err(McapError::Io(error)) => return Err(error),
+            Err(_) => return Ok(()),
+        };
+        // It ends with an error, that of the cut.
+        let _ = chunk.find(|record| {
+            let message = record.message(&mut self.channels)?;
+            Ok(message.and_then(|message| (self.visit)(WalkItem::Message(&message), self.position).break_value()))
+        });
+        Ok(())
     }
 
     fn message_index(&mut self, index: MessageIndex) -> WalkFlow {

@@ -262,7 +262,10 @@ impl Attempt<'_> {
         let state = wire::recorded_checkpoint(checkpoint)?;
         if self.other_scene {
             if (state.epoch, state.step) != (0, 0) {
-                return Err(unlike("another scene needs the session's start, and the recording begins later"));
+                return Err(unlike(
+                    "another scene needs the session's start, and the recording begins later; take the recording that this one \
+                     resumed, or the first part",
+                ));
             }
         } else if !self.resimulator.restore(checkpoint) {
             return Err(unlike("its checkpoint is not one of its scene"));

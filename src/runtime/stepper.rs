@@ -224,11 +224,12 @@ impl Stepper {
     fn decide(&mut self, more: bool) {
         self.next = if self.run.stopping || self.run.ending.is_some() {
             NextAction::Over
-        } else if self.run.pending_single_steps > 0 {
-            NextAction::Step(Duration::ZERO)
         } else if self.finished() {
+            // Also if steps are left that were asked for one by one.
             self.run.ending = Some(Ending::Finished);
             NextAction::Over
+        } else if self.run.pending_single_steps > 0 {
+            NextAction::Step(Duration::ZERO)
         } else if self.run.paused {
             NextAction::Idle(if more || !self.run.waiting.is_empty() { Duration::ZERO } else { self.schedule.next_status })
         } else {

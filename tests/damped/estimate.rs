@@ -118,6 +118,18 @@ fn val_the_estimate_grows_with_the_error_of_a_chain_that_tumbles() {
     }
 }
 
+/// Every method computes a uniform rotation without error. `runge-kutta` took its start rate for a change of the rate.
+#[test]
+fn regress_a_uniform_rotation_from_a_start_rate_has_no_estimated_error() {
+    let bar = "[beam]\nlength_m = 0.5\nrigid = true\nmass_kg = 2.0\n[start]\nrate_rad_per_s = 50.0\n[solver]\nmodel = \"rigid\"\n\
+               step_s = 0.001\n";
+    for integrator in integrators(ModelKind::Rigid) {
+        let found = run(bar, &[format!("solver.integrator={}", integrator.as_str())], 100).unwrap();
+        let error_rad = (found.angles_rad[LOOKS - 1] - 50.0 * 0.1 * LOOKS as f64).abs();
+        assert!(error_rad < 1e-9 && found.estimate_rad < 1e-9, "{integrator:?}: {error_rad}, {}", found.estimate_rad);
+    }
+}
+
 /// Without the errors of the corners it is 0.005 of some.
 #[test]
 fn val_the_estimate_counts_the_corners_of_a_resistance() {

@@ -2,7 +2,7 @@
 
 use std::fs::read_to_string;
 
-use flexcrank::plot::{Named, figure};
+use flexcrank::plot::{Named, figure, overview};
 use flexcrank::study::Table;
 
 use super::recording::record;
@@ -31,7 +31,9 @@ fn regress_columns_of_different_topics_are_joined_by_simulated_time() {
     let drawn = |x: &str, y: &str| figure(&tables, Some(x), &[y.to_owned()]);
     let torque = drawn("crank.chord_rad", "driving_torque_nm").unwrap();
     let series = &torque.panels[0].series[0];
-    assert_eq!([series.xs.as_slice(), series.ys.as_slice()], [[2.0, 3.0, 5.0], [1.0, 3.0, 4.0]]);
+    assert_eq!(series.xs, [2.0, 3.0, 5.0, 5.0]);
+    assert_eq!([&series.ys[..2], &series.ys[3..]].concat(), [1.0, 3.0, 4.0]);
+    assert!(series.ys[2].is_nan(), "a gap at the reset");
     for ([x, from], [y, of], advice) in [
         (
             ["links.crank.chord_rad", "angles"],
@@ -81,4 +83,45 @@ fn regress_work_is_drawn_from_every_sample() {
     let document = roxmltree::Document::parse(&svg).unwrap();
     let lines = document.descendants().filter_map(|node| node.attribute("points"));
     assert_eq!(lines.map(|points| points.split_whitespace().count()).max(), Some(151), "a curve through every step");
+}
+
+#[test]
+fn regress_columns_of_one_name_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (text, code, says) in [
+        ("t_s,a_m,a_m\n0,1,2\n1,2,3\n", 1, "several columns have the name `a_m`: give each a name of its own"),
+        ("when,t_s,when\nx,0,y\nz,1,w\n", 1, "several columns have the name `when`"),
+        // Columns without contents, as of a spreadsheet, are none.
+        ("t_s,a_m,,\n0,1,,\n1,2,,\n", 0, ""),
+    ] {
+        std::fs::write(at.join("table.csv"), text).unwrap();
+        let output = plot(at, &["table.csv", "--list"]);
+        assert_eq!(output.status.code(), Some(code), "{text}: {}", complaint(&output));
+        assert!(complaint(&output).contains(says), "{text}: {}", complaint(&output));
+    }
+}
+
+#[test]
+fn regress_an_exported_topic_is_drawn_over_simulated_time() {
+    let mut table = Table::default();
+    for name in ["stamp.step", "stamp.sim_time_s", "driving_torque_nm"] {
+        table.push(name, vec![0.0, 1.0, 2.0]);
+    }
+    for (_, drawn) in overview(&table).unwrap() {
+        assert_eq!([&drawn.x.label, &drawn.x.unit], ["time", "s"]);
+    }
+    let drawn = figure(&[Named { table, ..Named::default() }], None, &["driving_torque_nm".to_owned()]).unwrap();
+    assert_eq!([&drawn.x.label, &drawn.x.unit], ["time", "s"]);
+}
+
+#[test]
+fn regress_the_only_column_of_numbers_is_named() {
+    let mut table = Table::default();
+    table.push_words("when", ["2026-01-01T00:00:00Z", "2026-01-01T00:00:01Z"].map(str::to_owned).to_vec());
+    assert_eq!(overview(&table).unwrap_err().to_string(), "nothing to draw: no column of numbers");
+    table.push("a_m", vec![1.0, 2.0]);
+    let refusal = "nothing to draw: `a_m` is the only column of numbers, so that it was taken as the horizontal axis; a second \
+                   one is needed (columns of text are not drawn)";
+    assert_eq!(overview(&table).unwrap_err().to_string(), refusal);
 }

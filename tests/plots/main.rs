@@ -3,10 +3,13 @@
 
 mod animations;
 mod columns;
+#[path = "../common/mod.rs"]
+mod common;
 mod maps;
 mod overlays;
 mod pictures;
 mod recording;
+mod resets;
 mod strobes;
 mod tables;
 mod thesis;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use flexcrank::recording::{Messages, RecordedMessage, RecordingError, RecordingFile, Structure, WalkFlow, WalkItem};
+use flexcrank::recording::{Messages, Overview, RecordedMessage, RecordingError, RecordingFile, Structure, WalkFlow, WalkItem};
 use flexcrank::recording::{is_cut_off, recover, walk};
 
 use crate::common::Outcome;
@@ -41,6 +41,8 @@ struct Readings {
     walked: Vec<(u64, Vec<u8>)>,
     structure: Structure,
     recovered: Vec<(u64, Vec<u8>)>,
+    /// Number of messages that the overview lists.
+    listed: u64,
 }
 
 fn content(message: &RecordedMessage) -> (u64, Vec<u8>) {
@@ -71,8 +73,9 @@ fn read(bytes: &[u8], folder: &Path) -> Outcome<Readings> {
             messages.iter().map(content).collect()
         }
     };
+    let listed = Overview::read(&file).map_or(0, |overview| overview.messages());
     let is_damaged = Messages::open(&file)?.any(|message| message.is_err_and(|error| !is_cut_off(&error)));
-    Ok(Readings { messages: intact(Messages::open(&file)?), is_damaged, replayed, walked, structure, recovered })
+    Ok(Readings { messages: intact(Messages::open(&file)?), is_damaged, replayed, walked, structure, recovered, listed })
 }
 
 #[test]
@@ -87,6 +90,7 @@ fn prop_after_a_cut_at_any_byte_all_readers_read_the_messages_before_it() -> Out
             assert!(read.messages[..] == all[..read.messages.len()] && !read.is_damaged, "cut at {cut}");
             assert!(read.messages.len() >= before, "cut at {cut}: {} messages, {before} before", read.messages.len());
             assert!(read.replayed == read.messages && read.recovered == read.messages, "cut at {cut}");
+            assert_eq!(read.listed, read.messages.len() as u64, "cut at {cut}");
             // A chunk is walked through only if its checksum is there.
             assert!(all.starts_with(&read.walked) && read.messages.len() - read.walked.len() <= 4, "cut at {cut}");
             assert!(read.structure.cut_off.is_some() && read.structure.damage.is_empty(), "{cut}: {:?}", read.structure);

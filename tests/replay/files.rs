@@ -3,12 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use flexcrank::bus::client;
 use flexcrank::recording::RecordingFile;
-use flexcrank::service::{ReplayOptions, ServiceError};
+use flexcrank::resimulation::{Change, RecordedSession, Resumed, resume, what_if};
+use flexcrank::runtime::Pace;
+use flexcrank::service::{ReplayOptions, Resumption, ServiceError};
+use flexcrank::simulation::PublishRate;
+use flexcrank::wire::TorquePulse;
 use mcap::records::MessageHeader;
 
-use crate::common::Outcome;
-use crate::{Playing, listen, recording, wait_for};
+use crate::common::{self, Outcome, Service, scene};
+use crate::{Playing, ghost, listen, recording, wait_for};
 
 /// A file as another program writes it: chunks that overlap, equal stamps, encodings of its own.
 fn foreign(path: &Path, indexed: bool) -> Outcome {
@@ -103,5 +108,52 @@ fn prop_a_damaged_chunk_is_reported_with_its_position() -> Outcome {
     let source = RecordingFile::open(&file)?;
     let error = source.messages_from(0)?.find_map(Result::err).ok_or("nothing was noticed")?;
     assert!(error.to_string().contains("the chunk at byte"), "{error}");
+    Ok(())
+}
+
+/// With `topics` that did not name them, no commands were replayed, without a word.
+#[test]
+fn regress_commands_are_replayed_beside_the_topics_asked_for() -> Outcome {
+    let service = Service::start(scene(&["pulse=[]"])?, Pace::Factor(1.0), None, PublishRate::All)?;
+    let pulse = TorquePulse { id: "push".into(), torque_nm: 5.0, duration_s: 0.01, ..TorquePulse::default() };
+    assert!(client::pulse(&service.client, &service.name, &pulse)?.accepted);
+    let (_, folder) = service.stop()?;
+    let file = folder.path().join("run.mcap");
+    let count = |chunk: &str| common::payloads(&file, chunk).map(|all| all.len() as u64);
+    let (angles, sent) = (count("angles")?, count("commands")?);
+    assert!(angles > 0 && sent == 2, "{angles} angles, {sent} commands");
+    for (commands, messages) in [(false, angles), (true, angles + sent)] {
+        let topics = vec!["angles".to_owned()];
+        let plan =
+            ReplayOptions { file: file.clone(), rate: 1e3, name: Some(ghost()), topics, commands, ..ReplayOptions::default() };
+        assert_eq!(Playing::start(plan)?.finish()?.messages, messages, "commands: {commands}");
+    }
+    Ok(())
+}
+
+#[test]
+fn regress_topics_that_are_never_replayed_are_named_in_the_refusal() -> Outcome {
+    let (file, _folder) = recording()?;
+    let topics = vec!["status".to_owned(), "checkpoint".to_owned()];
+    let refused =
+        Playing::start(ReplayOptions { file, topics, ..ReplayOptions::default() })?.finish().err().ok_or("it played")?;
+    let why = "run.mcap: nothing to replay (checkpoint is never replayed; status is never replayed)";
+    assert!(refused.to_string().ends_with(why), "{refused}");
+    Ok(())
+}
+
+/// The refusal named no way on.
+#[test]
+fn regress_another_scene_of_a_resumed_recording_is_refused_with_the_recording_to_take() -> Outcome {
+    let (file, folder) = recording()?;
+    let source = RecordedSession::open(&file)?;
+    let Resumed { simulation, epoch_start_s, answers, .. } = resume(&source, Some(0.5), &|_| {})?;
+    let resumption = Resumption { started: source.started, epoch_start_s, level: 0, answers, of: "run.mcap".to_owned() };
+    let (_, resumed) = Service::resume(source.scene.clone(), simulation, resumption, 1.0, PublishRate::All)?.finish()?;
+    let change = Change { overrides: vec!["rod.density_kg_per_m3=7000.0".to_owned()], ..Change::default() };
+    let later = RecordedSession::open(&resumed.path().join("run.mcap"))?;
+    let refused = what_if(&later, &change, &folder.path().join("what-if.mcap"), &|_| {}).err().ok_or("not refused")?;
+    let way = "the recording begins later; take the recording that this one resumed, or the first part";
+    assert!(refused.to_string().ends_with(way), "{refused}");
     Ok(())
 }

@@ -5,6 +5,7 @@ mod common;
 mod energies;
 mod recordings;
 mod refused;
+mod until;
 
 use std::time::{Duration, Instant};
 

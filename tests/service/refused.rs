@@ -11,6 +11,29 @@ use crate::common::Outcome;
 use crate::common::process::{Victim, connect};
 use crate::{control, pulse};
 
+/// zenoh ignores passwords in a build without them: the service was open, and the client was not admitted by another one.
+#[cfg(not(feature = "tls"))]
+#[test]
+fn regress_passwords_in_a_build_without_them_are_a_usage_error() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("zenoh.json5");
+    let service = ["run", "--no-record", "--until", "0.1", "--listen", "tcp/127.0.0.1:0", "--zenoh-config"];
+    let client = ["list", "--connect", "tcp/127.0.0.1:9", "--zenoh-config"];
+    for (words, keys, key) in [
+        (&service[..], r#"dictionary_file: "users.txt""#, "dictionary_file"),
+        (&service[..], r#"user: "service", password: "a""#, "user"),
+        (&client[..], r#"user: "viewer", password: "a""#, "user"),
+    ] {
+        std::fs::write(&file, format!("{{ transport: {{ auth: {{ usrpwd: {{ {keys} }} }} }} }}"))?;
+        let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).arg(&file).stdin(Stdio::null()).output()?;
+        let said = String::from_utf8(ended.stderr)?;
+        assert_eq!(ended.status.code(), Some(2), "{words:?}: {said}");
+        let why = format!("this build has no passwords, which transport/auth/usrpwd/{key} needs: build it with `--features tls`");
+        assert!(said.contains(&why), "{words:?}: {said}");
+    }
+    Ok(())
+}
+
 /// What a client is told in a reply is logged if it is beyond the limits of commands, and not if only its numbers are wrong.
 #[test]
 fn regress_a_query_with_an_id_that_is_too_long_is_logged() -> Outcome {

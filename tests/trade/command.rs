@@ -69,3 +69,28 @@ fn regress_a_written_scene_has_the_errors_of_its_settings() {
     let error = comments.lines().find(|line| line.starts_with("# error ")).unwrap();
     assert!(printed.contains(error) && comments.contains("[solver]"), "{written}");
 }
+
+/// The refusal named no way on.
+#[test]
+fn regress_models_and_integrators_that_do_not_suit_are_refused_with_those_that_do() {
+    let shorter = "modal takes generalized-alpha, two-point, esdirk; runge-kutta needs shorter --steps\n";
+    for (model, integrator, way) in
+        [("modal", "runge-kutta", shorter), ("incremental", "esdirk", "incremental takes two-point\n")]
+    {
+        let words = ["trade", "crank-slider", "--models", model, "--integrators", integrator];
+        let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).output().unwrap();
+        let said = String::from_utf8(ended.stderr).unwrap();
+        let why = format!("error: none of the models and integrators asked for suits this scene: {way}");
+        assert!(ended.status.code() == Some(2) && said.ends_with(&why), "{said}");
+    }
+}
+
+/// By the help, a rigid link of a flexible chain had an error of 1.
+#[test]
+fn regress_the_help_and_the_guide_say_what_the_deflection_of_a_straight_link_is_divided_by() {
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(["trade", "--help"]).output().unwrap();
+    let help = String::from_utf8(ended.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("(a deflection whose peak is below 1e-6 of its link's length, over that length)"), "{help}");
+    let guide = include_str!("../../src/guide/analysis.md");
+    assert!(guide.contains("; where a peak is below 1e-6 of its link's length, over that length |"));
+}

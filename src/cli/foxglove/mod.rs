@@ -29,6 +29,11 @@ impl FoxgloveArgs {
         self.foxglove.is_some()
     }
 
+    /// Whether viewers may send commands.
+    pub(super) fn has_control(self) -> bool {
+        self.foxglove_control
+    }
+
     /// Rate of scene updates: the given one, or that of the server.
     pub(super) fn scene_updates_hz(self, given: Option<f64>) -> Option<f64> {
         given.or(self.foxglove.map(|_| SCENE_UPDATES_HZ))

@@ -18,7 +18,7 @@ use super::chosen::ChosenSignals;
 use super::samples::{FullestInstant, Samples};
 use crate::bus::TopicQueue;
 use crate::cli::status_line::{describe, state_and_time, state_word};
-use crate::wire::{Energies, Message, Shadow, Snapshot, Status, status::State};
+use crate::wire::{Energies, Message, NodeState, Shadow, Snapshot, Status, status::State};
 
 /// Time between two looks at new messages.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -220,13 +220,9 @@ impl Block<'_> {
                 link.revolutions
             ));
         }
-        for node in displacements.iter().flat_map(|all| &all.nodes).filter(|node| node.index > 0) {
-            lines.push(format!(
-                "{:<12} x {:>14} m     y {:>14} m",
-                format!("{} node {}", node.link, node.index),
-                decimal(node.x_m, 6),
-                decimal(node.y_m, 6)
-            ));
+        for node in displacements.iter().flat_map(|all| &all.nodes) {
+            let [x_m, y_m] = [node.x_m, node.y_m].map(|place_m| decimal(place_m, 6));
+            lines.extend(name_of(node).map(|name| format!("{name:<12} x {x_m:>14} m     y {y_m:>14} m")));
         }
         if let Some(loads) = loads {
             lines.push(format!("{:<12} {:>18} N·m", "torque", decimal(loads.driving_torque_nm, 6)));
@@ -249,10 +245,20 @@ impl Block<'_> {
     }
 }
 
+/// Name of a node; masses count from 1, as in figures. `None` of a link's first node: it is the pivot, or the last node of the link
+/// before it.
+fn name_of(NodeState { link, index, .. }: &NodeState) -> Option<String> {
+    match (link.as_str(), *index) {
+        ("mass", index) => Some(format!("mass {}", u64::from(index) + 1)),
+        (_, 0) => None,
+        (link, index) => Some(format!("{link} node {index}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::{Angles, LinkAngle, Stamp};
+    use crate::wire::{Angles, Displacements, LinkAngle, Stamp};
 
     fn at(sim_time_s: f64, step: u64, epoch: u64) -> Option<Stamp> {
         Some(Stamp { step, sim_time_s, epoch, ..Stamp::default() })
@@ -289,6 +295,23 @@ mod tests {
         let block = seen.block();
         assert_eq!(block.lines(), ["RUNNING  t 1.300 s  links.crank.chord_rad  -2.500000e-7  kinetic_j             –"]);
         assert_eq!(block.line(false).signals, BTreeMap::from([("links.crank.chord_rad".to_owned(), -2.5e-7)]));
+    }
+
+    /// The first mass was left out, as the first node of a link is.
+    #[test]
+    fn regress_every_mass_of_an_oscillator_has_a_line() {
+        let names = |nodes: &[(&str, u32)]| {
+            let node = |(link, index): (&str, u32)| NodeState { link: link.to_owned(), index, ..NodeState::default() };
+            let nodes = nodes.iter().copied().map(node).collect();
+            let mut seen = Seen::default();
+            seen.samples.add(Message::Displacements(Box::new(Displacements { stamp: at(1.0, 100, 0), nodes })));
+            let lines = seen.block().lines();
+            lines.iter().filter_map(|line| line.split_once(" x ")).map(|(name, _)| name.trim().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&[("mass", 0)]), ["mass 1"]);
+        assert_eq!(names(&[("mass", 0), ("mass", 1)]), ["mass 1", "mass 2"]);
+        let chain = [("crank", 0), ("crank", 1), ("rod", 0), ("rod", 1), ("rod", 2)];
+        assert_eq!(names(&chain), ["crank node 1", "rod node 1", "rod node 2"], "a link begins at a pin that is there already");
     }
 
     #[test]

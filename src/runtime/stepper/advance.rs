@@ -91,6 +91,7 @@ impl Stepper {
     pub(super) fn end_advances(&mut self, ending: &Ending) {
         match ending {
             Ending::Diverged(diverged) => self.finish_advance(&diverged.to_string()),
+            Ending::Finished => self.finish_advance("the run reached its end"),
             _ => self.finish_advance("stopped"),
         }
         while let Some(Command { id, reply: reply_to, .. }) = self.run.waiting.pop_front() {

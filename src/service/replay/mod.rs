@@ -49,7 +49,7 @@ pub struct ReplayOptions {
     pub remaps: Vec<Remap>,
     /// Name of the service on the bus instead of the recorded one.
     pub name: Option<Name>,
-    /// Also publish recorded commands on their keys.
+    /// Also publish recorded commands on their keys, whether `topics` names them or not.
     pub commands: bool,
     /// Sessions that must subscribe before the first message.
     pub wait_for: usize,

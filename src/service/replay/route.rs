@@ -69,12 +69,15 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
         let renamed = replay.remaps.iter().chain(&own).find_map(|remap| remap.apply(topic));
         renamed.unwrap_or_else(|| topic.to_owned())
     };
-    let (mut channels, mut left_out) = (Vec::new(), Vec::new());
-    for channel in source.channels().filter(|channel| selected(&channel.topic, &replay.topics)) {
+    let (mut channels, mut left_out, mut kept_back) = (Vec::new(), Vec::new(), BTreeSet::new());
+    let is_asked = |topic: &str| selected(topic, &replay.topics) || replay.commands && is_of_commands(topic);
+    for channel in source.channels().filter(|channel| is_asked(&channel.topic)) {
         let carried = check_encoding(&channel.message_encoding, schema_name(channel));
         match bus::key_of_topic(&rename(&channel.topic)).and_then(|key| carried.map(|()| key)) {
-            Ok(key) if is_played(&key, replay.commands) => channels.push((channel.clone(), key)),
-            Ok(_) => {}
+            Ok(key) => match why_kept_back(&key, replay.commands) {
+                None => channels.push((channel.clone(), key)),
+                Some(reason) => _ = kept_back.insert(reason),
+            },
             Err(reason) => left_out.push(format!("{}: {reason}", shown_name(&channel.topic))),
         }
     }
@@ -83,9 +86,7 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
         return Err(ServiceError::NoTopic { wanted, there: there.into_iter().collect() });
     }
     if channels.is_empty() {
-        if !replay.commands && replay.topics.iter().any(|topic| topic.ends_with(Topic::Commands.chunk())) {
-            left_out.push("recorded commands are sent only with --commands".to_owned());
-        }
+        left_out.extend(kept_back);
         return Err(ServiceError::NothingToReplay { path: source.path().to_owned(), left_out });
     }
     let mut names: BTreeSet<Name> = channels.iter().filter_map(|(_, key)| Name::split(key)).map(|(name, _)| name).collect();
@@ -126,9 +127,19 @@ fn selected(topic: &str, wanted: &[String]) -> bool {
     wanted.is_empty() || wanted.iter().any(|wanted| is_end(wanted.trim_start_matches('/')))
 }
 
-fn is_played(key: &str, commands: bool) -> bool {
-    let chunk = Name::split(key).map(|(_, chunk)| chunk);
-    chunk.is_none_or(|chunk| !NEVER_REPLAYED.contains(&chunk) && (commands || chunk != Topic::Commands.chunk()))
+/// Whether a topic holds the recorded commands of a service.
+fn is_of_commands(topic: &str) -> bool {
+    Name::split(topic.trim_start_matches('/')).is_some_and(|(_, chunk)| chunk == Topic::Commands.chunk())
+}
+
+/// Why a key is not played, though it was asked for; `None` if it is.
+fn why_kept_back(key: &str, commands: bool) -> Option<String> {
+    let (_, chunk) = Name::split(key)?;
+    if NEVER_REPLAYED.contains(&chunk) {
+        return Some(format!("{chunk} is never replayed"));
+    }
+    let is_unasked = !commands && chunk == Topic::Commands.chunk();
+    is_unasked.then(|| "recorded commands are sent only with --commands".to_owned())
 }
 
 /// Keys that recorded commands are published on.
@@ -218,9 +229,11 @@ mod tests {
     #[test]
     fn prop_topics_of_the_replay_itself_are_never_replayed() {
         for chunk in NEVER_REPLAYED {
-            assert!(!is_played(&format!("flexcrank/crank/{chunk}"), true));
+            let said = why_kept_back(&format!("flexcrank/crank/{chunk}"), true);
+            assert_eq!(said, Some(format!("{chunk} is never replayed")));
         }
-        assert!(is_played("flexcrank/crank/commands", true) && !is_played("flexcrank/crank/commands", false));
-        assert!(is_played("robot/status", false));
+        assert_eq!(why_kept_back("flexcrank/crank/commands", true), None);
+        assert!(why_kept_back("flexcrank/crank/commands", false).is_some_and(|said| said.contains("--commands")));
+        assert_eq!(why_kept_back("robot/status", false), None);
     }
 }

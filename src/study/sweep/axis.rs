@@ -1,5 +1,8 @@
 //! A key that varies, and its values.
 
+/// Whole numbers of at most this size are exact.
+const EXACT: f64 = 9_007_199_254_740_992.0;
+
 /// A key that varies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -48,7 +51,12 @@ impl Axis {
     /// The value at `place` of a grid.
     pub(super) fn on_grid(&self, place: u64) -> Value {
         match &self.levels {
-            Levels::Range { count, .. } => self.at(place as f64 / (count.saturating_sub(1).max(1)) as f64),
+            Levels::Range { min, max, log, count } => {
+                let (place, last) = (place as f64, count.saturating_sub(1).max(1) as f64);
+                // Free of rounding where it is a whole number, as keys of counts need it.
+                let even = (min * (last - place) + max * place) / last;
+                if !log && even.fract() == 0.0 { Value::Number(even) } else { self.at(place / last) }
+            }
             Levels::Listed(values) => Value::Listed(values[(place as usize).min(values.len() - 1)].clone()),
         }
     }
@@ -83,9 +91,10 @@ impl Axis {
 }
 
 impl Value {
-    /// The value as TOML.
+    /// The value as TOML. A whole number has no point: keys of counts take it, and keys of measures as well.
     pub(super) fn toml(&self) -> String {
         match self {
+            Value::Number(number) if number.fract() == 0.0 && number.abs() <= EXACT => (*number as i64).to_string(),
             // Rust writes the shortest digits that read back to the same bits, always with a point or an exponent.
             Value::Number(number) => format!("{number:?}"),
             Value::Listed(value) => value.to_string(),

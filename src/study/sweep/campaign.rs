@@ -106,9 +106,20 @@ impl Campaign {
     /// The refusal of a sample in the words of the specification.
     fn refusal(&self, values: &[Value], refused: &SceneError) -> String {
         match culprit(&self.base, &self.overrides(values), refused) {
-            Some(place) => format!("vary.{place}.key = {:?}: {}", self.spec.axes[place].key, reason(refused)),
+            Some(place) => {
+                let (key, hint) = (&self.spec.axes[place].key, self.range_hint(refused));
+                format!("vary.{place}.key = {key:?}: {}{hint}", reason(refused))
+            }
             None => format!("the scene refuses every sample that was tried: {refused}"),
         }
+    }
+
+    /// What to write in place of a range whose value a key refused because it is not whole; else nothing.
+    fn range_hint(&self, refused: &SceneError) -> &'static str {
+        let is_of_range = |axis: &Axis| axis.key == refused.key && matches!(axis.levels, Levels::Range { .. });
+        let is_whole = refused.value.as_deref().is_some_and(|value| value.parse::<i64>().is_ok());
+        let hints = refused.problem.starts_with("must be a whole number") && !is_whole;
+        if hints && self.spec.axes.iter().any(is_of_range) { "; ranges are of real numbers: list values = [2, 4, 6]" } else { "" }
     }
 
     /// The listed values and bounds that their keys never allow, whatever the other keys are.
@@ -126,21 +137,18 @@ impl Campaign {
         let refused = |with_value: Result<SceneSource, SceneError>| {
             let refused = with_value.err()?;
             let own = refused.all().find(|refused| refused.never_allowed && refused.key == axis.key)?;
-            Some(RefusedValue { reason: reason(own), runs })
+            Some(RefusedValue { reason: reason(own) + self.range_hint(own), runs })
         };
         self.with_given_values(axis).filter_map(refused).collect()
     }
 
     /// The scene with each listed value of a key alone, or with each bound of its range. Of a long list, the first values are tried.
     pub fn with_given_values(&self, axis: &Axis) -> impl Iterator<Item = Result<SceneSource, SceneError>> {
-        let values = match &axis.levels {
-            Levels::Listed(values) => values.iter().take(TRIED_VALUES).cloned().collect(),
-            Levels::Range { min, max, .. } => vec![toml::Value::Float(*min), toml::Value::Float(*max)],
+        let values: Vec<Value> = match &axis.levels {
+            Levels::Listed(values) => values.iter().take(TRIED_VALUES).cloned().map(Value::Listed).collect(),
+            Levels::Range { min, max, .. } => [*min, *max].map(Value::Number).to_vec(),
         };
-        values.into_iter().map(move |value| {
-            let change = format!("{}={}", axis.key, Value::Listed(value).toml());
-            self.base.with(&[change])
-        })
+        values.into_iter().map(move |value| self.base.with(&[format!("{}={}", axis.key, value.toml())]))
     }
 
     /// The specification.
@@ -197,9 +205,13 @@ impl Campaign {
     pub(super) fn run(&self, sample: &Sample, stop: &dyn Fn() -> bool) -> Option<Outcome> {
         let limits = Limits { until_s: self.spec.until_s, max_steps: self.spec.max_steps };
         // The values of a sample stand in the specification, not on the command line.
-        let in_spec = |refused: SceneError| match refused.place.starts_with("--set ") {
-            true => SceneError { place: "vary".to_owned(), ..refused },
-            false => refused,
+        let in_spec = |mut refused: SceneError| {
+            let hint = self.range_hint(&refused);
+            refused.problem.push_str(hint);
+            match refused.place.starts_with("--set ") {
+                true => SceneError { place: "vary".to_owned(), ..refused },
+                false => refused,
+            }
         };
         run(|| self.scene(&sample.values).map_err(in_spec), limits, self.columns.len(), stop)
     }
@@ -238,6 +250,38 @@ fn reason(refused: &SceneError) -> String {
 mod tests {
     use super::{Campaign, Spec};
     use crate::study::sweep::Ending;
+
+    /// Whole numbers of a range were given as 2.0, which keys of counts refuse.
+    #[test]
+    fn regress_a_range_of_whole_numbers_suits_keys_of_counts() -> Result<(), Box<dyn std::error::Error>> {
+        let campaign = |count: u64| {
+            let set = "set = [\"solver.model=finite-element\"]\nuntil_s = 0.004\nmethod = \"grid\"\n";
+            let axis = format!("[[vary]]\nkey = \"crank.elements\"\nmin = 2\nmax = 4\ncount = {count}\n");
+            Campaign::new("test", Spec::parse("test", &format!("scene = \"crank-slider\"\n{set}{axis}"))?)
+        };
+        let whole = campaign(3)?;
+        assert_eq!(whole.refused_values(), []);
+        for run in 0..3 {
+            let outcome = whole.run(&whole.sample(run), &|| false).ok_or("no outcome")?;
+            assert_eq!((outcome.ending, outcome.cause.as_str()), (Ending::Done, ""), "{} elements", run + 2);
+        }
+        let halves = campaign(5)?;
+        let outcome = halves.run(&halves.sample(1), &|| false).ok_or("no outcome")?;
+        let why = "vary: crank.elements = 2.5: must be a whole number; ranges are of real numbers: list values = [2, 4, 6]";
+        assert_eq!((outcome.ending, outcome.cause.as_str()), (Ending::Refused, why));
+        Ok(())
+    }
+
+    #[test]
+    fn regress_a_range_without_whole_numbers_names_the_list_to_write() -> Result<(), Box<dyn std::error::Error>> {
+        let axis = "[[vary]]\nkey = \"crank.elements\"\nmin = 2.1\nmax = 2.9\n";
+        let text = format!("scene = \"crank-slider\"\nuntil_s = 0.004\nmethod = \"random\"\nsamples = 4\n{axis}");
+        let refused = Campaign::new("test", Spec::parse("test", &text)?).err().ok_or("accepted")?.to_string();
+        assert!(refused.starts_with("test: vary.0.key = \"crank.elements\": crank.elements = 2."), "{refused}");
+        let hint = ": must be a whole number; ranges are of real numbers: list values = [2, 4, 6]";
+        assert!(refused.ends_with(hint), "{refused}");
+        Ok(())
+    }
 
     /// The chain of the campaign's scene has no slider; those of its runs have.
     #[test]

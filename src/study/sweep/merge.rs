@@ -110,7 +110,7 @@ pub fn merge(campaign: &Campaign, folder: &Path, path: &Path) -> Result<Merged, 
     let out_of_range = campaign.columns().iter().position(|column| column.name == OUT_OF_RANGE);
     each_row(campaign, folder, |sample, row| {
         let Some(row) = row else {
-            merged.miss(sample.index);
+            miss(&mut merged.missing, sample.index);
             return Ok(());
         };
         merged.add(row, out_of_range);
@@ -169,13 +169,29 @@ impl Merged {
             self.causes.entry(outcome.ending).or_insert_with(|| (row.index, outcome.cause.clone()));
         }
     }
+}
 
-    fn miss(&mut self, index: u64) {
-        match self.missing.last_mut() {
-            Some(last) if last.end == index => last.end += 1,
-            _ => self.missing.push(index..index + 1),
-        }
+/// Adds a run, which follows all others, to those without a row.
+fn miss(missing: &mut Vec<Range<u64>>, index: u64) {
+    match missing.last_mut() {
+        Some(last) if last.end == index => last.end += 1,
+        _ => missing.push(index..index + 1),
     }
+}
+
+/// The runs of this campaign without a row in `folder`.
+///
+/// # Errors
+/// [`SweepError`] if a file cannot be read.
+pub fn missing_rows(campaign: &Campaign, folder: &Path) -> Result<Vec<Range<u64>>, SweepError> {
+    let mut missing = Vec::new();
+    each_row(campaign, folder, |sample, row| {
+        if row.is_none() {
+            miss(&mut missing, sample.index);
+        }
+        Ok(())
+    })?;
+    Ok(missing)
 }
 
 /// Calls `each` with every sample and its row, in order; with `None` where there is no row. All cores read, a few chunks ahead.

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 pub use axis::{Axis, Levels, Value};
 pub use campaign::{Campaign, RefusedRuns, RefusedValue};
 pub(crate) use merge::INDEX;
-pub use merge::{Merged, OutOfRange, TableFormat, Untrusted, has_rows, merge};
+pub use merge::{Merged, OutOfRange, TableFormat, Untrusted, has_rows, merge, missing_rows};
 pub use points::{Coordinate, Points, points};
 pub use row::Row;
 pub use run::{Column, Ending, Outcome};

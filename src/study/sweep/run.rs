@@ -151,10 +151,16 @@ pub(super) fn run(
 
 fn simulate(scene: &Scene, limits: Limits, stop: &dyn Fn() -> bool) -> Result<Outcome, Failed> {
     let mut simulation = Simulation::new(scene)?;
+    let (until_s, step_s) = (limits.until_s, simulation.step_s());
+    // As `run --until` does.
+    if until_s < step_s * (1.0 - 1e-6) {
+        let why = format!("until_s = {until_s}: the run would last {until_s} s, less than one step of {step_s} s");
+        return Err(Failed::Refused(why));
+    }
     // The last step ends at `until_s` or after it; quotients such as 22.8/0.1 may round up.
-    let steps = (limits.until_s / simulation.step_s() - 1e-6).ceil().max(1.0);
+    let steps = (until_s / step_s - 1e-6).ceil().max(1.0);
     if steps > limits.max_steps as f64 {
-        let step_s = figure(simulation.step_s());
+        let step_s = figure(step_s);
         return Err(Failed::Refused(format!("needs {steps} steps of {step_s} s, more than max_steps = {}", limits.max_steps)));
     }
     let mut scalars = Scalars::new(scene);
@@ -234,6 +240,24 @@ mod tests {
         let columns = columns(&base.scene).len();
         let limits = Limits { until_s: 22.8, max_steps };
         run(|| SceneSource::parse("test", &base.text, &overrides), limits, columns, &|| false).unwrap()
+    }
+
+    /// A step of 1.7 s was a row of 1.7 s, and `run --until 1` is refused.
+    #[test]
+    fn regress_a_run_shorter_than_its_step_is_refused_as_run_does() {
+        let run_with = |step_s: f64, until_s: f64| {
+            let base = SceneSource::open("thesis-oscillator", &[]).unwrap();
+            let (columns, limits) = (columns(&base.scene).len(), Limits { until_s, max_steps: 1000 });
+            let change = format!("solver.step_s={step_s}");
+            run(|| SceneSource::parse("test", &base.text, &[change]), limits, columns, &|| false).unwrap()
+        };
+        let refused = run_with(1.7, 1.0);
+        let why = "until_s = 1: the run would last 1 s, less than one step of 1.7 s";
+        assert_eq!((refused.ending, refused.cause.as_str()), (Ending::Refused, why));
+        // One step is enough, also where its length is rounded; a last step may end after `until_s`.
+        for (step_s, until_s, steps) in [(0.1, 0.1, 1.0), (0.1, 0.1 - 1e-12, 1.0), (0.3, 1.0, 4.0)] {
+            assert_eq!(run_with(step_s, until_s).numbers[0], Some(steps), "{until_s} s in steps of {step_s} s");
+        }
     }
 
     #[test]

@@ -74,7 +74,19 @@ mod tests {
         );
         let words: Vec<String> =
             (0..spec.runs()).map(|run| values(&spec, run).iter().map(Value::word).collect::<Vec<_>>().join(" ")).collect();
-        assert_eq!(words, ["x 1.0", "x 10.000000000000002", "x 100.0", "2 1.0", "2 10.000000000000002", "2 100.0"]);
+        assert_eq!(words, ["x 1", "x 10.000000000000002", "x 100", "2 1", "2 10.000000000000002", "2 100"]);
+    }
+
+    /// The place 15 of 22 was 14.999999999999998.
+    #[test]
+    fn regress_whole_numbers_of_a_grid_are_whole() {
+        for (least, most, count) in [(0, 22, 23), (0, 25, 26), (2, 8, 4), (-3, 35, 39)] {
+            let spec = spec("grid", &format!("[[vary]]\nkey = \"a\"\nmin = {least}\nmax = {most}\ncount = {count}\n"));
+            let words: Vec<String> = (0..spec.runs()).flat_map(|run| values(&spec, run)).map(|value| value.toml()).collect();
+            let step = (most - least) / (count - 1);
+            let whole: Vec<String> = (0..count).map(|place| (least + step * place).to_string()).collect();
+            assert_eq!(words, whole);
+        }
     }
 
     #[test]

@@ -57,6 +57,18 @@ pub enum NoIndices {
     Sweep(#[from] SweepError),
 }
 
+/// Standard deviation up to which a scalar differs by rounding alone, relative to the largest number of its unit: a coordinate that
+/// should be zero is rounded as the others are, while its own size says nothing.
+const ROUNDING: f64 = 1e-12;
+
+/// Units as the names of scalars end with them; one that ends in another comes first.
+const UNITS: [&str; 9] = ["_rad_per_s", "_m_per_s", "_rad", "_nm", "_pa", "_m", "_n", "_j", "_s"];
+
+/// The unit that ends the name of a scalar; the name itself if there is none.
+fn unit_of(name: &str) -> &str {
+    UNITS.into_iter().find(|unit| name.ends_with(*unit)).unwrap_or(name)
+}
+
 /// Outputs of the design's runs, sample by sample: `A, AB₁ … ABₖ, B`.
 #[derive(Debug, Clone, Default)]
 struct Outputs {
@@ -64,7 +76,7 @@ struct Outputs {
     left_out: u64,
 }
 
-/// The indices of `wanted` scalars, or of all; those that are the same in all runs are left out.
+/// The indices of `wanted` scalars, or of all; those that are the same in all runs, but for rounding, are left out.
 ///
 /// # Errors
 /// [`NoIndices`] if the design has none, a scalar is unknown, or the rows cannot be read.
@@ -76,8 +88,13 @@ pub fn sensitivity(campaign: &Campaign, folder: &Path, wanted: &[String]) -> Res
     let runs = campaign.spec().axes.len() + 2;
     let mut outputs = vec![Outputs::default(); places.len()];
     let mut sample: Vec<Option<Vec<Option<f64>>>> = Vec::with_capacity(runs);
+    let mut largest = vec![0.0_f64; campaign.columns().len()];
     each_row(campaign, folder, |_, row| {
         let well = row.filter(|row| row.outcome.ended_well());
+        let numbers = well.iter().flat_map(|row| &row.outcome.numbers);
+        for (largest, number) in largest.iter_mut().zip(numbers) {
+            *largest = number.filter(|number| number.is_finite()).map_or(*largest, |number| largest.max(number.abs()));
+        }
         sample.push(well.map(|row| places.iter().map(|place| row.outcome.numbers.get(*place).copied().flatten()).collect()));
         if sample.len() == runs {
             outputs.iter_mut().enumerate().for_each(|(place, outputs)| outputs.add(&sample, place));
@@ -86,7 +103,12 @@ pub fn sensitivity(campaign: &Campaign, folder: &Path, wanted: &[String]) -> Res
         Ok(())
     })?;
     let named = places.iter().map(|place| campaign.columns()[*place].name.clone());
-    Ok(named.zip(outputs).filter_map(|(column, outputs)| outputs.indices(column, runs)).collect())
+    let indices = |(column, outputs): (String, Outputs)| {
+        let same_unit = campaign.columns().iter().zip(&largest).filter(|(other, _)| unit_of(&other.name) == unit_of(&column));
+        let scale = same_unit.map(|(_, largest)| *largest).fold(0.0, f64::max);
+        outputs.indices(column, runs, scale)
+    };
+    Ok(named.zip(outputs).filter_map(indices).collect())
 }
 
 /// The places of the wanted columns; of all if none is wanted.
@@ -114,16 +136,18 @@ impl Outputs {
         }
     }
 
+    /// The indices of a scalar; `None` if it does not differ by more than the rounding of its unit's largest magnitude, `scale`.
+    ///
     /// Estimators (b) and (f) of Saltelli et al. (Comput. Phys. Commun. 181, 259–270, 2010, table 2) on centred and scaled outputs:
     ///
     /// ```text
     /// S = mean(B (ABₖ − A)) / V      T = mean((A − ABₖ)²) / 2V      V = variance of A and B together
     /// ```
-    fn indices(mut self, column: String, runs: usize) -> Option<Indices> {
+    fn indices(mut self, column: String, runs: usize, scale: f64) -> Option<Indices> {
         let (mean, variance) = mean_and_variance(self.values.iter().copied());
         let deviation = variance.sqrt();
         // Scalars that differ by rounding alone have no causes.
-        if self.values.is_empty() || deviation <= 1e-14 * mean.abs() || deviation == 0.0 {
+        if self.values.is_empty() || deviation <= ROUNDING * scale {
             return None;
         }
         self.values.iter_mut().for_each(|value| *value = (*value - mean) / deviation);
@@ -180,9 +204,12 @@ pub fn sensitivity_table(campaign: &Campaign, indices: &[Indices]) -> Table {
 
 #[cfg(test)]
 mod tests {
+    use std::num::NonZero;
+    use std::ops::ControlFlow;
+
     use super::*;
-    use crate::study::sweep::Spec;
     use crate::study::sweep::sampling::values;
+    use crate::study::sweep::{Spec, work};
 
     /// The Ishigami function `sin x₁ + 7 sin² x₂ + 0.1 x₃⁴ sin x₁` on (−π, π)³, of which the indices are known (Ishigami & Homma 1990).
     #[test]
@@ -196,7 +223,7 @@ mod tests {
             x[0].sin() + 7.0 * x[1].sin().powi(2) + 0.1 * x[2].powi(4) * x[0].sin()
         };
         let outputs = Outputs { values: (0..spec.runs()).map(ishigami).collect(), left_out: 0 };
-        let indices = outputs.indices("y".to_owned(), 5).unwrap();
+        let indices = outputs.indices("y".to_owned(), 5, 17.0).unwrap();
         for (index, (first, total)) in indices.keys.iter().zip([(0.3139, 0.5576), (0.4424, 0.4424), (0.0, 0.2437)]) {
             assert!((index.first - first).abs() < 5e-3 && (index.total - total).abs() < 5e-3, "{index:?}: {first}, {total}");
         }
@@ -212,7 +239,49 @@ mod tests {
         outputs.add(&[row(1.0), row(2.0), Some(vec![None])], 0);
         assert_eq!((outputs.values.len(), outputs.left_out), (3, 2));
         let constant = Outputs { values: vec![0.1 + 0.2; 30], left_out: 0 };
-        assert_eq!(constant.indices("y".to_owned(), 3), None);
-        assert_eq!(Outputs::default().indices("y".to_owned(), 3), None);
+        assert_eq!(constant.indices("y".to_owned(), 3, 0.3), None);
+        let zero = Outputs { values: vec![0.0; 30], left_out: 0 };
+        assert_eq!(zero.indices("y".to_owned(), 3, 0.0), None);
+        assert_eq!(Outputs::default().indices("y".to_owned(), 3, 1.0), None);
+    }
+
+    /// The slider moves along y = 0, which is computed as ±5.6e-17 m. The noise had indices of up to 2.3.
+    #[test]
+    fn regress_a_coordinate_that_is_zero_but_for_rounding_has_no_indices() -> Result<(), Box<dyn std::error::Error>> {
+        let axis = |key: &str, min: f64, max: f64| format!("[[vary]]\nkey = \"{key}\"\nmin = {min:?}\nmax = {max:?}\n");
+        let axes = axis("slider.mass_kg", 0.2, 0.4) + &axis("rod.length_m", 0.7, 1.0);
+        let text = format!("scene = \"crank-slider\"\nuntil_s = 0.05\nmethod = \"sobol\"\nsamples = 4\n{axes}");
+        let (campaign, folder) = (Campaign::new("test", Spec::parse("test", &text)?)?, tempfile::tempdir()?);
+        work(&campaign, folder.path(), None, NonZero::<usize>::MIN, &|_| ControlFlow::Continue(()))?;
+        let of = |wanted: &[&str]| -> Result<Vec<String>, NoIndices> {
+            let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
+            Ok(sensitivity(&campaign, folder.path(), &wanted)?.into_iter().map(|scalar| scalar.column).collect())
+        };
+        let ends = ["slider_least_y_m", "slider_greatest_y_m"];
+        assert_eq!(of(&ends)?, Vec::<String>::new(), "the scale is that of all lengths, not of those asked for");
+        let all = of(&[])?;
+        assert!(!all.iter().any(|name| ends.contains(&name.as_str())), "{all:?}");
+        // Small, but no noise: a deflection of micrometres, and the error of the energy balance.
+        for name in ["slider_least_x_m", "crank_peak_deflection_m", "worst_balance_j", "newton_iterations"] {
+            assert!(all.iter().any(|known| known == name), "{name}: {all:?}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn prop_a_scalar_has_the_unit_that_ends_its_name() {
+        for (name, unit) in [
+            ("slider_least_y_m", "_m"),
+            ("rod_peak_deflection_m", "_m"),
+            ("slider_peak_speed_m_per_s", "_m_per_s"),
+            ("crank_peak_rate_rad_per_s", "_rad_per_s"),
+            ("crank_final_angle_rad", "_rad"),
+            ("rod_peak_moment_nm", "_nm"),
+            ("pivot_peak_force_n", "_n"),
+            ("sim_time_s", "_s"),
+            ("newton_iterations", "newton_iterations"),
+        ] {
+            assert_eq!(unit_of(name), unit);
+        }
     }
 }

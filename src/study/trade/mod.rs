@@ -31,7 +31,7 @@ mod verification;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use crate::scene::{End, Scene};
+use crate::scene::{End, IntegratorKind, ModelKind, Scene};
 use crate::small_motion::Vibrations;
 use crate::study::duration::usual_until_s;
 
@@ -129,8 +129,13 @@ pub enum TradeError {
     #[error(transparent)]
     Steps(#[from] NoCommonInterval),
     /// No requested configuration suits the scene.
-    #[error("none of the models and integrators asked for suits this scene")]
-    Nothing,
+    #[error("none of the models and integrators asked for suits this scene{}", way_on(suited, *explicit))]
+    Nothing {
+        /// Models that suit it with these integrators: those asked for, or else others.
+        suited: Vec<(ModelKind, Vec<IntegratorKind>)>,
+        /// Whether a model asked for takes `runge-kutta`, which was asked for, too: shorter steps suit that.
+        explicit: bool,
+    },
     /// There is no reference.
     #[error("no reference: {0}")]
     NoReference(NoReference),
@@ -160,7 +165,7 @@ pub fn study(
     let grid = question.grid(scene)?;
     let families = question.selection.families(scene, question.enough);
     if families.is_empty() {
-        return Err(TradeError::Nothing);
+        return Err(nothing(scene, question));
     }
     let target = question.enough.unwrap_or(FINE) / WELL_RESOLVED;
     let mut interrupted = false;
@@ -201,6 +206,46 @@ pub fn study(
     let cut_short = expired() || reference.cut_short;
     let (outputs, has_slider) = (question.outputs.clone(), matches!(chain.end, End::Slider(_)));
     Ok(Study { outputs, has_slider, grid, rows, left_out, cut_short, interrupted, reference })
+}
+
+/// The refusal of a question that leaves no configuration, with those that the scene would have.
+fn nothing(scene: &Scene, question: &Question) -> TradeError {
+    let asked = &question.selection;
+    let own = Selection { integrators: Vec::new(), ..asked.clone() };
+    let any = Selection { models: Vec::new(), ..own.clone() };
+    let pairs = |selection: &Selection| suited_pairs(&selection.families(scene, question.enough));
+    let suited = Some(pairs(&own)).filter(|own| !own.is_empty()).unwrap_or_else(|| pairs(&any));
+    let with_runge_kutta = |(model, _): &(ModelKind, Vec<IntegratorKind>)| {
+        (asked.models.is_empty() || asked.models.contains(model)) && model.integrators().contains(&IntegratorKind::RungeKutta)
+    };
+    let explicit = asked.integrators.contains(&IntegratorKind::RungeKutta) && suited.iter().any(with_runge_kutta);
+    TradeError::Nothing { suited, explicit }
+}
+
+/// The models of families, with the integrators of each, in order.
+fn suited_pairs(families: &[Family]) -> Vec<(ModelKind, Vec<IntegratorKind>)> {
+    let mut pairs: Vec<(ModelKind, Vec<IntegratorKind>)> = Vec::new();
+    for Family { model, integrator, .. } in families {
+        match pairs.iter_mut().find(|(known, _)| known == model) {
+            Some((_, integrators)) if integrators.contains(integrator) => {}
+            Some((_, integrators)) => integrators.push(*integrator),
+            None => pairs.push((*model, vec![*integrator])),
+        }
+    }
+    pairs
+}
+
+/// The end of a refusal: what suits the scene.
+fn way_on(suited: &[(ModelKind, Vec<IntegratorKind>)], explicit: bool) -> String {
+    let takes = |(model, integrators): &(ModelKind, Vec<IntegratorKind>)| {
+        let words: Vec<&str> = integrators.iter().map(|integrator| integrator.as_str()).collect();
+        format!("{} takes {}", model.as_str(), words.join(", "))
+    };
+    let mut parts: Vec<String> = suited.iter().map(takes).collect();
+    if explicit {
+        parts.push("runge-kutta needs shorter --steps".to_owned());
+    }
+    if parts.is_empty() { String::new() } else { format!(": {}", parts.join("; ")) }
 }
 
 impl Study {

@@ -1,0 +1,59 @@
+//! Campaigns from the command line: what is not whole makes no table and no indices, and is not passed over.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
+
+/// Six runs, a chunk each.
+const SPEC: &str = "scene = \"thesis-crank-slider\"\nset = [\"solver.model=rigid\", \"solver.integrator=runge-kutta\"]\n\
+    until_s = 2\nmethod = \"sobol\"\nsamples = 2\n[[vary]]\nkey = \"rod.length_m\"\nmin = 1.2\nmax = 1.8\n";
+
+/// The program in `folder`, without a share of a scheduler.
+fn flexcrank(folder: &Path, words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+    command.args(words).current_dir(folder).env_remove("SLURM_ARRAY_TASK_ID").env_remove("JOB_COMPLETION_INDEX");
+    command
+}
+
+/// Runs a command; returns exit code and standard error.
+fn ended(mut command: Command) -> Outcome<(Option<i32>, String)> {
+    let output = command.output()?;
+    Ok((output.status.code(), String::from_utf8(output.stderr)?))
+}
+
+#[test]
+fn regress_indices_of_a_part_name_the_rows_that_are_missing() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), SPEC)?;
+    let run = |words: &[&str]| ended(flexcrank(at, &[&["sweep", "s.toml"][..], words].concat()));
+    assert_eq!(run(&["--shard", "1/2"])?.0, Some(0));
+    let missing = "error: no scalar has indices: 3 of 6 rows are missing: 1, 3, 5; compute them first: run the sweep\n";
+    assert_eq!(run(&["--indices"])?, (Some(1), missing.to_owned()));
+    assert!(!at.join("s.sweep/indices.csv").exists(), "an empty table is no result");
+    assert_eq!(run(&[])?.0, Some(0));
+    assert_eq!(run(&["--indices"])?.0, Some(0));
+    assert!(at.join("s.sweep/indices.csv").is_file());
+    Ok(())
+}
+
+/// The table was accepted, and never written.
+#[test]
+fn regress_a_table_is_refused_where_none_is_written() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), SPEC)?;
+    let table = |words: &[&str]| flexcrank(at, &[&["sweep", "s.toml", "--table", "runs.csv"][..], words].concat());
+    for words in [&["--shard", "1/2"][..], &["--indices"], &["--plot", "plots", "--scalars", "peak_kinetic_j"]] {
+        let (code, said) = ended(table(words))?;
+        assert!(code == Some(2) && said.contains("cannot be used with") && said.contains("--table"), "{words:?}: {said}");
+    }
+    let mut of_array = table(&[]);
+    of_array.envs([("SLURM_ARRAY_TASK_ID", "1"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_COUNT", "2")]);
+    let (code, said) = ended(of_array)?;
+    assert!(code == Some(2) && said.starts_with("error: --table runs.csv: the scheduler gives this worker a share"), "{said}");
+    assert_eq!(fs::read_dir(at)?.count(), 1, "refused before any work");
+    Ok(())
+}
