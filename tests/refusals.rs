@@ -308,7 +308,7 @@ fn regress_a_spare_needs_levels_deadlines_and_one_service() -> Result<(), Box<dy
     };
     run(scene, &[], "it needs --overrun degrade")?;
     run(scene, &["--overrun", "degrade", "--pace", "max"], "--pace max has none")?;
-    run(scene, &["--overrun", "degrade", "--pace", "lockstep"], "--pace lockstep has none")?;
+    refused(&["run", scene, "--overrun", "degrade", "--pace", "lockstep", "--listen", ALONE], 2, &["--pace lockstep has none"])?;
     run(scene, &["--overrun", "degrade", "--count", "2"], "run one service")?;
     run("crank-slider", &["--overrun", "degrade"], "needs a scene with [[level]] tables")
 }

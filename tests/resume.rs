@@ -184,13 +184,13 @@ fn regress_the_heading_of_a_resumed_session_states_the_level_in_force() -> Outco
 
 /// The session goes on when its recording has stopped, and a crash throws it back to there.
 #[test]
-fn regress_a_recording_that_may_stop_under_a_supervisor_is_warned_of() -> Outcome {
+fn regress_a_recording_that_may_stop_under_a_supervisor_is_told() -> Outcome {
     let folder = tempfile::tempdir()?;
     let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
     command.args(["run", "--supervise", "--no-bus", "--pace", "max", "--until", "0.1", "--record", "run.mcap"]);
     let ended = command.args(["--max-recording-size", "100MB"]).current_dir(folder.path()).stdin(Stdio::null()).output()?;
     let said = String::from_utf8(ended.stderr)?;
-    let warning = "warning: once --max-recording-size has stopped the recording, --supervise brings the session back to there";
+    let warning = "once --max-recording-size has stopped the recording, --supervise brings the session back to there";
     assert!(ended.status.code() == Some(0) && said.matches(warning).count() == 1, "{said}");
     Ok(())
 }

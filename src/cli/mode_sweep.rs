@@ -167,7 +167,10 @@ impl Swept {
                 {
                     let [from, to] = [0, 1].map(|ahead| figure(self.values[after + ahead]));
                     let name = &branch.name;
-                    writeln!(output(), "  {name} cannot be followed between {from}{unit} and {to}{unit}: take smaller steps")?;
+                    writeln!(
+                        output(),
+                        "  {name} cannot be followed between {from}{unit} and {to}{unit}: take smaller steps, unless a vibration ends there, or becomes a growth and a decay"
+                    )?;
                 }
             }
         }

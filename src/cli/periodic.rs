@@ -8,7 +8,6 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_writable};
 use super::formatting::counted;
-use super::mode_figures::percent;
 use super::modes::Args;
 use super::output::{output, print_json};
 use super::progress::bar;
@@ -217,9 +216,8 @@ impl Chart<'_> {
             writeln!(out, "  {multipliers} below 1e-6: such motion is gone after a turn")?;
         }
         for unstable in found.unstable() {
-            let share = unstable.mode.shares.first().map(|share| percent(share.share)).unwrap_or_default();
             let growth = figure(unstable.multiplier.value.norm());
-            writeln!(out, "  {} ({share}) is unstable: it grows {growth} times in a turn", unstable.mode.name())?;
+            writeln!(out, "  {} is unstable: it grows {growth} times in a turn", unstable.mode.name())?;
         }
         match &found.scheme {
             Some(Ok(scheme)) => {

@@ -310,7 +310,7 @@ fn repeated_name(table: &Table) -> Option<&str> {
     let has_numbers = |values: &[f64]| values.iter().any(|value| value.is_finite());
     let of_numbers = table.columns().filter(|(_, values)| has_numbers(values)).map(|(name, _)| name);
     let mut seen = BTreeSet::new();
-    table.word_columns().map(|(name, _)| name).chain(of_numbers).find(|name| !seen.insert(*name))
+    table.word_columns().map(|(name, _)| name).chain(of_numbers).find(|name| !name.is_empty() && !seen.insert(*name))
 }
 
 fn begins_as_parquet(path: &Path) -> bool {

@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexSet;
+use nalgebra::DMatrix;
 
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
@@ -43,6 +44,10 @@ const UNDAMPED: f64 = 1e-8;
 const SMALL_RAD: f64 = 1.0;
 /// Motion grows by itself where an eigenvalue has more than this part of itself in its positive real part; less is rounding.
 const GROWS: f64 = 1e-6;
+/// Parts of an interval between samples of the step response at its beginning, where fast vibrations are largest.
+const PARTS: usize = 200;
+/// A value between samples is told if it is larger than all of them by this part.
+const MISSED: f64 = 0.01;
 /// Samples of the step response.
 const SAMPLES: usize = 1000;
 /// Modes that decide which frequencies are of interest.
@@ -90,6 +95,8 @@ struct Responses {
     phases_deg: Vec<Vec<f64>>,
     times_s: Vec<f64>,
     steps: Vec<Vec<f64>>,
+    /// The beginning of the step response, with [`PARTS`] times as many samples.
+    beginnings: Vec<Vec<f64>>,
 }
 
 pub(super) fn response(args: &Args) -> CommandResult {
@@ -176,8 +183,10 @@ impl Args {
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
         let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
         let step_s = until_s / SAMPLES as f64;
-        let after_step = space.step_response(input, step_s, SAMPLES + 1)?;
-        let row = |output: &usize| after_step.row(*output).iter().copied().collect();
+        let [after_step, beginning] =
+            [step_s, step_s / PARTS as f64].map(|step_s| space.step_response(input, step_s, SAMPLES + 1));
+        let (after_step, beginning) = (after_step?, beginning?);
+        let rows = |of: &DMatrix<f64>| outputs.iter().map(|output| of.row(*output).iter().copied().collect()).collect();
         Ok(Responses {
             input: space.inputs[input].clone(),
             outputs: outputs.iter().map(|output| space.outputs[*output].clone()).collect(),
@@ -185,7 +194,8 @@ impl Args {
             magnitudes,
             phases_deg,
             times_s: (0..=SAMPLES).map(|sample| step_s * sample as f64).collect(),
-            steps: outputs.iter().map(row).collect(),
+            steps: rows(&after_step),
+            beginnings: rows(&beginning),
         })
     }
 
@@ -257,19 +267,36 @@ impl Responses {
             vec![["output", "largest", "at Hz", "phase", "step: largest", "at s", "at its end"].map(str::to_owned).to_vec()];
         for (k, name) in self.outputs.iter().enumerate() {
             let (at, peak) = largest(&self.magnitudes[k]);
-            let (step_at, step) = largest(&self.steps[k]);
+            let (step_at_s, step) = self.missed(k).unwrap_or_else(|| {
+                let (at, value) = largest(&self.steps[k]);
+                (self.times_s[at], value)
+            });
             // Adding 0 makes −0 a 0.
             let phase = format!("{}°", self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN).round() + 0.0);
             let end = self.steps[k].last().copied().unwrap_or(f64::NAN);
-            let numbers = [figure(peak), figure(self.frequencies_hz[at]), phase, figure(step), figure(self.times_s[step_at])];
+            let numbers = [figure(peak), figure(self.frequencies_hz[at]), phase, figure(step), figure(step_at_s)];
             rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());
         }
         Ok(print(&rows, 1)?)
     }
 
-    /// Prints which of the largest values are no resonance, and whether they are beyond small motion.
+    /// Time, s, and size of an output's largest value where that is between the samples of its step response, at the beginning.
+    fn missed(&self, output: usize) -> Option<(f64, f64)> {
+        let (at, value) = largest(&self.beginnings[output]);
+        let interval_s = self.times_s.get(1)? / PARTS as f64;
+        (value.abs() > (1.0 + MISSED) * largest(&self.steps[output]).1.abs()).then_some((interval_s * at as f64, value))
+    }
+
+    /// Prints which of the largest values are no resonance, or between samples, and whether they are beyond small motion.
     fn show_caveats(&self, is_free: bool) -> CommandResult<()> {
         let mut out = output();
+        let missed = (0..self.outputs.len()).filter(|output| self.missed(*output).is_some());
+        let missed: Vec<&str> = missed.map(|output| self.outputs[output].as_str()).collect();
+        if let (false, Some(interval_s)) = (missed.is_empty(), self.times_s.get(1)) {
+            let until_s = figure(interval_s * (SAMPLES / PARTS) as f64);
+            let (names, interval) = (missed.join(", "), figure(*interval_s));
+            writeln!(out, "  {names}: largest between samples, which are {interval} s apart: `--until {until_s}` shows it")?;
+        }
         for (end, place) in [("lower", 0), ("upper", self.frequencies_hz.len().saturating_sub(1))] {
             let names = self.largest_at(place).join(", ");
             if !names.is_empty() {

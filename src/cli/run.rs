@@ -44,7 +44,7 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         let Some(record) = args.supervised_record.take() else {
             if args.max_recording_size.is_some() {
                 say!(
-                    "warning: once --max-recording-size has stopped the recording, --supervise brings the session back to there, without what followed"
+                    "once --max-recording-size has stopped the recording, --supervise brings the session back to there, without what followed"
                 );
             }
             return supervise(&args);

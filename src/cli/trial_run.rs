@@ -7,6 +7,8 @@ use crate::scene::Scene;
 use crate::simulation::{Account, Diverged, EnergyVerdict, Simulation};
 use crate::study::usual_until_s;
 
+/// After these steps, their cost is known well enough.
+const ENOUGH_STEPS: u32 = 20_000;
 /// Looks at the links in a run.
 const LOOKS: f64 = 5000.0;
 
@@ -79,7 +81,8 @@ impl Trial {
             if is_whole && judged.is_none() {
                 judged = Some(simulation.account());
             }
-            if steps > 0 && (is_whole && elapsed >= shortest || elapsed >= longest) {
+            let is_measured = elapsed >= shortest || steps >= ENOUGH_STEPS;
+            if steps > 0 && (is_whole && is_measured || elapsed >= longest) {
                 break;
             }
             let stepping = Instant::now();

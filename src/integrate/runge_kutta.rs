@@ -78,18 +78,6 @@ impl RungeKutta {
         LocalError { q: of(&self.error_v), v: of(&self.error_a) }
     }
 
-    /// Gives a new state the slopes under the loads present, as though a step had ended with them: the error of the first step is taken
-    /// from their change.
-    ///
-    /// # Errors
-    /// [`StepError`] when accelerations cannot be solved for.
-    pub(super) fn begin<S: System>(&mut self, system: &mut S, t_s: f64, state: &mut State) -> Result<(), StepError> {
-        solve_acceleration(system, t_s, &state.q, &state.v, &mut self.a, &mut self.scratch)?;
-        state.alpha.copy_from_slice(&state.v);
-        state.residual.copy_from_slice(&self.a);
-        Ok(())
-    }
-
     /// Error of the velocity by a corner of the acceleration at `part` of the step, over `J h²`: that of Simpson's rule,
     /// `⅔ max(0, ½ − s) + ⅙ (1 − s) − ½ (1 − s)²`. The terms of `local_error` cancel over the steps after it.
     pub(super) fn corner_error(part: f64) -> f64 {
@@ -116,6 +104,12 @@ impl RungeKutta {
             work.add(weight * h_s, system.power(t_s + part_s, &self.q, &self.v, &self.a));
             if stage == 0 {
                 self.first_a.copy_from_slice(&self.a);
+                // A new state that moves has no slopes of a step before, from whose change the error is taken.
+                let is_new = [&state.alpha, &state.residual].iter().all(|slopes| slopes.iter().all(|slope| *slope == 0.0));
+                if is_new && self.v.iter().any(|v| *v != 0.0) {
+                    state.alpha.copy_from_slice(&self.v);
+                    state.residual.copy_from_slice(&self.a);
+                }
                 for i in 0..self.q.len() {
                     self.error_v[i] = h_s / 6.0 * (state.alpha[i] - self.v[i]);
                     self.error_a[i] = h_s / 6.0 * (state.residual[i] - self.a[i]);

@@ -27,6 +27,9 @@ const LISTS: [&str; 7] = ["resistance_table", "table", "changes", "masses_kg", "
 /// their order, and drop what is left.
 fn tables_as_lists(text: &SceneText) -> Vec<SceneError> {
     let mut found = Vec::new();
+    if !text.merged.split('=').skip(1).any(|value| value.trim_start().starts_with('[')) {
+        return found;
+    }
     let mut places: Vec<(String, toml::Value)> = Vec::new();
     let scene: toml::Table = toml::from_str(&text.merged).unwrap_or_default();
     places.extend(scene);

@@ -163,12 +163,6 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
 
     fn begin_as_given(&mut self, law: &DriveLaw, t_s: f64) {
         let State { q, v, a, alpha, residual } = &mut self.state;
-        if matches!(self.integrator, Integrator::RungeKutta(_)) {
-            // It carries the last slopes.
-            alpha.copy_from_slice(v);
-            residual.copy_from_slice(a);
-            return;
-        }
         alpha.copy_from_slice(a);
         self.mechanism.residual(&law.input(t_s), q, v, a, residual);
     }

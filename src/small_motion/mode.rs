@@ -202,8 +202,8 @@ impl Identifier {
         let mut mode = self.named(exponent(vibrates), shape, strain);
         mode.kind = match (mode.shares.first(), vibrates) {
             _ if runs_ahead => Kind::Rotation,
-            _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
             (Some(share), true) => Kind::Vibration(share.part),
+            _ if mode.eigenvalue.im == 0.0 && self.rigid.whole > 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };
         mode

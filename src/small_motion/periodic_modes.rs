@@ -17,8 +17,9 @@ use crate::integrate::{System as _, solve_acceleration};
 
 /// Multipliers below this are motion that is gone after a turn; nothing can be told of it.
 const GONE: f64 = 1e-6;
-/// A multiplier that is nearer to 1 is that of a shift along the motion. Where it is double, any error splits it.
+/// A multiplier that is nearer to 1 than this, or than so many of its errors, is that of a shift along the motion.
 const ALONG: f64 = 1e-4;
+const DOUBLED: f64 = 3.0;
 /// Least likeness of a free crank's own motion to the velocities, 0 to 1.
 const ALIKE: f64 = 0.5;
 /// Largest error of a multiplier that is resolved, as a part of it.
@@ -120,6 +121,10 @@ impl Subject {
             let approached = self.approached(angle_rad, speed_rad_per_s).ok_or(refusal)?;
             of_physics(&mut system, period_s, &approached, accuracy, &settings)
         })?;
+        let mut found = found;
+        if !self.is_held() {
+            err_as_the_shift(&mut found.multipliers);
+        }
         let point = start_of(&mut system, &found.orbit)?;
         let own = Guess { q: found.orbit.q.clone(), v: found.orbit.v.clone(), advance: Some(found.orbit.advance.clone()) };
         let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
@@ -185,18 +190,19 @@ impl Subject {
         let told: Vec<_> = found.multipliers.iter().filter(is_told).filter_map(with_shape).collect();
         let along = DVector::from_iterator(n, found.orbit.v.iter().map(|v| Complex::from(*v)));
         let shapes: Vec<_> =
-            told.iter().map(|(multiplier, (shape, _))| (multiplier.value, alike(&identifier.system, shape, &along))).collect();
+            told.iter().map(|(multiplier, (shape, _))| (*multiplier, alike(&identifier.system, shape, &along))).collect();
         let ahead = if self.is_held() { Vec::new() } else { running_ahead(&shapes) };
+        let of_scheme = {
+            let with_shapes: Vec<_> = told.iter().map(|(multiplier, (shape, _))| (multiplier.value, shape)).collect();
+            partners(&identifier.system, &with_shapes, &own)
+        };
         let mut modes = Vec::new();
-        for (place, (multiplier, (shape, rates))) in told.into_iter().enumerate() {
+        for ((place, (multiplier, (shape, rates))), by_scheme) in told.into_iter().enumerate().zip(of_scheme) {
             let square = inner(&identifier.system, &shape, &shape).re;
             let size_per_s = (inner(&identifier.system, &rates, &rates).re / square).sqrt();
-            let quotient = inner(&identifier.system, &shape, &rates) / square;
-            let by_scheme = own.iter().max_by(|one, other| {
-                let alike = |(_, other): &(Complex<f64>, DVector<Complex<f64>>)| alike(&identifier.system, &shape, other);
-                alike(one).total_cmp(&alike(other))
-            });
-            let by_scheme = by_scheme.map(|(value, _)| *value);
+            // Of one link alone, the modes are those of a steady state.
+            let is_steady = self.chain().is_some_and(|chain| chain.links.len() == 1);
+            let quotient = if is_steady { inner(&identifier.system, &shape, &rates) / square } else { Complex::from(0.0) };
             let value = |vibrates| match vibrates {
                 true => exponent(multiplier.value, period_s, (quotient, size_per_s)),
                 false => exponent(multiplier.value, period_s, (Complex::from(0.0), 0.0)),
@@ -271,17 +277,18 @@ fn start_of(system: &mut DrivenMechanism<'_, dyn crate::mechanics::Mechanism>, o
 
 /// Places of the multipliers of a free crank's own motion, given each with how much its shape is like the velocities: the shift along the
 /// motion, whose multiplier is 1, and a change of its speed. That is real, too, and of those the most alike. Where a link's bending has
-/// come into step with the crank, its two multipliers are also real.
-fn running_ahead(shapes: &[(Complex<f64>, f64)]) -> Vec<usize> {
-    let from_one = |place: &usize| (shapes[*place].0 - 1.0).norm();
-    let is_real = |place: &usize| {
-        from_one(place) < ALONG || shapes[*place].0.re > 0.0 && shapes[*place].0.im.abs() <= 1e-12 * shapes[*place].0.norm()
-    };
-    let mut real: Vec<usize> = (0..shapes.len()).filter(is_real).collect();
-    real.sort_by(|one, other| from_one(one).total_cmp(&from_one(other)));
-    let Some((shift, others)) = real.split_first() else { return Vec::new() };
-    let faster = others.iter().copied().max_by(|one, other| shapes[*one].1.total_cmp(&shapes[*other].1));
-    std::iter::once(*shift).chain(faster).filter(|place| shapes[*place].1 >= ALIKE).collect()
+/// come into step with the crank, its two multipliers are also real. Of an undamped crank, 1 is double, and any error splits it: by a pair
+/// that is conjugate, or real.
+fn running_ahead(shapes: &[(Multiplier, f64)]) -> Vec<usize> {
+    let value = |place: usize| shapes[place].0.value;
+    let from_one = |place: usize| (value(place) - 1.0).norm();
+    let is_real = |place: usize| value(place).re > 0.0 && value(place).im.abs() <= 1e-12 * value(place).norm();
+    let is_shift = |place: &usize| shapes[*place].1 >= ALIKE && from_one(*place) <= ALONG.max(DOUBLED * shapes[*place].0.error);
+    let shifts = (0..shapes.len()).filter(is_shift);
+    let Some(shift) = shifts.min_by(|one, other| from_one(*one).total_cmp(&from_one(*other))) else { return Vec::new() };
+    let others = (0..shapes.len()).filter(|place| *place != shift && is_real(shift) && is_real(*place));
+    let faster = others.max_by(|one, other| shapes[*one].1.total_cmp(&shapes[*other].1));
+    std::iter::once(shift).chain(faster.filter(|place| shapes[*place].1 >= ALIKE)).collect()
 }
 
 fn is_gone(multiplier: &Multiplier) -> bool {
@@ -304,6 +311,39 @@ fn inner(system: &Linearised, x: &DVector<Complex<f64>>, y: &DVector<Complex<f64
     system.mass.iter().map(|(i, j, value)| x[i].conj() * y[j] * value).sum()
 }
 
+/// For each multiplier the one of a scheme whose value and shape are nearest, each of which is given once. Two of a free crank have shapes
+/// that are nearly the same.
+fn partners(
+    system: &Linearised,
+    modes: &[(Complex<f64>, &DVector<Complex<f64>>)],
+    own: &[(Complex<f64>, DVector<Complex<f64>>)],
+) -> Vec<Option<Complex<f64>>> {
+    let distance = |(value, shape): &(Complex<f64>, &DVector<Complex<f64>>),
+                    (of_scheme, other): &(Complex<f64>, DVector<Complex<f64>>)| {
+        (value - of_scheme).norm() / (value.norm() + of_scheme.norm()) + 1.0 - alike(system, shape, other)
+    };
+    let pairs = |i: usize| own.iter().enumerate().map(move |(j, own)| (i, j, own));
+    let mut pairs: Vec<(f64, usize, usize)> =
+        (0..modes.len()).flat_map(pairs).map(|(i, j, own)| (distance(&modes[i], own), i, j)).collect();
+    pairs.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let (mut found, mut taken) = (vec![None; modes.len()], vec![false; own.len()]);
+    for (_, i, j) in pairs {
+        if found[i].is_none() && !taken[j] {
+            (found[i], taken[j]) = (Some(own[j].0), true);
+        }
+    }
+    found
+}
+
+/// No time enters the motion of a free crank, so that one of its multipliers is 1. What is computed for it shows an error that two numbers
+/// of steps may share, as where both cut the corners of a resistance table alike: no other multiplier is known better.
+fn err_as_the_shift(multipliers: &mut [Multiplier]) {
+    let off = multipliers.iter().map(|multiplier| (multiplier.value - 1.0).norm()).fold(f64::INFINITY, f64::min);
+    for multiplier in multipliers.iter_mut().filter(|_| off.is_finite()) {
+        multiplier.error = multiplier.error.max(off * multiplier.value.norm());
+    }
+}
+
 fn alike(system: &Linearised, x: &DVector<Complex<f64>>, y: &DVector<Complex<f64>>) -> f64 {
     inner(system, x, y).norm_sqr() / (inner(system, x, x).re * inner(system, y, y).re)
 }
@@ -311,8 +351,8 @@ fn alike(system: &Linearised, x: &DVector<Complex<f64>>, y: &DVector<Complex<f64
 /// λ: `ln ρ/T`, its frequency moved by whole turns to the place nearest to one that is known roughly.
 ///
 /// In a steady state the velocities ψ are λ times the displacements φ, and `λ = φᴴ M ψ / φᴴ M φ`. Where velocities are those in a frame at
-/// rest, the part that comes from the rotation is at right angles to the displacements, and hardly counts. A mode that has come into step
-/// with the crank has a real shape, and this quotient is real: there, the ratio of the sizes `√(ψᴴ M ψ / φᴴ M φ)` is near |λ|.
+/// rest, the part that comes from the rotation is at right angles to the displacements, and hardly counts. In a motion that is periodic
+/// alone, the quotient is 0 here, and the ratio of the sizes `√(ψᴴ M ψ / φᴴ M φ)` at the beginning of the turn is near |λ|.
 fn exponent(multiplier: Complex<f64>, period_s: f64, (quotient, size_per_s): (Complex<f64>, f64)) -> Complex<f64> {
     let (turn, own) = (TAU / period_s, multiplier.arg() / period_s);
     let rate = multiplier.norm().ln() / period_s;

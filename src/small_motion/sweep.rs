@@ -80,6 +80,12 @@ pub fn is_uncertain(before: &[Mode], after: &[Mode], count: usize) -> bool {
     !before.is_empty() && !after.is_empty() && found.iter().take(count).any(lost)
 }
 
+/// Whether one mode grows and the other decays, neither of which vibrates: of what falls away from rest, both have one shape.
+fn is_opposite(one: &Mode, other: &Mode) -> bool {
+    let [one, other] = [one, other].map(|mode| mode.eigenvalue);
+    one.im == 0.0 && other.im == 0.0 && one.re * other.re < 0.0
+}
+
 /// Place and likeness among `modes` of each that is known: pairs in the order of their likeness, each mode taken once.
 fn matches(known: &[Option<&Mode>], modes: &[Mode]) -> Vec<Option<(usize, f64)>> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
@@ -87,6 +93,7 @@ fn matches(known: &[Option<&Mode>], modes: &[Mode]) -> Vec<Option<(usize, f64)>>
         for (place, mode) in modes.iter().enumerate() {
             let alike = match before.kind {
                 Kind::Masses => f64::from(u8::from(before.number == mode.number)),
+                _ if is_opposite(before, mode) => 0.5 * likeness(&before.links, &mode.links),
                 _ => likeness(&before.links, &mode.links),
             };
             pairs.push((alike, k, place));
