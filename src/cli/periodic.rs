@@ -203,6 +203,10 @@ impl Chart<'_> {
             ]);
         }
         print(&rows, 1)?;
+        if self.rows.first().is_some_and(|row| !row.subject.turns_steadily()) {
+            let own = figure(1.0 / found.orbit.cycle.period_s);
+            writeln!(out, "  Hz are known up to whole multiples of {own} Hz, and up to their sign")?;
+        }
         let faster = found.modes.len() - resolved().count();
         match faster {
             0 => {}

@@ -101,6 +101,9 @@ pub(super) fn plot(args: &Args) -> CommandResult {
     let sources = args.files.iter().enumerate().map(open).collect::<CommandResult<Vec<_>>>();
     bar.finish_and_clear();
     let mut sources = sources?;
+    if args.overlay && sources.iter().any(Source::has_session_time) {
+        sources.iter_mut().for_each(Source::go_by_session_time);
+    }
     let sentences = |source: &Source| {
         let straight_links = args.y.is_empty().then(|| source.straight_links()).flatten();
         let columns: Vec<String> = args.y.iter().chain(&args.x).cloned().collect();

@@ -65,6 +65,21 @@ impl Source {
         Ok(Source { path: path.to_owned(), stem, tables, recorded, whole, none: Table::default() })
     }
 
+    /// Whether its figures go by the time since it began: it is a recording with resets.
+    pub fn has_session_time(&self) -> bool {
+        plot::time_column(&self.tables) == plot::SESSION_TIME
+    }
+
+    /// Draws its figures over the time since it began, beside a recording with resets. Without resets, that is simulated time.
+    pub fn go_by_session_time(&mut self) {
+        if !self.has_session_time() {
+            for topic in &mut self.tables {
+                let times = topic.table.column(plot::SIMULATED_TIME).map(<[f64]>::to_vec);
+                times.into_iter().for_each(|times| topic.table.push(plot::SESSION_TIME, times));
+            }
+        }
+    }
+
     /// Number of folders in its path.
     pub fn depth(&self) -> usize {
         self.path.components().count().saturating_sub(1)

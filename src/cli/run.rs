@@ -44,7 +44,8 @@ pub(super) fn run(mut args: Args) -> CommandResult {
         let Some(record) = args.supervised_record.take() else {
             if args.max_recording_size.is_some() {
                 say!(
-                    "once --max-recording-size has stopped the recording, --supervise brings the session back to there, without what followed"
+                    "once --max-recording-size has stopped the recording, --supervise brings the session back to there, without \
+                     what followed"
                 );
             }
             return supervise(&args);
@@ -101,7 +102,8 @@ pub(super) fn run(mut args: Args) -> CommandResult {
 /// Refuses a run for whose steps nobody can ask.
 fn check_asked(args: &Args) -> CommandResult<()> {
     if args.no_bus && args.pace == Pace::Lockstep && !args.foxglove.has_control() {
-        let problem = "--pace lockstep takes the steps that clients ask for, and with --no-bus nobody can ask: give another pace, such as max";
+        let problem = "--pace lockstep takes the steps that clients ask for, and with --no-bus nobody can ask: give another pace, \
+                       such as max";
         return Err(Failure::Usage(problem.to_owned()));
     }
     Ok(())

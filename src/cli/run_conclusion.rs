@@ -54,6 +54,9 @@ pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option
         (ExitStatus::Untrusted, Some(remedy)) => say!("not to be trusted: {remedy}"),
         _ => return done,
     }
+    if is_rated {
+        say!("they judge steps of fixed cost with `--set solver.corrections=N`, N being the number that --fixed-cost found");
+    }
     let commands: u64 = reports.iter().map(commands_before_stop).sum();
     if commands > 0 {
         say!("that holds for the scene as it began, without the {} that this session accepted", counted(commands, "command"));

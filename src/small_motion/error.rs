@@ -18,12 +18,16 @@ pub enum FloquetError {
         needed: usize,
     },
     /// A step failed: the equations are singular there, or the motion leaves every bound.
-    #[error("the step at {} s failed: {source}", shown_s(*time_s))]
+    #[error(
+        "no periodic motion was found: the step at {} s failed on the way to it: {cause}. A motion may exist: try a speed nearby, or a \
+         sweep of speeds, each of which starts from the one before",
+        shown_s(*time_s)
+    )]
     Step {
         /// Beginning of the step.
         time_s: f64,
         /// Reason.
-        source: StepError,
+        cause: StepError,
     },
     /// A free crank does not turn by whole turns in a period.
     #[error("the crank turns by {turns:.3} turns in a period; a better guess or an explicit `advance` is needed")]

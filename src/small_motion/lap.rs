@@ -51,7 +51,7 @@ pub(super) fn lap<S: PeriodicSystem>(
     carried: &[f64],
 ) -> Result<Lap, FloquetError> {
     let (mut time_s, h_s) = (0.0, cycle.step_s());
-    let failed = |time_s: f64| move |source: StepError| FloquetError::Step { time_s, source };
+    let failed = |time_s: f64| move |cause: StepError| FloquetError::Step { time_s, cause };
     trajectory.begin(system, time_s, carried).map_err(failed(time_s))?;
     for _ in 0..cycle.steps {
         trajectory.step(system, time_s, h_s).map_err(failed(time_s))?;

@@ -124,7 +124,7 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
         let mut carried = [&guess.q[..], &guess.v].concat();
         if trajectory.carried_len() > carried.len() {
             let a = trajectory.accelerations(system, 0.0, &guess.q, &guess.v);
-            carried.extend(a.map_err(|source| FloquetError::Step { time_s: 0.0, source })?);
+            carried.extend(a.map_err(|cause| FloquetError::Step { time_s: 0.0, cause })?);
         }
         let held = crank_row(system, &guess.q).map(|row| (row, DVector::from_column_slice(&guess.q)));
         let lap = lap(system, &mut trajectory, cycle, &carried)?;
@@ -166,7 +166,7 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
         let later = &q + self.advance.rows(0, n);
         let mut accelerations = |time_s: f64, q: &DVector<f64>| {
             let a = self.trajectory.accelerations(self.system, time_s, q.as_slice(), v.as_slice());
-            a.map(DVector::from_vec).map_err(|source| FloquetError::Step { time_s, source })
+            a.map(DVector::from_vec).map_err(|cause| FloquetError::Step { time_s, cause })
         };
         let (first, last) = (accelerations(0.0, &q)?, accelerations(period_s, &later)?);
         let difference = (&last - &first).amax();

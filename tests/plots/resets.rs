@@ -12,7 +12,7 @@ use flexcrank::study::Table;
 use flexcrank::wire::{self, control::Action};
 use tempfile::TempDir;
 
-use super::common::{Outcome, Service};
+use super::common::{self, Outcome, Service};
 use super::{complaint, plot, texts};
 
 /// Wall clock at the start of the recording, s since 1970.
@@ -170,5 +170,20 @@ fn regress_the_range_on_the_page_of_a_recording_with_resets_can_be_chosen() -> O
     let refused = plot(at, &["reset.mcap", "--from", "0.5"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(complaint(&refused).contains("the recording covers 0 s to 0.4 s"), "{}", complaint(&refused));
+    Ok(())
+}
+
+/// The axes of time had two names, so that nothing was laid over one another.
+#[test]
+fn regress_a_recording_with_resets_is_laid_over_one_without() -> Outcome {
+    let folder = recorded_reset()?;
+    let at = folder.path();
+    let (_, plain) = Service::start(common::scene(&[])?, Pace::Max, Some(0.4), PublishRate::Hz(500.0))?.finish()?;
+    std::fs::copy(plain.path().join("run.mcap"), at.join("plain.mcap"))?;
+    let output = plot(at, &["plain.mcap", "reset.mcap", "--overlay", "-o", "both", "--format", "svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    assert!(at.join("both/overlay-angles.svg").exists() && !at.join("both/overlay-angles-2.svg").exists());
+    let output = plot(at, &["plain.mcap", "reset.mcap", "--overlay", "--y", "work_in_j", "-o", "work.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     Ok(())
 }

@@ -75,13 +75,15 @@ pub(super) fn light_material(link: &Link) -> Option<String> {
 pub(super) fn strong_damping(link: &Link) -> Option<String> {
     let bar = link.bar.filter(|_| !link.rigid)?;
     let stiffness_per_mass = bar.bending_stiffness_nm2() / bar.mass_per_length_kg_per_m();
-    let ratio = 0.5 * (PI / link.length_m).powi(2) * stiffness_per_mass.sqrt() * link.damping_s;
+    let between_pins_rad_per_s = (PI / link.length_m).powi(2) * stiffness_per_mass.sqrt();
+    let ratio = 0.5 * between_pins_rad_per_s * link.damping_s;
     let warning = || {
+        let hz = figure(between_pins_rad_per_s / (2.0 * PI));
         let (name, given, percent) = (link.name.as_str(), figure(link.damping_s), 100.0 * ratio);
         let strength = if ratio < 1.0 { format!("by some {percent:.0} % of critical") } else { "beyond critical".to_owned() };
         format!(
-            "{name}.damping_s = {given} damps its first bending mode {strength}: it is a time in s, not a damping ratio: see \
-             `flexcrank guide scenes`"
+            "{name}.damping_s = {given} damps its first bending between two pins, of {hz} Hz, {strength}: it is a time in s, not a \
+             damping ratio: see `flexcrank guide scenes`"
         )
     };
     (link.damping_s >= LEAST_DAMPING_RATIO && ratio >= STRONG_DAMPING).then(warning)
