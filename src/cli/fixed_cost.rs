@@ -28,7 +28,7 @@ pub(super) fn with_fixed_cost(source: &SceneSource) -> CommandResult<SceneSource
     Ok(source.with(&rating.keys())?)
 }
 
-/// What a run that diverged says, with its remedy.
+/// The words of a run that diverged, with its remedy.
 fn diverged(source: &SceneSource, why: &NotRated) -> String {
     let remedy = step_remedy(std::iter::once(&source.scene)).map(|remedy| format!("\n{remedy}"));
     format!("--fixed-cost: {}: {why}{}", source.origin, remedy.unwrap_or_default())

@@ -89,7 +89,7 @@ fn severity(done: ExitStatus) -> u8 {
     }
 }
 
-/// What is said of steps of fixed cost that left more than the tolerance, with the way to fewer of them.
+/// The warning of steps of fixed cost that left more than the tolerance, with the way to fewer of them.
 fn unconverged(steps: u64, is_rated: bool) -> String {
     let what = match is_rated {
         true => "they are less exact than rated; more solver.corrections in place of --fixed-cost, or a shorter step, leave less",

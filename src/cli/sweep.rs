@@ -214,7 +214,7 @@ fn merged(merged: &Merged, campaign: &Campaign) -> CommandResult {
     Err(Failure::Failed(are_missing(&merged.missing, campaign)))
 }
 
-/// How many rows are missing, and the first of them.
+/// The number of rows that are missing, and the first of them.
 fn are_missing(missing: &[Range<u64>], campaign: &Campaign) -> String {
     let range = |range: &Range<u64>| match range.end - range.start {
         1 => range.start.to_string(),

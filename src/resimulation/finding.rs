@@ -173,7 +173,7 @@ fn missing(count: u64) -> String {
     if count == 1 { "1 step that was due is missing".to_owned() } else { format!("{count} steps that were due are missing") }
 }
 
-/// What was lost before a recovery, in words.
+/// The loss before a recovery, in words.
 fn lost_before(missing: Option<u64>) -> String {
     match missing {
         None => "anything after its end is lost".to_owned(),

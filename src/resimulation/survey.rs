@@ -18,7 +18,7 @@ use crate::wire::{Gap, Message, Stamp, Topic};
 /// Name of the metadata record of a recovered recording.
 const RECOVERED: &str = "flexcrank-recovered";
 
-/// What is wrong with a log time that is not that of its stamp.
+/// The fault of a log time that is not that of its stamp.
 const DIFFERS: &str = "the log time differs from the stamp";
 
 /// Largest number of findings kept of single messages, so that a small file full of empty messages does not fill the memory.
@@ -229,7 +229,7 @@ impl<'a> Reading<'a> {
         survey
     }
 
-    /// What a recovered recording lacks; `None` if it lacks nothing: its end is there, and as many messages as that counts.
+    /// The loss of a recovered recording; `None` if its end is there, and as many messages as that counts.
     fn lossy_recovery(&self) -> Option<Finding> {
         let counts = self.channels.counts();
         let lost = |(topic, stated): (&String, &u64)| stated.saturating_sub(counts.get(topic).copied().unwrap_or(0));

@@ -47,6 +47,15 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
     values.map(f64::abs).fold(0.0, f64::max)
 }
 
+/// The largest error of the first link's angle at the study's instants, by a loop of its own, rad.
+fn angle_error_rad(source: &SceneSource, grid: &Grid, configuration: &Configuration, truth_rad: &dyn Fn(f64) -> f64) -> f64 {
+    let mut simulation = Simulation::new(&configuration.scene(&source.scene)).unwrap();
+    most((1..=grid.count).map(|instant| {
+        (0..grid.steps(configuration.step_s)).for_each(|_| simulation.step().unwrap());
+        simulation.observe().unwrap().links[0].chord_rad - truth_rad(instant as f64 * grid.interval_s)
+    }))
+}
+
 #[test]
 fn val_the_uncertainty_of_the_reference_counts_a_ringing() {
     let source = SceneSource::parse("balance.toml", BALANCE, &[]).unwrap();
@@ -131,11 +140,7 @@ fn val_the_uncertainty_of_the_reference_counts_a_ringing_of_the_base() {
         let question = Question { until_s: Some(1.0), ..ask(selection.clone(), &[OutputGroup::Angle], budget_s) };
         let study = answer(&source, &Question { enough: Some(1e-2), ..question });
         let (row, measured) = study.measured().next().unwrap();
-        let mut simulation = Simulation::new(&row.configuration.scene(&source.scene)).unwrap();
-        let error = most((1..=study.grid.count).map(|instant| {
-            (0..study.grid.steps(row.configuration.step_s)).for_each(|_| simulation.step().unwrap());
-            simulation.observe().unwrap().links[0].chord_rad - truth_rad(instant as f64 * study.grid.interval_s)
-        }));
+        let error = angle_error_rad(&source, &study.grid, &row.configuration, &truth_rad);
         let reference = &study.reference;
         let [stated, uncertainty] = [&measured.errors, &reference.estimate].map(|errors| errors.of(OutputGroup::Angle));
         let seen =
@@ -241,11 +246,7 @@ fn val_a_small_ringing_that_a_refinement_resolves_is_no_longer_uncertain() {
     let selection = Selection { models, integrators, steps_s: vec![4e-4], ..Selection::default() };
     let study = answer(&source, &Question { enough: Some(3e-6), ..ask(selection, &[OutputGroup::Angle], 10.0) });
     let (row, measured) = study.measured().next().unwrap();
-    let mut simulation = Simulation::new(&row.configuration.scene(&source.scene)).unwrap();
-    let error = most((1..=study.grid.count).map(|instant| {
-        (0..study.grid.steps(row.configuration.step_s)).for_each(|_| simulation.step().unwrap());
-        simulation.observe().unwrap().links[0].chord_rad - truth_rad(instant as f64 * study.grid.interval_s)
-    }));
+    let error = angle_error_rad(&source, &study.grid, &row.configuration, &truth_rad);
     let reference = &study.reference;
     let [stated, uncertainty] = [&measured.errors, &reference.estimate].map(|errors| errors.of(OutputGroup::Angle));
     let seen = format!("{stated} ± {uncertainty} for {error}, {}, {:?}", reference.configuration, reference.left_out);

@@ -2,7 +2,7 @@
 
 use crate::wire::Stamp;
 
-/// How many samples of a recording lie between the steps of a changed session.
+/// The number of samples of a recording that lie between the steps of a changed session.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SampleTimes {
     /// Samples in the recording.

@@ -114,7 +114,7 @@ impl Campaign {
         }
     }
 
-    /// What to write in place of a range whose value a key refused because it is not whole; else nothing.
+    /// A hint at the list to write in place of a range whose value a key refused because it is not whole; else nothing.
     fn range_hint(&self, refused: &SceneError) -> &'static str {
         let is_of_range = |axis: &Axis| axis.key == refused.key && matches!(axis.levels, Levels::Range { .. });
         let is_whole = refused.value.as_deref().is_some_and(|value| value.parse::<i64>().is_ok());
