@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use super::argument_tips::with_tips;
+use super::argument_tips::{detached_value, with_tips};
 use super::failure::Failure;
 use super::output::of_standard_output;
 
@@ -48,6 +48,7 @@ impl Cli {
     pub(super) fn of_process() -> Result<Cli, ExitCode> {
         let (mut command, words) = (Cli::complete_command(), std::env::args_os().collect::<Vec<_>>());
         let parsed = command.try_get_matches_from_mut(&words);
+        let parsed = parsed.and_then(|matches| detached_value(&command, &words).map_or(Ok(matches), Err));
         parsed.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|error| print(with_tips(error, &command, &words)))
     }
 }

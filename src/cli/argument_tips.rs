@@ -10,6 +10,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind as Kind};
 use super::client_args::file_hint;
 use super::values::{finite, seconds};
 use crate::decimal_comma::decimal_comma_hint;
+use crate::nearest::nearest;
 use crate::recording::begins_as_mcap;
 use crate::scene::builtin;
 
@@ -22,7 +23,7 @@ struct Meaning {
     tip: &'static str,
 }
 
-const MEANINGS: [Meaning; 3] = [
+const MEANINGS: [Meaning; 4] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
         option: "--until",
@@ -41,6 +42,12 @@ const MEANINGS: [Meaning; 3] = [
         command: None,
         tip: "the option for the recording is --record PATH",
     },
+    Meaning {
+        names: &["--held", "--free"],
+        option: "--crank",
+        command: None,
+        tip: "the option for the crank is --crank held or --crank free",
+    },
 ];
 
 /// Adds a way on to an error of the arguments: the commands there are, the place of files, scenes and options, an option by its name
@@ -48,7 +55,8 @@ const MEANINGS: [Meaning; 3] = [
 pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[OsString]) -> clap::Error {
     let given = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].iter().find_map(|kind| error.get(*kind));
     let given = given.map(ToString::to_string).unwrap_or_default();
-    let before = words.iter().skip(1).take_while(|word| **word != *given);
+    // `help control pause` is about `control pause`.
+    let before = words.iter().skip(1).skip_while(|word| *word == "help").take_while(|word| **word != *given);
     let innermost = before.fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
     let command = if innermost.has_subcommands() { innermost } else { root };
     let (is_option, is_root) = (given.starts_with('-'), innermost.get_name() == root.get_name());
@@ -60,9 +68,8 @@ pub(super) fn with_tips(mut error: clap::Error, root: &clap::Command, words: &[O
         _ => None,
     };
     let first = long.as_deref().unwrap_or(&given);
-    let is_of_run = |word: &str| with_options.get_arguments().any(|arg| arg.get_long() == word.strip_prefix("--"));
-    let has_place = is_root && (!first.starts_with('-') || is_of_run(first.split('=').next().unwrap_or_default()));
-    let place = if has_place { place_of(first) } else { None };
+    let place =
+        if is_root { place_of(first).filter(|_| !first.starts_with('-')).or_else(|| option_of_run(first, root)) } else { None };
     let dashes = long.map(|long| format!("a long option has two dashes: {long}"));
     let joined = in_one_word(&given, innermost, words);
     let meaning = if error.kind() == Kind::UnknownArgument { other_name_tip(&given, innermost, words) } else { None };
@@ -137,8 +144,45 @@ fn place_of(word: &str) -> Option<String> {
         return Some(format!("a table stands after a command: flexcrank plot {word}"));
     }
     let is_file = word.contains(['.', '/', '\\']) && !path.is_dir() || path.is_file();
-    let belongs_to_run = is_file || word.starts_with('-') || builtin::find(word).is_ok();
-    belongs_to_run.then(|| format!("scenes and options of a run stand after `run`: flexcrank run {word}"))
+    (is_file || builtin::find(word).is_ok()).then(|| after_run(word))
+}
+
+/// The place of an option of `run`, or of one whose name is near, where no command was given.
+fn option_of_run(word: &str, root: &clap::Command) -> Option<String> {
+    let given = word.split('=').next()?.strip_prefix("--")?;
+    let of = |command: &clap::Command| -> Vec<String> {
+        command.get_arguments().filter(|arg| !arg.is_hide_set()).filter_map(clap::Arg::get_long).map(str::to_owned).collect()
+    };
+    let (own, of_run) = (of(root), of(root.find_subcommand("run")?));
+    // A slip in an option of every command has clap's tip.
+    let near = nearest(given, own.iter().chain(&of_run).map(String::as_str))?;
+    of_run.iter().find(|option| *option == near && !own.contains(option)).map(|option| after_run(&format!("--{option}")))
+}
+
+fn after_run(word: &str) -> String {
+    format!("scenes and options of a run stand after `run`: flexcrank run {word}")
+}
+
+/// A refusal of a word that was read as a scene, but is the value of the option before it, which follows an equals sign.
+pub(super) fn detached_value(root: &clap::Command, words: &[OsString]) -> Option<clap::Error> {
+    let innermost = words.iter().skip(1).fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
+    let optional = |option: &str| {
+        innermost.get_arguments().any(|arg| arg.get_long() == option.strip_prefix("--") && arg.is_require_equals_set())
+    };
+    let is_there = |word: &str| {
+        let path = Path::new(word);
+        let is_named_as_file = path.extension().is_some_and(|ending| ending == "toml" || ending == "mcap");
+        path.exists() || is_named_as_file || builtin::find(word).is_ok()
+    };
+    (1..words.len()).find_map(|at| {
+        let (option, value) = (words[at - 1].to_str()?, words[at].to_str()?);
+        let is_detached = option.starts_with("--") && optional(option) && !value.starts_with('-') && !is_there(value);
+        let joined = || [&words[..at - 1], &[OsString::from(format!("{option}={value}"))], &words[at + 1..]].concat();
+        let is_value = is_detached && root.clone().try_get_matches_from(joined()).is_ok();
+        let said =
+            format!("{value}: no scene or file of this name\n\n  tip: the value follows an equals sign: {option}={value}\n");
+        is_value.then(|| clap::Error::raw(Kind::ValueValidation, said))
+    })
 }
 
 /// The long option of a command that a word names after one dash: `-until`.
@@ -182,7 +226,7 @@ mod tests {
     use std::ffi::OsString;
 
     use super::super::args::Cli;
-    use super::with_tips;
+    use super::{detached_value, with_tips};
 
     /// The refusal of a line, with its tip; nothing if it is accepted.
     fn refusal(line: &str) -> String {
@@ -190,6 +234,45 @@ mod tests {
         let mut command = Cli::complete_command();
         let refused = command.try_get_matches_from_mut(&words).err();
         refused.map(|error| with_tips(error, &command, &words).to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn regress_help_of_an_unknown_command_of_a_command_lists_its_commands() {
+        for line in ["help control nosuch", "control crank nosuch"] {
+            assert!(refusal(line).contains("tip: the commands are pause, resume, "), "{line}: {}", refusal(line));
+        }
+    }
+
+    /// The scene was blamed: `10: not a built-in scene, nor a file`.
+    #[test]
+    fn regress_a_value_after_a_space_is_no_scene() {
+        let refused = |line: &str| {
+            let words: Vec<OsString> = std::iter::once("flexcrank").chain(line.split(' ')).map(OsString::from).collect();
+            detached_value(&Cli::complete_command(), &words).map(|error| error.to_string()).unwrap_or_default()
+        };
+        for (line, joined) in [
+            ("run --scene-updates 10 --no-record", "--scene-updates=10"),
+            ("run --foxglove 127.0.0.1:9000", "--foxglove=127.0.0.1:9000"),
+            ("run crank-slider --ros2 5", "--ros2=5"),
+        ] {
+            assert!(
+                refused(line).contains(&format!("tip: the value follows an equals sign: {joined}\n")),
+                "{line}: {}",
+                refused(line)
+            );
+        }
+        for line in
+            ["run --foxglove crank-slider", "run --ros2 arm.toml", "run --foxglove=127.0.0.1:9000", "list --wait", "run 10"]
+        {
+            assert_eq!(refused(line), "", "{line}");
+        }
+    }
+
+    /// Those of a scene were refused, and the scene itself was not looked at.
+    #[test]
+    fn regress_the_modes_of_a_service_are_of_no_scene() {
+        assert!(refusal("modes nosuch.toml --live crank").contains("cannot be used with"));
+        assert_eq!(refusal("modes --live crank"), "");
     }
 
     /// Checks the tips of lines; an empty one stands for none.
@@ -286,6 +369,9 @@ mod tests {
             ("info take.mcap -quiet", "a long option has two dashes: --quiet"),
             ("replay take.mcap -rate 2", "a long option has two dashes: --rate"),
             ("-until 3", "scenes and options of a run stand after `run`: flexcrank run --until"),
+            ("--until 3", "scenes and options of a run stand after `run`: flexcrank run --until"),
+            ("--untill 3", "scenes and options of a run stand after `run`: flexcrank run --until"),
+            ("--nonsense 3", ""),
             ("run -u 3", ""),
         ]);
     }

@@ -58,6 +58,9 @@ pub(super) fn export(args: Args) -> CommandResult {
     if let Some(to) = to.filter(|to| from > *to) {
         return Err(Failure::Usage(format!("--from {from} must not be after --to {to}")));
     }
+    if !columns.is_empty() && csv.is_none() && parquet.is_none() {
+        return Err(Failure::Usage("--columns chooses columns of tables: it needs --csv or --parquet".to_owned()));
+    }
     ros2.as_deref().map_or(Ok(()), must_suit_recording)?;
     [&csv, &parquet, &ros2].into_iter().flatten().try_for_each(|path| must_have_folder(path))?;
     [&csv, &parquet].into_iter().flatten().try_for_each(|folder| may_be_folder(folder))?;

@@ -64,8 +64,8 @@ const HALVINGS: usize = 5;
 const MOST_POINTS: usize = 16;
 /// Modes beyond those asked for that are followed along a sweep, since they may cross.
 const BEYOND: usize = 4;
-/// Options of a scene: they go neither with --live nor with --wait.
-const NOT_OF_SERVICES: [&str; 8] = ["angle", "speed", "periodic", "over", "csv", "plot", "overrides", "crank"];
+/// The scene and its options: they go neither with --live nor with --wait.
+const NOT_OF_SERVICES: [&str; 9] = ["target", "angle", "speed", "periodic", "over", "csv", "plot", "overrides", "crank"];
 
 #[derive(Debug, clap::Args)]
 // Beside an option that conflicts with --live, clap does not ask for --live.
@@ -170,7 +170,7 @@ pub(super) fn modes(args: &Args) -> CommandResult {
 }
 
 impl Args {
-    fn modes(&self) -> usize {
+    pub(super) fn modes(&self) -> usize {
         usize::try_from(self.count).unwrap_or(usize::MAX)
     }
 

@@ -15,7 +15,7 @@ use super::signals::Interruption;
 use super::small_motion_args::Chosen;
 use super::written::{draw, write_table};
 use crate::plot;
-use crate::scene::SceneSource;
+use crate::scene::{SceneError, SceneSource};
 use crate::small_motion::floquet::Accuracy;
 use crate::small_motion::scheme::Scheme;
 use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
@@ -83,9 +83,18 @@ fn rows(args: &Args, chosen: &Chosen) -> CommandResult<Vec<Row>> {
     let with = |value: &f64| {
         let mut overrides = args.subject.overrides.clone();
         overrides.push(format!("{}={value:?}", over.key));
-        row(&SceneSource::open(&args.subject.target, &overrides)?, Some(*value))
+        let source = SceneSource::open(&args.subject.target, &overrides).map_err(|refused| blamed_on_over(refused, &over.key))?;
+        row(&source, Some(*value))
     };
     over.values.iter().map(with).collect()
+}
+
+/// A refusal of a value that `--over` gave, which names that option.
+fn blamed_on_over(mut refused: SceneError, key: &str) -> SceneError {
+    if refused.place.starts_with(&format!("--set {key}=")) {
+        refused.place = refused.place.replacen("--set", "--over", 1);
+    }
+    refused
 }
 
 /// Every row is taken by one thread, from speed to speed: a motion found helps to find the next. One row alone is divided.
@@ -140,7 +149,7 @@ impl Chart<'_> {
         let mut names = Vec::new();
         let mut numbers: [Vec<f64>; 9] = Default::default();
         for (value, speed, found) in self.motions() {
-            for PeriodicMode { mode, multiplier, by_scheme } in &found.modes {
+            for PeriodicMode { mode, multiplier, by_scheme } in found.modes.iter().take(self.args.modes()) {
                 names.push(mode.name());
                 let row = [
                     value.unwrap_or(f64::NAN),
@@ -190,9 +199,8 @@ impl Chart<'_> {
         if let Some(last) = rows[0].last_mut() {
             *last = format!("|ρ| by {}", self.integrator);
         }
-        let count = usize::try_from(self.args.count).unwrap_or(usize::MAX);
         let resolved = || found.modes.iter().filter(|mode| mode.is_resolved());
-        for PeriodicMode { mode, multiplier, by_scheme } in resolved().take(count) {
+        for PeriodicMode { mode, multiplier, by_scheme } in resolved().take(self.args.modes()) {
             rows.push(vec![
                 mode.name(),
                 figure(mode.frequency_hz()),
@@ -257,7 +265,7 @@ impl Chart<'_> {
         }
         if rows.len() > 1 {
             print(&rows, 2)?
-        } else {
+        } else if self.motions().next().is_some() {
             writeln!(out, "  no mode is unstable")?
         }
         let differs = self.motions().filter(|(_, _, found)| found.scheme_adds_growth() && found.unstable().next().is_none());

@@ -225,6 +225,7 @@ fn sole_picture<'a>(args: &Args, entries: &'a [Entry]) -> CommandResult<(&'a Ent
     let [entry] = entries else {
         let count = entries.len();
         let one = match (args.y.is_empty(), args.overlay) {
+            (true, _) if args.animation.is_some() => "give one recording",
             (true, _) => "choose one figure with --y",
             (false, false) => "lay the files over one another with --overlay",
             (false, true) => "choose one horizontal axis with --x",

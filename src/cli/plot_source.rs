@@ -12,7 +12,7 @@ use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError};
 use crate::recording::{RecordingError, RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
 use crate::scene::{Drive, ModelKind, Scene, SceneSource, scene_hint};
 use crate::shown::{shown_name, shown_s};
-use crate::small_motion::{NormalMode, NormalModes, Subject};
+use crate::small_motion::{NormalMode, NormalModes, Part, Share, Subject};
 use crate::study::Table;
 use crate::study::trade::INTERRUPTED;
 use crate::text_file;
@@ -23,6 +23,8 @@ const PARQUET: &[u8] = b"PAR1";
 /// Natural frequencies that are looked at, and the ratio within which one is near another: they change with the crank's angle.
 const MODES: usize = 12;
 const NEAR: f64 = 1.5;
+/// A link takes part in a vibration with more than this part of its strain energy.
+const TAKES_PART: f64 = 0.01;
 /// The column of the torque on the first link.
 const DRIVING_TORQUE: &str = "driving_torque_nm";
 /// The column of the resistance on the slider, which is constant or depends on the crank's angle alone.
@@ -107,14 +109,14 @@ impl Source {
     pub fn missed_motion(&self, ys: &[String], is_animation: bool) -> Vec<String> {
         let [angles, displacements] = ["angles", "displacements"].map(|name| self.topic(name));
         let turning = self.coarse_turning(ys, is_animation);
-        let draws_deflections = self.draws_motion_of(displacements, ".deflection_m", ys);
-        let vibration = draws_deflections.then(|| rare_samples(displacements, |found_hz| self.natural_hz(found_hz))).flatten();
-        let draws_accelerations = !is_animation && self.draws_motion_of(angles, ACCELERATION, ys);
+        let is_drawn = |link: &str| self.draws_motion_of(displacements, (&format!("nodes.{link}."), ".deflection_m"), ys);
+        let vibrations = rare_samples(displacements, is_drawn, |link, found_hz| self.natural_hz(link, found_hz));
+        let draws_accelerations = !is_animation && self.draws_motion_of(angles, ("links.", ACCELERATION), ys);
         // The other sentences already say that curves of these samples are wrong, and name the rate to begin with.
         let is_coarse = regular_s(angles).and_then(|interval_s| coarse_turning(angles, interval_s)).is_some();
-        let is_new = vibration.is_none() && !is_coarse;
+        let is_new = vibrations.is_empty() && !is_coarse;
         let accelerations = (draws_accelerations && is_new).then(|| rare_accelerations(angles)).flatten();
-        let sentences: Vec<String> = [turning, vibration, accelerations].into_iter().flatten().collect();
+        let sentences: Vec<String> = turning.into_iter().chain(vibrations).chain(accelerations).collect();
         let is_what_if = !sentences.is_empty() && self.metadata().is_some_and(|metadata| metadata.is_what_if());
         let way = if is_what_if {
             "; this is a what-if: record its original so (with all, if their steps differ), and run `what-if` on that"
@@ -126,7 +128,7 @@ impl Source {
 
     /// The warning of an animation of it. If samples are too rare for a vibration, pictures are not judged by them.
     pub fn warning_of(&self, animation: &MechanismPicture) -> Option<String> {
-        let is_judged = !animation.misses_vibration || rare_samples(self.displacements(), |found_hz| found_hz).is_none();
+        let is_judged = !animation.misses_vibration || rare_samples(self.displacements(), |_| true, |_, _| None).is_empty();
         animation.warning.clone().filter(|_| is_judged)
     }
 
@@ -144,14 +146,14 @@ impl Source {
         coarse_turning(angles, drawn.filter_map(regular_s).reduce(f64::max)?)
     }
 
-    /// Whether a sentence about samples of this topic applies to a column that is drawn: one with this ending, or a load that is
-    /// not given. Loads vibrate with the links, but may be right where they have more samples than the topic.
-    fn draws_motion_of(&self, topic: &Table, ending: &str, ys: &[String]) -> bool {
+    /// Whether a sentence about samples of this topic applies to a column that is drawn: one with this beginning and ending, or a
+    /// load that is not given. Loads vibrate with the links, but may be right where they have more samples than the topic.
+    fn draws_motion_of(&self, topic: &Table, (beginning, ending): (&str, &str), ys: &[String]) -> bool {
         let loads = self.topic("loads");
         let are_loads_as_rare = regular_s(loads) >= regular_s(topic);
         let is_given = |name: &str| is_stamp_or_time(name) || name == RESISTANCE || self.is_given_torque(name);
         let is_load = |name: &str| are_loads_as_rare && loads.column(name).is_some() && !is_given(name);
-        let is_meant = |name: &str| name.ends_with(ending) || is_load(name);
+        let is_meant = |name: &str| name.starts_with(beginning) && name.ends_with(ending) || is_load(name);
         ys.is_empty() || ys.iter().any(|given| self.column_name(given).is_ok_and(is_meant))
     }
 
@@ -173,21 +175,21 @@ impl Source {
         Some(SceneSource::parse(&self.stem, &text, &[]).ok()?.scene)
     }
 
-    /// The frequency of a vibration that samples suggest, Hz: the same if a natural frequency of the scene at rest is near, or else the next
-    /// above.
-    fn natural_hz(&self, found_hz: f64) -> f64 {
-        let vibrations_hz = || -> Option<Vec<f64>> {
-            let scene = self.scene()?;
-            let start_rad = Subject::new(&scene, None).ok()?.start_rad().ok()?;
-            let modes = NormalModes::new(&scene, start_rad, MODES).ok()?;
-            Some(modes.modes().iter().filter(|mode| mode.is_vibration()).map(NormalMode::frequency_hz).collect())
-        };
-        let Some(vibrations_hz) = vibrations_hz() else { return found_hz };
-        let is_near = |hz: &f64| (found_hz / NEAR..=found_hz * NEAR).contains(hz);
-        if vibrations_hz.iter().any(is_near) {
-            return found_hz;
+    /// The frequency of a vibration of a link that samples suggest, Hz: the same if a natural frequency of the scene at rest with bending
+    /// of the link is near, or else the next above at which the link bends most. `None` where none is known.
+    fn natural_hz(&self, link: &str, found_hz: f64) -> Option<f64> {
+        let scene = self.scene()?;
+        let start_rad = Subject::new(&scene, None).ok()?.start_rad().ok()?;
+        let modes = NormalModes::new(&scene, start_rad, MODES).ok()?;
+        let bends =
+            |share: &Share| matches!(share.part, Part::Bending(bent) if bent.as_str() == link) && share.share > TAKES_PART;
+        let vibrations = || modes.modes().iter().filter(|mode| mode.is_vibration());
+        let is_near = |mode: &NormalMode| (found_hz / NEAR..=found_hz * NEAR).contains(&mode.frequency_hz());
+        if vibrations().any(|mode| is_near(mode) && mode.mode.shares.iter().any(bends)) {
+            return Some(found_hz);
         }
-        vibrations_hz.into_iter().find(|hz| *hz > found_hz).unwrap_or(found_hz)
+        let mut above = vibrations().filter(|mode| mode.frequency_hz() > found_hz);
+        above.find(|mode| mode.mode.shares.first().is_some_and(bends)).map(NormalMode::frequency_hz)
     }
 
     /// A sentence about the flexible links of a recording that are drawn straight, for want of nodes between their pins; `None` if

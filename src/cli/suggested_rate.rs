@@ -1,6 +1,8 @@
 //! The argument of `--publish-hz` that shows a motion.
 
 use super::aligned_table::figure;
+use super::suggested_step::one_digit;
+use crate::shown::shown_s;
 use crate::simulation::PublishRate;
 
 /// Suggested rates are multiples of this, Hz.
@@ -17,7 +19,7 @@ const ROUGH: f64 = 4.0;
 pub(super) fn suggested_rate(smooth_s: f64, coarse_s: f64, step_s: f64) -> String {
     let steps = (smooth_s / step_s).floor();
     if step_s > coarse_s {
-        "all and a shorter solver.step_s".to_owned()
+        format!("all and solver.step_s = {}", shown_s(one_digit(smooth_s)))
     } else if steps < 2.0 {
         "all".to_owned()
     } else {
@@ -57,13 +59,13 @@ mod tests {
         for (bending_hz, step_s, expected) in [
             (201.0, 1e-5, shows("2100")),
             (201.0, 4e-4, shows("all")),
-            (201.0, 2e-3, shows("all and a shorter solver.step_s")),
+            (201.0, 2e-3, shows("all and solver.step_s = 0.0004")),
             (49.0, 4e-4, None),
             (11.0, 2e-3, None),
         ] {
             assert_eq!(bending_beyond_default(bending_hz, step_s), expected, "{bending_hz} Hz, {step_s} s");
         }
-        let every_step = "100 times a second; bending at 49 Hz shows with --publish-hz all and a shorter solver.step_s";
+        let every_step = "100 times a second; bending at 49 Hz shows with --publish-hz all and solver.step_s = 0.002";
         assert_eq!(bending_beyond_default(49.0, 1e-2).as_deref(), Some(every_step));
     }
 }

@@ -202,7 +202,7 @@ pub(super) fn speed_rad_per_s(scene: &Scene) -> f64 {
 }
 
 /// The next smaller number with one digit: 0.0037 becomes 0.003.
-fn one_digit(value: f64) -> f64 {
+pub(super) fn one_digit(value: f64) -> f64 {
     let power = 10.0_f64.powf(value.log10().floor());
     let text = format!("{:e}", (value / power).floor() * power);
     // Parsing back removes what the multiplication added.

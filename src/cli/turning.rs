@@ -73,7 +73,7 @@ mod tests {
         assert_eq!((said(120.0, 50, 50), said(-120.0, 50, 50)), (named.clone(), named.clone()));
         assert_eq!((said(120.0, 8, 50), said(120.0, 50, 8)), (named, None), "the samples that are drawn count");
         assert_eq!((said(1200.0, 5, 5), said(50.0, 50, 50)), (Some(format!("{wide} all for smooth ones")), None));
-        let longer = Some(format!("{wide} all and a shorter solver.step_s for smooth ones"));
+        let longer = Some(format!("{wide} all and solver.step_s = 0.00001 for smooth ones"));
         assert_eq!(said(6000.0, 1, 1), longer);
         assert_eq!(coarse_turning(&Table::default(), 1.0), None);
     }

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use super::sample_intervals::{EVERY_STEP, Interval, regular_intervals, regular_s, step_s};
-use super::suggested_rate::{smooth_s, suggested_rate};
+use super::suggested_rate::{coarse_s, smooth_s, suggested_rate};
 use crate::study::Table;
 use crate::study::trade::STRAIGHT;
 
@@ -24,21 +24,37 @@ const FEWEST: usize = 2;
 /// Where a cubic is compared with a line, over the interval.
 const COMPARED: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// A sentence about the topic `displacements` of a recording if lines between its samples miss vibrations of links. `natural_hz` gives
-/// the frequency that a vibration has of which this one was found: beside slow motion, it is found too low.
-pub(super) fn rare_samples(displacements: &Table, natural_hz: impl FnOnce(f64) -> f64) -> Option<String> {
-    let interval_s = regular_s(displacements)?;
+/// Sentences about the topic `displacements` of a recording if lines between its samples miss vibrations of links, of those in which
+/// `is_drawn`: one about links that a rate shows, and one about those that need shorter steps. `natural_hz` gives the frequency that
+/// the vibration of a link has, of which this one was found: beside slow motion, it is found too low.
+pub(super) fn rare_samples(
+    displacements: &Table,
+    is_drawn: impl Fn(&str) -> bool,
+    natural_hz: impl Fn(&str, f64) -> Option<f64>,
+) -> Vec<String> {
+    let (Some(interval_s), Some(step_s)) = (regular_s(displacements), step_s(displacements)) else { return Vec::new() };
     let regular = regular_intervals(displacements);
     let missed_hz = |link: &str| Deflection::of(displacements, link)?.missed_hz(&regular, interval_s);
-    let missed = |link: String| Some((missed_hz(&link)?, format!("the {link}")));
-    let (frequencies_hz, links): (Vec<f64>, Vec<String>) = links(displacements).into_iter().filter_map(missed).unzip();
-    let fastest_hz = natural_hz(frequencies_hz.into_iter().reduce(f64::max)?);
+    let mut missed = [const { Vec::new() }; 2];
+    for link in links(displacements).into_iter().filter(|link| is_drawn(link)) {
+        if let Some(found_hz) = missed_hz(&link) {
+            let natural_hz = natural_hz(&link, found_hz);
+            // Where every step was recorded, no rate could help.
+            let is_step_too_long = step_s > EVERY_STEP * interval_s || natural_hz.is_some_and(|hz| step_s > coarse_s(hz));
+            missed[usize::from(is_step_too_long)].push((natural_hz.unwrap_or(found_hz), format!("the {link}")));
+        }
+    }
+    let [by_rate, by_step] = missed;
     // However uncertain the frequency, twice the recorded rate or more.
-    let smooth_s = smooth_s(fastest_hz).min(0.5 * interval_s);
-    let how = suggested_rate(smooth_s, EVERY_STEP * interval_s, step_s(displacements)?);
-    let links = links.join(" and ");
-    let so = "so that curves have wrong swings and peaks";
-    Some(format!("samples are too rare for the vibration of {links}, {so}; record with --publish-hz {how} for right ones"))
+    let sentence = |missed: Vec<(f64, String)>, coarse_s: f64| {
+        let (frequencies_hz, links): (Vec<f64>, Vec<String>) = missed.into_iter().unzip();
+        let smooth_s = smooth_s(frequencies_hz.into_iter().reduce(f64::max)?).min(0.5 * interval_s);
+        let how = suggested_rate(smooth_s, coarse_s, step_s);
+        let links = links.join(" and ");
+        let so = "so that curves have wrong swings and peaks";
+        Some(format!("samples are too rare for the vibration of {links}, {so}; record with --publish-hz {how} for right ones"))
+    };
+    [sentence(by_rate, f64::INFINITY), sentence(by_step, 0.0)].into_iter().flatten().collect()
 }
 
 /// The rows between gaps and resets.
@@ -210,7 +226,7 @@ mod tests {
 
     /// By the samples alone.
     fn rare_samples(displacements: &Table) -> Option<String> {
-        super::rare_samples(displacements, |found_hz| found_hz)
+        super::rare_samples(displacements, |_| true, |_, _| None).pop()
     }
     use crate::plot::SIMULATED_TIME;
 
@@ -308,7 +324,25 @@ mod tests {
 
     #[test]
     fn regress_samples_of_every_step_need_shorter_steps() {
-        assert_eq!(rare_samples(&samples(1e-3, 3.3e-3, &every(1))), rate("all and a shorter solver.step_s"));
+        assert_eq!(rare_samples(&samples(1e-3, 3.3e-3, &every(1))), rate("all and solver.step_s = 0.0008"));
+    }
+
+    /// Every twentieth step of 0.5 ms: a rate shows 100 Hz, and no steps of 0.5 ms show 5500 Hz.
+    #[test]
+    fn regress_each_link_that_is_drawn_is_judged_by_itself() {
+        let mut both = samples(1e-3, 5e-4, &every(20));
+        let of_rod: Vec<(String, Vec<f64>)> = both.columns().map(|(name, values)| (name.to_owned(), values.to_vec())).collect();
+        for (name, values) in of_rod.into_iter().filter(|(name, _)| name.starts_with("nodes.rod.")) {
+            both.push(name.replace("rod", "crank"), values);
+        }
+        let natural_hz = |link: &str, _: f64| Some(if link == "crank" { 5500.0 } else { 100.0 });
+        let said = |drawn: &[&str]| super::rare_samples(&both, |link| drawn.contains(&link), natural_hz);
+        let of_rod = rate("1000").unwrap();
+        let of_crank = rate("all and solver.step_s = 0.00002").unwrap().replace("rod", "crank");
+        assert_eq!(said(&["rod"]), [of_rod.as_str()]);
+        assert_eq!(said(&["crank"]), [of_crank.as_str()]);
+        assert_eq!(said(&["crank", "rod"]), [of_rod, of_crank]);
+        assert_eq!(said(&[]), [""; 0]);
     }
 
     #[test]

@@ -85,7 +85,7 @@ pub enum PulseRefused {
     Hold(f64),
     /// Over the scene's limit.
     #[error(
-        "|torque_nm| = {} is over the scene's limit of {limit_nm} N·m on the mean torque (commands.torque_limit_nm)",
+        "|torque_nm| = {} is over the scene's limit of {limit_nm} N·m (commands.torque_limit_nm)",
         .torque_nm.abs()
     )]
     Torque {

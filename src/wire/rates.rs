@@ -15,7 +15,7 @@ impl fmt::Display for PublishRates {
 
 /// The text is not a list of publishing rates.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("a rate ({rate}), or rates of topics: 100,angles=all,loads=20; the topics are displacements, angles, loads and energies", rate = BadRate)]
+#[error("a rate ({rate}), or rates of topics: 100,angles=all,loads=20; the topics, each once, are displacements, angles, loads and energies", rate = BadRate)]
 pub struct BadRates;
 
 impl FromStr for PublishRates {
@@ -27,9 +27,10 @@ impl FromStr for PublishRates {
         for part in text.split(',') {
             let (place, rate) = match part.split_once('=') {
                 Some((topic, rate)) => (named.iter_mut().find(|(known, _)| known.chunk() == topic).map(|(_, place)| place), rate),
-                None => (Some(&mut general).filter(|general| general.is_none()), part),
+                None => (Some(&mut general), part),
             };
-            *place.ok_or(BadRates)? = Some(rate.parse().map_err(|_| BadRates)?);
+            // A topic that is named twice is a slip.
+            *place.filter(|place| place.is_none()).ok_or(BadRates)? = Some(rate.parse().map_err(|_| BadRates)?);
         }
         let [displacements, angles, loads, energies] = named.map(|(_, rate)| rate);
         let named = PerTelemetry { displacements, angles, loads, energies: energies.or(loads) };
@@ -56,7 +57,7 @@ mod tests {
         assert_eq!(slower.to_string(), "displacements=20,angles=all,loads=100,energies=5");
         assert_eq!("energies=5".parse(), Ok(PublishRates { energies, ..PublishRate::DEFAULT.into() }));
         assert_eq!("37".parse(), Ok(PublishRates::from(PublishRate::Hz(37.0))));
-        for text in ["", "0", "status=1", "angles", "1,2", "angles=all=1", "angles=-1"] {
+        for text in ["", "0", "status=1", "angles", "1,2", "angles=all=1", "angles=-1", "angles=1,angles=2"] {
             assert_eq!(text.parse::<PublishRates>(), Err(BadRates), "{text}");
         }
     }

@@ -74,7 +74,10 @@ pub(super) fn plan(replay: &ReplayOptions, source: &RecordingFile) -> Result<Rou
     for channel in source.channels().filter(|channel| is_asked(&channel.topic)) {
         let carried = check_encoding(&channel.message_encoding, schema_name(channel));
         match bus::key_of_topic(&rename(&channel.topic)).and_then(|key| carried.map(|()| key)) {
-            Ok(key) => match why_kept_back(&key, replay.commands) {
+            // The recorded topic counts under any other key, too.
+            Ok(key) => match why_kept_back(channel.topic.trim_start_matches('/'), replay.commands)
+                .or_else(|| why_kept_back(&key, replay.commands))
+            {
                 None => channels.push((channel.clone(), key)),
                 Some(reason) => _ = kept_back.insert(reason),
             },
