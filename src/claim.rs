@@ -7,6 +7,9 @@ use std::os::unix::net::UnixListener;
 #[cfg(target_os = "linux")]
 use std::os::{linux::net::SocketAddrExt as _, unix::net::SocketAddr};
 
+/// File in which Linux lists the sockets of this network namespace, a line each: it ends in the name, abstract ones after an `@`.
+const SOCKETS: &str = "/proc/net/unix";
+
 /// Something that this process has claimed, until this value is dropped.
 #[derive(Debug)]
 pub(crate) struct Claim {
@@ -22,6 +25,13 @@ impl Claim {
             Err(error) if error.kind() == std::io::ErrorKind::AddrInUse => None,
             Err(_) => Some(Claim { _socket: None }),
         }
+    }
+
+    /// Whether a process of this machine has claimed a key; `false` where the system does not tell.
+    pub(crate) fn is_taken(key: &str) -> bool {
+        let sockets = std::fs::read(SOCKETS).unwrap_or_default();
+        let ending = format!(" @{key}");
+        String::from_utf8_lossy(&sockets).lines().any(|line| line.ends_with(&ending))
     }
 }
 

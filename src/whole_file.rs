@@ -1,6 +1,7 @@
 //! Files that get their name only when they are whole: an error or an interruption leaves what was there before.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt as _;
@@ -33,10 +34,19 @@ pub(crate) fn discard_unfinished() -> [usize; 2] {
     counts
 }
 
+/// Most bytes of a name that an unfinished file keeps: `.`, a number of ten digits and `.part` take the rest of a name's 255.
+const KEPT_BYTES: usize = 255 - 16;
+
+/// As much of a file's name as the name of its unfinished file can hold.
+fn kept_name(path: &Path) -> String {
+    let mut name = path.file_name().map(OsStr::to_string_lossy).unwrap_or_default().into_owned();
+    name.truncate(name.floor_char_boundary(KEPT_BYTES));
+    name
+}
+
 /// NAME.PROCESS.part in the nearest folder that exists, so that a refusal leaves no folder behind.
 pub(crate) fn part_in_nearest_folder(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
+    let name = format!("{}.{}.part", kept_name(path), std::process::id());
     let folder = path.ancestors().skip(1).find(|folder| folder.as_os_str().is_empty() || folder.is_dir());
     folder.unwrap_or(Path::new("")).join(name)
 }
@@ -53,8 +63,7 @@ impl Unfinished {
     /// Creates NAME.RANDOM.part beside the final name.
     fn beside(path: &Path) -> io::Result<(File, Self)> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let (prefix, permissions) = (format!("{name}."), Permissions::from_mode(0o666));
+        let (prefix, permissions) = (format!("{}.", kept_name(path)), Permissions::from_mode(0o666));
         let mut files = files();
         let created = tempfile::Builder::new().prefix(&prefix).suffix(".part").permissions(permissions).tempfile_in(folder);
         let file = created.map_err(of_system)?;
@@ -109,13 +118,16 @@ impl WholeFile {
     /// Begins a file that will replace one of this name.
     ///
     /// # Errors
-    /// Fails if the folder does not exist or cannot be written.
+    /// Fails if the folder does not exist or cannot be written, or the name is longer than the system allows.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         if path.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder, not a file"));
         }
-        if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            return File::options().write(true).open(path).map(WholeFile::Direct);
+        match fs::metadata(path) {
+            Ok(there) if !there.is_file() => return File::options().write(true).open(path).map(WholeFile::Direct),
+            // The unfinished file would have a shorter name, and this one be refused at the end.
+            Err(refused) if refused.kind() == io::ErrorKind::InvalidFilename => return Err(refused),
+            _ => {}
         }
         // A link stays a link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
@@ -166,14 +178,15 @@ impl Write for WholeFile {
 /// Writes a whole file at once, where there is none.
 ///
 /// # Errors
-/// Fails if the file cannot be written, or exists.
+/// Fails if the file cannot be written, or exists: then the error is of the kind `AlreadyExists`.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let taken = || io::Error::new(io::ErrorKind::AlreadyExists, "exists already, and is not overwritten");
     if path.symlink_metadata().is_ok() {
-        return Err(io::ErrorKind::AlreadyExists.into());
+        return Err(taken());
     }
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes)?;
-    file.finish_new()
+    file.finish_new().map_err(|refused| if refused.kind() == io::ErrorKind::AlreadyExists { taken() } else { refused })
 }
 
 /// Writes a whole file at once.
@@ -210,13 +223,33 @@ mod tests {
         assert!(!fs::metadata("/dev/null")?.is_file());
         let refused = write_whole(&folder.path().join("none/table.csv"), b"").map_err(|refused| refused.to_string());
         assert_eq!(refused, Err("No such file or directory (os error 2)".to_owned()), "without the unfinished file's name");
-        let taken = write_new(&path, b"fourth").map_err(|refused| refused.kind());
-        assert!(taken == Err(io::ErrorKind::AlreadyExists) && fs::read(&path)? == b"third");
+        let taken = write_new(&path, b"fourth").map_err(|refused| (refused.kind(), refused.to_string()));
+        let words = "exists already, and is not overwritten".to_owned();
+        assert!(taken == Err((io::ErrorKind::AlreadyExists, words)) && fs::read(&path)? == b"third");
         write_new(&folder.path().join("new.csv"), b"fifth")?;
         assert_eq!(
             (fs::read(folder.path().join("new.csv"))?.as_slice(), fs::read_dir(folder.path())?.count()),
             (&b"fifth"[..], 3)
         );
+        Ok(())
+    }
+
+    /// The unfinished file's name is longer than the final one, and was refused.
+    #[test]
+    fn regress_a_name_may_be_as_long_as_the_system_allows() -> io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        // Two bytes a character, so that a cut at any byte would halve one.
+        for name in ["n".repeat(255), format!("n{}", "é".repeat(127)), "é".repeat(127)] {
+            let path = folder.path().join(&name);
+            write_whole(&path, b"whole")?;
+            assert_eq!(fs::read(&path)?, b"whole", "{name}");
+            let part = part_in_nearest_folder(&path);
+            fs::write(&part, "")?;
+            fs::remove_file(part)?;
+        }
+        let refused = WholeFile::create(&folder.path().join("n".repeat(256))).map(drop).map_err(|refused| refused.kind());
+        assert_eq!(refused, Err(io::ErrorKind::InvalidFilename), "before anything is computed");
+        assert_eq!(fs::read_dir(folder.path())?.count(), 3, "nothing unfinished is left");
         Ok(())
     }
 }

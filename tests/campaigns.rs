@@ -57,3 +57,59 @@ fn regress_a_table_is_refused_where_none_is_written() -> Outcome {
     assert_eq!(fs::read_dir(at)?.count(), 1, "refused before any work");
     Ok(())
 }
+
+/// A campaign was "not an MCAP file" to readers of recordings, and a CSV table with an error to `plot`.
+#[test]
+fn regress_a_campaign_in_place_of_another_file_is_told_its_command() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), SPEC)?;
+    let hint = ", but a campaign: `flexcrank sweep s.toml` runs it\n";
+    for words in [
+        &["info", "s.toml"][..],
+        &["verify", "s.toml"],
+        &["recover", "s.toml", "-o", "whole.mcap"],
+        &["export", "s.toml", "--csv", "tables"],
+        &["what-if", "s.toml", "--set", "slider.mass_kg=2", "--record", "changed.mcap"],
+        &["replay", "s.toml", "--listen", "tcp/127.0.0.1:0"],
+        &["run", "--no-bus", "--no-record", "--resume", "s.toml"],
+    ] {
+        let refusal = format!("error: s.toml: not an MCAP file{hint}");
+        assert_eq!(ended(flexcrank(at, words))?, (Some(1), refusal), "{words:?}");
+    }
+    let refusal = format!("error: s.toml: neither a recording nor a table{hint}");
+    assert_eq!(ended(flexcrank(at, &["plot", "s.toml"]))?, (Some(1), refusal));
+    let refusal = format!("error: s.toml: not a service{hint}");
+    assert_eq!(ended(flexcrank(at, &["watch", "s.toml", "--connect", "tcp/127.0.0.1:9"]))?, (Some(2), refusal));
+    Ok(())
+}
+
+/// It was said to be larger than a specification may be, or not to be text.
+#[test]
+fn regress_a_recording_in_place_of_a_campaign_is_told_its_commands() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    fs::copy("recordings/sample-three-pulses.mcap", folder.path().join("take.mcap"))?;
+    let refusal = "error: take.mcap: is a recording, not a campaign: `flexcrank replay take.mcap` plays it; \
+        `flexcrank files sweep.toml` prints a campaign\n";
+    assert_eq!(ended(flexcrank(folder.path(), &["sweep", "take.mcap"]))?, (Some(2), refusal.to_owned()));
+    Ok(())
+}
+
+/// A folder in place of a file of rows stands for a disk that is full.
+#[test]
+fn regress_a_worker_that_cannot_write_a_row_says_that_the_others_are_kept() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = folder.path();
+    fs::write(at.join("s.toml"), SPEC)?;
+    let sweep = || ended(flexcrank(at, &["sweep", "s.toml", "--jobs", "1"]));
+    let (rows, kept) = (at.join("s.sweep/chunks-of-1"), "; the rows so far are kept: the same command goes on\n");
+    fs::create_dir_all(rows.join("0000000.tsv"))?;
+    let (code, said) = sweep()?;
+    assert!(code == Some(1) && said.contains("0000000.tsv: ") && !said.contains("kept"), "nothing is kept: {said}");
+    fs::rename(rows.join("0000000.tsv"), rows.join("0000003.tsv"))?;
+    let (code, said) = sweep()?;
+    assert!(code == Some(1) && said.contains("0000003.tsv: ") && said.ends_with(kept), "{said}");
+    fs::remove_dir(rows.join("0000003.tsv"))?;
+    assert_eq!(sweep()?.0, Some(0));
+    Ok(())
+}

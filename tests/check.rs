@@ -47,6 +47,31 @@ torque_nm = -3000.0
 duration_s = 0.05
 "#;
 
+/// A press that turns once in 25 s. Its slider meets a resistance of up to 400 kN between 16.8 s and 25 s.
+const SLOW_PRESS: &str = r#"
+[crank]
+length_m = 0.08
+section = { shape = "round", diameter_m = 0.09 }
+density_kg_per_m3 = 7850
+youngs_modulus_pa = 2.1e11
+elements = 2
+[rod]
+length_m = 0.5
+section = { shape = "rectangle", width_m = 0.06, height_m = 0.08 }
+density_kg_per_m3 = 7850
+youngs_modulus_pa = 2.1e11
+elements = 4
+[slider]
+mass_kg = 120
+resistance_table = [[0, 0], [4.2, 0], [5.5, 150000], [6.1, 400000], [6.25, 0]]
+[gravity]
+x_m_per_s2 = 9.81
+[drive]
+speed_rad_per_s = 0.25
+[solver]
+step_s = 0.01
+"#;
+
 /// Runs `check` with these options more; returns standard output and standard error.
 fn checked(scene: &str, overrides: &[String], options: &[&str]) -> Tried<(String, String)> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
@@ -69,6 +94,32 @@ fn angles_rad(scene: &str, overrides: &[String], step_s: f64, until_s: f64) -> T
         }
     }
     Ok(angles)
+}
+
+/// Only 10 s were run, before the resistance acts, and nothing said so. The rod carries the resistance over the cosine of its
+/// angle, less the slider's weight. Where turns are too slow for a second of computing, a line says how far they were looked at.
+#[test]
+fn regress_two_turns_of_a_slow_drive_are_looked_at_or_a_line_says_how_far() -> Tried {
+    let folder = tempfile::tempdir()?;
+    let press = folder.path().join("press.toml");
+    std::fs::write(&press, SLOW_PRESS)?;
+    let press = press.to_str().ok_or("no path")?;
+    let found: serde_json::Value = serde_json::from_str(&checked(press, &[], &["--json"])?.0)?;
+    let rod = found["shortening"].as_array().and_then(|links| links.iter().find(|link| link["link"] == "rod")).ok_or("no rod")?;
+    let force_n = 4e5 / (1.0 - (0.16 * 6.1_f64.sin()).powi(2)).sqrt() - 120.0 * 9.81;
+    let found_n = rod["force_n"].as_f64().ok_or("no force")?;
+    assert!((found_n / force_n - 1.0).abs() < 5e-3, "{found_n} N for {force_n} N");
+    assert!(rod["recommends_axial"] == true && found["looked_at"].is_null(), "{found}");
+
+    let slower = ["drive.speed_rad_per_s=1e-5".to_owned()];
+    let (out, _) = checked(press, &slower, &[])?;
+    let line = out.lines().find_map(|line| line.strip_prefix("  looked at    ")).ok_or("no line")?;
+    let (looked, rest) = line.split_once(" s of the 1256637 s that two turns take: ").ok_or_else(|| line.to_owned())?;
+    assert!((10.0..1e6).contains(&looked.parse::<f64>()?), "{line}");
+    assert_eq!(rest, "--until 1256637 looks further, for at most 30 s of computing");
+    let (out, _) = checked(press, &slower, &["--until", "0.5"])?;
+    assert!(!out.contains("  looked at "), "{out}");
+    Ok(())
 }
 
 /// Weight and a second pulse bring the crank slowly past its dead centres, where an error grows. The energy balance does not show that,

@@ -323,3 +323,40 @@ fn regress_a_time_to_wait_without_a_service_is_refused() -> Outcome {
     }
     Ok(())
 }
+
+/// A table took the place of the scene or the recording that it was computed from.
+#[test]
+fn regress_no_command_replaces_what_it_reads_or_a_recording() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = |name: &str| folder.path().join(name);
+    let (_, scene, _) = flexcrank(folder.path(), "scenes crank-slider")?;
+    let recording = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap"))?;
+    ["s.toml", "s.json", "s.svg"].into_iter().try_for_each(|name| std::fs::write(at(name), &scene))?;
+    std::fs::write(at("b.mcap"), &recording)?;
+    let recorded = "b.mcap: is a recording, and recordings are never overwritten";
+    for (line, why) in [
+        ("modes b.mcap@1.5 --csv b.mcap", "--csv names b.mcap, which is read"),
+        ("modes s.toml --csv b.mcap", recorded),
+        ("modes s.toml --csv ./s.toml", "--csv names ./s.toml, which is read"),
+        ("modes s.toml --periodic --speed 3 --csv s.toml", "s.toml: exists already, and scenes are never overwritten"),
+        ("modes s.toml --periodic --speed 3 --csv b.mcap", recorded),
+        ("response s.toml --csv s.toml", "--csv names s.toml, which is read"),
+        ("response s.toml --step-csv b.mcap", recorded),
+        ("linearise s.json -o s.json", "--output names s.json, which is read"),
+        ("cycle s.toml --csv s.toml", "--csv names s.toml, which is read"),
+        ("cycle --csv b.mcap", recorded),
+        ("trade s.svg --plot s.svg", "--plot names s.svg, which is read"),
+        ("trade s.toml --csv b.mcap", recorded),
+        ("trade s.toml --csv x.svg --plot ./x.svg", "--csv and --plot name one file, x.svg: each needs its own"),
+        ("trade s.toml --tolerance 1e-2 --write x.toml --csv x.toml", "--write and --csv name one file, x.toml"),
+    ] {
+        let (code, out, said) = flexcrank(folder.path(), line)?;
+        assert!(code == Some(2) && said.contains(why) && out.is_empty(), "{line}: {code:?} {said}");
+    }
+    assert_eq!(std::fs::read(at("b.mcap"))?, recording);
+    for name in ["s.toml", "s.json", "s.svg"] {
+        assert_eq!(std::fs::read_to_string(at(name))?, scene, "{name}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path())?.count(), 4, "a refusal writes nothing");
+    Ok(())
+}

@@ -134,3 +134,40 @@ fn regress_growth_and_decay_are_branches_of_their_own() -> Outcome {
     assert!(signs.len() == 2 && signs.values().all(|signs| signs.len() == 1), "{signs:?}");
     Ok(())
 }
+
+/// 128 steps of a turn damp a vibration of hundreds of periods away: that was called motion that is gone after a turn, and nothing unstable.
+#[test]
+fn regress_vibrations_that_no_step_resolves_are_not_said_to_be_gone() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let slow = "modes crank-slider --crank held --periodic --set solver.step_s=0.001";
+    let undamped = "--set rod.damping_s=0 --set crank.damping_s=0";
+    let (code, out, said) = flexcrank(folder.path(), &format!("{slow} {undamped} --speed 0.05"))?;
+    assert_eq!(code, Some(0), "{said}");
+    assert!(
+        out.contains("no multiplier is known: ") && out.contains("too fast for these steps") && !out.contains("gone"),
+        "{out}"
+    );
+    let (code, out, said) = flexcrank(folder.path(), &format!("{slow} {undamped} --speed 0.05:0.06:0.01"))?;
+    assert_eq!(code, Some(0), "{said}");
+    assert!(out.contains("no multiplier of 2 motions is known") && !out.contains("no mode is unstable"), "{out}");
+    let damped = "--set rod.damping_s=0.02 --set crank.damping_s=0.02";
+    let (code, out, said) = flexcrank(folder.path(), &format!("{slow} {damped} --speed 1"))?;
+    assert_eq!(code, Some(0), "{said}");
+    assert!(out.contains("below 1e-6: such motion is gone after a turn"), "{out}");
+    Ok(())
+}
+
+/// A chart of no motions said that no mode is unstable; tables had all modes, whatever their number was to be; the refusal of a value
+/// blamed `--set`.
+#[test]
+fn regress_charts_of_stability_say_what_is_known() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let chart = "modes crank-slider --periodic --over slider.mass_kg=0.1:0.5:0.4 --speed 0";
+    let (code, out, said) = flexcrank(folder.path(), chart)?;
+    assert!(code == Some(1) && !out.contains("unstable") && said.contains("a speed that is not 0"), "{out}{said}");
+    let (_, out, said) = flexcrank(folder.path(), "modes crank-slider --periodic --speed 10 --json --count 2")?;
+    assert_eq!(out.lines().count(), 2, "{out}{said}");
+    let (code, _, said) = flexcrank(folder.path(), "modes crank-slider --periodic --speed 10 --over slider.mas=0.1:0.3:0.2")?;
+    assert!(code == Some(2) && said.contains("--over slider.mas=0.1: ") && !said.contains("--set"), "{said}");
+    Ok(())
+}

@@ -50,6 +50,18 @@ pub enum BusError {
         "no service found at the usual ports of this machine: start one with `flexcrank run`, or give --connect tcp/HOST:PORT"
     )]
     NoLocalService,
+    /// Something listens, and no service answers.
+    #[error(
+        "no service answers: start one with `flexcrank run`; one that was stopped (Ctrl-Z) goes on with `fg` or \
+         `kill -CONT PID`, and one that hangs is to be ended"
+    )]
+    NoAnswer,
+    /// A service of this machine has the name, and does not answer.
+    #[error(
+        "a service named `{0}` runs on this machine, but does not answer: one that was stopped (Ctrl-Z) goes on with `fg` or \
+         `kill -CONT PID`, --wait waits for one that is still starting, and one that hangs is to be ended"
+    )]
+    Silent(Name),
     /// No service has this name.
     #[error("no service named `{name}` answers{}", others(name, found))]
     NoSuchService {

@@ -24,8 +24,8 @@ use super::suspect_numbers::suspect_numbers;
 use super::trial_run::{RunLength, Trial};
 use super::values::positive_time;
 use crate::runtime::{beyond_range, unbalanced};
-use crate::scene::{ModelKind, Scene, SceneSource, builtin};
-use crate::simulation::EnergyVerdict;
+use crate::scene::{Drive, ModelKind, Motion, Scene, SceneSource, builtin};
+use crate::simulation::{EnergyVerdict, Simulation};
 use crate::small_motion::{NoModes, Vibrations};
 use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings_until};
 
@@ -40,7 +40,9 @@ Frequencies are those of small undamped vibrations about rest at the start posit
     that does not vibrate moves freely, or falls away from rest, as a beam does that stands on its end.
 
 The scene is run over 2 s, a second after its last pulse, two turns of its drive, or to the last row of drive.table, for \
-    at most 2 s of computing: that shows the cost of a step on this machine and the balance of energies. The \
+    at most 2 s of computing. Two turns that take more than 10 s are followed beyond that as far as 1 s of computing goes; \
+    where that is not to their end, a line `looked at` says how far. The run shows the cost of a step on this machine and \
+    the balance of energies. The \
     step error is the largest difference of the first link's angle from such a run with half the step, without the model's own \
     error; beyond 1 rad, a warning says that the motion is lost. With a [drive], which prescribes the angle, it is that of the \
     deflection in a link's middle. The suggested step resolves the lowest frequency at which a \
@@ -66,7 +68,8 @@ A line `published` names a rate for `run --publish-hz` where the default has few
     step_error_rad (largest change of the first link's angle as the step is halved), step_error_of_deflection (with a [drive]: \
     largest change of the deflection in a link's middle, over its peak), out_of_range (largest deflection over \
     length, if the model does not cover it), step_cost_s, real_time_factor, suggested_step_s, reason, start (of static \
-    equilibrium: link, angle_rad, bent_m: positive to the left), shortening (link, \
+    equilibrium: link, angle_rad, bent_m: positive to the left), looked_at (of a drive whose two turns were not run to the \
+    end: until_s, two_turns_s), shortening (link, \
     force_n, shortening_m, deflection_m, stroke_change (of a crank-slider, relative), recommends_axial); null for what does not exist.
 
 Exit codes: 0 the scene is sound, or a link bends out of the model's range, which is a warning as in `run`; 2 it is refused, 4 it \
@@ -74,6 +77,10 @@ Exit codes: 0 the scene is sound, or a link bends out of the model's range, whic
 
 /// Shortest measurement of the cost.
 const MEASURED: Duration = Duration::from_millis(300);
+/// Longest measurement of the cost by which it is decided how far a slow drive is followed.
+const GAUGED: Duration = Duration::from_millis(20);
+/// Part of the longest computing time for which a slow drive is followed: a run shall end before it is cut off.
+const FOLLOWED: f64 = 0.5;
 /// Fewer steps in a period do not show it.
 const LEAST_STEPS: f64 = 2.0;
 /// An error of the time step, rad, with which the motion of a run is lost.
@@ -117,7 +124,15 @@ struct Checked {
     suggested_step_s: Option<f64>,
     reason: String,
     start: Option<RestingStart>,
+    looked_at: Option<PartOfTurns>,
     shortening: Vec<ShorteningLine>,
+}
+
+/// The part of a slow drive's two turns that was looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct PartOfTurns {
+    until_s: f64,
+    two_turns_s: f64,
 }
 
 /// The shortening that a link's model leaves out.
@@ -141,8 +156,9 @@ pub(super) fn check(args: &Args) -> CommandResult {
     let found = Vibrations::of_scene(scene);
     let vibrations = found.as_ref().copied().unwrap_or_default();
     let frequencies_hz = vibrations.and_then(|vibrations| vibrations.frequencies_hz);
-    let length = args.until.map_or_else(|| RunLength::usual(scene), RunLength::asked);
+    let length = args.until.map_or_else(|| unasked_length(scene), RunLength::asked);
     let trial = Trial::of(&mut simulation, length, MEASURED);
+    let looked_at_s = trial.cut_off_s.unwrap_or(length.until_s);
     let slowest = slowest_motion(scene, vibrations);
     bar.set_message("running the scene with half the step");
     let step_error = StepError::of(scene, &trial, length);
@@ -170,7 +186,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
         suggested_step_s,
         reason,
         start,
-        shortening: shortening(scene, trial.cut_off_s.unwrap_or(length.until_s)),
+        looked_at: part_of_turns(scene, looked_at_s).filter(|_| args.until.is_none()),
+        shortening: shortening(scene, looked_at_s),
     };
     bar.finish_and_clear();
     if args.json {
@@ -206,6 +223,31 @@ pub(super) fn check(args: &Args) -> CommandResult {
     }
 }
 
+/// Simulated time, s, at which a drive has made two turns at its speed, or at that which its ramp reaches; `None` without one.
+fn two_turns_s(scene: &Scene) -> Option<f64> {
+    let (begin_s, rad_per_s) = match scene.drive {
+        Drive::Motion(Motion::Speed(rad_per_s)) => (0.0, rad_per_s),
+        Drive::Motion(Motion::Ramp { to_rad_per_s, over_s }) => (over_s, to_rad_per_s),
+        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => return None,
+    };
+    (rad_per_s != 0.0).then(|| begin_s + 2.0 * TAU / rad_per_s.abs())
+}
+
+/// The length of a run that is not asked for: the usual one, or two turns of a slower drive, as far as computing time allows.
+fn unasked_length(scene: &Scene) -> RunLength {
+    let usual = RunLength::usual(scene);
+    let Some(two_turns_s) = two_turns_s(scene).filter(|two_turns_s| *two_turns_s > usual.until_s) else { return usual };
+    let Ok(mut simulation) = Simulation::new(scene) else { return usual };
+    let trial = Trial::of(&mut simulation, RunLength { longest: GAUGED, ..usual }, Duration::ZERO);
+    let followed_s = |cost_s: f64| FOLLOWED * usual.longest.as_secs_f64() / cost_s * scene.solver.step_s;
+    RunLength { until_s: two_turns_s.min(trial.step_cost_s.map_or(0.0, followed_s)).max(usual.until_s), ..usual }
+}
+
+/// The part of a drive's two turns that a run until this time looked at; `None` if it is the whole.
+fn part_of_turns(scene: &Scene, until_s: f64) -> Option<PartOfTurns> {
+    two_turns_s(scene).filter(|two_turns_s| until_s < *two_turns_s).map(|two_turns_s| PartOfTurns { until_s, two_turns_s })
+}
+
 /// The shortening that `modal` leaves out; empty for other models. A run that diverges is reported by the measurement of its cost.
 fn shortening(scene: &Scene, until_s: f64) -> Vec<ShorteningLine> {
     let left_out = match scene.solver.model {
@@ -237,6 +279,9 @@ impl Checked {
         };
         writeln!(out, "{scene}: {finding}")?;
         writeln!(out, "  model        {model}, {integrator}, step {step_s} s")?;
+        if let Some(part) = self.looked_at {
+            writeln!(out, "  looked at    {part}")?;
+        }
         if let Some(start) = self.start {
             writeln!(out, "  start        {start}")?;
         }
@@ -288,6 +333,14 @@ fn not_vibrating(unknowns: usize, vibrations: usize, falling: usize) -> String {
         0 => free,
         1 => format!("{free}; 1 unknown falls away from rest"),
         falling => format!("{free}; {falling} unknowns fall away from rest"),
+    }
+}
+
+impl fmt::Display for PartOfTurns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [until, two_turns] = [self.until_s, self.two_turns_s].map(figure);
+        write!(f, "{until} s of the {two_turns} s that two turns take: --until {two_turns} looks further, ")?;
+        write!(f, "for at most 30 s of computing")
     }
 }
 

@@ -7,9 +7,9 @@ use super::bus_args::BusArgs;
 use super::failure::{CommandResult, Failure};
 use super::signals::{interruption_leaves, interruption_leaves_nothing};
 use super::values::{positive_time, seconds};
-use crate::bus::{self, BusError, Name, Session, client};
+use crate::bus::{self, BusError, BusOptions, Name, NameClaim, Session, client};
 use crate::recording::begins_as_mcap;
-use crate::scene::scene_hint;
+use crate::scene::toml_hint;
 
 /// Time between two looks for a service that is not there yet.
 const RETRY_PERIOD: Duration = Duration::from_millis(100);
@@ -75,7 +75,18 @@ impl ClientArgs {
     }
 
     fn try_open(&self, name: &Name) -> Result<Session, BusError> {
-        let session = self.bus.options().open_client()?;
+        let options = self.bus.options();
+        // A service that listens elsewhere claims no name.
+        let is_silent = || options.connect.is_empty() && options.is_local() && NameClaim::is_taken(name);
+        Self::find(name, &options).map_err(|absent| match absent {
+            BusError::NoLocalService | BusError::NoSuchService { .. } if is_silent() => BusError::Silent(name.clone()),
+            absent => absent,
+        })
+    }
+
+    /// Opens a session on which the service answers.
+    fn find(name: &Name, options: &BusOptions) -> Result<Session, BusError> {
+        let session = options.open_client()?;
         match client::wait_for_service(&session, name) {
             Ok(()) => Ok(session),
             Err(absent) => {
@@ -86,14 +97,15 @@ impl ClientArgs {
     }
 }
 
-/// The commands for a file that was given in place of the name of a service, if it is a recording or a scene.
+/// The commands for a file that was given in place of the name of a service, if it is a recording, a scene or a campaign.
 pub(super) fn file_hint(name: &str) -> Option<String> {
     let path = Path::new(name);
     let recording = || format!("a recording: `flexcrank replay {name}` plays it on the bus, `flexcrank plot {name}` draws it");
-    begins_as_mcap(path).then(recording).or_else(|| scene_hint(path))
+    begins_as_mcap(path).then(recording).or_else(|| toml_hint(path))
 }
 
 /// Whether a service that starts later would mend the error.
 fn may_appear(error: &BusError) -> bool {
-    matches!(error, BusError::NoLocalService | BusError::NoSuchService { .. } | BusError::NotAdmitted(_))
+    use BusError::{NoAnswer, NoLocalService, NoSuchService, NotAdmitted, Silent};
+    matches!(error, NoLocalService | NoAnswer | NoSuchService { .. } | Silent(_) | NotAdmitted(_))
 }

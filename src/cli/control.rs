@@ -6,6 +6,7 @@ use clap_complete::engine::ArgValueCandidates;
 use super::client_args::ClientArgs;
 use super::completions;
 use super::failure::{CommandResult, Failure};
+use super::pulse::Answer;
 use super::replay::rate;
 use super::replies::{fresh_id, send_and_print, send_over};
 use super::suspect_numbers::newly_suspect;
@@ -120,7 +121,8 @@ pub(super) fn control(args: Args) -> CommandResult {
     if let Action::Set { changes } = &args.action {
         warn_of_suspect_changes(&session, &args.name, changes);
     }
-    send_over(&session, args.json, |session| Ok(client::control(session, &args.name, &message)?))
+    let answer = Answer::to("command");
+    answer.told(send_over(&session, args.json, |session| answer.noted(client::control(session, &args.name, &message))))
 }
 
 /// Warns of numbers that look like mistakes in the changed scene, unless the running one has them already. A change that no running
@@ -136,12 +138,13 @@ fn warn_of_suspect_changes(session: &Session, name: &Name, changes: &[String]) {
 fn control_replay(args: &Args, action: replay_control::Action) -> CommandResult {
     let name = &args.name;
     let message = ReplayControl { id: fresh_id(), action: Some(action) };
-    send_and_print(&args.client, name, args.json, |session| {
-        client::replay_control(session, name, &message).map_err(|error| match error {
+    let answer = Answer::to("command");
+    answer.told(send_and_print(&args.client, name, args.json, |session| {
+        answer.noted(client::replay_control(session, name, &message).map_err(|error| match error {
             BusError::NoReply(_) => {
                 Failure::Failed(format!("only a replay accepts seek, rate and next, and `{name}` may not be a replay: {error}"))
             }
-            error => error.into(),
-        })
-    })
+            error => Failure::from(error),
+        }))
+    }))
 }

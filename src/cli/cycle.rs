@@ -8,8 +8,8 @@ use clap_complete::engine::ArgValueCompleter;
 use super::aligned_table::{figure, print};
 use super::completions;
 use super::exit_status::ExitStatus;
-use super::failure::CommandResult;
-use super::folders::must_be_writable;
+use super::failure::{CommandResult, Failure};
+use super::folders::must_be_targets;
 use super::output::output;
 use super::values::number;
 use super::written::write_table;
@@ -44,7 +44,8 @@ pub(super) struct Args {
     /// Crank-to-rod ratios: the crank's length changes, the rod stays. Default: the scene's ratio.
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = ratio)]
     ratio: Vec<f64>,
-    /// Crank rate at the beginning of the turn, rad/s. Default: the rate the scene's [drive] reaches, or its start rate, or 1.
+    /// Crank rate at the beginning of the turn, rad/s. Default: the rate the scene's [drive] reaches, of a table that after its
+    /// last row, or else its mean; without a [drive] the start rate; 1 where the scene's is 0.
     #[arg(long, value_name = "RAD_PER_S", value_parser = any)]
     speed: Option<f64>,
     /// Crank acceleration, constant over the turn, rad/s².
@@ -89,7 +90,7 @@ struct Range {
 }
 
 pub(super) fn cycle(args: &Args) -> CommandResult {
-    args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
+    must_be_targets(&args.scene, &[("--csv", args.csv.as_deref())])?;
     let source = SceneSource::open(&args.scene, &args.overrides)?;
     let options = args.options();
     let (table, show): (Table, fn(&Table) -> std::io::Result<()>) = match (args.sweep_ratio, args.balance, args.r4, args.r5) {
@@ -99,12 +100,11 @@ pub(super) fn cycle(args: &Args) -> CommandResult {
     };
     let mut out = output();
     let speed = figure(speed_rad_per_s(&source.scene, &options));
-    writeln!(out, "{}, one turn at {speed} rad/s{}", args.scene, args.changing())?;
-    show(&table)?;
-    if let Some(path) = &args.csv {
-        writeln!(out)?;
-        write_table(path, &table, true)?;
-    }
+    let begun = writeln!(out, "{}, one turn at {speed} rad/s{}", args.scene, args.changing());
+    let shown = begun.and_then(|()| show(&table)).and_then(|()| if args.csv.is_some() { writeln!(out) } else { Ok(()) });
+    // The table is written though printing fails.
+    let written = args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, true));
+    shown.map_err(Failure::from).and(written)?;
     Ok(ExitStatus::Success)
 }
 

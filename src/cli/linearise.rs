@@ -8,7 +8,7 @@ use nalgebra::Complex;
 use super::aligned_table::figure;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
-use super::folders::must_be_writable;
+use super::folders::must_be_targets;
 use super::linear_args::{Linear, LinearArgs};
 use super::output::output;
 use super::progress::elapsed;
@@ -56,7 +56,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn linearise(args: &Args) -> CommandResult {
-    must_be_writable(args.output.path())?;
+    must_be_targets(&args.linear.subject.target, &[("--output", Some(args.output.path()))])?;
     let linear = args.linear.linearise()?;
     let (space, time) = args.in_time(&linear)?;
     args.output.write(&space, &linear.title)?;

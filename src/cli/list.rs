@@ -70,7 +70,7 @@ fn described(options: &BusOptions) -> Result<Vec<Described>, BusError> {
     let found = client::services(&session, client::DISCOVERY_TIMEOUT / 2, |found| !found.is_empty() && complete());
     let described = found.and_then(|found| client::describe(&session, &found));
     bus::close(&session)?;
-    described.and_then(|described| if described.is_empty() { Err(BusError::NoLocalService) } else { Ok(described) })
+    described.and_then(|described| if described.is_empty() { Err(BusError::NoAnswer) } else { Ok(described) })
 }
 
 impl From<Described> for Listed {

@@ -14,7 +14,7 @@ use super::client_args::ClientArgs;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::{make_folder, must_be_writable};
+use super::folders::{make_folder, must_be_targets};
 use super::mode_figures::{damping, hertz, percent};
 use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
@@ -142,10 +142,10 @@ pub(super) fn modes(args: &Args) -> CommandResult {
         return live(args, name);
     }
     let interruption = Interruption::watch()?;
+    must_be_targets(&args.subject.target, &[("--csv", args.csv.as_deref())])?;
     let chosen = args.subject.choose()?;
     chosen.check(args.angle.is_some(), args.speed.is_some())?;
     let (along, values) = args.sweep(&chosen)?;
-    args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let mut swept = args.find(&chosen, along, values, &interruption)?;
     let points = swept.follow(args.modes());
@@ -155,18 +155,19 @@ pub(super) fn modes(args: &Args) -> CommandResult {
         return Err(refusal.clone().into());
     }
     let table = swept.table(&points);
-    match (args.json, sweeps) {
-        (true, _) => table.rows_as_json().iter().try_for_each(print_json)?,
-        (false, true) => swept.show(&args.subject.target, &points)?,
-        (false, false) => show(args, &chosen, &swept)?,
-    }
-    args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json))?;
+    let shown = match (args.json, sweeps) {
+        (true, _) => table.rows_as_json().iter().try_for_each(print_json).map_err(Failure::from),
+        (false, true) => swept.show(&args.subject.target, &points),
+        (false, false) => show(args, &chosen, &swept),
+    };
+    // All that can be written is, though an earlier part of it, or printing, fails.
+    let mut written = shown.and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json)));
     if let Some(folder) = &args.plot {
         for (name, picture) in if sweeps { swept.pictures(&points) } else { shapes(&swept) } {
-            draw(folder, &name, &picture, !args.json)?;
+            written = written.and(draw(folder, &name, &picture, !args.json));
         }
     }
-    swept.conclude(&interruption)
+    written.and(swept.conclude(&interruption))
 }
 
 impl Args {

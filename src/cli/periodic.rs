@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::{make_folder, must_be_writable};
+use super::folders::{make_folder, must_be_targets};
 use super::formatting::counted;
 use super::modes::Args;
 use super::output::{output, print_json};
@@ -46,6 +46,7 @@ struct Chart<'a> {
 
 pub(super) fn periodic(args: &Args) -> CommandResult {
     let interruption = Interruption::watch()?;
+    must_be_targets(&args.subject.target, &[("--csv", args.csv.as_deref())])?;
     let chosen = args.subject.choose()?;
     chosen.check(args.angle.is_some(), true)?;
     let speeds = args.speed.as_ref().map(|speeds| speeds.0.clone()).unwrap_or_default();
@@ -54,22 +55,20 @@ pub(super) fn periodic(args: &Args) -> CommandResult {
         Some([one]) => Some(*one),
         Some(_) => return Err(Failure::Usage("the angle at which a turn begins is one number".to_owned())),
     };
-    args.csv.as_deref().map_or(Ok(()), must_be_writable)?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
     let rows = rows(args, &chosen)?;
     let found = find(args, &rows, &speeds, chosen.angle_rad(angle_deg)?, &interruption);
     let chart = Chart { args, integrator: chosen.source.scene.solver.integrator.as_str(), speeds, rows, found };
     let table = chart.table();
-    match (args.json, chart.speeds.len() * chart.rows.len()) {
-        (true, _) => table.rows_as_json().iter().try_for_each(print_json)?,
-        (false, 1) => chart.show_one()?,
-        (false, _) => chart.show()?,
-    }
-    args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json))?;
-    if let Some(folder) = &args.plot {
-        chart.draw(folder)?;
-    }
-    chart.conclude(&interruption)
+    let shown = match (args.json, chart.speeds.len() * chart.rows.len()) {
+        (true, _) => table.rows_as_json().iter().try_for_each(print_json).map_err(Failure::from),
+        (false, 1) => chart.show_one(),
+        (false, _) => chart.show(),
+    };
+    // Files are written although nothing can be printed.
+    let written = shown.and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.json)));
+    let drawn = args.plot.as_deref().map_or(Ok(()), |folder| chart.draw(folder));
+    written.and(drawn).and_then(|()| chart.conclude(&interruption))
 }
 
 /// The scene with every value of the key.
@@ -215,13 +214,17 @@ impl Chart<'_> {
             let own = figure(1.0 / found.orbit.cycle.period_s);
             writeln!(out, "  Hz are known up to whole multiples of {own} Hz, and up to their sign")?;
         }
-        let faster = found.modes.len() - resolved().count();
-        match faster {
-            0 => {}
-            _ if found.is_known() => writeln!(out, "  {faster} more modes are too fast for these steps")?,
-            _ => {
-                writeln!(out, "  no multiplier is known: the motion was found with these steps alone, so that none has an error")?
-            }
+        let faster = found.modes.len() - resolved().count() + found.lost.div_ceil(2);
+        if found.is_known() && faster > 0 {
+            writeln!(out, "  {} too fast for these steps", are(faster, "more mode"))?;
+        }
+        if !found.is_known() {
+            let has_errors = found.modes.iter().any(|mode| mode.multiplier.error.is_finite());
+            let why = match has_errors || found.lost > 0 {
+                true => format!("{} too fast for these steps", are(faster, "mode")),
+                false => "the motion was found with these steps alone, so that none has an error".to_owned(),
+            };
+            writeln!(out, "  no multiplier is known: {why}")?;
         }
         if found.gone > 0 {
             let multipliers = counted(found.gone as u64, "more multiplier");
@@ -265,8 +268,13 @@ impl Chart<'_> {
         }
         if rows.len() > 1 {
             print(&rows, 2)?
-        } else if self.motions().next().is_some() {
+        } else if self.motions().any(|(_, _, found)| found.is_known()) {
             writeln!(out, "  no mode is unstable")?
+        }
+        let unknown = self.motions().filter(|(_, _, found)| !found.is_known()).count();
+        if unknown > 0 {
+            let motions = counted(unknown as u64, "motion");
+            writeln!(out, "  no multiplier of {motions} is known: their modes are too fast for the steps, or the steps too few")?;
         }
         let differs = self.motions().filter(|(_, _, found)| found.scheme_adds_growth() && found.unstable().next().is_none());
         let differs: Vec<f64> = differs.map(|(_, speed, _)| speed).collect();
@@ -341,6 +349,11 @@ impl Chart<'_> {
             _ => Err(Failure::Failed(format!("{refused} of {all} motions were not found"))),
         }
     }
+}
+
+/// `3 modes are`, `1 mode is`.
+fn are(count: usize, noun: &str) -> String {
+    format!("{} {}", counted(count as u64, noun), if count == 1 { "is" } else { "are" })
 }
 
 /// Whether two sentences differ by figures at most.

@@ -10,7 +10,7 @@ use super::turning::{coarse_turning, first_chord};
 use super::vibration_sampling::rare_samples;
 use crate::plot::{self, Figure, Format, MechanismPicture, Named, PlotError};
 use crate::recording::{RecordingError, RecordingMetadata, TopicColumns, begins_as_mcap, is_stamp_or_time, read_columns};
-use crate::scene::{Drive, ModelKind, Scene, SceneSource, scene_hint};
+use crate::scene::{Drive, ModelKind, Scene, SceneSource, toml_hint};
 use crate::shown::{shown_name, shown_s};
 use crate::small_motion::{NormalMode, NormalModes, Part, Share, Subject};
 use crate::study::Table;
@@ -53,7 +53,7 @@ impl Source {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let recorded = has_extension_of_recordings(path) || begins_as_mcap(path);
         let picture = || picture_hint(path).filter(|_| !recorded);
-        if let Some(hint) = scene_hint(path).or_else(picture).or_else(|| RecordingError::absent_scene_hint(path)) {
+        if let Some(hint) = toml_hint(path).or_else(picture).or_else(|| RecordingError::absent_scene_hint(path)) {
             return Err(Failure::Failed(format!("{}: neither a recording nor a table, but {hint}", path.display())));
         }
         let (mut tables, whole) = if recorded {

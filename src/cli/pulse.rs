@@ -1,5 +1,6 @@
 //! `pulse`: sends torque pulses to a service.
 
+use std::cell::Cell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,7 @@ use super::aligned_table::figure;
 use super::client_args::ClientArgs;
 use super::completions;
 use super::exit_status::ExitStatus;
-use super::failure::CommandResult;
+use super::failure::{CommandResult, Failure};
 use super::output::{output, print_json};
 use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
@@ -19,7 +20,7 @@ use super::values::{GivenDuration, LONG_PULSE_S, pulse_delay, pulse_duration, to
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
-use crate::wire;
+use crate::wire::{self, CommandReply};
 
 /// Both forms: a pulse needs torque and duration.
 pub(super) const USAGE: &str = "\
@@ -97,7 +98,38 @@ pub(super) fn pulse(args: Args) -> CommandResult {
         shape: args.shape.into(),
     };
     let message = wire::pulse_message(&args.id.clone().unwrap_or_else(fresh_id), &request);
-    send_and_print(&args.client, &args.name, args.json, |session| Ok(client::pulse(session, &args.name, &message)?))
+    let answer = Answer::to("pulse");
+    answer.told(send_and_print(&args.client, &args.name, args.json, |session| {
+        answer.noted(client::pulse(session, &args.name, &message))
+    }))
+}
+
+/// What a service answers to a command. A failure that comes after it, as where standard output is full, is not the command's.
+pub(super) struct Answer {
+    what: String,
+    accepted: Cell<Option<bool>>,
+}
+
+impl Answer {
+    /// An answer to come, to `what`.
+    pub(super) fn to(what: impl Into<String>) -> Self {
+        Answer { what: what.into(), accepted: Cell::new(None) }
+    }
+
+    /// Notes the answer.
+    pub(super) fn noted(&self, reply: Result<CommandReply, impl Into<Failure>>) -> CommandResult<CommandReply> {
+        reply.inspect(|reply| self.accepted.set(Some(reply.accepted))).map_err(Into::into)
+    }
+
+    /// The end of the command; a failure tells the answer, if that has come.
+    pub(super) fn told<T>(&self, ended: CommandResult<T>) -> CommandResult<T> {
+        ended.map_err(|failure| match (failure, self.accepted.get()) {
+            (Failure::Failed(why), Some(accepted)) => {
+                Failure::Failed(format!("{why}; the {} was {}", self.what, if accepted { "accepted" } else { "refused" }))
+            }
+            (failure, _) => failure,
+        })
+    }
 }
 
 /// A warning of the first long pulse of a file, whose durations may be meant in ms.
@@ -125,12 +157,13 @@ fn send_all(session: &Session, args: &Args, pulses: &[ListedPulse]) -> CommandRe
         let message = wire::pulse_message(&id, request);
         // A retry under the same id is not applied again if only the reply was lost.
         let again = |_| client::pulse(session, &args.name, &message);
-        let reply = client::pulse(session, &args.name, &message).or_else(again).or_else(again)?;
-        if args.json {
-            print_json(&ReplyLine::new(&reply, Some(*line)))?;
-        } else {
-            writeln!(output(), "line {line}: {}", format_reply(&reply))?;
-        }
+        let answer = Answer::to(format!("pulse of line {line}, the last that was sent,"));
+        let reply = answer.noted(client::pulse(session, &args.name, &message).or_else(again).or_else(again))?;
+        let printed = match args.json {
+            true => print_json(&ReplyLine::new(&reply, Some(*line))),
+            false => writeln!(output(), "line {line}: {}", format_reply(&reply)),
+        };
+        answer.told(printed.map_err(Failure::from))?;
         if !reply.accepted {
             return Ok(ExitStatus::Refused);
         }
@@ -141,6 +174,23 @@ fn send_all(session: &Session, args: &Args, pulses: &[ListedPulse]) -> CommandRe
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A full standard output read as a refusal.
+    #[test]
+    fn regress_a_failure_after_the_reply_says_what_the_reply_was() {
+        let ended = |accepted: Option<bool>| {
+            let answer = Answer::to("pulse");
+            let reply = accepted.map(|accepted| CommandReply { accepted, ..CommandReply::default() });
+            assert_eq!(reply.is_some(), answer.noted(reply.ok_or(Failure::Failed("no reply".to_owned()))).is_ok());
+            match answer.told::<()>(Err(Failure::Failed("standard output: full".to_owned()))) {
+                Err(Failure::Failed(why)) => why,
+                other => format!("{other:?}"),
+            }
+        };
+        assert_eq!(ended(Some(true)), "standard output: full; the pulse was accepted");
+        assert_eq!(ended(Some(false)), "standard output: full; the pulse was refused");
+        assert_eq!(ended(None), "standard output: full");
+    }
 
     #[test]
     fn regress_a_long_duration_without_a_unit_is_suspect() {

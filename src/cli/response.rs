@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::aligned_table::{figure, print};
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::{make_folder, must_be_writable};
+use super::folders::{make_folder, must_be_targets};
 use super::linear_args::{Linear, LinearArgs};
 use super::output::output;
 use super::progress::bar;
@@ -100,20 +100,18 @@ struct Responses {
 }
 
 pub(super) fn response(args: &Args) -> CommandResult {
-    args.must_have_two_files()?;
-    [&args.csv, &args.step_csv].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
+    let targets = [("--csv", args.csv.as_deref()), ("--step-csv", args.step_csv.as_deref())];
+    must_be_targets(&args.linear.subject.target, &targets)?;
     let linear = args.linear.linearise()?;
     let found = modes(&linear.chosen.subject, &linear.point, MODES)?;
     let responses = args.respond(&linear, &natural_hz(&found))?;
     args.plot.as_deref().map_or(Ok(()), make_folder)?;
-    responses.show(&linear.title)?;
-    responses.show_caveats(is_free(&found))?;
-    args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_frequency(), true))?;
-    args.step_csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_time(), true))?;
-    if let Some(folder) = &args.plot {
-        draw(folder, "frequency-response", &responses.bode(&linear.title), true)?;
-        draw(folder, "step-response", &responses.after_step(&linear.title)?, true)?;
-    }
+    let shown = responses.show(&linear.title).and_then(|()| responses.show_caveats(is_free(&found)));
+    // All that can be written is, though an earlier part of it, or printing, fails.
+    shown
+        .and(args.csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_frequency(), true)))
+        .and(args.step_csv.as_deref().map_or(Ok(()), |path| write_table(path, &responses.over_time(), true)))
+        .and(args.plot.as_deref().map_or(Ok(()), |folder| responses.draw(folder, &linear.title)))?;
     if let Some(rate) = growth_per_s(&found) {
         say!(
             "warning: the motion grows by itself as e^({} t), so the step response grows, too, and the frequency response is not \
@@ -142,16 +140,6 @@ fn growth_per_s(found: &[Mode]) -> Option<f64> {
 }
 
 impl Args {
-    /// Refuses two tables in one file.
-    fn must_have_two_files(&self) -> CommandResult<()> {
-        match (&self.csv, &self.step_csv) {
-            (Some(csv), Some(step_csv)) if place_on_disk(csv).is_some_and(|place| Some(place) == place_on_disk(step_csv)) => {
-                Err(Failure::Usage(format!("--csv and --step-csv name one file, {}: each table needs its own", csv.display())))
-            }
-            _ => Ok(()),
-        }
-    }
-
     fn respond(&self, linear: &Linear, natural: &[[f64; 2]]) -> CommandResult<Responses> {
         let space = &linear.space;
         let input = match &self.input {
@@ -228,12 +216,6 @@ impl Args {
             _ => format!("--from {low} must be less than --to {high}"),
         }
     }
-}
-
-/// A file by its folder without links and dots, whether it exists or not; `None` where there is no such folder.
-fn place_on_disk(path: &Path) -> Option<PathBuf> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
 }
 
 fn place(name: &str, names: &[String], what: &str) -> CommandResult<usize> {
@@ -333,6 +315,11 @@ impl Responses {
         let responses = self.outputs.iter().zip(self.magnitudes.iter().zip(&self.steps));
         let mut angles = responses.filter(|(name, _)| name.ends_with("_rad"));
         angles.any(|(_, (magnitudes, step))| is_large(magnitudes) || is_large(step))
+    }
+
+    fn draw(&self, folder: &Path, title: &str) -> CommandResult<()> {
+        let after_step = self.after_step(title)?;
+        draw(folder, "frequency-response", &self.bode(title), true).and(draw(folder, "step-response", &after_step, true))
     }
 
     fn over_frequency(&self) -> Table {

@@ -5,6 +5,7 @@ use clap_complete::engine::ArgValueCandidates;
 use super::client_args::ClientArgs;
 use super::completions;
 use super::failure::CommandResult;
+use super::pulse::Answer;
 use super::replies::{fresh_id, send_and_print};
 use super::values::{hold, torque};
 use crate::bus::{Name, client};
@@ -47,5 +48,8 @@ pub(super) struct Args {
 pub(super) fn setpoint(args: &Args) -> CommandResult {
     let request = SetpointRequest { torque_nm: args.torque, hold_s: args.hold };
     let message = wire::setpoint_message(&args.id.clone().unwrap_or_else(fresh_id), &request);
-    send_and_print(&args.client, &args.name, args.json, |session| Ok(client::setpoint(session, &args.name, &message)?))
+    let answer = Answer::to("setpoint");
+    answer.told(send_and_print(&args.client, &args.name, args.json, |session| {
+        answer.noted(client::setpoint(session, &args.name, &message))
+    }))
 }

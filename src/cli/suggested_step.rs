@@ -7,7 +7,7 @@ use super::aligned_table::figure;
 use super::step_error::{LargeError, StepError};
 use super::trial_run::{RunLength, Trial};
 use crate::scene::{Drive, IntegratorKind, ModelKind, Motion, Scene};
-use crate::simulation::{Diverged, EnergyVerdict, Simulation};
+use crate::simulation::{BuildError, Diverged, EnergyVerdict, Simulation};
 use crate::small_motion::Vibrations;
 
 /// Fewer steps of a run show nothing of it.
@@ -29,6 +29,8 @@ pub(super) struct OwnRun<'a> {
 
 /// Whether a step suffices.
 enum Verdict {
+    /// It is beyond the stability limit of an explicit integrator.
+    Unstable,
     /// A run with it does not keep its energy balance.
     Unbalanced,
     /// A run with it keeps its energy balance, but has a large step error.
@@ -67,8 +69,11 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
         match own.judge(scene, step_s, length) {
             Verdict::Sufficient { cut_off_s } => {
                 if let Some((longer_s, error)) = balanced {
-                    let does = if longer_s == first_s { "would suffice for that" } else { "keeps it" };
+                    let does = if longer_s == first_s { "would suffice for that" } else { "keeps the balance" };
                     reason += &format!("; {longer_s} s {does}, but has a step error of {error}");
+                }
+                if step_s == first_s && is_unstable(scene, next_digit(step_s)) {
+                    reason += "; runge-kutta also has a stability limit, which refuses longer steps";
                 }
                 if let Some(time_s) = cut_off_s {
                     reason += &format!("; only the first {} s of a run with it are judged", figure(time_s));
@@ -81,10 +86,13 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
                     balanced = Some((step_s, error));
                 }
             }
+            Verdict::Unstable if step_s == first_s => {
+                reason += &format!("; {first_s} s would suffice for that, but is beyond the stability limit of runge-kutta");
+            }
             Verdict::Unbalanced if step_s == first_s => {
                 reason += &format!("; {first_s} s would suffice for that, but diverges or does not keep the energy balance");
             }
-            Verdict::Unbalanced => {}
+            Verdict::Unstable | Verdict::Unbalanced => {}
         }
         if tries >= enough || begun.elapsed() >= length.longest {
             break;
@@ -106,7 +114,7 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
             let judged = format!("only the first {} s of a run with it are judged", figure(time_s));
             (Some(scene.solver.step_s), format!("the scene's own: {none}; {judged}"))
         }
-        (Verdict::Unbalanced, None) => (None, none),
+        (Verdict::Unstable | Verdict::Unbalanced, None) => (None, none),
     }
 }
 
@@ -121,9 +129,12 @@ impl OwnRun<'_> {
         if step_s == scene.solver.step_s {
             return self.verdict();
         }
-        let mut other = scene.clone();
-        other.solver.step_s = step_s;
-        let Ok(mut run) = Simulation::new(&other) else { return Verdict::Unbalanced };
+        let other = with_step(scene, step_s);
+        let mut run = match Simulation::new(&other) {
+            Ok(run) => run,
+            Err(refused) if is_of_step(&refused) => return Verdict::Unstable,
+            Err(_) => return Verdict::Unbalanced,
+        };
         let trial = Trial::of(&mut run, length, Duration::ZERO);
         let is_exact = step_s < scene.solver.step_s
             && self.trial.verdict.is_ok()
@@ -148,6 +159,24 @@ fn is_kept(verdict: &Result<EnergyVerdict, Diverged>) -> bool {
     matches!(verdict, Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged))
 }
 
+/// The scene with this step, s.
+fn with_step(scene: &Scene, step_s: f64) -> Scene {
+    let mut other = scene.clone();
+    other.solver.step_s = step_s;
+    other
+}
+
+/// Whether a simulation is refused for its step alone, which is beyond the stability limit of an explicit integrator.
+fn is_of_step(refused: &BuildError) -> bool {
+    refused.key == "solver.step_s"
+}
+
+/// Whether a step, s, is beyond the stability limit of the scene's integrator.
+fn is_unstable(scene: &Scene, step_s: f64) -> bool {
+    let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
+    explicit && Simulation::new(&with_step(scene, step_s)).is_err_and(|refused| is_of_step(&refused))
+}
+
 /// A step for about 0.1 % of error in a period, s, with its reason.
 ///
 /// A method of second order with a step h stretches the period of a vibration by about (ω h)²/12: 0.1 % at 2π/(ω h) = 57 steps. A
@@ -160,9 +189,7 @@ fn suggestion(scene: &Scene, slowest: Option<(f64, &str)>) -> (Option<f64>, Stri
     let Some((period_s, what)) = slowest else {
         return (None, "nothing is known to vibrate or turn at the start".to_owned());
     };
-    let explicit = scene.solver.integrator == IntegratorKind::RungeKutta;
-    let limit = if explicit { "; runge-kutta also has a stability limit, which refuses longer steps" } else { "" };
-    (Some(one_digit(period_s / steps)), format!("at least {steps} steps per {what} ({} s){limit}", figure(period_s)))
+    (Some(one_digit(period_s / steps)), format!("at least {steps} steps per {what} ({} s)", figure(period_s)))
 }
 
 /// Period of the lowest frequency, or of a turn if that is shorter, s, with its name.
@@ -209,6 +236,11 @@ pub(super) fn one_digit(value: f64) -> f64 {
     let (digit, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let digit = digit.parse::<f64>().unwrap_or(1.0).round();
     format!("{digit}e{exponent}").parse().unwrap_or(value)
+}
+
+/// The next longer step with one digit, of such a step: 0.003 becomes 0.004.
+fn next_digit(step_s: f64) -> f64 {
+    step_s + 10.0_f64.powf(step_s.log10().floor())
 }
 
 #[cfg(test)]
@@ -260,6 +292,35 @@ angle_rad = -1.5707963267948966
             assert!(suggested_s == Some(step_s) && reason.starts_with(&beginning), "{suggested_s:?}: {reason}");
             let (period_s, name) = slowest_motion(&scene, vibrations).ok_or("nothing swings")?;
             assert!((2.0..2.5).contains(&period_s) && name == "period of the lowest frequency", "{name}: {period_s}");
+        }
+        Ok(())
+    }
+
+    /// Rigid, the pendulum swings at 0.44 Hz and 1.63 Hz. The explicit scheme is stable on the imaginary axis up to hω = 2√2: to
+    /// 0.28 s at the second frequency, which does not bound a step of 0.1 s. Frequencies grow with the root of the weight: at
+    /// 33 m/s² the limit is 0.15 s, between that step and the next one, 0.2 s. With links that bend, it is 1.4e-4 s.
+    #[test]
+    fn regress_a_stability_limit_is_named_only_where_it_bounds_the_step() -> Tested {
+        let limit = "; runge-kutta also has a stability limit, which refuses longer steps";
+        let refused = "; 0.002 s would suffice for that, but is beyond the stability limit of runge-kutta";
+        for (model, weight, own_s, until_s, suggested_s, remark) in [
+            ("rigid", "-9.81", "0.01", 20.0, 0.1, ""),
+            ("rigid", "-33.0", "0.01", 20.0, 0.1, limit),
+            ("modal", "-9.81", "1e-4", 0.5, 1e-4, refused),
+        ] {
+            let own = [
+                format!("solver.model={model}"),
+                "solver.integrator=runge-kutta".to_owned(),
+                format!("solver.step_s={own_s}"),
+                format!("gravity.y_m_per_s2={weight}"),
+            ];
+            let scene = SceneSource::parse("pendulum", PENDULUM, &own)?.scene;
+            let length = RunLength { until_s, longest: Duration::from_secs(20) };
+            let trial = Trial::of(&mut Simulation::new(&scene)?, length, Duration::ZERO);
+            let run = OwnRun { trial: &trial, step_error: StepError::of(&scene, &trial, length) };
+            let (found_s, reason) = suggested_step(&scene, Vibrations::of_scene(&scene)?, run, length);
+            assert_eq!(found_s, Some(suggested_s), "{reason}");
+            assert!(reason.starts_with("at least 12 steps per ") && reason.ends_with(&format!(" s){remark}")), "{reason}");
         }
         Ok(())
     }

@@ -39,15 +39,37 @@ async fn watch_over(args: &Args) -> CommandResult {
             return Ok(ended.code().map_or(ExitStatus::Interrupted, |code| ExitStatus::OfService(code as u8)));
         }
         resumed = recordings.iter().rev().find_map(|base| last_resumable(base, in_parts));
-        let goes_on = if resumed.is_some() { "resumes from its recording" } else { "starts again: it has recorded nothing yet" };
-        say!("error: the service died ({ended}); it {goes_on}");
         deaths.push_back(Instant::now());
         if deaths.len() == DEATHS && deaths.pop_front().is_some_and(|first| first.elapsed() < PERIOD) {
+            say!("error: the service died ({ended})");
             break;
         }
+        say!("error: the service died ({ended}); {}", way_on(&recordings, in_parts, resumed.as_deref()));
         recordings.push(next_recording(&recordings[0], in_parts));
     }
-    Err(Failure::Failed(format!("the service died {DEATHS} times within {} s: given up", PERIOD.as_secs())))
+    Err(Failure::Failed(given_up(resumed.as_deref())))
+}
+
+/// How the service goes on after a death, in words: from the file that it resumes, or from its start. A later recording that is
+/// not there, as after somebody moved it away, is named.
+fn way_on(recordings: &[PathBuf], in_parts: bool, resumed: Option<&Path>) -> String {
+    let is_resumed = |base: &PathBuf| files(base, in_parts).iter().any(|file| resumed == Some(file.as_path()));
+    let later = recordings.iter().rev().take_while(|base| !is_resumed(base));
+    let absent = later.map(|base| first_file(base, in_parts)).find(|file| !file.exists());
+    match (absent, resumed) {
+        (None, Some(_)) => "it resumes from its recording".to_owned(),
+        (None, None) => "it starts again: it has recorded nothing yet".to_owned(),
+        (Some(absent), Some(resumed)) => {
+            format!("its recording {} is not there: it resumes from {}", absent.display(), resumed.display())
+        }
+        (Some(absent), None) => format!("its recording {} is not there: it starts again at t = 0", absent.display()),
+    }
+}
+
+/// Why no further service is started, and the way on from the last file that a session can be resumed from.
+fn given_up(resumable: Option<&Path>) -> String {
+    let file = |file: &Path| format!("; `flexcrank run --resume {}` goes on from its recording", file.display());
+    format!("the service died {DEATHS} times within {} s: given up{}", PERIOD.as_secs(), resumable.map_or(String::new(), file))
 }
 
 fn first_recording(args: &Args) -> PathBuf {
@@ -59,15 +81,24 @@ fn first_recording(args: &Args) -> PathBuf {
 fn next_recording(first: &Path, in_parts: bool) -> PathBuf {
     let stem = first.file_stem().unwrap_or_default().to_string_lossy();
     let named = |number: u32| first.with_file_name(format!("{stem}-resumed-{number}.mcap"));
-    let is_free = |path: &PathBuf| !if in_parts { paths::part(path, 1) } else { path.clone() }.exists();
+    let is_free = |path: &PathBuf| !first_file(path, in_parts).exists();
     (1..).map(named).find(is_free).unwrap_or_else(|| first.to_owned())
+}
+
+/// The file with which a recording begins: itself, or its first part.
+fn first_file(base: &Path, in_parts: bool) -> PathBuf {
+    if in_parts { paths::part(base, 1) } else { base.to_owned() }
 }
 
 /// The last file of a recording that a session can be resumed from, if it has one.
 fn last_resumable(base: &Path, in_parts: bool) -> Option<PathBuf> {
+    files(base, in_parts).into_iter().rev().find(|file| recording::has_checkpoint(file))
+}
+
+/// The files of a recording: itself, or its parts that are there.
+fn files(base: &Path, in_parts: bool) -> Vec<PathBuf> {
     let parts = (1..).map(|part| paths::part(base, part)).take_while(|part| part.exists());
-    let files: Vec<PathBuf> = if in_parts { parts.collect() } else { vec![base.to_owned()] };
-    files.into_iter().rev().find(|file| recording::has_checkpoint(file))
+    if in_parts { parts.collect() } else { vec![base.to_owned()] }
 }
 
 /// Starts the service: this very command, with the recordings to resume from and to write.
@@ -116,6 +147,26 @@ mod tests {
         assert_eq!(next_recording(&take, false), folder.path().join("take-resumed-2.mcap"));
         std::fs::write(folder.path().join("take-resumed-1-001.mcap"), "of another session")?;
         assert_eq!(next_recording(&take, true), folder.path().join("take-resumed-2.mcap"));
+        Ok(())
+    }
+
+    /// A recording that the user had moved away was said to have recorded nothing yet.
+    #[test]
+    fn regress_a_recording_that_is_not_there_is_named_with_the_way_on() -> std::io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let [take, next] = ["take.mcap", "take-resumed-1.mcap"].map(|name| folder.path().join(name));
+        let both = [take.clone(), next.clone()];
+        let not_there = |file: &Path| format!("its recording {} is not there: it ", file.display());
+        assert_eq!(way_on(&both[..1], false, None), format!("{}starts again at t = 0", not_there(&take)));
+        let first_part = folder.path().join("take-001.mcap");
+        assert_eq!(way_on(&both[..1], true, None), format!("{}starts again at t = 0", not_there(&first_part)));
+        std::fs::write(&take, "nothing to resume from")?;
+        assert_eq!(way_on(&both[..1], false, None), "it starts again: it has recorded nothing yet");
+        assert_eq!(way_on(&both[..1], false, Some(&take)), "it resumes from its recording");
+        let from_take = format!("{}resumes from {}", not_there(&next), take.display());
+        assert_eq!(way_on(&both, false, Some(&take)), from_take);
+        std::fs::rename(&take, &next)?;
+        assert_eq!(way_on(&both, false, Some(&next)), "it resumes from its recording", "the later one is enough");
         Ok(())
     }
 }

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use super::aligned_table::figure;
 use crate::scene::{Chain, Drive, End, Link, ModelKind, Motion, Scene, SceneSource, builtin};
-use materials::{light_material, soft_material, strong_damping};
+use materials::{left_out_damping, light_material, soft_material, strong_damping};
 use sizes::{no_slender_bar, of_lengths};
 use speeds::{fast_crank, long_ramp};
 
@@ -41,8 +41,11 @@ pub(super) fn newly_suspect(before: &Scene, after: &Scene) -> Vec<String> {
 
 fn of_scene(scene: &Scene) -> Vec<String> {
     let Some(chain) = scene.chain() else { return Vec::new() };
-    let bends = scene.solver.model != ModelKind::Rigid;
-    let of_damping = |link: &Link| strong_damping(link).filter(|_| bends);
+    let of_damping = |link: &Link| match scene.solver.model {
+        ModelKind::Rigid => None,
+        ModelKind::Incremental => left_out_damping(link),
+        _ => strong_damping(link),
+    };
     let of_link = |link: &Link| [no_slender_bar(link), soft_material(link), light_material(link), of_damping(link)];
     let of_links = chain.links.iter().flat_map(of_link).flatten();
     let of_gravity = strong_gravity(chain.gravity_m_per_s2);
@@ -124,6 +127,18 @@ mod tests {
     fn warnings(scene: &str, overrides: &[&str]) -> Result<Vec<String>, SceneError> {
         let overrides: Vec<String> = overrides.iter().map(|&given| given.to_owned()).collect();
         Ok(suspect_numbers(&SceneSource::open(scene, &overrides)?))
+    }
+
+    #[test]
+    fn regress_damping_that_the_incremental_model_leaves_out_is_named() -> Result<(), SceneError> {
+        let incremental = ["solver.model=incremental", "solver.integrator=two-point", "crank.elements=1", "rod.elements=1"];
+        let given = |more: &[&'static str]| warnings("crank-slider", &[&incremental[..], more].concat());
+        let said = |link: &str, damping_s: &str| {
+            format!("{link}.damping_s = {damping_s} is left out: incremental has no damping of links")
+        };
+        assert_eq!(given(&["crank.damping_s=0", "rod.damping_s=1"])?, [said("rod", "1")]);
+        assert_eq!(given(&["crank.damping_s=0", "rod.damping_s=0"])?, [""; 0]);
+        Ok(())
     }
 
     #[test]

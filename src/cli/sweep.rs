@@ -21,8 +21,8 @@ use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::SceneSource;
 use crate::shown::shown_sentence;
 use crate::study::sweep::{
-    Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, TableFormat, Untrusted, Worked, has_rows,
-    merge, missing_rows, points, sensitivity, sensitivity_table, work,
+    Campaign, Ending, Merged, OutOfRange, RefusedRuns, RefusedValue, Shard, Spec, SweepError, TableFormat, Untrusted, Worked,
+    has_rows, merge, missing_rows, points, sensitivity, sensitivity_table, work,
 };
 
 pub(super) const EXAMPLES: &str = "\
@@ -110,12 +110,13 @@ pub(super) fn sweep(args: &Args) -> CommandResult {
     warn_of_suspect_numbers(&campaign)?;
     interruption_leaves("the rows so far are kept".to_owned());
     interruption.keeps(true);
-    let worked = compute(&campaign, &folder, shard, args.jobs, &interruption)?;
+    let failed = |error| failed_with_rows(error, &campaign, &folder);
+    let worked = compute(&campaign, &folder, shard, args.jobs, &interruption).map_err(failed)?;
     interruption.keeps(false);
     tell(&worked, &campaign)?;
     match (worked.interrupted, worked.left(), shard) {
         (true, ..) => Ok(ExitStatus::Interrupted),
-        (false, 0, None) => merged(&merge(&campaign, &folder, &table)?, &campaign),
+        (false, 0, None) => merged(&merge(&campaign, &folder, &table).map_err(failed)?, &campaign),
         (false, ..) => Ok(ExitStatus::Success),
     }
 }
@@ -156,7 +157,7 @@ fn compute(
     shard: Option<Shard>,
     jobs: Option<u64>,
     interruption: &Interruption,
-) -> CommandResult<Worked> {
+) -> Result<Worked, SweepError> {
     let jobs = jobs.and_then(|jobs| NonZero::new(usize::try_from(jobs).ok()?));
     let threads = jobs.or(std::thread::available_parallelism().ok()).unwrap_or(NonZero::<usize>::MIN);
     let (lines, bar) = (ProgressLines::begin(), bar(campaign.runs(), "{wide_bar} {pos}/{len} runs{left}"));
@@ -166,7 +167,17 @@ fn compute(
         if interruption.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.finish_and_clear();
-    Ok(worked?)
+    worked
+}
+
+/// The failure of a worker or of its table, as on a full disk, with what it leaves.
+fn failed_with_rows(error: SweepError, campaign: &Campaign, folder: &Path) -> Failure {
+    match error {
+        SweepError::File { .. } | SweepError::Table(_) if has_rows(campaign, folder).is_ok_and(|has_rows| has_rows) => {
+            Failure::Failed(format!("{error}; the rows so far are kept: the same command goes on"))
+        }
+        error => error.into(),
+    }
 }
 
 /// Prints the result of a worker.

@@ -11,7 +11,7 @@ use super::aligned_table::figure;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
-use super::folders::must_be_writable;
+use super::folders::must_be_targets;
 use super::formatting::counted;
 use super::output::print_json;
 use super::progress::{ProgressLines, bar};
@@ -118,8 +118,9 @@ pub(super) struct Args {
     /// Modes for modal, of the slowest link; the other links get those up to the same frequency.
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = modes)]
     modes: Vec<usize>,
-    /// Simulated duration. Default: 2 s, a second after the last pulse, two turns of a prescribed motion, or to the last row of
-    /// drive.table; a ringing after that needs --until. It is rounded up to a whole number of instants at which runs are compared.
+    /// Simulated duration. Default: 2 s, a second after the last pulse, two turns of a prescribed motion but at most 10 s of
+    /// them, or to the last row of drive.table; more, as a ringing after that, needs --until. It is rounded up to a whole number
+    /// of instants at which runs are compared.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     until: Option<f64>,
     /// Outputs whose errors count; energy counts over ten minutes with --tolerance.
@@ -190,7 +191,8 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     if let Some(taken) = args.write.as_ref().filter(|path| path.exists()) {
         return Err(Failure::Failed(format!("{}: exists already, and scenes are never overwritten", taken.display())));
     }
-    [&args.write, &args.output.csv, &args.output.plot].into_iter().flatten().try_for_each(|path| must_be_writable(path))?;
+    let targets = [("--write", &args.write), ("--csv", &args.output.csv), ("--plot", &args.output.plot)];
+    must_be_targets(&args.scene, &targets.map(|(option, path)| (option, path.as_deref())))?;
     suspect_numbers(&source).iter().for_each(|warning| say!("warning: {warning}"));
     let question = question(args);
     warn_of_values(args, &question, &source.scene);
@@ -216,19 +218,20 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     families.finish_and_clear();
     // After all timings, which they would disturb.
     let modes = lost_modes(args, &source.scene, &study);
-    show_study(args, &study, modes.as_ref())?;
-    write(args, &study, modes.as_ref())?;
+    // A failure of printing is told last: all files are written, a chosen scene among them.
+    let shown = show_study(args, &study, modes.as_ref());
+    write(args, &study, modes.as_ref(), shown.is_ok())?;
     interruption.keeps(false);
     if study.interrupted {
         say_reason!("warning: interrupted: the table is a part, {} configurations{}", study.rows.len(), args.not_chosen());
-        return Ok(ExitStatus::Interrupted);
+        return shown.and(Ok(ExitStatus::Interrupted));
     }
-    if args.tolerance.is_none() && args.levels.is_none() {
-        return Ok(ExitStatus::Success);
+    if (args.tolerance.is_none() && args.levels.is_none()) || (shown.is_err() && args.write.is_none()) {
+        return shown.and(Ok(ExitStatus::Success));
     }
     if interruption.is_asked() {
         say_reason!("warning: interrupted: the table is whole{}", args.not_chosen());
-        return Ok(ExitStatus::Interrupted);
+        return shown.and(Ok(ExitStatus::Interrupted));
     }
     interruption_leaves(format!("the table is whole{}", args.not_chosen()));
     let demands = Demands { tolerance: args.tolerance.unwrap_or(f64::INFINITY), real_time_factor: args.real_time_factor };
@@ -240,12 +243,13 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     if let Some(count) = args.levels {
         let levels = choose_levels(&source, &study, &demands, count, args.budget, &mut show);
         verifying.finish_and_clear();
-        return decide_levels(args.write.as_deref(), count, levels);
+        let decided = decide_levels(args.write.as_deref(), count, levels);
+        return decided.and_then(|ended| shown.map(|()| ended));
     }
     let choice = choose(&source.scene, &study, &demands, args.budget, &mut show);
     verifying.finish_and_clear();
     let lost = |chosen: &Chosen| modes.as_ref().map(|modes| lost(&study, modes, &chosen.row).join("; "));
-    decide(args.write.as_deref(), &source, &choice, lost)
+    decide(args.write.as_deref(), &source, &choice, lost).and_then(|ended| shown.map(|()| ended))
 }
 
 impl Args {
@@ -294,9 +298,10 @@ fn show_study(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandR
     modes.map_or(Ok(()), |modes| print_modes(study, modes))
 }
 
-fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult<()> {
+/// Writes the table and the picture; the table is told on standard output if `told`.
+fn write(args: &Args, study: &Study, modes: Option<&LostModes>, told: bool) -> CommandResult<()> {
     let table = table(study, modes);
-    args.output.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, !args.output.json))?;
+    let written = args.output.csv.as_deref().map_or(Ok(()), |path| write_table(path, &table, told && !args.output.json));
     let part = if study.interrupted { " (interrupted study)" } else { "" };
     let title = format!("{}: error in {}{part}", args.scene, words(study));
     if let (Some(path), Some(figure)) = (&args.output.plot, work_precision(&table)) {
@@ -304,7 +309,7 @@ fn write(args: &Args, study: &Study, modes: Option<&LostModes>) -> CommandResult
         figure.write(path, Format::of(path).unwrap_or(Format::Svg))?;
         say!("wrote {}", path.display());
     }
-    Ok(())
+    written
 }
 
 fn question(args: &Args) -> Question {

@@ -24,8 +24,9 @@ pub(super) fn decide(
     let keys = chosen.row.configuration.keys(&source.scene);
     let copy = source.with(&keys)?;
     let measured = measured(chosen, lost(chosen));
-    writeln!(output(), "\n{measured}{}", tables(&keys))?;
+    let shown = writeln!(output(), "\n{measured}{}", tables(&keys));
     write_scene(write, &copy, &measured)?;
+    shown?;
     if chosen.row.outcome.as_ref().is_ok_and(|measured| !measured.balance_kept) {
         say!(
             "warning: `run` calls these settings not to be trusted, as their energy balance is off: none that keeps it holds the \
@@ -47,8 +48,9 @@ pub(super) fn decide_levels(write: Option<&Path>, count: usize, levels: Result<L
     if levels.levels.len() < count {
         say!("warning: {} levels instead of {count}: no other setting is worth a switch", levels.levels.len());
     }
-    writeln!(output(), "\n{}\n{}", tables(&levels.keys), level_tables(&levels.tables))?;
+    let shown = writeln!(output(), "\n{}\n{}", tables(&levels.keys), level_tables(&levels.tables));
     write_scene(write, &levels.source, "")?;
+    shown?;
     Ok(ExitStatus::Success)
 }
 

@@ -87,7 +87,11 @@ pub(super) fn print_study(name: &str, study: &Study, wide: bool) -> CommandResul
         )?;
     }
     if study.left_out > 0 {
-        writeln!(out, "{} finer configurations were skipped: --budget allows no more", study.left_out)?;
+        let [skipped, allowed] = match study.measured().next() {
+            Some(_) => ["finer configurations", "no more"],
+            None => ["configurations", "none"],
+        };
+        writeln!(out, "{} {skipped} were skipped: --budget allows {allowed}", study.left_out)?;
     }
     if study.cut_short {
         say!("warning: the time budget ran out: another run may compute more or fewer configurations");

@@ -192,6 +192,7 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     }
     let verdict = match (findings.is_empty(), found.is_wrong()) {
         (true, false) => "intact, and equal to the bit",
+        (false, false) if structure.messages == 0 => "nothing to verify",
         (false, false) => "the rest is intact, and equal to the bit",
         (_, true) => "NOT as recorded",
     };

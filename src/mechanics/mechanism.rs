@@ -128,8 +128,9 @@ pub trait Mechanism: Send {
     /// Kinetic, strain and potential energy of the state given, J; the kinetic is homogeneous in the velocities, of second degree,
     /// unless motion is prescribed.
     fn energy(&mut self, input: &Input, q: &[f64], v: &[f64], a: &[f64]) -> Energy;
-    /// Change of the angle and the deflection that users look at first, by a small change `dq` of the coordinates at `q`.
-    fn measure(&self, q: &[f64], dq: &[f64]) -> Measure;
+    /// Change of the angle and the deflection that users look at first, by a small change `dq` of the coordinates at `q`; `None` where
+    /// there are no links.
+    fn measure(&self, q: &[f64], dq: &[f64]) -> Option<Measure>;
     /// Angles of the chords of the first link, where motion is free, and of a second one that is free, rad, each with its rate, rad/s;
     /// whole turns may be missing. 0 where there is none.
     fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS];

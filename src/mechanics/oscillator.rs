@@ -124,8 +124,8 @@ impl Mechanism for Oscillator {
         Energy { kinetic_j, strain_j: Some(strain_j), potential_j: None }
     }
 
-    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
+    fn measure(&self, _q: &[f64], _dq: &[f64]) -> Option<Measure> {
+        None
     }
 
     fn chords(&self, _q: &[f64], _v: &[f64]) -> [[f64; 2]; ROTATIONS] {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::format::is_closed;
 use super::open::open;
 use super::reader::Messages;
-use crate::scene::{builtin, scene_hint};
+use crate::scene::{builtin, toml_hint};
 use crate::shown::{shown_name, shown_names, shown_s, shown_sentence};
 
 /// A recording could not be written or read.
@@ -24,7 +24,7 @@ pub enum RecordingError {
     #[error("{}: {}", .0.display(), if .0.is_dir() { "is a folder, not a file" } else { "exists already, and recordings are never overwritten: choose another name" })]
     Exists(PathBuf),
     /// The file is not MCAP.
-    #[error("{}: not an MCAP file{}", .0.display(), scene_hint(.0).map_or(String::new(), |hint| format!(", but {hint}")))]
+    #[error("{}: not an MCAP file{}", .0.display(), toml_hint(.0).map_or(String::new(), |hint| format!(", but {hint}")))]
     NotMcap(PathBuf),
     /// The file is damaged.
     #[error("{}: {cause}", path.display())]

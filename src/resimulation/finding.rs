@@ -43,9 +43,12 @@ pub enum Finding {
         /// Why they are missing.
         why: LossReason,
     },
-    /// The recording holds no message.
+    /// The recording holds no message, or none in a whole chunk.
     #[error("the recording holds no message")]
-    Empty,
+    Empty {
+        /// Whether the file was closed. One that ends early may have lost its messages.
+        is_closed: bool,
+    },
     /// The metadata lacks an entry.
     #[error("the metadata does not state {0}: {1}")]
     NoFact(&'static str, &'static str),
@@ -208,6 +211,7 @@ impl Finding {
         matches!(
             self,
             Finding::CutOff { .. }
+                | Finding::Empty { is_closed: false }
                 | Finding::Recovered { .. }
                 | Finding::NoEnd
                 | Finding::NoFact(..)

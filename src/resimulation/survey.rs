@@ -217,7 +217,8 @@ impl<'a> Reading<'a> {
         findings.extend(structure.cut_off.map(|at| Finding::CutOff { at, bytes: structure.bytes }));
         findings.extend(end);
         findings.extend(recovered);
-        findings.extend((structure.messages == 0).then_some(Finding::Empty));
+        let is_closed = structure.cut_off.is_none();
+        findings.extend((structure.messages == 0).then_some(Finding::Empty { is_closed }));
         let has_no_rate = source.publish.is_none() && !source.is_sampled_as_original();
         findings.extend(has_no_rate.then_some(Finding::NoFact("publish_hz", "missing steps cannot be found")));
         match source.metadata.scene_is_original() {

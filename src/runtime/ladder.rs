@@ -147,7 +147,7 @@ impl Ladder {
     pub fn named(&self, name: &str) -> Result<usize, String> {
         let is_it = |rung: &Rung| rung.in_force.scene.in_force().is_some_and(|level| level.name == name);
         let found = self.rungs.iter().position(is_it);
-        found.ok_or_else(|| SceneAtLevel::named(&self.in_force().scene.base, name).err().unwrap_or_default())
+        found.ok_or_else(|| SceneAtLevel::unknown(&self.in_force().scene.base, name))
     }
 
     /// Steps that `running` has to take before it can go on at a level; `None` if it never can.

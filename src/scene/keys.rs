@@ -70,8 +70,13 @@ pub(super) const ELEMENTS: Count = Count {
 pub(super) const MODES: Count =
     Count { name: "modes", low: 1, high: 20, default: Value(2), meaning: "bending modes, for `modal`" };
 pub(super) const AXIAL: Boolean = Boolean { name: "axial", default: false, meaning: "whether `modal` lets the link stretch" };
-pub(super) const DAMPING: Number =
-    number("damping_s", "s", [0.0, 1e6], Value(0.0), "stiffness-proportional damping: c in σ = E (ε + c dε/dt)");
+pub(super) const DAMPING: Number = number(
+    "damping_s",
+    "s",
+    [0.0, 1e6],
+    Value(0.0),
+    "stiffness-proportional damping: c in σ = E (ε + c dε/dt); not with `incremental`",
+);
 pub(super) const RIGID: Boolean = Boolean { name: "rigid", default: false, meaning: "whether the link is rigid, for any model" };
 pub(super) const LINK_MASS: Number =
     number("mass_kg", "kg", [0.0, 1e9], Absent, "mass of a rigid link; instead of section and density");

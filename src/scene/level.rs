@@ -109,15 +109,17 @@ impl SceneAtLevel {
     pub fn named(base: &SceneSource, name: &str) -> Result<Self, String> {
         let levels = &base.scene.levels;
         let index = if name.is_empty() { Some(0) } else { levels.iter().position(|level| level.name == name) };
-        let level = index.ok_or_else(|| {
-            let names: Vec<&str> = levels.iter().map(|level| level.name.as_str()).collect();
-            let known =
-                if names.is_empty() { "the scene has none".to_owned() } else { format!("known here: {}", names.join(", ")) };
-            let hint = nearest(name, names.iter().copied()).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
-            format!("no level `{name}`{hint} ({known})")
-        })?;
+        let level = index.ok_or_else(|| Self::unknown(base, name))?;
         let source = base.at_level(level).map_err(|refused| refused.to_string())?;
         Ok(SceneAtLevel { base: base.clone(), level, source })
+    }
+
+    /// The refusal of a level of this name.
+    pub fn unknown(base: &SceneSource, name: &str) -> String {
+        let names: Vec<&str> = base.scene.levels.iter().map(|level| level.name.as_str()).collect();
+        let known = if names.is_empty() { "the scene has none".to_owned() } else { format!("known here: {}", names.join(", ")) };
+        let hint = nearest(name, names.iter().copied()).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+        format!("no level `{name}`{hint} ({known})")
     }
 
     /// The same level of the scene with `KEY=VALUE` changes.

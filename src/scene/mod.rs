@@ -63,16 +63,20 @@ pub struct SceneSource {
     pub(crate) as_read: String,
 }
 
-/// The commands for a scene, if this file is one: a remedy where another file is needed.
+/// The commands for a scene or a campaign, if this file is one: a remedy where another file is needed.
 #[cfg(feature = "service")]
-pub(crate) fn scene_hint(path: &Path) -> Option<String> {
+pub(crate) fn toml_hint(path: &Path) -> Option<String> {
     let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) && path.is_file();
     let bytes = is_toml.then(|| text_file::beginning(path, SIZE_LIMIT))?.ok()?;
     let before_comment = |line: &str| line.split('#').next().unwrap_or_default().trim().to_owned();
     let has_mechanism = |line: &str| ["[crank]", "[beam]", "[oscillator]"].contains(&before_comment(line).as_str());
     let name = path.display();
+    let text = String::from_utf8_lossy(&bytes);
+    if is_campaign(&text) {
+        return Some(format!("a campaign: `flexcrank sweep {name}` runs it"));
+    }
     let hint = || format!("a scene: `flexcrank check {name}` checks it, `flexcrank run {name}` runs it");
-    String::from_utf8_lossy(&bytes).lines().any(has_mechanism).then(hint)
+    text.lines().any(has_mechanism).then(hint)
 }
 
 /// Whether a text has the keys that vary in a campaign. No scene has them.

@@ -21,6 +21,9 @@ pub(super) fn engine(scene: &Scene, law: &DriveLaw) -> Result<Box<dyn Engine>, B
     };
     match scene.solver.model {
         ModelKind::Rigid => rigid(chain, scene, law),
+        ModelKind::Incremental if law.is_motion() => {
+            Err(refuse("a torque drives it, and [drive] prescribes a motion: use modal, finite-element or rigid"))
+        }
         ModelKind::Incremental => {
             let model = Incremental::new(chain, scene.solver.weight)
                 .ok_or_else(|| refuse("its links need a section: a rigid link has none"))?;

@@ -113,14 +113,14 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
             }
         }
         let LocalError { q, v } = self.integrator.local_error(h_s);
-        let measured = |vector: &[f64]| {
+        let measured = |vector: &[f64]| -> Option<Measure> {
             let mut parts = [0.0; ROTATIONS];
             parts.iter_mut().zip(&self.turns).take(turns).for_each(|(part, row)| *part = dot(row, vector));
             let turns_rad = self.rigid.as_ref().map_or(parts, |rigid| rigid.turned(chords, parts));
-            Measure { turns_rad, ..self.mechanism.measure(&self.state.q, vector) }
+            Some(Measure { turns_rad, ..self.mechanism.measure(&self.state.q, vector)? })
         };
-        let of_q = measured(q.vector());
-        let of_v = if std::ptr::eq(q.vector(), v.vector()) { of_q } else { measured(v.vector()) };
+        let of_q = measured(q.vector())?;
+        let of_v = if std::ptr::eq(q.vector(), v.vector()) { of_q } else { measured(v.vector())? };
         let terms = [(of_q, q), (of_v, v)].map(|(measure, term)| match term {
             ErrorTerm::Direct(_, factor) => Term { measure, factor, size: None },
             ErrorTerm::Difference(_, factor, size) => Term { measure, factor, size: Some(size) },

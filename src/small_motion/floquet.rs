@@ -101,7 +101,7 @@ pub fn of_scheme<S: PeriodicSystem>(
     settings: &OrbitSettings,
 ) -> Result<Floquet, FloquetError> {
     let orbit = periodic_orbit(system, scheme, cycle, guess, settings)?;
-    let (values, rounding) = multipliers(&orbit.monodromy)?;
+    let (values, rounding) = eigenvalues(&orbit.monodromy)?;
     let multipliers = values.into_iter().map(|value| Multiplier { value, error: rounding }).collect();
     Ok(Floquet { orbit, multipliers })
 }
@@ -196,15 +196,15 @@ fn larger_first(one: &Complex<f64>, other: &Complex<f64>) -> std::cmp::Ordering 
 /// Most sweeps of the eigenvalue iteration, for each row.
 const ITERATIONS: usize = 100;
 
-/// Eigenvalues of a monodromy matrix, largest magnitude first, and what rounding may do to a simple one: `n ε` of the balanced norm.
-fn multipliers(monodromy: &DMatrix<f64>) -> Result<(Vec<Complex<f64>>, f64), FloquetError> {
-    if monodromy.is_empty() {
+/// Eigenvalues of a matrix, largest magnitude first, and what rounding may do to a simple one: `n ε` of the balanced norm.
+pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<(Vec<Complex<f64>>, f64), FloquetError> {
+    if matrix.is_empty() {
         return Ok((Vec::new(), 0.0));
     }
-    if !monodromy.iter().all(|x| x.is_finite()) {
+    if !matrix.iter().all(|x| x.is_finite()) {
         return Err(FloquetError::NotFinite);
     }
-    let mut balanced = monodromy.clone();
+    let mut balanced = matrix.clone();
     balance_parlett_reinsch(&mut balanced);
     let size = balanced.nrows();
     let rounding = size as f64 * f64::EPSILON * balanced.norm();

@@ -2,17 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::FloquetError;
-use super::floquet::{Accuracy, Floquet, Multiplier, eigenvector, of_physics, of_scheme};
+use super::floquet::{Accuracy, Floquet, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
 use super::mode::{Identifier, Mode, numbered};
 use super::orbit::{Cycle, Guess, Orbit, OrbitSettings, periodic_orbit};
 use super::periodic::{CrankDrive, DrivenMechanism};
 use super::point::Point;
 use super::scheme::Scheme;
 use super::subject::Subject;
-use super::{Linearised, NoModes};
+use super::{Band, Linearised, NoModes};
 use crate::integrate::{System as _, solve_acceleration};
 
 /// Multipliers below this are motion that is gone after a turn; nothing can be told of it.
@@ -50,6 +50,9 @@ pub struct PeriodicModes {
     pub modes: Vec<PeriodicMode>,
     /// Number of multipliers whose motion is gone after a turn. They have no mode here.
     pub gone: usize,
+    /// Number of multipliers that are as small, though no motion at the turn's beginning is damped so much: steps that do not resolve
+    /// a vibration damp it away. They have no mode here, either.
+    pub lost: usize,
     /// Period, steps and largest multiplier of the scheme's own motion; why there is none.
     pub scheme: Option<Result<SchemeMotion, FloquetError>>,
 }
@@ -130,10 +133,11 @@ impl Subject {
         let by_scheme_settings = OrbitSettings { tolerance: SCHEME_REPEATS, ..settings };
         let by_scheme = scheme
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
-        let modes = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
+        let (modes, fading) = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found)));
-        let gone = found.multipliers.iter().filter(|multiplier| is_gone(multiplier)).count();
-        Ok(PeriodicModes { orbit: found.orbit, modes, gone, scheme })
+        let small = found.multipliers.iter().filter(|multiplier| is_gone(multiplier)).count();
+        let gone = small.min(fading);
+        Ok(PeriodicModes { orbit: found.orbit, modes, gone, lost: small - gone, scheme })
     }
 
     fn drive(&self, angle_rad: f64, speed_rad_per_s: f64) -> CrankDrive {
@@ -177,7 +181,13 @@ impl Subject {
         Ok(Guess { q: still.q, v: still.v, advance: Some(advance) })
     }
 
-    fn identified(&self, found: &Floquet, point: &Point, scheme: Option<&Floquet>) -> Result<Vec<PeriodicMode>, NoModes> {
+    /// The modes, and how many multipliers are of motion that is gone after a turn.
+    fn identified(
+        &self,
+        found: &Floquet,
+        point: &Point,
+        scheme: Option<&Floquet>,
+    ) -> Result<(Vec<PeriodicMode>, usize), NoModes> {
         let (n, period_s) = (point.q.len(), found.orbit.cycle.period_s);
         let mut identifier = Identifier::new(self, point)?;
         let own: Vec<(Complex<f64>, DVector<Complex<f64>>)> = scheme.map(|scheme| shapes(scheme, n)).unwrap_or_default();
@@ -221,7 +231,7 @@ impl Subject {
                 modes[place].mode.number = one.number;
             }
         }
-        Ok(modes)
+        Ok((modes, fading(&identifier.system, period_s)))
     }
 }
 
@@ -238,9 +248,10 @@ impl PeriodicModes {
         self.modes.iter().filter(|mode| mode.multiplier.is_unstable())
     }
 
-    /// Whether the growth of any mode is known: where a motion was found with one number of steps alone, no error is.
+    /// Whether the growth of any mode is known: none is where a motion was found with one number of steps alone, or where no mode is
+    /// slow enough for the steps.
     pub fn is_known(&self) -> bool {
-        self.modes.is_empty() || self.modes.iter().any(PeriodicMode::is_resolved)
+        self.modes.is_empty() && self.lost == 0 || self.modes.iter().any(PeriodicMode::is_resolved)
     }
 
     /// Whether the scheme lets a mode grow by a hundredth a turn more than any mode grows by itself. Smaller growth proves nothing: a crank that
@@ -289,6 +300,20 @@ fn running_ahead(shapes: &[(Multiplier, f64)]) -> Vec<usize> {
     let others = (0..shapes.len()).filter(|place| *place != shift && is_real(shift) && is_real(*place));
     let faster = others.max_by(|one, other| shapes[*one].1.total_cmp(&shapes[*other].1));
     std::iter::once(shift).chain(faster.filter(|place| shapes[*place].1 >= ALIKE)).collect()
+}
+
+/// How many multipliers of motion that is damped as at this point are gone after a period: those of the eigenvalues λ of
+/// `(λ² M + λ D + K) φ = 0` with `|e^{λT}|` so small. If the eigenvalues are not found, none is known to be.
+fn fading(system: &Linearised, period_s: f64) -> usize {
+    let [mass, damping, stiffness] = [&system.mass, &system.damping, &system.stiffness].map(Band::dense);
+    let (n, lu) = (mass.nrows(), mass.lu());
+    let (Some(damping), Some(stiffness)) = (lu.solve(&damping), lu.solve(&stiffness)) else { return 0 };
+    let mut first_order = DMatrix::zeros(2 * n, 2 * n);
+    first_order.view_mut((0, n), (n, n)).fill_with_identity();
+    first_order.view_mut((n, 0), (n, n)).copy_from(&-stiffness);
+    first_order.view_mut((n, n), (n, n)).copy_from(&-damping);
+    let values = eigenvalues(&first_order).map_or(Vec::new(), |(values, _)| values);
+    values.iter().filter(|value| value.re * period_s < GONE.ln()).count()
 }
 
 fn is_gone(multiplier: &Multiplier) -> bool {

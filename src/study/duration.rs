@@ -2,8 +2,8 @@
 
 use crate::scene::{Drive, Motion, Scene};
 
-/// Default duration of a scene: two seconds, a second after its last pulse, two turns of a prescribed motion, or to the last row
-/// of its table.
+/// Default duration of a scene: two seconds, a second after its last pulse, two turns of a prescribed motion but at most 10 s of
+/// them, or to the last row of its table.
 pub fn usual_until_s(scene: &Scene) -> f64 {
     let turns_s = |rate: f64| if rate == 0.0 { 2.0 } else { (2.0 * std::f64::consts::TAU / rate.abs()).min(10.0) };
     match &scene.drive {

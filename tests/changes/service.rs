@@ -55,6 +55,9 @@ fn prop_levels_are_switched_by_command_recorded_and_computed_again() -> Outcome 
         let control = Control { id: String::new(), action: Some(Action::Level(wire::Level { name: name.to_owned() })) };
         Ok(client::control(&service.client, &service.name, &control)?)
     };
+    // A level without a name was refused without a reason.
+    let nameless = level("")?;
+    assert!(!nameless.accepted && nameless.reason.contains("no level `` (known here: good, fair, rough)"), "{nameless:?}");
     let mut heard = 0;
     for name in ["fair", "rough", "good", "rough", "fair"] {
         let reply = level(name)?;

@@ -1,11 +1,13 @@
 //! Declarations on keys of thousands of chunks, at which zenoh overflows its stack: a service survives them; if its configuration
 //! lifts the limits, a supervisor resumes it.
 
+use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use flexcrank::bus::{self, Name, Topic, client};
+use flexcrank::recording::has_checkpoint;
 use flexcrank::wire::{Angles, TorquePulse};
 use prost::Message as _;
 use rustix::process::{Pid, Signal, kill_process};
@@ -150,11 +152,39 @@ fn prop_a_service_without_its_supervisor_ends_in_order() -> Outcome {
     let service = child_of(&supervisor)?;
     supervisor.0.kill()?;
     supervisor.0.wait()?;
-    let begun = std::time::Instant::now();
+    let begun = Instant::now();
     // Whoever adopts the service may not have reaped it yet.
     while verify(&file)? != Some(0) {
         assert!(begun.elapsed() < PATIENCE, "{service:?} goes on");
     }
+    Ok(())
+}
+
+/// The last death announced that the service resumes its recording, and then none was started.
+#[test]
+fn regress_a_supervisor_that_gives_up_announces_no_further_service_and_names_the_way_on() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("run.mcap");
+    let mut command = flexcrank(&["run", "crank-slider", "--supervise", "--no-bus", "--flush", "50ms", "--record", "run.mcap"]);
+    command.current_dir(folder.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut supervisor = Victim(command.spawn()?);
+    let said = BufReader::new(supervisor.0.stderr.take().ok_or("no standard error")?).lines();
+    let mut said = said.map_while(Result::ok);
+    for _ in 0..5 {
+        said.by_ref().find(|line| line.contains("; not on the bus; ")).ok_or("no service begins")?;
+        let begun = Instant::now();
+        while !has_checkpoint(&file) {
+            assert!(begun.elapsed() < PATIENCE, "nothing is recorded");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        kill_process(child_of(&supervisor)?, Signal::KILL)?;
+    }
+    let errors: Vec<String> = said.filter(|line| line.starts_with("error: ")).collect();
+    let [died, given_up] = &errors[..] else { return Err(format!("{errors:?}").into()) };
+    assert_eq!(died, "error: the service died (signal: 9 (SIGKILL))");
+    let way = "error: the service died 5 times within 60 s: given up; `flexcrank run --resume run";
+    assert!(given_up.starts_with(way) && given_up.ends_with(".mcap` goes on from its recording"), "{given_up}");
+    assert_eq!(supervisor.0.wait()?.code(), Some(1));
     Ok(())
 }
 

@@ -96,6 +96,52 @@ fn regress_a_full_disk_is_named_and_leaves_nothing() -> Outcome {
     Ok(())
 }
 
+/// Tables and pictures were given up as their summary could not be printed.
+#[test]
+fn regress_files_are_written_although_standard_output_is_full() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let at = |name: &str| folder.path().join(name);
+    for (line, tables, pictures) in [
+        ("modes crank-slider --count 2 --csv m.csv --plot shapes", &["m.csv"][..], Some(("shapes", 4))),
+        ("modes crank-slider --angle 0:10:10 --json --csv a.csv", &["a.csv"], None),
+        ("response crank-slider --csv r.csv --step-csv t.csv --plot drawn", &["r.csv", "t.csv"], Some(("drawn", 4))),
+        ("cycle --csv c.csv", &["c.csv"], None),
+        (
+            "trade ref-r1 --models rigid --until 0.2 --steps 1e-3 --budget 4 --outputs angle --csv w.csv --plot w.svg",
+            &["w.csv", "w.svg"],
+            None,
+        ),
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full")?;
+        let mut command = flexcrank(&line.split(' ').collect::<Vec<_>>());
+        let output = command.current_dir(folder.path()).stdin(Stdio::null()).stdout(full).output()?;
+        let said = String::from_utf8(output.stderr)?;
+        let named = said.contains("error: standard output: No space left");
+        assert!(output.status.code() == Some(1) && named, "{line}: {said}");
+        assert!(tables.iter().all(|table| at(table).is_file()), "{line}: {:?}", files(folder.path())?);
+        if let Some((drawn, count)) = pictures {
+            assert_eq!(files(&at(drawn))?.len(), count, "{line}");
+        }
+    }
+    Ok(())
+}
+
+/// The name of the unfinished file was longer than a name may be.
+#[test]
+fn regress_recordings_may_have_the_longest_names() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let [recovered, computed] = ["r", "w"].map(|letter| format!("{}.mcap", letter.repeat(250)));
+    let (code, said) = ended(folder.path(), &["recover", &sample("sample-truncated.mcap"), "-o", &recovered])?;
+    assert!(matches!(code, Some(0 | 3)), "{code:?} {said}");
+    let whole = sample("sample-three-pulses.mcap");
+    let (code, said) = ended(folder.path(), &["what-if", &whole, "--add-pulse", "3:5:0.1", "--record", &computed])?;
+    assert_eq!(code, Some(0), "{said}");
+    let mut names = files(folder.path())?;
+    names.sort();
+    assert_eq!(names, [recovered, computed]);
+    Ok(())
+}
+
 #[test]
 fn prop_recover_replaces_nothing_and_creates_no_folder() -> Outcome {
     let folder = tempfile::tempdir()?;

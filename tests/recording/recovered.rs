@@ -9,7 +9,7 @@ use flexcrank::resimulation::{Finding, RecordedSession, Verification, verify};
 use flexcrank::runtime::Pace;
 use flexcrank::simulation::PublishRate;
 
-use crate::common::rewritten::{Contents, as_is};
+use crate::common::rewritten::{Contents, as_is, rewritten};
 use crate::common::{Outcome, Service, scene};
 
 /// A recording of `seconds` in a folder, and its bytes.
@@ -73,6 +73,24 @@ fn prop_without_its_index_nothing_is_lost() -> Outcome {
 
 fn verified(file: &Path) -> Outcome<Verification> {
     Ok(verify(&RecordedSession::open(file)?, &|_, _| {})?)
+}
+
+/// A recording that a kill cut off before its first chunk was called wrong, with exit code 1.
+#[test]
+fn regress_a_file_that_ends_before_its_first_message_is_lost_and_a_closed_one_without_any_is_wrong() -> Outcome {
+    let (folder, bytes) = recording(0.1)?;
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &bytes[..chunks(&bytes)?.remove(0).start])?;
+    let found = verified(&cut)?;
+    assert!(!found.is_wrong() && found.findings.contains(&Finding::Empty { is_closed: false }), "{:?}", found.findings);
+    let output = Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("verify").arg(&cut).output()?;
+    let said = String::from_utf8(output.stdout)?;
+    let lost = "\n  lost: the recording holds no message\n  nothing to verify\n";
+    assert!(output.status.code() == Some(3) && said.ends_with(lost) && !said.contains("wrong"), "{said}");
+    let closed = rewritten(&folder.path().join("run.mcap"), "closed.mcap", &|_, _| None, &str::to_owned)?;
+    let found = verified(&closed)?;
+    assert!(found.is_wrong() && found.findings.contains(&Finding::Empty { is_closed: true }), "{:?}", found.findings);
+    Ok(())
 }
 
 /// The metadata record that states the end is the last one before the index.
@@ -344,11 +362,11 @@ fn regress_a_file_that_ends_in_its_first_chunk_leads_to_recover() -> Outcome {
     let way = "`flexcrank recover` saves what the chunk that was cut off holds\n";
     let resume = ["run", "--no-bus", "--no-record", "--pace", "max", "--until", "2", "--resume"];
     for (arguments, expected) in [
-        (&["verify"][..], format!("\n  {way}  NOT as recorded\n")),
-        (&resume, format!("no checkpoint to resume from; the file ends early: {way}")),
+        (&["verify"][..], (3, format!("\n  {way}  nothing to verify\n"))),
+        (&resume, (1, format!("no checkpoint to resume from; the file ends early: {way}"))),
     ] {
         let (code, said) = ask(arguments, &cut)?;
-        assert!(code == Some(1) && said.contains(&expected), "{said}");
+        assert!(code == Some(expected.0) && said.contains(&expected.1), "{said}");
     }
     let (code, said) = ask(&["info"], &short)?;
     let nothing = "short.mcap: no messages: the file is still being recorded, or was cut off\n";

@@ -46,3 +46,17 @@ fn regress_an_existing_recording_is_refused_before_the_run_announces_it() -> Out
     assert_eq!(std::fs::read(&take)?, bytes);
     Ok(())
 }
+
+/// The system's "Is a directory" said nothing of a folder that is missing.
+#[test]
+fn regress_a_recording_in_a_folder_that_does_not_exist_is_refused_with_its_name() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let sub = folder.path().join("sub");
+    let why = format!("the folder {} does not exist", sub.display());
+    for record in [format!("{}/", sub.display()), format!("{}/take.mcap", sub.display())] {
+        let (code, says) = run(Path::new(&record), &[])?;
+        assert!(code == Some(1) && says.contains(&format!("error: {record}: {why}")), "{record}: {says}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path())?.count(), 0);
+    Ok(())
+}

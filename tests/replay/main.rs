@@ -311,6 +311,10 @@ fn prop_no_replay_under_the_name_of_a_live_service() -> Outcome {
     assert!(refused.is_err_and(|error| error.to_string().contains("--force")));
     let remapped = ReplayOptions { remaps: vec!["flexcrank/test:=flexcrank/ghost".parse()?], ..plan.clone() };
     assert_eq!(replay(&player, &remapped, channel(), |_| Box::new(|_| {}))?.name, ghost());
+    // Under any other key, too, statuses and checkpoints are left out.
+    let elsewhere = ReplayOptions { remaps: vec!["flexcrank/test:=robot".parse()?], ..plan.clone() };
+    let played = replay(&player, &elsewhere, channel(), |_| Box::new(|_| {}))?;
+    assert_eq!((played.messages, played.name.to_string().as_str()), (4 * 1001, "replay"));
     let forced = ReplayOptions { force: true, ..plan };
     assert_eq!(replay(&player, &forced, channel(), |_| Box::new(|_| {}))?.messages, 4 * 1001);
     service.close()?;

@@ -76,6 +76,10 @@ fn prop_an_oscillator_has_energies_too() -> Outcome {
         assert!(common::payloads(&file, topic)?.is_empty(), "{topic}");
     }
     assert!(rows.iter().all(|row| row.strain_j.is_some()) && rows.iter().any(|row| row.kinetic_j > Some(0.0)));
+    // It has no angle whose error could be estimated: that of its first mass, in m, was published as an angle.
+    let statuses = common::decoded::<Status>(&file, "status")?;
+    let is_estimated = |status: &Status| status.estimated_angle_error_rad.or(status.step_error_max_rad).is_some();
+    assert!(!statuses.is_empty() && !statuses.iter().any(is_estimated));
     Ok(())
 }
 

@@ -85,6 +85,18 @@ fn regress_models_and_integrators_that_do_not_suit_are_refused_with_those_that_d
     }
 }
 
+/// The configurations were called finer ones, and not to have run to their end: none was begun.
+#[test]
+fn regress_a_budget_that_allows_no_configuration_is_what_is_blamed() {
+    let few = ["trade", "ref-r1", "--models", "rigid", "--until", "0.2", "--outputs", "angle"];
+    let demands = ["--budget", "1ms", "--tolerance", "1e-2"];
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(few).args(demands).output().unwrap();
+    let [printed, said] = [ended.stdout, ended.stderr].map(|text| String::from_utf8(text).unwrap());
+    assert!(printed.contains("\n40 configurations were skipped: --budget allows none\n"), "{printed}");
+    let why = "error: the budget of 0.001 s allows no configuration to be measured (40 skipped): choose a larger --budget\n";
+    assert!(ended.status.code() == Some(1) && said.ends_with(why), "{said}");
+}
+
 /// By the help, a rigid link of a flexible chain had an error of 1.
 #[test]
 fn regress_the_help_and_the_guide_say_what_the_deflection_of_a_straight_link_is_divided_by() {

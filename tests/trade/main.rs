@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 mod command;
+mod instants;
 mod levels;
 mod rigid_links;
 mod ringing;

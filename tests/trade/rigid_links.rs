@@ -1,5 +1,7 @@
 //! Links that are rigid, by the scene or by the choice.
 
+use flexcrank::study::trade::NoExcitation;
+
 use super::*;
 
 /// A finer model that gains nothing is a reason to stop trying links as rigid, not to leave out what was asked for.
@@ -59,4 +61,74 @@ fn regress_no_number_of_settings_that_fail_their_verification_hides_one_that_hol
     let demands = Demands { tolerance: (rigid * finest).sqrt(), real_time_factor: 1e-9 };
     let chosen = choose(&source.scene, &study, &demands, 20.0, &mut |_| {}).unwrap();
     assert!(!is_rigid(&chosen.row.configuration) && chosen.passed_over == 14, "{chosen:?}");
+}
+
+/// Links that `rigid` reads without a section cannot bend: there was no reference. Where they were written as rigid, the reference was
+/// called `crank rigid`, with ever more elements.
+#[test]
+fn regress_links_without_a_section_are_rigid_in_every_model() {
+    let selection = Selection { integrators: vec![IntegratorKind::Esdirk], steps_s: vec![5e-4, 2.5e-4], ..Selection::default() };
+    let question = ask(selection, &OutputGroup::DEFAULT, 5.0);
+    let source = open("thesis-compressor", &[]);
+    let [told, written] = [source.clone(), open("thesis-compressor", &["crank.rigid=true", "rod.rigid=true"])]
+        .map(|source| answer(&source, &question));
+    assert_eq!(timeless(&told), timeless(&written));
+    let names: Vec<String> = told.measured().map(|(row, _)| row.configuration.to_string()).collect();
+    assert_eq!(names, ["rigid, esdirk, step 5e-4 s", "rigid, esdirk, step 2.5e-4 s"]);
+    let reference = told.reference.configuration.to_string();
+    assert!(reference.starts_with("finite-element, esdirk, rigid links, step "), "{reference}");
+    assert_eq!(LostModes::new(&source.scene, &told, 1e-3).unwrap_err(), NoExcitation::Rigid);
+}
+
+/// A crank without a section, and a rod that can bend, as `rigid` reads them.
+const HALF_RIGID: &str = r#"
+[crank]
+length_m = 0.1
+mass_kg = 0.5
+
+[rod]
+length_m = 0.4
+section = { shape = "round", diameter_m = 0.01 }
+density_kg_per_m3 = 7850.0
+youngs_modulus_pa = 2.1e11
+damping_s = 1e-4
+
+[slider]
+mass_kg = 0.2
+
+[start]
+angle_rad = 0.8
+
+[[pulse]]
+start_s = 0.0
+torque_nm = 1.0
+duration_s = 0.05
+shape = "raised-cosine"
+
+[solver]
+model = "rigid"
+step_s = 0.001
+"#;
+
+/// A flexible model reads a link without a section only if `rigid = true` is written.
+#[test]
+fn regress_settings_of_a_link_without_a_section_are_a_scene_that_reads() {
+    let source = SceneSource::parse("half.toml", HALF_RIGID, &[]).unwrap();
+    let selection = Selection {
+        integrators: vec![IntegratorKind::Esdirk],
+        modes: vec![1],
+        elements: vec![2],
+        steps_s: vec![1e-3],
+        ..Selection::default()
+    };
+    let told = answer(&source, &Question { until_s: Some(0.2), ..ask(selection, &OutputGroup::DEFAULT, 5.0) });
+    let names: Vec<String> = told.measured().map(|(row, _)| row.configuration.family.to_string()).collect();
+    assert_eq!(names, ["rigid, esdirk", "modal, esdirk, 1 mode, crank rigid", "finite-element, esdirk, 2 elements, crank rigid"]);
+    for (row, _) in told.measured() {
+        let copy = source.with(&row.configuration.keys(&source.scene)).unwrap().scene;
+        let is_flexible = copy.solver.model != ModelKind::Rigid;
+        let rigid: Vec<bool> = copy.chain().unwrap().links.iter().map(|link| link.rigid).collect();
+        assert_eq!(rigid, [is_flexible, false], "{}", row.configuration);
+        assert!(Simulation::new(&copy).is_ok(), "{}", row.configuration);
+    }
 }

@@ -23,7 +23,7 @@ fn study_of(source: &SceneSource, estimate: [f64; 2], of_rows: [[f64; 2]; 3]) ->
     let outputs = [OutputGroup::Angle, OutputGroup::Deflection];
     let mut study = answer(source, &Question { until_s: Some(0.02), ..ask(selection, &outputs, 5.0) });
     study.reference.estimate = errors(estimate);
-    study.reference.configuration.family.resolution = 32;
+    study.reference.refined = 2;
     study.reference.finer_budget_s = Some(60.0);
     study.reference.gain = Some(10.0);
     assert_eq!(study.rows.len(), of_rows.len());

@@ -70,6 +70,13 @@ pub(super) fn light_material(link: &Link) -> Option<String> {
     (is_light && is_stiff).then(warning)
 }
 
+/// A warning of damping that the model `incremental` does not compute.
+pub(super) fn left_out_damping(link: &Link) -> Option<String> {
+    let (name, given) = (link.name.as_str(), figure(link.damping_s));
+    let warning = || format!("{name}.damping_s = {given} is left out: incremental has no damping of links");
+    (link.damping_s > 0.0).then(warning)
+}
+
 /// A warning of damping so strong that its time is probably meant as a damping ratio. The first bending mode between pins,
 /// `ω = (π/l)² √(EJ/ρA)`, has the damping ratio `½ ω damping_s`.
 pub(super) fn strong_damping(link: &Link) -> Option<String> {

@@ -193,8 +193,8 @@ impl Mechanism for FiniteElement {
         self.energies()
     }
 
-    fn measure(&self, q: &[f64], dq: &[f64]) -> Measure {
-        self.measured(q, dq)
+    fn measure(&self, q: &[f64], dq: &[f64]) -> Option<Measure> {
+        Some(self.measured(q, dq))
     }
 
     fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {

@@ -131,9 +131,9 @@ impl<const W: usize> Mechanism for Fitted<W> {
         self.chain.energy(q)
     }
 
-    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Option<Measure> {
         let deflection_m = self.observer.deflection_change(&self.chain, dq);
-        Measure { angle_rad: self.chain.chord_change(dq), deflection_m, ..Measure::default() }
+        Some(Measure { angle_rad: self.chain.chord_change(dq), deflection_m, ..Measure::default() })
     }
 
     fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {

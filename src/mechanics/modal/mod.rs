@@ -126,7 +126,7 @@ impl Mechanism for Modal {
         self.fitted.energy(input, q, v, a)
     }
 
-    fn measure(&self, q: &[f64], dq: &[f64]) -> Measure {
+    fn measure(&self, q: &[f64], dq: &[f64]) -> Option<Measure> {
         self.fitted.measure(q, dq)
     }
 

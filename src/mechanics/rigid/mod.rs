@@ -324,8 +324,8 @@ impl Mechanism for Rigid {
         self.energies(&pose, theta, rate, equation.mass)
     }
 
-    fn measure(&self, _q: &[f64], dq: &[f64]) -> Measure {
-        Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() }
+    fn measure(&self, _q: &[f64], dq: &[f64]) -> Option<Measure> {
+        Some(Measure { angle_rad: dq.first().copied().unwrap_or(0.0), ..Measure::default() })
     }
 
     fn chords(&self, q: &[f64], v: &[f64]) -> [[f64; 2]; ROTATIONS] {

@@ -1,5 +1,6 @@
 //! Parquet tables: typed columns, in compressed row groups of bounded size.
 
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -22,7 +23,7 @@ const ROW_GROUP_BYTES: usize = 8 * 1024 * 1024;
 /// A Parquet file; missing fields are null.
 pub(crate) struct ParquetSheet {
     path: PathBuf,
-    file: SerializedFileWriter<WholeFile>,
+    file: SerializedFileWriter<Lent>,
     columns: Vec<Cells>,
     /// Size of the buffered rows, bytes.
     waiting: usize,
@@ -33,7 +34,7 @@ impl ParquetSheet {
         let file = WholeFile::create(&path).map_err(RecordingError::file(&path))?;
         let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
         let cells = columns.values().copied().map(Cells::new).collect();
-        let opened = schema(columns).and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
+        let opened = schema(columns).and_then(|schema| SerializedFileWriter::new(Lent(Some(file)), schema, Arc::new(properties)));
         let file = opened.map_err(|error| refused(&path, error))?;
         Ok(ParquetSheet { path, file, columns: cells, waiting: 0 })
     }
@@ -64,15 +65,41 @@ impl Sheet for ParquetSheet {
 
     fn finish(mut self: Box<Self>) -> Result<PathBuf, RecordingError> {
         let written = if self.waiting > 0 { self.write_group() } else { Ok(()) };
-        let ParquetSheet { path, file, .. } = *self;
-        let file = written.and_then(|()| file.into_inner()).map_err(|error| refused(&path, error))?;
-        file.finish().map_err(RecordingError::file(&path))?;
+        let ParquetSheet { path, mut file, .. } = *self;
+        written.and_then(|()| file.finish().map(drop)).map_err(|error| refused(&path, error))?;
+        let whole = file.inner_mut().0.take();
+        whole.map_or(Ok(()), WholeFile::finish).map_err(RecordingError::file(&path))?;
         Ok(path)
     }
 }
 
+/// A file that is taken back once all is written. The library would write the last bytes as it gives the file back, and put the
+/// system's error into words of its own.
+struct Lent(Option<WholeFile>);
+
+impl Lent {
+    fn file(&mut self) -> io::Result<&mut WholeFile> {
+        self.0.as_mut().ok_or_else(|| io::Error::other("the file is finished"))
+    }
+}
+
+impl Write for Lent {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file()?.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file()?.flush()
+    }
+}
+
+/// The error of a file: the system's own, where the library wraps that.
 fn refused(path: &Path, error: ParquetError) -> RecordingError {
-    RecordingError::file(path)(std::io::Error::other(error))
+    let cause = match error {
+        ParquetError::External(cause) => cause.downcast::<io::Error>().map_or_else(io::Error::other, |cause| *cause),
+        other => io::Error::other(other),
+    };
+    RecordingError::file(path)(cause)
 }
 
 /// A flat schema in which every column is optional.
@@ -160,4 +187,33 @@ fn write_batch<T: DataType>(
 fn keep<T>(values: &mut Vec<T>, value: T) -> usize {
     values.push(value);
     size_of::<T>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::csv::CsvSheet;
+    use super::*;
+
+    /// Fails with the error of a table of this many different numbers, at the latest when it is finished.
+    fn written(mut sheet: Box<dyn Sheet>, rows: u32) -> Result<(), String> {
+        let mut numbers = (0..rows).map(|row| FieldValue::Number(f64::from(row).sqrt()));
+        let filled = numbers.try_for_each(|number| sheet.write(&[Some(&number)]));
+        filled.and_then(|()| sheet.finish().map(drop)).map_err(|refused| refused.to_string())
+    }
+
+    /// The library's word for a cause, `External`, stood before the system's, and its last bytes failed in other words.
+    #[test]
+    fn regress_a_full_disk_is_told_in_the_words_of_the_system() -> Result<(), RecordingError> {
+        let columns = Columns::from_iter([("x".to_owned(), ColumnType::Number)]);
+        let full = PathBuf::from("/dev/full");
+        for rows in [1, 10_000] {
+            let sheets: [Box<dyn Sheet>; 2] =
+                [Box::new(ParquetSheet::create(full.clone(), &columns)?), Box::new(CsvSheet::create(full.clone(), &columns)?)];
+            for sheet in sheets {
+                let why = "/dev/full: No space left on device (os error 28)".to_owned();
+                assert_eq!(written(sheet, rows), Err(why), "{rows} rows");
+            }
+        }
+        Ok(())
+    }
 }

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use super::{OnStatus, ServiceError};
 use crate::bus::{self, About, BusError, Name, ServiceEndpoint, Session, client};
-use crate::recording::RecordingFile;
+use crate::recording::{RecordingFile, RecordingMetadata};
 use crate::runtime::{DurationQuantiles, ReplyTo};
 use crate::wire::replay_control;
 use command::refuse;
@@ -153,7 +153,8 @@ pub fn replay_beside(
         Err(reason) => refuse(id, reason, reply),
     };
     let command_keys = bus::replay_commands(session, &name, handle)?;
-    let scene = format!("# replayed from {}\n", player::file_name(&replay.file));
+    let recorded = RecordingMetadata::read(&replay.file).ok().and_then(|metadata| metadata.scene).unwrap_or_default();
+    let scene = format!("# replayed from {}\n{}", player::file_name(&replay.file), recorded);
     let about = About::new(replay.file.display().to_string(), &replay.endpoints);
     let endpoint = ServiceEndpoint::declare(session, &name, (&scene, &about), command_keys)?;
     let span_ns = (source.begin_ns(), source.end_ns());

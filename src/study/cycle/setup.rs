@@ -6,6 +6,10 @@ use super::machine::{CycleInstant, Machine};
 use super::units::Units;
 use super::{CycleError, Options};
 use crate::scene::{Chain, Drive, End, Motion, Resistance, Scene, SceneSource};
+use crate::simulation::drive_at_start;
+
+/// A rate below this part of a table's fastest one is 0 but for rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// One ratio of one scene, ready to turn.
 pub(super) struct Setup {
@@ -109,15 +113,28 @@ impl CrankRotation {
     }
 }
 
-/// The crank's rate at the beginning of the turn: the one asked for, or what the scene's motion reaches, or its start rate; 1
-/// rad/s where the scene's is 0.
+/// The crank's rate at the beginning of the turn: the one asked for, or what the scene's motion reaches (a table: its rate after
+/// the last row, or its mean rate where it ends at rest), or its start rate; 1 rad/s where the scene's is 0.
 pub fn speed_rad_per_s(scene: &Scene, options: &Options) -> f64 {
     let usual = match &scene.drive {
         Drive::Motion(Motion::Speed(speed)) => *speed,
         Drive::Motion(Motion::Ramp { to_rad_per_s, .. }) => *to_rad_per_s,
-        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => scene.chain().map_or(0.0, |chain| chain.start.rate_rad_per_s),
+        Drive::Motion(Motion::Table(rows)) => rate_of_table(scene, rows),
+        Drive::Torque { .. } => scene.chain().map_or(0.0, |chain| chain.start.rate_rad_per_s),
     };
     options.speed_rad_per_s.unwrap_or(if usual == 0.0 { 1.0 } else { usual })
+}
+
+/// The rate at which a table of the scene's drive goes on after its last row; if it ends at rest, its mean rate, rad/s.
+fn rate_of_table(scene: &Scene, rows: &[[f64; 2]]) -> f64 {
+    let [[begin_s, begin_rad], .., [end_s, end_rad]] = rows else { return 0.0 };
+    // The same drive, with its last row at t = 0.
+    let mut ended = scene.clone();
+    ended.drive = Drive::Motion(Motion::Table(rows.iter().map(|[time_s, angle_rad]| [time_s - end_s, *angle_rad]).collect()));
+    let last = drive_at_start(&ended).motion.map_or(0.0, |[_, rate, _]| rate);
+    let between = |two: &[[f64; 2]]| ((two[1][1] - two[0][1]) / (two[1][0] - two[0][0])).abs();
+    let fastest = rows.windows(2).map(between).fold(0.0, f64::max);
+    if last.abs() > ROUNDING * fastest { last } else { (end_rad - begin_rad) / (end_s - begin_s) }
 }
 
 fn crank_slider(source: &SceneSource) -> Result<&Chain, CycleError> {
@@ -132,4 +149,32 @@ fn lengths_m(source: &SceneSource) -> Result<[f64; 2], CycleError> {
 
 fn finite(name: &'static str, value: f64) -> Result<f64, CycleError> {
     if value.is_finite() { Ok(value) } else { Err(CycleError::NotFinite { name, value }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Tested = Result<(), Box<dyn std::error::Error>>;
+
+    /// A natural spline over two equal intervals of mean rates a and b ends at the rate b + (b − a)/4. Where that is 0, the turn
+    /// takes the mean rate of the table; where that is 0, too, 1 rad/s.
+    #[test]
+    fn regress_the_turn_has_the_rate_at_which_a_table_goes_on() -> Tested {
+        for (rows, rate) in [
+            ("[[0, 0], [2, -6]]", -3.0),
+            ("[[0, 0], [0.5, 2], [1, 3]]", 1.5),
+            ("[[0.25, 1], [0.75, 1], [1.25, 9]]", 20.0),
+            ("[[0, 0], [1, 5], [2, 6]]", 3.0),
+            ("[[0, 0], [0.1, 0.5], [0.2, 0.6]]", 3.0),
+            ("[[0, 0], [2, 0]]", 1.0),
+        ] {
+            let source = SceneSource::open("crank-slider", &["pulse=[]".to_owned(), format!("drive.table={rows}")])?;
+            let found = speed_rad_per_s(&source.scene, &Options::default());
+            assert!((found - rate).abs() < 1e-12, "{rows}: {found} for {rate}");
+            let asked = Options { speed_rad_per_s: Some(7.0), ..Options::default() };
+            assert_eq!(speed_rad_per_s(&source.scene, &asked), 7.0);
+        }
+        Ok(())
+    }
 }

@@ -8,6 +8,7 @@ use toml_edit::{Document, TomlError};
 
 use super::axis::{Axis, Levels};
 use super::sobol;
+use crate::recording::begins_as_mcap;
 use crate::repeated_table::repeated_table;
 use crate::scene::{builtin, syntax_problem, toml_problem};
 use crate::shown::Shown;
@@ -45,6 +46,14 @@ impl SpecError {
         let problem = format!(
             "is a scene, not a campaign: `flexcrank run {name}` runs it; `flexcrank files sweep.toml` prints a campaign, whose \
              `scene` names one"
+        );
+        SpecError::new(name, problem)
+    }
+
+    /// The refusal of a recording in place of a specification.
+    fn recording(name: &str) -> Self {
+        let problem = format!(
+            "is a recording, not a campaign: `flexcrank replay {name}` plays it; `flexcrank files sweep.toml` prints a campaign"
         );
         SpecError::new(name, problem)
     }
@@ -126,6 +135,9 @@ impl Spec {
     /// [`SpecError`] if it cannot be read, or anything in it is refused.
     pub fn open(path: &Path) -> Result<Self, SpecError> {
         let place = path.display().to_string();
+        if begins_as_mcap(path) {
+            return Err(SpecError::recording(&place));
+        }
         let text = text_file::read(path, SIZE_LIMIT).map_err(|cause| match builtin::find(&place) {
             Ok(_) => SpecError::scene(&place),
             Err(_) => SpecError::new(&place, format!("cannot be read: {cause}")),

@@ -101,6 +101,12 @@ pub(super) fn candidates<'a>(study: &'a Study, demands: &Demands) -> Result<Vec<
     })
 }
 
+/// The refusal where no configuration is measured.
+fn none_measured(study: &Study) -> Refusal {
+    let Study { left_out, budget_s, .. } = *study;
+    if study.rows.is_empty() && left_out > 0 { Refusal::NoneBegun { budget_s, left_out } } else { Refusal::Nothing }
+}
+
 /// The refusal where no configuration is known to be within the tolerance. The best has the least error that is certain: errors
 /// that the reference does not know well may be less than measured.
 fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> Refusal {
@@ -111,7 +117,7 @@ fn no_accuracy(study: &Study, all: &[(&Row, &Measured)], demands: &Demands) -> R
         let ([certain, measured], [other_certain, other_measured]) = (certain_and_measured(one), certain_and_measured(other));
         certain.total_cmp(&other_certain).then(measured.total_cmp(&other_measured))
     };
-    let Some((row, best)) = all.iter().copied().min_by(|a, b| compared(a.1, b.1)) else { return Refusal::Nothing };
+    let Some((row, best)) = all.iter().copied().min_by(|a, b| compared(a.1, b.1)) else { return none_measured(study) };
     let bounded = || largest(outputs, |output| reference.bounded_error(&best.errors, &[output]));
     let surely_over = certain(best).filter(|(_, error)| *error > demands.tolerance);
     let Some((output, error)) = surely_over.or_else(bounded) else { return Refusal::Nothing };

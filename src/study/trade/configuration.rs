@@ -32,7 +32,7 @@ pub struct Configuration {
 }
 
 /// Intervals between the output nodes of models without a mesh: enough for a node in the middle.
-const OUTPUT_INTERVALS: usize = 2;
+pub(super) const OUTPUT_INTERVALS: usize = 2;
 
 impl Family {
     /// The scene as this family computes it.
@@ -54,6 +54,11 @@ impl Family {
             }
         }
         scene
+    }
+
+    /// Whether each of its links is rigid, whatever the model.
+    pub(super) fn is_rigid(&self) -> bool {
+        self.rigid.iter().all(|rigid| *rigid)
     }
 
     /// Whether both make the same of every link.
@@ -126,6 +131,7 @@ impl Family {
     /// The discretization in a table.
     pub fn discretization(&self) -> String {
         let size = match self.model {
+            ModelKind::FiniteElement if self.is_rigid() => return String::from("rigid links"),
             ModelKind::Modal => format!("{} {}", self.resolution, if self.resolution == 1 { "mode" } else { "modes" }),
             ModelKind::FiniteElement => format!("{} elements", self.resolution),
             _ => return String::from("–"),
@@ -143,6 +149,16 @@ impl Family {
         };
         format!("{size}{rigid}{axial}")
     }
+}
+
+/// Whether each link is rigid; see [`is_rigid`].
+pub(super) fn rigid_links(chain: &Chain) -> Vec<bool> {
+    chain.links.iter().map(is_rigid).collect()
+}
+
+/// Whether a link is rigid in every model: as the scene asks, or for want of a stiffness, which a scene of `rigid` may leave out.
+pub(super) fn is_rigid(link: &Link) -> bool {
+    link.rigid || link.bar.is_none_or(|bar| bar.bending_stiffness_nm2() == 0.0)
 }
 
 /// The first natural frequency of a link between two pins, rad/s.
@@ -197,7 +213,7 @@ impl Configuration {
     /// A word for a level of detail: `modal-4-2ms`.
     pub(super) fn word(&self) -> String {
         let Family { model, integrator: _, resolution, rigid, axial: _ } = &self.family;
-        let size = if *resolution > 0 { format!("-{resolution}") } else { String::new() };
+        let size = if *resolution > 0 && !self.family.is_rigid() { format!("-{resolution}") } else { String::new() };
         let part = match rigid[..] {
             [true, false] if *resolution > 0 => "-rigid-crank",
             [false, true] if *resolution > 0 => "-rigid-rod",

@@ -57,7 +57,14 @@ pub enum Refusal {
     Verification(Unverified),
     /// The other run has no reference.
     NoVerification(NoReference),
-    /// No configuration ran.
+    /// The budget allowed none.
+    NoneBegun {
+        /// The budget, s.
+        budget_s: f64,
+        /// Configurations that it did not allow.
+        left_out: usize,
+    },
+    /// No configuration ran to its end.
     Nothing,
 }
 
@@ -124,6 +131,10 @@ impl fmt::Display for Refusal {
             ),
             Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
             Refusal::NoVerification(none) => write!(f, "verification fails: no reference at another speed and pulse: {none}"),
+            Refusal::NoneBegun { budget_s, left_out } => write!(
+                f,
+                "the budget of {budget_s} s allows no configuration to be measured ({left_out} skipped): choose a larger --budget"
+            ),
             Refusal::Nothing => f.write_str("no configuration ran to its end"),
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use super::configuration::{Configuration, Family};
+use super::configuration::{Configuration, Family, is_rigid, rigid_links};
 use super::grid::Grid;
 use super::output_group::{CHANNELS, OutputGroup};
 use super::run::Failed;
@@ -121,7 +121,7 @@ impl Excitation {
         outputs: &[OutputGroup],
     ) -> Result<Self, NoExcitation> {
         let chain = scene.chain().ok_or(NoExcitation::Rigid)?;
-        if chain.links.iter().all(|link| link.rigid) {
+        if chain.links.iter().all(is_rigid) {
             return Err(NoExcitation::Rigid);
         }
         if !CHANNELS.iter().any(|channel| outputs.contains(&channel.output)) {
@@ -236,7 +236,7 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         model: ModelKind::Modal,
         integrator: IntegratorKind::Esdirk,
         resolution: RESOLUTION,
-        rigid: chain.links.iter().map(|link| link.rigid).collect(),
+        rigid: rigid_links(chain),
         axial: vec![true; chain.links.len()],
     };
     let resting = family.scene(scene, grid.interval_s);

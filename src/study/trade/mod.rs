@@ -100,6 +100,8 @@ pub struct Study {
     pub rows: Vec<Row>,
     /// Configurations left out because of the budget.
     pub left_out: usize,
+    /// The budget, s.
+    pub budget_s: f64,
     /// Whether the clock ran out, so that another run may compute more or less.
     pub cut_short: bool,
     /// Whether it was interrupted, so that the rows are a part.
@@ -205,7 +207,8 @@ pub fn study(
     mark(&mut rows);
     let cut_short = expired() || reference.cut_short;
     let (outputs, has_slider) = (question.outputs.clone(), matches!(chain.end, End::Slider(_)));
-    Ok(Study { outputs, has_slider, grid, rows, left_out, cut_short, interrupted, reference })
+    let budget_s = question.budget_s;
+    Ok(Study { outputs, has_slider, grid, rows, left_out, budget_s, cut_short, interrupted, reference })
 }
 
 /// The refusal of a question that leaves no configuration, with those that the scene would have.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::REFERENCE_PART;
-use super::configuration::{Configuration, Family};
+use super::configuration::{Configuration, Family, OUTPUT_INTERVALS, rigid_links};
 use super::effort::RunEffort;
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
@@ -17,8 +17,9 @@ use crate::simulation::BuildError;
 pub(super) const ELEMENTS: usize = 8;
 /// Steps in an interval at the coarsest, unless links ring faster.
 const STEPS: f64 = 25.0;
-/// Cost ratio of successive refinements.
+/// Cost ratios of successive refinements: of steps and mesh, and of steps alone, where no link bends.
 const DEARER: f64 = 4.0;
+const DEARER_BY_STEPS: f64 = 2.0;
 /// Largest expected ratio of a run's time to its nominal share.
 const SLOWER: f64 = 5.0;
 /// Largest number of refinements.
@@ -67,6 +68,8 @@ pub struct Reference {
     pub cut_short: bool,
     /// Time budget of a study that refines it once more, s; `None` if no study does.
     pub finer_budget_s: Option<f64>,
+    /// Number of times that its steps were halved.
+    pub refined: u32,
     /// Factor by which the last refinement reduced the difference; `None` of the first.
     pub gain: Option<f64>,
     pub(super) samples: Vec<Sample>,
@@ -136,7 +139,7 @@ impl Reference {
         for k in 0..=REFINEMENTS {
             let configuration = refinement(chain, ELEMENTS << k, tidy(first_s / f64::from(1 << k)));
             // The share that a refinement needs by its nominal cost, and by the time of the last run.
-            let needed_s = [nominal_s(&configuration, grid), DEARER * last_s / SLOWER];
+            let needed_s = [nominal_s(&configuration, grid), dearer(&configuration) * last_s / SLOWER];
             if k >= LEAST && needed_s.iter().any(|needed_s| *needed_s > share_s) {
                 if let Some(best) = &mut best {
                     best.cut_short = needed_s[0] <= share_s;
@@ -167,9 +170,19 @@ impl Reference {
             let difference = estimate.worst(outputs);
             let gain = last_difference.replace(difference).map(|last: f64| last / difference);
             let (effort, samples) = (run.effort, run.samples);
-            let (left_out, cut_short, finer_budget_s) = (None, false, None);
-            best =
-                Some(Reference { configuration, estimate, left_out, effort, cut_short, finer_budget_s, gain, samples, scales });
+            let (left_out, cut_short, finer_budget_s, refined) = (None, false, None, k);
+            best = Some(Reference {
+                configuration,
+                estimate,
+                left_out,
+                effort,
+                cut_short,
+                finer_budget_s,
+                refined,
+                gain,
+                samples,
+                scales,
+            });
             if agreed {
                 break;
             }
@@ -234,14 +247,13 @@ impl Reference {
         if let Some(left_out) = self.left_out.filter(|left_out| left_out.counts || left_out.part().worst(outputs) > error) {
             return Some(FinerBudget { budget_s: left_out.budget_s, is_likely: true });
         }
-        let refined = (self.configuration.family.resolution / ELEMENTS).checked_ilog2().unwrap_or(0);
         let refinements = match self.gain {
             Some(gain) if gain < LEAST_GAIN => 1.0,
             _ => (self.estimate.worst(outputs) / error).log(GAIN).ceil().max(1.0),
         };
-        let is_possible = f64::from(refined) + refinements <= f64::from(REFINEMENTS);
+        let is_possible = f64::from(self.refined) + refinements <= f64::from(REFINEMENTS);
         let is_likely = self.gain.is_some_and(|gain| gain >= LEAST_GAIN);
-        let budget_s = self.finer_budget_s.filter(|_| is_possible)? * DEARER.powf(refinements - 1.0);
+        let budget_s = self.finer_budget_s.filter(|_| is_possible)? * dearer(&self.configuration).powf(refinements - 1.0);
         Some(FinerBudget { budget_s, is_likely })
     }
 }
@@ -251,13 +263,19 @@ pub(super) fn largest(outputs: &[OutputGroup], value: impl Fn(OutputGroup) -> f6
     outputs.iter().map(|output| (*output, value(*output))).max_by(|one, other| one.1.total_cmp(&other.1))
 }
 
-/// One run of a reference: all links flexible that are so in the scene.
+/// Cost of the next refinement over that of this one.
+fn dearer(configuration: &Configuration) -> f64 {
+    if configuration.family.is_rigid() { DEARER_BY_STEPS } else { DEARER }
+}
+
+/// One run of a reference: all links flexible that are so in the scene, with so many elements each. If none is, there is one mesh.
 pub(super) fn refinement(chain: &Chain, elements: usize, step_s: f64) -> Configuration {
+    let rigid = rigid_links(chain);
     let family = Family {
         model: ModelKind::FiniteElement,
         integrator: IntegratorKind::Esdirk,
-        resolution: elements,
-        rigid: chain.links.iter().map(|link| link.rigid).collect(),
+        resolution: if rigid.contains(&false) { elements } else { OUTPUT_INTERVALS },
+        rigid,
         axial: chain.links.iter().map(|link| link.axial).collect(),
     };
     Configuration { family, step_s }
@@ -288,6 +306,7 @@ mod tests {
             effort: RunEffort::default(),
             cut_short: false,
             finer_budget_s: None,
+            refined: 0,
             gain: None,
             samples: Vec::new(),
             scales: [1.0; CHANNELS.len()],

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::configuration::{Configuration, Family, frequency};
+use super::configuration::{Configuration, Family, frequency, is_rigid, rigid_links};
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
 use super::output_group::{OutputGroup, scales};
@@ -86,7 +86,7 @@ impl LongestStep {
         ((outputs, target), share_s): ((&[OutputGroup], f64), f64),
         progress: &mut dyn FnMut(&Configuration),
     ) -> Self {
-        let bending_hz = chain.links.iter().filter(|link| !link.rigid).filter_map(swinging).fold(0.0, f64::max) / TAU;
+        let bending_hz = chain.links.iter().filter(|link| !is_rigid(link)).filter_map(swinging).fold(0.0, f64::max) / TAU;
         let base_hz = base_hz(scene, chain);
         let hz = bending_hz.max(base_hz);
         let part = if usual_s * LEAST_STEPS * base_hz > 1.0 { Ringing::Base } else { Ringing::Link };
@@ -115,7 +115,7 @@ impl LongestStep {
             return LongestStep { step_s: resolving_s, left_out: None };
         }
         let budget_s = if is_quick { needed_s } else { finding_s } / REFERENCE_PART;
-        let bends = chain.links.iter().any(|link| !link.rigid);
+        let bends = chain.links.iter().any(|link| !is_rigid(link));
         let left_out = LeftOut { part, hz, errors, bends, counts, budget_s };
         LongestStep { step_s: usual_s, left_out: Some(left_out) }
     }
@@ -129,14 +129,14 @@ fn swinging(link: &Link) -> Option<f64> {
 /// The highest frequency at which a rigid first link vibrates on the base spring, by `modal` with a few modes of a second link that is
 /// flexible, Hz; 0 if there is none.
 fn base_hz(scene: &Scene, chain: &Chain) -> f64 {
-    if chain.base.torsion_spring_nm_per_rad == 0.0 || !chain.links.first().is_some_and(|first| first.rigid) {
+    if chain.base.torsion_spring_nm_per_rad == 0.0 || !chain.links.first().is_some_and(is_rigid) {
         return 0.0;
     }
     let modal = Family {
         model: ModelKind::Modal,
         integrator: IntegratorKind::Esdirk,
         resolution: BASE_MODES,
-        rigid: chain.links.iter().map(|link| link.rigid).collect(),
+        rigid: rigid_links(chain),
         axial: vec![false; chain.links.len()],
     };
     let found = NormalModes::new(&modal.scene(scene, scene.solver.step_s), chain.start.angle_rad, 2 * BASE_MODES);

@@ -1,6 +1,6 @@
 //! The families of configurations that suit a scene and are selected.
 
-use super::configuration::Family;
+use super::configuration::{Family, rigid_links};
 use crate::scene::{IntegratorKind, ModelKind, Scene};
 use crate::simulation::Simulation;
 use crate::study::{Shortening, shortenings};
@@ -30,6 +30,8 @@ impl Selection {
     /// Families that can compute the scene, the cheaper before the dearer. `modal` has up to three patterns of links that stretch: none,
     /// if one does in the scene; the scene's own; and all, if its loads shorten a link that does not stretch there by so much that it
     /// matters, or by more than the tolerance `enough` of its deflection.
+    ///
+    /// Where no link bends, there is `rigid`, or else one mesh.
     pub(super) fn families(&self, scene: &Scene, enough: Option<f64>) -> Vec<Family> {
         let mut families = Vec::new();
         for model in MODELS.into_iter().filter(|model| asked(&self.models, *model)) {
@@ -51,13 +53,13 @@ impl Selection {
         // A longer step may be refused: Runge–Kutta's must be short where links stretch.
         let step_s = self.steps_s.iter().copied().fold(scene.solver.step_s, f64::min);
         families.retain(|family| suits(family, scene, step_s));
-        families
+        without_repetition(families)
     }
 
     /// Patterns of rigid and of stretching links: the scene's own rigid links, with more of them if selected.
     fn patterns(&self, scene: &Scene, model: ModelKind, enough: Option<f64>) -> Vec<(Vec<bool>, Vec<bool>)> {
         let Some(chain) = scene.chain() else { return Vec::new() };
-        let asked: Vec<bool> = chain.links.iter().map(|link| link.rigid).collect();
+        let asked = rigid_links(chain);
         let meshed = matches!(model, ModelKind::Modal | ModelKind::FiniteElement);
         let mut patterns = vec![asked.clone()];
         if self.link_by_link && meshed && asked == [false, false] {
@@ -93,10 +95,23 @@ fn shortens(scene: &Scene, enough: Option<f64>) -> bool {
     shortenings(scene).unwrap_or_default().iter().any(counts)
 }
 
-/// Flexible models need a flexible link; otherwise `rigid` gives the same for less.
+/// Leaves out finite elements without a flexible link: `rigid` gives the same for less. If nothing else remains, one mesh does.
+fn without_repetition(families: Vec<Family>) -> Vec<Family> {
+    let has_rigid = families.iter().any(|family| family.model == ModelKind::Rigid);
+    let mut kept: Vec<Family> = Vec::new();
+    for family in families {
+        let is_same = |other: &Family| (other.model, other.integrator) == (family.model, family.integrator);
+        let repeats = family.model != ModelKind::Rigid && family.is_rigid() && (has_rigid || kept.iter().any(is_same));
+        if !repeats {
+            kept.push(family);
+        }
+    }
+    kept
+}
+
+/// `modal` and `incremental` need a flexible link; otherwise `rigid` gives the same for less.
 fn suits(family: &Family, scene: &Scene, step_s: f64) -> bool {
-    let all_rigid = family.rigid.iter().all(|rigid| *rigid);
-    let redundant = all_rigid && matches!(family.model, ModelKind::Modal | ModelKind::Incremental);
+    let redundant = family.is_rigid() && matches!(family.model, ModelKind::Modal | ModelKind::Incremental);
     let incremental_with_rigid = family.model == ModelKind::Incremental && family.rigid.contains(&true);
     !redundant && !incremental_with_rigid && Simulation::new(&family.scene(scene, step_s)).is_ok()
 }
@@ -142,6 +157,22 @@ mod tests {
         // The rod shortens by a two-hundredth of its deflection, and by more than a thousandth of the crank's length.
         let short = ["crank.length_m=0.1", "crank.rigid=true", "rod.axial=false", "slider.mass_kg=5", "pulse.0.torque_nm=3"];
         assert_eq!(stretching(&short, None), [[true, false], [true, true]]);
+    }
+
+    #[test]
+    fn regress_a_chain_that_does_not_bend_is_computed_once() {
+        let scene = SceneSource::open("thesis-compressor", &[]).unwrap().scene;
+        let names = |models: &[ModelKind]| -> Vec<String> {
+            let integrators = vec![IntegratorKind::TwoPoint, IntegratorKind::Esdirk];
+            let selection = Selection { models: models.to_vec(), integrators, ..Selection::default() };
+            selection.families(&scene, None).iter().map(ToString::to_string).collect()
+        };
+        let rigid = ["rigid, two-point", "rigid, esdirk"];
+        assert_eq!(names(&[]), rigid);
+        assert_eq!(names(&[ModelKind::Rigid, ModelKind::FiniteElement]), rigid);
+        let alone = ["finite-element, two-point, rigid links", "finite-element, esdirk, rigid links"];
+        assert_eq!(names(&[ModelKind::FiniteElement]), alone);
+        assert_eq!(names(&[ModelKind::Modal]), Vec::<String>::new());
     }
 
     #[test]

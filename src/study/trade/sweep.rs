@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::configuration::{Configuration, Family};
+use super::configuration::{Configuration, Family, is_rigid};
 use super::effort::RunEffort;
 use super::errors::Errors;
 use super::fixed_cost::Corrections;
@@ -127,7 +127,7 @@ impl Sweep<'_> {
     /// no such end.
     fn is_settled(&self, family: &Family) -> bool {
         let links = self.scene.chain().map(|chain| chain.links.as_slice()).unwrap_or_default();
-        if family.rigid.iter().zip(links).all(|(rigid, link)| *rigid == link.rigid) {
+        if family.rigid.iter().zip(links).all(|(rigid, link)| *rigid == is_rigid(link)) {
             return false;
         }
         let mut ends: Vec<(usize, f64)> = Vec::new();
