@@ -338,7 +338,7 @@ fn regress_no_command_replaces_what_it_reads_or_a_recording() -> Outcome {
         ("modes b.mcap@1.5 --csv b.mcap", "--csv names b.mcap, which is read"),
         ("modes s.toml --csv b.mcap", recorded),
         ("modes s.toml --csv ./s.toml", "--csv names ./s.toml, which is read"),
-        ("modes s.toml --periodic --speed 3 --csv s.toml", "s.toml: exists already, and scenes are never overwritten"),
+        ("modes s.toml --periodic --speed 3 --csv s.toml", "--csv names s.toml, which is read"),
         ("modes s.toml --periodic --speed 3 --csv b.mcap", recorded),
         ("response s.toml --csv s.toml", "--csv names s.toml, which is read"),
         ("response s.toml --step-csv b.mcap", recorded),

@@ -163,12 +163,11 @@ fn after_run(word: &str) -> String {
     format!("scenes and options of a run stand after `run`: flexcrank run {word}")
 }
 
-/// A refusal of a word that was read as a scene, but is the value of the option before it, which follows an equals sign.
+/// A refusal of a word that `run` read as a scene, but is the value of the option before it, which follows an equals sign.
 pub(super) fn detached_value(root: &clap::Command, words: &[OsString]) -> Option<clap::Error> {
-    let innermost = words.iter().skip(1).fold(root, |command, word| command.find_subcommand(word).unwrap_or(command));
-    let optional = |option: &str| {
-        innermost.get_arguments().any(|arg| arg.get_long() == option.strip_prefix("--") && arg.is_require_equals_set())
-    };
+    let run = words.get(1).filter(|word| *word == "run").and_then(|word| root.find_subcommand(word))?;
+    let optional =
+        |option: &str| run.get_arguments().any(|arg| arg.get_long() == option.strip_prefix("--") && arg.is_require_equals_set());
     let is_there = |word: &str| {
         let path = Path::new(word);
         let is_named_as_file = path.extension().is_some_and(|ending| ending == "toml" || ending == "mcap");

@@ -49,6 +49,14 @@ impl ClientArgs {
         self.waiting_for(&format!("`{name}`"), || self.try_open(name))
     }
 
+    /// Refuses a time to wait where no service is named: `named` is the option that names one.
+    pub(super) fn must_not_wait(&self, named: &str) -> CommandResult<()> {
+        match self.wait {
+            Some(_) => Err(Failure::Usage(format!("--wait waits for a service: give {named}, too"))),
+            None => Ok(()),
+        }
+    }
+
     /// Refuses a name that was meant as the time to wait: `--wait 3s`.
     fn refuse_time_as_name(&self, name: &Name) -> CommandResult<()> {
         if self.wait == Some(None) && seconds(&name.to_string()).is_some() {

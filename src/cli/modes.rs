@@ -64,8 +64,8 @@ const HALVINGS: usize = 5;
 const MOST_POINTS: usize = 16;
 /// Modes beyond those asked for that are followed along a sweep, since they may cross.
 const BEYOND: usize = 4;
-/// The scene and its options: they go neither with --live nor with --wait.
-const NOT_OF_SERVICES: [&str; 9] = ["target", "angle", "speed", "periodic", "over", "csv", "plot", "overrides", "crank"];
+/// Options of a scene: they go neither with --live nor with --wait.
+const NOT_OF_SERVICES: [&str; 8] = ["angle", "speed", "periodic", "over", "csv", "plot", "overrides", "crank"];
 
 #[derive(Debug, clap::Args)]
 // Beside an option that conflicts with --live, clap does not ask for --live.
@@ -103,7 +103,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", value_parser = count)]
     pub jobs: Option<u64>,
     /// Ask a running service for the modes of its present state instead.
-    #[arg(long, value_name = "NAME", conflicts_with_all = NOT_OF_SERVICES, add = ArgValueCandidates::new(completions::services))]
+    #[arg(long, value_name = "NAME", conflicts_with_all = NOT_OF_SERVICES, conflicts_with = "target", add = ArgValueCandidates::new(completions::services))]
     pub live: Option<Name>,
     #[command(flatten)]
     pub client: ClientArgs,
@@ -141,6 +141,7 @@ pub(super) fn modes(args: &Args) -> CommandResult {
     if let Some(name) = &args.live {
         return live(args, name);
     }
+    args.client.must_not_wait("--live <NAME>")?;
     let interruption = Interruption::watch()?;
     must_be_targets(&args.subject.target, &[("--csv", args.csv.as_deref())])?;
     let chosen = args.subject.choose()?;

@@ -29,8 +29,6 @@ pub(super) struct StepError {
 enum Uncompared {
     /// No link bends.
     Straight,
-    /// A link of the incremental model has nodes at its ends alone.
-    Incremental,
     /// These links bend, and have nodes at their ends alone.
     WithoutNode([Option<&'static str>; 2]),
 }
@@ -42,7 +40,6 @@ impl Uncompared {
         let mut names = chain.links.iter().filter(is_unseen).map(|link| link.name.as_str());
         match [names.next(), names.next()] {
             [None, _] => Uncompared::Straight,
-            _ if model == ModelKind::Incremental => Uncompared::Incremental,
             names => Uncompared::WithoutNode(names),
         }
     }
@@ -138,9 +135,6 @@ impl fmt::Display for StepError {
                 write!(f, "{largest_m:.1e} m in the {link}'s deflection, {of_peak:.1e} of its peak, until {until} s")
             }
             StepError { uncompared: Uncompared::Straight, .. } => write!(f, "none: the motion is prescribed, and no link bends"),
-            StepError { uncompared: Uncompared::Incremental, .. } => {
-                write!(f, "not known: the angle is prescribed, and no link of the incremental model has a node in its middle")
-            }
             StepError { uncompared: Uncompared::WithoutNode(links), .. } => {
                 let keys: Vec<String> = links.iter().flatten().map(|link| format!("{link}.elements")).collect();
                 let keys = keys.join(" and ");

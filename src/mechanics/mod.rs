@@ -25,5 +25,5 @@ pub use mechanism::{ChainModel, Coordinate, Input, Measure, Mechanism, NoEquilib
 pub use modal::Modal;
 pub use observation::{ElementForces, Energy, LinkObservation, NodeObservation, Observation};
 pub use oscillator::Oscillator;
-pub use rigid::{Block, CarriedTurn, Rigid, RigidChain};
+pub use rigid::{Block, CarriedTurn, Course, Passage, Rigid, RigidChain};
 pub use transfer::{CannotTransfer, Present, Transfer};

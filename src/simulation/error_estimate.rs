@@ -1,6 +1,6 @@
 //! Estimated error of the time step, from each scheme's own error terms.
 
-use crate::mechanics::{Block, CarriedTurn, Measure, ROTATIONS};
+use crate::mechanics::{Block, CarriedTurn, Measure, Passage, ROTATIONS};
 
 /// The peak of an error that swings over the mean of its magnitude, and what its feedback on the motion adds, as measured: see
 /// [`ErrorEstimate`].
@@ -28,6 +28,8 @@ pub(super) struct StepTerms {
     pub terms: [Term; 2],
     /// Error of the first link's rate by corners of the resistance, rad/s.
     pub corner_rad_per_s: f64,
+    /// The course of a rigid chain of one angle over the step, if it is known.
+    pub course: Option<Passage>,
 }
 
 /// Estimated error of the time discretization since the epoch began.
@@ -46,7 +48,8 @@ pub(super) struct StepTerms {
 ///
 /// The second sum takes the part of e in which the chain turns by c, as if its links kept their shape. It carries it along as a small
 /// error of the rigid chain grows or fades: at a dead centre that the crank barely passes, by orders of magnitude. `e^{Ah}` stands while
-/// the links turn by a hundredth of a radian and their rates change by a twentieth ([`CarriedTurn`]). An open chain of two links has two
+/// the links turn by a hundredth of a radian and their rates change by a twentieth ([`CarriedTurn`]). Vibration would pump it: what a
+/// rigid chain's errors keep is given back to it ([`Passage`]). An open chain of two links has two
 /// such turns, whose errors grow together as it tumbles. A corner in the table of the slider's resistance, which no smooth error term
 /// sees, adds its own error to the rate of the rotation. Errors of ESDIRK are changes from step to step, which cancel in it where
 /// vibration is not resolved; there the first one shows more.
@@ -55,7 +58,8 @@ pub(super) struct StepTerms {
 /// 0.4 to 3.1 of the true error, but for finite elements with ESDIRK: there 0.4 to 6.6 on R2s and 0.9 to 23 on the default scene, whose
 /// vibration no step resolved. From 1e-5 rad on, it was 0.08 to 18 of an open chain that tumbles, and least where vibration is not
 /// resolved; of a table of resistance whose corners are passed quickly, 0.2 to 7; where a damper holds the speed, 4 to 25, as the sums
-/// of the chord do not fade. `tests/damped/estimate.rs` measures that. It knows nothing of the model's own error, and nothing of chaos.
+/// of the chord do not fade. `tests/damped/estimate.rs` measures that. It knows nothing of the model's own error, and nothing of chaos: where a
+/// heavy slider, or links without damping, exchange energy with the rotation, errors grow a thousand times more than it says.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// Errors of the first link's chord angle, magnitudes summed, rad.
@@ -102,7 +106,7 @@ impl ErrorEstimate {
         self.drift_rad += h_s * self.rate_rad_per_s;
         self.rate_rad_per_s += of_v.angle_rad;
         if turns {
-            self.turns = self.carried.after(self.turns);
+            self.turns = self.carried.after(self.turns, step.course.as_ref());
             for (link, turn) in self.turns.iter_mut().enumerate() {
                 turn[0] += of_q.turns_rad[link];
                 turn[1] += of_v.turns_rad[link];

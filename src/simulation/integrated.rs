@@ -6,7 +6,9 @@ use super::error_estimate::{StepTerms, Term};
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
-use crate::mechanics::{self, CarriedTurn, Energy, Measure, Mechanism, NoEquilibrium, Observation, ROTATIONS, RigidChain};
+use crate::mechanics::{
+    self, CarriedTurn, Course, Energy, Measure, Mechanism, NoEquilibrium, Observation, Passage, ROTATIONS, RigidChain,
+};
 
 /// A mechanism, its integrator and their state.
 pub(super) struct Integrated<M> {
@@ -18,6 +20,9 @@ pub(super) struct Integrated<M> {
     rigid: Option<RigidChain>,
     /// Angle, rad, and rate, rad/s, of the first link's chord before the last step.
     before: [f64; 2],
+    /// The rigid chain's own motion before the last step, and at the present state; `None` where it is not known.
+    left: Option<Course>,
+    course: Option<Course>,
     /// Rows that tell the part of each link's turn in a small change.
     turns: [Vec<f64>; ROTATIONS],
     /// Accelerations for an observation, and room to solve for them.
@@ -82,8 +87,41 @@ impl<M: Mechanism> Integrated<M> {
             observed: vec![0.0; n],
             scratch: vec![0.0; n],
             before: [0.0; 2],
+            left: None,
+            course: None,
             turns: std::array::from_fn(|_| vec![0.0; n]),
         })
+    }
+}
+
+impl<M: Mechanism> Integrated<M> {
+    /// Whether it turns by one angle and bends. Without bending, the equation of small errors keeps by itself what a course gives back.
+    fn has_course(&self) -> bool {
+        matches!(self.rigid, Some(RigidChain::OneAngle(_))) && self.state.q.len() > 1
+    }
+
+    /// Sets the rows of turns at the present state.
+    fn set_turns(&mut self, law: &DriveLaw, t_s: f64) {
+        let State { q, v, a, .. } = &self.state;
+        let (input, turns) = (law.input(t_s), self.rigid.as_ref().map_or(0, RigidChain::rotations));
+        for (link, part) in self.turns.iter_mut().enumerate().take(turns) {
+            if !self.mechanism.turn_part(&input, q, v, a, link, part) {
+                part.fill(0.0);
+            }
+        }
+    }
+
+    /// The rigid chain's own motion at the present state, whose rows of turns are set. Its rate is that of the velocities' part in which
+    /// the chain turns, which vibration does not sway.
+    fn present_course(&self) -> Option<Course> {
+        if !self.has_course() {
+            return None;
+        }
+        let State { q, v, .. } = &self.state;
+        let [angle_rad, chord_rad_per_s] = self.mechanism.chords(q, v)[0];
+        let [row, _] = &self.turns;
+        let turns = row.iter().any(|part| *part != 0.0);
+        self.rigid.as_ref()?.course([angle_rad, if turns { dot(row, v) } else { chord_rad_per_s }])
     }
 }
 
@@ -94,24 +132,28 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 impl<M: Mechanism + 'static> Engine for Integrated<M> {
     fn reset(&mut self) {
         self.state.clone_from(&self.start);
+        self.course = None;
     }
 
     fn step(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Result<Taken, StepError> {
         if self.rigid.as_ref().is_some_and(RigidChain::has_corners) {
             self.before = self.mechanism.chords(&self.state.q, &self.state.v)[0];
         }
+        if self.course.is_none() && self.has_course() {
+            self.set_turns(law, t_s);
+            self.course = self.present_course();
+        }
+        self.left = self.course.take();
         self.integrator.step(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, h_s, &mut self.state)
     }
 
     fn local_error(&mut self, law: &DriveLaw, t_s: f64, h_s: f64) -> Option<StepTerms> {
-        let State { q, v, a, .. } = &self.state;
-        let (input, chords) = (law.input(t_s), self.mechanism.chords(q, v));
+        self.set_turns(law, t_s);
+        self.course = self.present_course();
+        let course = self.left.take().zip(self.course);
+        let course = course.map(|(before, after)| Passage { ends: [before, after], torque_nm: law.input(t_s).torque_nm });
+        let chords = self.mechanism.chords(&self.state.q, &self.state.v);
         let turns = self.rigid.as_ref().map_or(0, RigidChain::rotations);
-        for (link, part) in self.turns.iter_mut().enumerate().take(turns) {
-            if !self.mechanism.turn_part(&input, q, v, a, link, part) {
-                part.fill(0.0);
-            }
-        }
         let LocalError { q, v } = self.integrator.local_error(h_s);
         let measured = |vector: &[f64]| -> Option<Measure> {
             let mut parts = [0.0; ROTATIONS];
@@ -128,12 +170,15 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         let of_corner = |part| self.integrator.corner_error(part);
         let cornered = self.rigid.as_ref().filter(|rigid| rigid.has_corners());
         let corner = |rigid: &RigidChain| rigid.corner_error(h_s, [self.before, chords[0]], of_corner);
-        Some(StepTerms { terms, corner_rad_per_s: cornered.map_or(0.0, corner) })
+        Some(StepTerms { terms, corner_rad_per_s: cornered.map_or(0.0, corner), course })
     }
 
     fn rotations(&self) -> Option<[[f64; 2]; ROTATIONS]> {
         let State { q, v, .. } = &self.state;
-        self.rigid.as_ref().map(|_| self.mechanism.chords(q, v))
+        self.rigid.as_ref().map(|_| match self.course {
+            Some(course) => [[course.angle_rad, course.rate_rad_per_s], [0.0; 2]],
+            None => self.mechanism.chords(q, v),
+        })
     }
 
     fn carried_turn(&self, law: &DriveLaw, t_s: f64, h_s: f64, links: [[f64; 2]; ROTATIONS]) -> Option<CarriedTurn> {
@@ -158,6 +203,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn dynamics(&mut self) -> Option<Dynamics<'_>> {
+        self.course = None;
         Some(Dynamics { mechanism: &mut self.mechanism, q: &mut self.state.q, v: &mut self.state.v, a: &mut self.state.a })
     }
 
@@ -195,6 +241,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         if saved.len() != 5 * n {
             return false;
         }
+        self.course = None;
         let State { q, v, a, alpha, residual } = &mut self.state;
         for (part, saved) in [q, v, a, alpha, residual].into_iter().zip(saved.chunks_exact(n.max(1))) {
             part.copy_from_slice(saved);

@@ -8,6 +8,7 @@
 //! with `M = Σ (m c′·c′ + I β′²)`, `½ M′ = Σ (m c′·c″ + I β′ β″)`, resistance `F` and viscous friction `b` on the slider.
 
 mod corners;
+mod course;
 mod line;
 mod rigid_chain;
 mod small_turn;
@@ -25,6 +26,7 @@ use crate::mechanics::resistance::resistance_n;
 use crate::mechanics::rigid_bar::RigidBar;
 use crate::scene::{Base, Chain, End, Resistance};
 
+pub use course::{Course, Passage};
 pub use rigid_chain::RigidChain;
 pub use small_turn::{Block, CarriedTurn};
 pub use two_links::TwoLinks;

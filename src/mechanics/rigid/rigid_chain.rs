@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{CarriedTurn, Rigid, TwoLinks};
+use super::{CarriedTurn, Course, Rigid, TwoLinks};
 use crate::mechanics::mechanism::ROTATIONS;
 use crate::scene::Chain;
 
@@ -52,6 +52,14 @@ impl RigidChain {
         let turned = (to[0] - from[0] + PI).rem_euclid(TAU) - PI;
         let to = [from[0] + turned, to[1]];
         rigid.corners(from, to).map(|(part, jump)| of_scheme(part) * jump * step_s * step_s).sum()
+    }
+
+    /// Its own motion at an angle, rad, and rate, rad/s, of the first link; `None` if a second one turns by itself.
+    pub fn course(&self, [angle_rad, rate_rad_per_s]: [f64; 2]) -> Option<Course> {
+        match self {
+            RigidChain::OneAngle(rigid) => Some(rigid.course(angle_rad, rate_rad_per_s)),
+            RigidChain::TwoLinks(_) => None,
+        }
     }
 
     /// The growth of small errors over `step_s` about angles, rad, and rates, rad/s, under a torque at the base.

@@ -1,6 +1,6 @@
 //! The growth of a small error in the angles and rates of a rigid chain.
 
-use super::Rigid;
+use super::{Passage, Rigid};
 use crate::mechanics::mechanism::ROTATIONS;
 
 /// An error of this many radians says no more than that the angle is unknown. Larger ones are cut, so that they stay finite.
@@ -70,17 +70,21 @@ impl CarriedTurn {
         self.step_s == step_s && self.links.iter().zip(links).all(same)
     }
 
-    /// Small angles (rad) and their rates (rad/s) after the step.
-    pub fn after(&self, before: [[f64; 2]; ROTATIONS]) -> [[f64; 2]; ROTATIONS] {
-        self.blocks.map(|row| {
-            let mut after = [0.0; 2];
-            for (block, [angle_rad, rate_rad_per_s]) in row.iter().zip(before) {
-                after[0] += block[0][0] * angle_rad + block[0][1] * rate_rad_per_s;
-                after[1] += block[1][0] * angle_rad + block[1][1] * rate_rad_per_s;
-            }
-            if after[0].abs() <= MOST_RAD && after[1].is_finite() { after } else { [MOST_RAD, 0.0] }
-        })
+    /// Small angles (rad) and their rates (rad/s) after the step; of a chain of one angle, by its course.
+    pub fn after(&self, before: [[f64; 2]; ROTATIONS], course: Option<&Passage>) -> [[f64; 2]; ROTATIONS] {
+        let mut after = self.blocks.map(|row| {
+            let parts = row.iter().zip(before).map(|(block, small)| times(block, small));
+            parts.fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]])
+        });
+        if let Some(passage) = course {
+            after[0] = times(&passage.kept(&self.blocks[0][0], self.step_s), after[0]);
+        }
+        after.map(|link| if link[0].abs() <= MOST_RAD && link[1].is_finite() { link } else { [MOST_RAD, 0.0] })
     }
+}
+
+fn times(block: &Block, [angle_rad, rate_rad_per_s]: [f64; 2]) -> [f64; 2] {
+    block.map(|row| row[0] * angle_rad + row[1] * rate_rad_per_s)
 }
 
 impl Rigid {
@@ -146,7 +150,7 @@ mod tests {
                 if !standing.stands(h_s, links) {
                     standing = present;
                 }
-                carried = [present.after(carried[0]), standing.after(carried[1])];
+                carried = [present.after(carried[0], None), standing.after(carried[1], None)];
                 let difference = other[0] - one[0];
                 most = most.max(difference.abs());
                 for (wrong, carried) in wrong.iter_mut().zip(carried) {
@@ -178,7 +182,7 @@ mod tests {
         let mut carried = CarriedTurn::default();
         carried.blocks[0][0] = turn.carried(1.0);
         for angle_rad in [1e-9, f64::NAN] {
-            assert_eq!(carried.after([[angle_rad, 0.0], [0.0; 2]])[0], [MOST_RAD, 0.0]);
+            assert_eq!(carried.after([[angle_rad, 0.0], [0.0; 2]], None)[0], [MOST_RAD, 0.0]);
         }
     }
 }

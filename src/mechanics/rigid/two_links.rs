@@ -209,7 +209,7 @@ mod tests {
             if !standing.stands(h_s, links) {
                 standing = two.carried_turn(h_s, links, torque_nm);
             }
-            carried = standing.after(carried);
+            carried = standing.after(carried, None);
             let difference = other[0][0] - one[0][0];
             (most, wrong) = (most.max(difference.abs()), wrong.max((carried[0][0] - difference).abs()));
         }
@@ -250,7 +250,7 @@ mod tests {
         for rate in [1e8, 1e30, 1e200, f64::INFINITY, f64::NAN] {
             for step_s in [1e-3, 10.0] {
                 let carried = two.carried_turn(step_s, [[0.3, rate], [-0.9, -rate]], 1e6);
-                let after = carried.after([[1e-9, 0.0], [0.0; 2]]);
+                let after = carried.after([[1e-9, 0.0], [0.0; 2]], None);
                 assert!(after.as_flattened().iter().all(|number| number.is_finite()), "{rate} {step_s}: {after:?}");
             }
         }
