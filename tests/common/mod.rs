@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-use flexcrank::bus::{self, BusOptions, Name, Session, Topic, client};
+use flexcrank::bus::{self, BusError, BusOptions, Name, Session, Topic, client};
 use flexcrank::recording::Messages;
 use flexcrank::runtime::{Pace, SteppingOptions};
 use flexcrank::scene::SceneSource;
@@ -35,11 +35,18 @@ pub fn scene(overrides: &[&str]) -> Result<SceneSource, Box<dyn Error>> {
 
 /// Two sessions that are linked over a loopback port of their own.
 pub fn linked_sessions() -> Result<(Session, Session), Box<dyn Error>> {
-    let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
-    let endpoint = vec![format!("tcp/{address}")];
-    let service = BusOptions { listen: endpoint.clone(), sees_subscriptions: true, ..BusOptions::default() }.open_service()?;
-    let client = BusOptions { connect: endpoint, ..BusOptions::default() }.open_client()?;
-    Ok((service, client))
+    loop {
+        let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
+        let endpoint = vec![format!("tcp/{address}")];
+        let options = BusOptions { listen: endpoint.clone(), sees_subscriptions: true, ..BusOptions::default() };
+        let service = match options.open_service() {
+            // Another test has taken the port meanwhile.
+            Err(BusError::InUse(_)) => continue,
+            opened => opened?,
+        };
+        let client = BusOptions { connect: endpoint, ..BusOptions::default() }.open_client()?;
+        return Ok((service, client));
+    }
 }
 
 /// Options of a service that runs a scene in real time without end, named `test` and not recorded.
