@@ -171,3 +171,21 @@ fn regress_charts_of_stability_say_what_is_known() -> Outcome {
     assert!(code == Some(2) && said.contains("--over slider.mas=0.1: ") && !said.contains("--set"), "{said}");
     Ok(())
 }
+
+/// Its rod of plastic buckles at 30 rad/s: a sweep was advised to sweep, and one speed was told of 0 iterations alone.
+#[test]
+fn regress_where_no_motion_repeats_the_way_on_is_named() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    std::fs::write(
+        folder.path().join("lab.toml"),
+        "[crank]\nlength_m = 0.1\nrigid = true\nmass_kg = 0.5\ninertia_kg_m2 = 5.0e-3\n[rod]\nlength_m = 0.4\n\
+         section = { shape = \"rectangle\", width_m = 0.010, height_m = 0.004 }\ndensity_kg_per_m3 = 1410.0\n\
+         youngs_modulus_pa = 2.8e9\nelements = 4\ndamping_s = 3e-4\n[slider]\nmass_kg = 0.3\n[solver]\nstep_s = 0.002\n",
+    )?;
+    let (code, _, said) = flexcrank(folder.path(), "modes lab.toml --crank held --periodic --speed 30")?;
+    let ways = ["there may be none", "`flexcrank run` shows", "a sweep, as --speed 10:20:1, begins"];
+    assert!(code == Some(2) && ways.iter().all(|way| said.contains(way)), "{said}");
+    let (code, _, said) = flexcrank(folder.path(), "modes lab.toml --crank held --periodic --speed 30:32:1")?;
+    assert!(code == Some(1) && said.contains("`flexcrank run` shows") && !said.contains("a sweep"), "{said}");
+    Ok(())
+}

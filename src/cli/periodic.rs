@@ -16,6 +16,7 @@ use super::small_motion_args::Chosen;
 use super::written::{draw, write_table};
 use crate::plot;
 use crate::scene::{SceneError, SceneSource};
+use crate::small_motion::error::FloquetError;
 use crate::small_motion::floquet::Accuracy;
 use crate::small_motion::scheme::Scheme;
 use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
@@ -23,6 +24,10 @@ use crate::study::Table;
 
 /// Multipliers to a millionth, with at most a thousand steps a turn.
 const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024 };
+
+/// The way on where a search ends without a motion.
+const PERHAPS_NONE: &str = "there may be none, as near a resonance or where a link buckles: `flexcrank run` shows whether the motion \
+                            repeats itself";
 
 /// One scene over the speeds.
 struct Row {
@@ -318,7 +323,13 @@ impl Chart<'_> {
         if let ([_], [found]) = (self.speeds.as_slice(), self.found.as_slice())
             && let [Some(Err(refusal))] = found.as_slice()
         {
-            return Err(refusal.clone().into());
+            return Err(match refusal {
+                NoModes::NotPeriodic(FloquetError::Step { .. } | FloquetError::NotConverged { .. }) => {
+                    let sweep = "a sweep, as --speed 10:20:1, begins each search at the motion before";
+                    Failure::Usage(format!("{refusal}; {PERHAPS_NONE}, and {sweep}"))
+                }
+                _ => refusal.clone().into(),
+            });
         }
         let mut refusals: Vec<(String, Vec<f64>)> = Vec::new();
         for (speed, refusal) in self.found.iter().flat_map(|found| self.speeds.iter().zip(found)) {
@@ -346,7 +357,7 @@ impl Chart<'_> {
         }
         match refused {
             0 => Ok(ExitStatus::Success),
-            _ => Err(Failure::Failed(format!("{refused} of {all} motions were not found"))),
+            _ => Err(Failure::Failed(format!("{refused} of {all} motions were not found; {PERHAPS_NONE}"))),
         }
     }
 }

@@ -18,11 +18,7 @@ pub enum FloquetError {
         needed: usize,
     },
     /// A step failed: the equations are singular there, or the motion leaves every bound.
-    #[error(
-        "no periodic motion was found: the step at {} s failed on the way to it: {cause}. A motion may exist: try a speed nearby, or a \
-         sweep of speeds, each of which starts from the one before",
-        shown_s(*time_s)
-    )]
+    #[error("no periodic motion was found: the step at {} s failed on the way to it: {cause}", shown_s(*time_s))]
     Step {
         /// Beginning of the step.
         time_s: f64,
@@ -41,8 +37,8 @@ pub enum FloquetError {
         /// Difference of accelerations, as a part of the largest.
         mismatch: f64,
     },
-    /// Newton's method on the state did not converge.
-    #[error("no periodic motion was found: the state misses itself by {residual:.1e} after {iterations} iterations")]
+    /// Newton's method on the state did not converge, from the guess and by way of lower speeds.
+    #[error("no periodic motion was found: after a turn, the state misses itself by {residual:.1e}, and no correction helps")]
     NotConverged {
         /// See [`Orbit::residual`](super::orbit::Orbit::residual).
         residual: f64,
