@@ -56,7 +56,7 @@ A line `start` shows where the first link starts, bent by static loads: its angl
     tangent there.
 
 A line `published` names a rate for `run --publish-hz` where the default has fewer than 4 samples in a period of the lowest frequency \
-    at which a link bends. Where even every step is too rare, it also asks for a shorter solver.step_s.
+    at which a link bends. Where even every step is too rare, it also names a shorter solver.step_s.
 
 `modal` leaves out the shortening N L / (E A) of a link without `axial`. It is that of the largest axial force in such a run. \
     `axial = true` is recommended where it is more than 10 % of the largest deflection and more than 1e-7 of the link's length. In \

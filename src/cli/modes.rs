@@ -87,7 +87,7 @@ pub(super) struct Args {
     /// Chart stability over the speeds and this key: the largest multiplier of a turn.
     #[arg(long, value_name = "KEY=FROM:TO:STEP", requires = "periodic", value_parser = Over::parse)]
     pub over: Option<Over>,
-    /// Number of modes.
+    /// Number of modes, in tables, too.
     #[arg(long, value_name = "N", default_value = "8", value_parser = count)]
     pub count: u64,
     /// Write every mode at every point to this file. One of the same name is replaced.

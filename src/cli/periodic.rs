@@ -274,7 +274,10 @@ impl Chart<'_> {
         if rows.len() > 1 {
             print(&rows, 2)?
         } else if self.motions().any(|(_, _, found)| found.is_known()) {
-            writeln!(out, "  no mode is unstable")?
+            let is_whole = |found: &PeriodicModes| found.lost == 0 && found.modes.iter().all(PeriodicMode::is_resolved);
+            let which =
+                if self.motions().all(|(_, _, found)| is_whole(found)) { "no mode" } else { "no mode that the steps resolve" };
+            writeln!(out, "  {which} is unstable")?
         }
         let unknown = self.motions().filter(|(_, _, found)| !found.is_known()).count();
         if unknown > 0 {

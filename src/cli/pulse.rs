@@ -104,7 +104,7 @@ pub(super) fn pulse(args: Args) -> CommandResult {
     }))
 }
 
-/// What a service answers to a command. A failure that comes after it, as where standard output is full, is not the command's.
+/// The answer of a service to a command. A failure that comes after it, as where standard output is full, is not the command's.
 pub(super) struct Answer {
     what: String,
     accepted: Cell<Option<bool>>,

@@ -67,8 +67,8 @@ pub(super) struct ReplayArgs {
     /// Play only these recorded topics, by name or last chunks: angles, /tf. --commands adds the commands.
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<String>,
-    /// Publish a topic, or all that begin with OLD/, under another key. If none stays below flexcrank/NAME/, the service is
-    /// `replay`, unless --name says otherwise.
+    /// Publish a topic, or all that begin with OLD/, under another key; status, checkpoints and commands are left out there,
+    /// too. If none stays below flexcrank/NAME/, the service is `replay`, unless --name says otherwise.
     #[arg(long, value_name = "OLD:=NEW")]
     pub remap: Vec<Remap>,
     /// Name of the service on the bus instead of the recorded one.

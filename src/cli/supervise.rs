@@ -50,7 +50,7 @@ async fn watch_over(args: &Args) -> CommandResult {
     Err(Failure::Failed(given_up(resumed.as_deref())))
 }
 
-/// How the service goes on after a death, in words: from the file that it resumes, or from its start. A later recording that is
+/// The way on after a death, in words: from the file that it resumes, or from its start. A later recording that is
 /// not there, as after somebody moved it away, is named.
 fn way_on(recordings: &[PathBuf], in_parts: bool, resumed: Option<&Path>) -> String {
     let is_resumed = |base: &PathBuf| files(base, in_parts).iter().any(|file| resumed == Some(file.as_path()));

@@ -185,7 +185,7 @@ fn report_quantities(deviation: &Deviation, out: &mut impl Write) -> std::io::Re
         for (name, LargestDifference { value, at_s }) in &deviation.largest {
             match value {
                 0.0 => writeln!(out, "  {name:<24} is the same")?,
-                _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {at_s:.3} s")?,
+                _ => writeln!(out, "  {name:<24} differs by at most {value:.6e}, at t = {} s", shown_s(*at_s))?,
             }
         }
     }

@@ -86,7 +86,8 @@ impl Simulation {
         self.load.setpoint = checkpoint.setpoint;
         self.law.torque = Torque::constant(checkpoint.torque_nm);
         self.load.delivered = checkpoint.delivered;
-        self.error = checkpoint.error;
+        // Recordings of older builds have one where there is none.
+        self.error = checkpoint.error.filter(|_| self.error.is_some());
         let changes = checkpoint.changes;
         self.changed = changes.is_some();
         self.grid = changes.map_or(StepGrid::new(self.grid.step_s), |changes| changes.grid);

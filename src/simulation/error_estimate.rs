@@ -38,7 +38,7 @@ pub(super) struct StepTerms {
 ///
 /// ```text
 /// of the chord       s ← s + |e_θ|     d ← d + h w     w ← w + e_ω
-/// of the rotation    (δ, δ̇) ← e^{Ah} (δ, δ̇) + (c·M e_q, c·M e_v)/(c·M c)      of each link that turns by itself
+/// of the rotation    (δ, δ̇) ← R e^{Ah} (δ, δ̇) + (c·M e_q, c·M e_v)/(c·M c)      of each link that turns by itself
 ///
 /// estimate = 2 (s + max(|d|, |δ|))
 /// ```

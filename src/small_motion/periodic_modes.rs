@@ -302,7 +302,7 @@ fn running_ahead(shapes: &[(Multiplier, f64)]) -> Vec<usize> {
     std::iter::once(shift).chain(faster.filter(|place| shapes[*place].1 >= ALIKE)).collect()
 }
 
-/// How many multipliers of motion that is damped as at this point are gone after a period: those of the eigenvalues λ of
+/// The number of multipliers of motion, damped as at this point, that are gone after a period: those of the eigenvalues λ of
 /// `(λ² M + λ D + K) φ = 0` with `|e^{λT}|` so small. If the eigenvalues are not found, none is known to be.
 fn fading(system: &Linearised, period_s: f64) -> usize {
     let [mass, damping, stiffness] = [&system.mass, &system.damping, &system.stiffness].map(Band::dense);

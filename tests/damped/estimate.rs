@@ -104,7 +104,7 @@ fn val_the_estimate_is_of_the_size_of_the_error() {
 
 /// Over thirty turns, in which vibration must not pump the part in the rotation: it did, to 6.7e5 rad for an error of 1.1e-4. With the
 /// phase of vibration, its exchange of energy with the rotation errs, of which the estimate knows nothing: with schemes of second order,
-/// it is 0.07 of the error.
+/// it is 0.05 of the error and more.
 #[test]
 fn val_the_estimate_is_of_the_size_of_the_error_after_many_turns() {
     let at = |model: &str, integrator: &str, step_s: f64| {

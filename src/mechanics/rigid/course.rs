@@ -1,4 +1,4 @@
-//! What a small error of a rigid chain of one angle keeps as it is carried along a flexible chain's motion.
+//! The course of a rigid chain of one angle: its small errors keep two things, also along a flexible chain's motion.
 
 use super::Rigid;
 use super::small_turn::Block;
@@ -41,8 +41,8 @@ impl Rigid {
 /// Errors (δ, δ̇) of a rigid chain `M(θ) θ̈ + rest = τ` keep two things. A shift of time stays one: `(θ̇, θ̈)` goes over into itself. And
 /// their part in the energy, `M (θ̇ δ̇ − θ̈ δ)`, is only taken away by friction and damper, as `d/dt (M W) = −d W` for
 /// `W = θ̇ δ̇ − θ̈ δ`, with the coefficient d of both. So errors of a chain that turns grow no faster than time. The equation of small
-/// errors has both properties only along the rigid chain's own motion. Along a flexible chain's, vibration pumps it, and errors of the
-/// default scene grew by ten orders of magnitude in ten turns that its true ones do not.
+/// errors has both properties only along the rigid chain's own motion. Along a flexible chain's, vibration pumps it: an error of the
+/// default scene grew by ten orders of magnitude in ten turns, and the true one does not.
 ///
 /// This gives them back. The step's matrix P takes the rigid chain's `f₀ = (ω, α)` before the step to `g = P f₀`. After it,
 ///

@@ -1,7 +1,7 @@
 //! The families of configurations that suit a scene and are selected.
 
-use super::configuration::{Family, rigid_links};
-use crate::scene::{IntegratorKind, ModelKind, Scene};
+use super::configuration::{Family, is_rigid, rigid_links};
+use crate::scene::{IntegratorKind, ModelKind, Scene, System};
 use crate::simulation::Simulation;
 use crate::study::{Shortening, shortenings};
 
@@ -91,8 +91,12 @@ impl Selection {
 /// Whether loads shorten a link that does not stretch by so much that it matters, or by more than the tolerance `enough` of its
 /// deflection.
 fn shortens(scene: &Scene, enough: Option<f64>) -> bool {
+    let mut scene = scene.clone();
+    if let System::Chain(chain) = &mut scene.system {
+        chain.links.iter_mut().for_each(|link| link.rigid = is_rigid(link));
+    }
     let counts = |shortened: &Shortening| shortened.matters() || enough.is_some_and(|enough| shortened.exceeds(enough));
-    shortenings(scene).unwrap_or_default().iter().any(counts)
+    shortenings(&scene).unwrap_or_default().iter().any(counts)
 }
 
 /// Leaves out finite elements without a flexible link: `rigid` gives the same for less. If nothing else remains, one mesh does.
