@@ -1,4 +1,4 @@
-//! What `response`, `modes` and `linearise` print of small motion, beside closed forms and runs of the model.
+//! Small motion as `response`, `modes` and `linearise` print it, beside closed forms and runs of the model.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;

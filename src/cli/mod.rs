@@ -83,6 +83,7 @@ mod trade_modes;
 mod trade_table;
 mod trial_run;
 mod turning;
+mod unstable_ranges;
 mod values;
 mod verify;
 mod vibration_sampling;

@@ -13,6 +13,7 @@ use super::output::{output, print_json};
 use super::progress::bar;
 use super::signals::Interruption;
 use super::small_motion_args::Chosen;
+use super::unstable_ranges::ranges;
 use super::written::{draw, write_table};
 use crate::plot;
 use crate::scene::{SceneError, SceneSource};
@@ -38,7 +39,7 @@ struct Row {
 }
 
 /// A motion that was asked for; `None` if it was not reached.
-type Found = Option<Result<PeriodicModes, NoModes>>;
+pub(super) type Found = Option<Result<PeriodicModes, NoModes>>;
 
 /// All that was found, row by row of the key, speed by speed.
 struct Chart<'a> {
@@ -360,7 +361,11 @@ impl Chart<'_> {
         }
         match refused {
             0 => Ok(ExitStatus::Success),
-            _ => Err(Failure::Failed(format!("{refused} of {all} motions were not found; {PERHAPS_NONE}"))),
+            _ => {
+                let is_sought = refusals.iter().any(|(why, _)| why.starts_with("no periodic motion was found"));
+                let perhaps = if is_sought { format!("; {PERHAPS_NONE}") } else { String::new() };
+                Err(Failure::Failed(format!("{refused} of {all} motions were not found{perhaps}")))
+            }
         }
     }
 }
@@ -374,38 +379,4 @@ fn are(count: usize, noun: &str) -> String {
 fn alike(one: &str, other: &str) -> bool {
     let words = |text: &str| text.chars().filter(|c| c.is_alphabetic()).collect::<String>();
     words(one) == words(other)
-}
-
-/// Speeds that follow one another, at which one mode is the most unstable.
-struct Range {
-    name: String,
-    from: f64,
-    to: f64,
-    largest: f64,
-    at: f64,
-}
-
-fn ranges(speeds: &[f64], found: &[Found]) -> Vec<Range> {
-    let mut ranges: Vec<Range> = Vec::new();
-    let mut open = false;
-    for (speed, found) in speeds.iter().zip(found) {
-        let size = |mode: &PeriodicMode| mode.multiplier.value.norm();
-        let most = |modes: &PeriodicModes| modes.unstable().max_by(|one, other| size(one).total_cmp(&size(other))).cloned();
-        let Some(unstable) = found.as_ref().and_then(|found| most(found.as_ref().ok()?)) else {
-            open = false;
-            continue;
-        };
-        let (name, size) = (unstable.mode.name(), unstable.multiplier.value.norm());
-        match ranges.last_mut().filter(|range| open && range.name == name) {
-            Some(range) => {
-                range.to = *speed;
-                if size > range.largest {
-                    (range.largest, range.at) = (size, *speed);
-                }
-            }
-            None => ranges.push(Range { name, from: *speed, to: *speed, largest: size, at: *speed }),
-        }
-        open = true;
-    }
-    ranges
 }
