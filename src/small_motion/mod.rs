@@ -21,6 +21,7 @@ mod loaded;
 mod mechanisms;
 mod modal_equation;
 mod mode;
+mod motion_search;
 mod normal_modes;
 pub mod orbit;
 mod outputs;

@@ -32,13 +32,15 @@ pub struct OrbitSettings {
     pub tolerance: f64,
     /// Most Newton corrections.
     pub max_iterations: u32,
+    /// Most laps that are taken instead of a correction that does not help.
+    pub max_relaxations: u32,
     /// Newton's iteration within a step.
     pub newton: NewtonSettings,
 }
 
 impl Default for OrbitSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-10, max_iterations: 25, newton: TIGHT }
+        Self { tolerance: 1e-10, max_iterations: 25, max_relaxations: 8, newton: TIGHT }
     }
 }
 
@@ -220,7 +222,7 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
                 continue;
             }
             relaxed += 1;
-            if relaxed > RELAXATIONS || !self.relax() {
+            if relaxed > settings.max_relaxations || !self.relax() {
                 return Err(failed);
             }
         }
@@ -349,5 +351,3 @@ const ITERATIONS: usize = 100;
 const SINGULAR: f64 = 1e-13;
 /// Parts of a correction that are tried.
 const PARTS: [f64; 3] = [1.0, 0.5, 0.25];
-/// Most laps that are taken instead of a correction.
-const RELAXATIONS: u32 = 8;

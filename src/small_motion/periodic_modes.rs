@@ -7,7 +7,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::error::FloquetError;
 use super::floquet::{Accuracy, Floquet, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
 use super::mode::{Identifier, Mode, numbered};
-use super::orbit::{Cycle, Guess, Orbit, OrbitSettings, periodic_orbit};
+use super::motion_search::coarse_motion;
+use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
 use super::periodic::{CrankDrive, DrivenMechanism};
 use super::point::Point;
 use super::scheme::Scheme;
@@ -71,12 +72,6 @@ pub struct SchemeMotion {
 /// Residual at which a scheme's motion repeats: thousands of steps leave more rounding than those of the physics.
 const SCHEME_REPEATS: f64 = 1e-6;
 
-/// Speeds by way of which a motion is approached that is not found at once: from this part of its own, in so many stages.
-const SLOWEST: f64 = 0.2;
-const STAGES: u32 = 16;
-/// Steps of a turn on the way.
-const STAGE_STEPS: u32 = 128;
-
 /// Growth in a turn that a scheme adds, beyond which it is called unstable.
 const ADDED: f64 = 1e-2;
 
@@ -109,22 +104,18 @@ impl Subject {
         if self.has_base_spring() {
             return Err(NoModes::BaseSpring);
         }
-        let guess = self.guess(angle_rad, speed_rad_per_s, near)?;
         let period_s = TAU / speed_rad_per_s.abs();
         let settings = OrbitSettings::default();
         let mut mechanism = self.mechanism();
         if mechanism.degrees_of_freedom() == 0 {
             return Err(NoModes::NothingMoves);
         }
+        let mut guess = self.guess(angle_rad, speed_rad_per_s, near)?;
         let mut system = DrivenMechanism::new(mechanism.as_mut(), self.drive(angle_rad, speed_rad_per_s));
-        let found = of_physics(&mut system, period_s, &guess, accuracy, &settings).or_else(|refusal| {
-            if near.is_some() {
-                return Err(refusal);
-            }
-            let approached = self.approached(angle_rad, speed_rad_per_s).ok_or(refusal)?;
-            of_physics(&mut system, period_s, &approached, accuracy, &settings)
-        })?;
-        let mut found = found;
+        if near.is_none() {
+            guess = coarse_motion(&mut system, period_s, &guess).unwrap_or(guess);
+        }
+        let mut found = of_physics(&mut system, period_s, &guess, accuracy, &settings)?;
         if !self.is_held() {
             err_as_the_shift(&mut found.multipliers);
         }
@@ -146,21 +137,6 @@ impl Subject {
         } else {
             CrankDrive::Torque { torque_nm: 0.0 }
         }
-    }
-
-    /// A guess by way of motions at lower speeds, each of which starts from the one before; `None` where none is found.
-    fn approached(&self, angle_rad: f64, speed_rad_per_s: f64) -> Option<Guess> {
-        let mut mechanism = self.mechanism();
-        let mut near: Option<Orbit> = None;
-        for stage in 0..STAGES {
-            let speed = speed_rad_per_s * SLOWEST.powf(1.0 - f64::from(stage) / f64::from(STAGES));
-            let mut system = DrivenMechanism::new(mechanism.as_mut(), self.drive(angle_rad, speed));
-            let cycle = Cycle { period_s: TAU / speed.abs(), steps: STAGE_STEPS };
-            let guess = self.guess(angle_rad, speed, near.as_ref()).ok()?;
-            let found = periodic_orbit(&mut system, Scheme::Esdirk, cycle, &guess, &OrbitSettings::default());
-            near = found.ok().or(near);
-        }
-        near.and_then(|near| self.guess(angle_rad, speed_rad_per_s, Some(&near)).ok())
     }
 
     /// Links that turn as they stand in equilibrium; or a motion found at another speed, in this one's time.
