@@ -331,3 +331,19 @@ fn regress_the_links_that_lack_a_node_in_the_middle_are_named_where_that_can_be_
     assert!(out.contains("\n  step error   none: the motion is prescribed, and no link bends\n"), "{out}");
     Ok(())
 }
+
+/// A scene whose torque comes from the bus was "sound", with a step suggested that lost the first pulse.
+#[test]
+fn regress_a_scene_in_which_nothing_moves_is_not_called_sound() -> Tried {
+    let still = ["pulse=[]".to_owned()];
+    let warning =
+        "warning: nothing moves in this run: its balance, step error and suggested step say nothing of the scene under a load; ";
+    let (out, said) = checked("crank-slider", &still, &[])?;
+    assert!(out.starts_with("crank-slider: valid; nothing moves in it\n") && said.contains(warning), "{out}{said}");
+    let hangs = ["start.angle_rad=-1.5707963".to_owned(), "gravity.y_m_per_s2=-9.81".to_owned()];
+    for moving in [&["pulse=[{start_s=1.9,torque_nm=1e-6,duration_s=0.05}]".to_owned()][..], &[&still[..], &hangs].concat()] {
+        let (out, said) = checked("crank-slider", moving, &["--until", "2"])?;
+        assert!(out.starts_with("crank-slider: sound\n") && !said.contains("nothing moves"), "{out}{said}");
+    }
+    Ok(())
+}

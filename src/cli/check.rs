@@ -86,6 +86,10 @@ const LEAST_STEPS: f64 = 2.0;
 /// An error of the time step, rad, with which the motion of a run is lost.
 const LOST_RAD: f64 = 1.0;
 
+/// The warning of a run that shows nothing.
+const NOTHING_MOVES: &str = "nothing moves in this run: its balance, step error and suggested step say nothing of the scene under a load; \
+                             give it a pulse, a torque, a start rate or a [drive] like those that it will have";
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// A built-in scene or a TOML file.
@@ -207,6 +211,9 @@ pub(super) fn check(args: &Args) -> CommandResult {
              it no longer does; if it always does, the motion is chaotic"
         );
     }
+    if trial.stands_still() {
+        say!("warning: {NOTHING_MOVES}");
+    }
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));
@@ -275,6 +282,7 @@ impl Checked {
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.out_of_range.is_some() => {
                 "valid, but a link bends out of the model's range"
             }
+            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.stands_still() => "valid; nothing moves in it",
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
         };
         writeln!(out, "{scene}: {finding}")?;

@@ -12,8 +12,9 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::output::messages;
 
-/// Default log filter: warnings and errors, and flexcrank's own information. A viewer that leaves is no error.
-const DEFAULT_FILTER: &str = "warn,zenoh=error,foxglove::websocket::connected_client=off,flexcrank=info";
+/// Default log filter: warnings and errors, and flexcrank's own information. A viewer that leaves is no error, and neither is a line of one
+/// point in a picture.
+const DEFAULT_FILTER: &str = "warn,zenoh=error,usvg=error,foxglove::websocket::connected_client=off,flexcrank=info";
 /// zenoh modules that log their whole configuration, with passwords, from this level on.
 const LOGS_PASSWORDS: [(&str, Level); 2] = [("zenoh::api::session", Level::DEBUG), ("zenoh::api::scouting", Level::TRACE)];
 

@@ -23,7 +23,7 @@ use crate::small_motion::scheme::Scheme;
 use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
 use crate::study::Table;
 
-/// Multipliers to a millionth, with at most a thousand steps a turn.
+/// Multipliers to a millionth, with at most a thousand steps a turn, unless those resolve none.
 const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024 };
 
 /// The way on where a search ends without a motion.
@@ -215,8 +215,10 @@ impl Chart<'_> {
                 by_scheme.map_or("–".to_owned(), |value| format!("{:.6}", value.norm())),
             ]);
         }
-        print(&rows, 1)?;
-        if self.rows.first().is_some_and(|row| !row.subject.turns_steadily()) {
+        if rows.len() > 1 {
+            print(&rows, 1)?;
+        }
+        if rows.len() > 1 && self.rows.first().is_some_and(|row| !row.subject.turns_steadily()) {
             let own = figure(1.0 / found.orbit.cycle.period_s);
             writeln!(out, "  Hz are known up to whole multiples of {own} Hz, and up to their sign")?;
         }
@@ -227,7 +229,7 @@ impl Chart<'_> {
         if !found.is_known() {
             let has_errors = found.modes.iter().any(|mode| mode.multiplier.error.is_finite());
             let why = match has_errors || found.lost > 0 {
-                true => format!("{} too fast for these steps", are(faster, "mode")),
+                true => format!("{} too fast for these steps; `flexcrank run` shows whether it fades", are(faster, "mode")),
                 false => "the motion was found with these steps alone, so that none has an error".to_owned(),
             };
             writeln!(out, "  no multiplier is known: {why}")?;
@@ -280,10 +282,13 @@ impl Chart<'_> {
                 if self.motions().all(|(_, _, found)| is_whole(found)) { "no mode" } else { "no mode that the steps resolve" };
             writeln!(out, "  {which} is unstable")?
         }
-        let unknown = self.motions().filter(|(_, _, found)| !found.is_known()).count();
-        if unknown > 0 {
-            let motions = counted(unknown as u64, "motion");
-            writeln!(out, "  no multiplier of {motions} is known: their modes are too fast for the steps, or the steps too few")?;
+        let unknown: Vec<f64> = self.motions().filter(|(_, _, found)| !found.is_known()).map(|(_, speed, _)| speed).collect();
+        if !unknown.is_empty() {
+            let (motions, speeds) = (counted(unknown.len() as u64, "motion"), extent(&unknown));
+            writeln!(
+                out,
+                "  no multiplier of {motions}, {speeds} rad/s, is known: their modes are too fast for the steps, or the steps too few"
+            )?;
         }
         let differs = self.motions().filter(|(_, _, found)| found.scheme_adds_growth() && found.unstable().next().is_none());
         let differs: Vec<f64> = differs.map(|(_, speed, _)| speed).collect();
@@ -346,11 +351,9 @@ impl Chart<'_> {
             }
         }
         for (why, speeds) in &refusals {
-            let low = figure(speeds.iter().copied().fold(f64::INFINITY, f64::min));
-            let high = figure(speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
             match speeds.len() {
-                1 => say!("warning: at {low} rad/s: {why}"),
-                count => say!("warning: {count} motions from {low} to {high} rad/s, such as this: {why}"),
+                1 => say!("warning: {} rad/s: {why}", extent(speeds)),
+                count => say!("warning: {count} motions {} rad/s, such as this: {why}", extent(speeds)),
             }
         }
         let refused: usize = refusals.iter().map(|(_, speeds)| speeds.len()).sum();
@@ -368,6 +371,13 @@ impl Chart<'_> {
             }
         }
     }
+}
+
+/// `at 3`, `from 3 to 5`.
+fn extent(speeds: &[f64]) -> String {
+    let low = figure(speeds.iter().copied().fold(f64::INFINITY, f64::min));
+    let high = figure(speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    if low == high { format!("at {low}") } else { format!("from {low} to {high}") }
 }
 
 /// `3 modes are`, `1 mode is`.

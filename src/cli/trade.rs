@@ -18,7 +18,7 @@ use super::progress::{ProgressLines, bar};
 use super::signals::{Interruption, interruption_leaves, interruption_leaves_files};
 use super::suspect_numbers::suspect_numbers;
 use super::trade_choice::{decide, decide_levels};
-use super::trade_modes::{lost, print_modes};
+use super::trade_modes::{among, lost, print_modes};
 use super::trade_table::{print_study, words};
 use super::values::{positive, positive_time, step};
 use super::written::write_table;
@@ -70,7 +70,7 @@ Vibrations, after the table, are those without damping, numbered by frequency. e
     1e-3, are a reason to look, not a measurement: the errors in the table are measured. \
     A configuration loses one by its model if it has no such mode or one off by a tenth, and by its step if that moves the eigenvalue \
     by a tenth. lost_modes, worst_mode, worst_frequency_error and worst_damping_error are columns of --csv and --json. \
-    lost_modes is `none` where none is lost. All four are empty where that is not known, as after Ctrl-C. The column interrupted then \
+    lost_modes is `none` where none of those is lost. All four are empty where that is not known, as after Ctrl-C. The column interrupted then \
     says that the table is a part.";
 
 /// Part of the tolerance at which a row of ever shorter steps ends: the rest is a margin for the run that verifies.
@@ -227,6 +227,9 @@ pub(super) fn trade(args: &Args) -> CommandResult {
         return shown.and(Ok(ExitStatus::Interrupted));
     }
     if (args.tolerance.is_none() && args.levels.is_none()) || (shown.is_err() && args.write.is_none()) {
+        if interruption.is_asked() {
+            say!("the table was computed to its end: nothing is lost");
+        }
         return shown.and(Ok(ExitStatus::Success));
     }
     if interruption.is_asked() {
@@ -248,7 +251,9 @@ pub(super) fn trade(args: &Args) -> CommandResult {
     }
     let choice = choose(&source.scene, &study, &demands, args.budget, &mut show);
     verifying.finish_and_clear();
-    let lost = |chosen: &Chosen| modes.as_ref().map(|modes| lost(&study, modes, &chosen.row).join("; "));
+    let lost = |chosen: &Chosen| {
+        modes.as_ref().map(|modes| format!("{}, lost: {}", among(modes), lost(&study, modes, &chosen.row).join("; ")))
+    };
     decide(args.write.as_deref(), &source, &choice, lost).and_then(|ended| shown.map(|()| ended))
 }
 

@@ -79,7 +79,7 @@ fn commented(scene: &SceneSource, comments: &str) -> String {
 fn measured(chosen: &Chosen, lost: Option<String>) -> String {
     let (mark, error) = chosen.row.outcome.as_ref().map_or(("", f64::NAN), |measured| (measured.mark, measured.error));
     let trial = &chosen.trial;
-    let mut text = lost.map_or(String::new(), |lost| format!("# vibrations lost: {lost}\n"));
+    let mut text = lost.map_or(String::new(), |lost| format!("# {lost}\n"));
     text += &format!(
         "# error {mark}{error:.2e} at {:.4} times real time by its slowest repeat; on another speed and pulse {:.2e} at {:.4}\n",
         chosen.real_time_factor, trial.error, trial.real_time_factor

@@ -19,12 +19,17 @@ pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()>
     if study.outputs.contains(&OutputGroup::Energy) {
         writeln!(out, "energy is not judged here")?;
     }
-    writeln!(out, "\nvibrations that the front loses:")?;
+    writeln!(out, "\n{}, the front loses:", among(modes))?;
     for (row, _) in study.front() {
         writeln!(out, "  {}", row.configuration)?;
         lost(study, modes, row).iter().try_for_each(|lost| writeln!(out, "    {}", wrapped(lost, 6)))?;
     }
     Ok(())
+}
+
+/// The vibrations that are looked at.
+pub(super) fn among(modes: &LostModes) -> String {
+    format!("of vibrations that change an output by more than {:e}", modes.tolerance)
 }
 
 /// The vibrations that a configuration loses, by the reason.

@@ -12,6 +12,9 @@ const ENOUGH_STEPS: u32 = 20_000;
 /// Looks at the links in a run.
 const LOOKS: f64 = 5000.0;
 
+/// Angles and deflections that differ by less are the same, rad and m.
+const STILL: f64 = 1e-12;
+
 /// The length of a run, and the limit within which it reaches that.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunLength {
@@ -44,6 +47,13 @@ pub(super) struct Look {
 }
 
 impl Look {
+    /// Whether the links stand as at another instant, but for rounding.
+    fn is_like(&self, other: &Self) -> bool {
+        let near = |one: f64, other: f64| (one - other).abs() <= STILL;
+        let deflections = self.deflections_m.iter().zip(&other.deflections_m);
+        near(self.angle_rad, other.angle_rad) && deflections.fold(true, |all, (one, other)| all && near(*one, *other))
+    }
+
     /// `None` of a scene without links.
     pub(super) fn at(step: u32, seen: &Observation) -> Option<Self> {
         let angle_rad = seen.links.first()?.chord_rad;
@@ -69,6 +79,12 @@ pub(super) struct Trial {
 }
 
 impl Trial {
+    /// Whether the links were seen not to move.
+    pub(super) fn stands_still(&self) -> bool {
+        matches!(self.looks.as_slice(), [first, .., last] if first.step < last.step)
+            && self.looks.iter().all(|look| look.is_like(&self.looks[0]))
+    }
+
     /// Runs to the end, and on until `shortest` is over; within the limit of time.
     pub(super) fn of(simulation: &mut Simulation, length: RunLength, shortest: Duration) -> Self {
         let RunLength { until_s, longest } = length;

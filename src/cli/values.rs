@@ -91,6 +91,9 @@ pub(super) fn pulse_delay(text: &str) -> Result<f64, String> {
     time_within(text, 0.0, 3600.0, "0 to 1h")
 }
 
+/// Examples of times; refusals show those that are within the limits.
+const TIMES: [&str; 4] = ["10", "0.5", "200ms", "10min"];
+
 /// A time from zero, s.
 pub(super) fn time(text: &str) -> Result<f64, String> {
     time_within(text, 0.0, 1e9, "0 to 1e9 s")
@@ -103,7 +106,11 @@ pub(super) fn step(text: &str) -> Result<f64, String> {
 
 fn time_within(text: &str, low_s: f64, high_s: f64, range: &str) -> Result<f64, String> {
     let time_s = seconds(text).filter(|time_s| (low_s..=high_s).contains(time_s));
-    time_s.ok_or_else(|| format!("a time from {range}, in seconds or with a unit: 10, 0.5, 200ms, 10min"))
+    time_s.ok_or_else(|| {
+        let within = TIMES.iter().filter(|example| seconds(example).is_some_and(|time_s| (low_s..=high_s).contains(&time_s)));
+        let examples: Vec<&str> = within.copied().collect();
+        format!("a time from {range}, in seconds or with a unit: {}", examples.join(", "))
+    })
 }
 
 /// The seconds of a time: a number of seconds, or one with a unit.
@@ -180,6 +187,8 @@ mod tests {
             let problem = positive_time(text).err().unwrap_or_default();
             assert_eq!(problem, "a time from 1ns to 1e9 s, in seconds or with a unit: 10, 0.5, 200ms, 10min", "{text}");
         }
+        // Examples are within the limits: `10min` was refused with `10min` as an example.
+        assert_eq!(step("10min"), Err("a time from 1ns to 10s, in seconds or with a unit: 10, 0.5, 200ms".to_owned()));
         assert_eq!(time("0"), Ok(0.0));
         assert_eq!(split("600"), split("10min"));
         assert_eq!(flush_period("0.2"), Ok(Duration::from_millis(200)));

@@ -22,6 +22,10 @@ pub struct Multiplier {
 const SAFETY: f64 = 2.0;
 /// A double multiplier of 1 is uncertain by the root of rounding, `√ε = 1.5e-8`: so is that of a crank that turns freely.
 const DOUBLE: f64 = 1e-7;
+/// Largest error of a multiplier that is resolved, as a part of it.
+const RESOLVED: f64 = 1e-2;
+/// Multipliers below this are motion that is gone after a turn.
+pub(super) const GONE: f64 = 1e-6;
 
 impl Multiplier {
     /// `ln|ρ|/T`: the rate of growth, negative for decay.
@@ -37,6 +41,16 @@ impl Multiplier {
     /// `|ρ|` above which it is unstable beyond doubt: 1 plus twice its error plus 1e-7, the uncertainty of a double multiplier.
     pub fn unstable_above(&self) -> f64 {
         1.0 + SAFETY * self.error + DOUBLE
+    }
+
+    /// Whether the steps resolve it: its error is small beside it.
+    pub fn is_resolved(&self) -> bool {
+        self.error < RESOLVED * self.value.norm()
+    }
+
+    /// Whether such motion is gone after a period; nothing can be told of it.
+    pub fn is_gone(&self) -> bool {
+        self.value.norm() < GONE
     }
 
     /// Whether small motion of this shape grows.
@@ -66,6 +80,12 @@ impl Floquet {
         self.multipliers.iter().map(relative).fold(0.0, f64::max)
     }
 
+    /// Whether there are multipliers of motion that is not gone after a period, and none of them is resolved.
+    fn resolves_none(&self) -> bool {
+        let mut told = self.multipliers.iter().filter(|multiplier| !multiplier.is_gone()).peekable();
+        told.peek().is_some() && !told.any(Multiplier::is_resolved)
+    }
+
     /// The eigenvector of one multiplier; see [`eigenvector`].
     pub fn mode(&self, multiplier: &Multiplier) -> Option<DVector<Complex<f64>>> {
         eigenvector(&self.orbit.monodromy, multiplier.value)
@@ -79,7 +99,7 @@ pub struct Accuracy {
     pub tolerance: f64,
     /// Steps of a period to begin with.
     pub fewest_steps: u32,
-    /// Most steps of a period.
+    /// Most steps of a period; if they resolve no multiplier, up to eight times as many of a system of few unknowns.
     pub most_steps: u32,
 }
 
@@ -88,6 +108,10 @@ impl Default for Accuracy {
         Self { tolerance: 1e-8, fewest_steps: 64, most_steps: 1 << 11 }
     }
 }
+
+/// Most times as many steps as were asked for, where those resolve no multiplier; and most unknowns times steps then.
+const FURTHER: u32 = 8;
+const MOST_WORK: u32 = 1 << 16;
 
 /// Multipliers of a scheme on its own periodic motion, with the steps of `cycle`; [`Cycle::near`] finds those nearest to a scene's.
 ///
@@ -110,7 +134,8 @@ pub fn of_scheme<S: PeriodicSystem>(
 ///
 /// The leading error, of fourth order, is extrapolated away: `ρ = ρ_2N + (ρ_2N − ρ_N)/15` (Richardson). The error of each multiplier is
 /// the change of this ρ by the last halving, many times its true error where the step resolves its motion. If `most_steps` do not reach
-/// the tolerance, the best is returned with its errors: large for vibrations that no step resolved, small for the others.
+/// the tolerance, the best is returned with its errors: large for vibrations that no step resolved, small for the others. If they resolve
+/// none, as of a crank that turns slowly beside its vibrations, the step is halved further, as far as the number of unknowns allows.
 ///
 /// # Errors
 /// See [`FloquetError`]. If coarse steps fail, finer ones are tried.
@@ -123,6 +148,9 @@ pub fn of_physics<S: PeriodicSystem>(
 ) -> Result<Floquet, FloquetError> {
     let (mut guess, mut steps) = (guess.clone(), accuracy.fewest_steps.max(1));
     let mut coarse: Option<Level> = None;
+    let unknowns = u32::try_from(system.degrees_of_freedom()).unwrap_or(u32::MAX);
+    let most_for_one = (MOST_WORK / unknowns.max(1)).min(FURTHER * accuracy.most_steps).max(accuracy.most_steps);
+    let mut unresolved: Option<Floquet> = None;
     loop {
         let is_last = steps > accuracy.most_steps / 2;
         match of_scheme(system, Scheme::Esdirk, Cycle { period_s, steps }, &guess, settings) {
@@ -135,12 +163,14 @@ pub fn of_physics<S: PeriodicSystem>(
                     coarse = fewer.ok().map(|mut fewer| Level::refine(&mut fewer.multipliers, None));
                 }
                 let level = Level::refine(&mut fine.multipliers, coarse.as_ref());
-                if is_last || fine.error() <= accuracy.tolerance {
+                let goes_on = !is_last || steps <= most_for_one / 2 && fine.resolves_none();
+                if !goes_on || fine.error() <= accuracy.tolerance {
                     return Ok(fine);
                 }
+                unresolved = Some(fine).filter(|_| is_last);
                 coarse = Some(level);
             }
-            Err(error) if is_last || coarse.is_some() => return Err(error),
+            Err(error) if is_last || coarse.is_some() => return unresolved.ok_or(error),
             Err(_) => (),
         }
         steps *= 2;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::FloquetError;
-use super::floquet::{Accuracy, Floquet, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
+use super::floquet::{Accuracy, Floquet, GONE, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
 use super::mode::{Identifier, Mode, numbered};
 use super::motion_search::coarse_motion;
 use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
@@ -16,15 +16,11 @@ use super::subject::Subject;
 use super::{Band, Linearised, NoModes};
 use crate::integrate::{System as _, solve_acceleration};
 
-/// Multipliers below this are motion that is gone after a turn; nothing can be told of it.
-const GONE: f64 = 1e-6;
 /// A multiplier that is nearer to 1 than this, or than so many of its errors, is that of a shift along the motion.
 const ALONG: f64 = 1e-4;
 const DOUBLED: f64 = 3.0;
 /// Least likeness of a free crank's own motion to the velocities, 0 to 1.
 const ALIKE: f64 = 0.5;
-/// Largest error of a multiplier that is resolved, as a part of it.
-const RESOLVED: f64 = 1e-2;
 /// Part of the ratio of velocities and displacements from which on their quotient tells the frequency.
 const TELLING: f64 = 0.5;
 /// Turns per vibration beyond which no whole number of turns is told from the next.
@@ -126,7 +122,7 @@ impl Subject {
             .map(|(scheme, step_s)| of_scheme(&mut system, scheme, Cycle::near(period_s, step_s), &own, &by_scheme_settings));
         let (modes, fading) = self.identified(&found, &point, by_scheme.as_ref().and_then(|found| found.as_ref().ok()))?;
         let scheme = by_scheme.map(|found| found.map(|found| SchemeMotion::of(&found)));
-        let small = found.multipliers.iter().filter(|multiplier| is_gone(multiplier)).count();
+        let small = found.multipliers.iter().filter(|multiplier| multiplier.is_gone()).count();
         let gone = small.min(fading);
         Ok(PeriodicModes { orbit: found.orbit, modes, gone, lost: small - gone, scheme })
     }
@@ -168,7 +164,7 @@ impl Subject {
         let mut identifier = Identifier::new(self, point)?;
         let own: Vec<(Complex<f64>, DVector<Complex<f64>>)> = scheme.map(|scheme| shapes(scheme, n)).unwrap_or_default();
         // One of each conjugate pair.
-        let is_told = |multiplier: &&Multiplier| multiplier.value.im >= -1e-12 * multiplier.value.norm() && !is_gone(multiplier);
+        let is_told = |multiplier: &&Multiplier| multiplier.value.im >= -1e-12 * multiplier.value.norm() && !multiplier.is_gone();
         let halves = |vector: DVector<Complex<f64>>| (vector.rows(0, n).into_owned(), vector.rows(n, n).into_owned());
         let with_shape = |multiplier: &Multiplier| {
             eigenvector(&found.orbit.monodromy, multiplier.value).map(|vector| (*multiplier, halves(vector)))
@@ -214,7 +210,7 @@ impl Subject {
 impl PeriodicMode {
     /// Whether the steps resolve it: its error is small beside it.
     pub fn is_resolved(&self) -> bool {
-        self.multiplier.error < RESOLVED * self.multiplier.value.norm()
+        self.multiplier.is_resolved()
     }
 }
 
@@ -292,13 +288,9 @@ fn fading(system: &Linearised, period_s: f64) -> usize {
     values.iter().filter(|value| value.re * period_s < GONE.ln()).count()
 }
 
-fn is_gone(multiplier: &Multiplier) -> bool {
-    multiplier.value.norm() < GONE
-}
-
 /// Multipliers of a scheme with their shapes.
 fn shapes(found: &Floquet, n: usize) -> Vec<(Complex<f64>, DVector<Complex<f64>>)> {
-    let upper = found.multipliers.iter().filter(|multiplier| multiplier.value.im >= 0.0 && !is_gone(multiplier));
+    let upper = found.multipliers.iter().filter(|multiplier| multiplier.value.im >= 0.0 && !multiplier.is_gone());
     upper
         .filter_map(|multiplier| {
             let vector = eigenvector(&found.orbit.monodromy, multiplier.value)?;

@@ -107,6 +107,27 @@ fn regress_growth_found_at_the_last_is_that_of_the_mechanism() -> Outcome {
     Ok(())
 }
 
+/// A rod that bends at 320 Hz beside a crank that turns in 0.25 s. With a thousand steps a turn nothing was known of it. Damped in proportion
+/// to its stiffness, it fades by `exp(−½ d ω² T)` in a turn; inertia and tension change ω by less than a hundredth.
+#[test]
+fn val_of_slow_turning_beside_fast_vibrations_the_multiplier_is_known() -> Outcome {
+    let given = [
+        "pulse=[]",
+        "crank={length_m=0.06, rigid=true, mass_kg=0.2}",
+        "rod={length_m=0.24, section={shape=\"rectangle\", width_m=0.02, height_m=0.008}, density_kg_per_m3=2700.0, youngs_modulus_pa=7e10, \
+         elements=4, modes=2, damping_s=5e-6}",
+        "slider.mass_kg=1.2",
+        "drive.speed_rad_per_s=25",
+    ];
+    let scene = SceneSource::open("crank-slider", &given.map(str::to_owned))?.scene;
+    let accuracy = Accuracy { tolerance: 1e-6, most_steps: 1024, ..Accuracy::default() };
+    let found = Subject::new(&scene, None)?.periodic_modes(0.0, 25.0, &accuracy, None, None)?;
+    let omega = std::f64::consts::PI.powi(2) / 0.24_f64.powi(2) * (7e10 * 0.008_f64.powi(2) / 12.0 / 2700.0_f64).sqrt();
+    let expected = (-0.5 * 5e-6 * omega * omega * std::f64::consts::TAU / 25.0).exp();
+    assert!((found.largest() / expected - 1.0).abs() < 0.03, "{} for {expected}: {:?}", found.largest(), told(&found));
+    Ok(())
+}
+
 /// Near a resonance the search began with a ringing motion, and rounding decided what was found: another processor found nothing.
 #[test]
 fn prop_rounding_does_not_decide_which_motion_is_found() -> Outcome {

@@ -106,3 +106,14 @@ fn regress_the_help_and_the_guide_say_what_the_deflection_of_a_straight_link_is_
     let guide = include_str!("../../src/guide/analysis.md");
     assert!(guide.contains("; where a peak is below 1e-6 of its link's length, over that length |"));
 }
+
+/// Of a scene whose torque comes from the bus, all settings agreed: links were made rigid, "verified" with an error of 0.
+#[test]
+fn regress_a_scene_in_which_nothing_moves_is_refused() {
+    let words = ["trade", "crank-slider", "--set", "pulse=[]", "--until", "0.5", "--budget", "2s", "--tolerance", "1e-2"];
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    let why =
+        "error: nothing moves in this scene within 0.5 s, and settings that compute nothing are all alike: give it a pulse, ";
+    assert!(ended.status.code() == Some(2) && said.contains(why) && ended.stdout.is_empty(), "{said}");
+}

@@ -63,7 +63,7 @@ fn val_levels_are_written_into_the_scene() {
         "--until",
         "0.2",
         "--budget",
-        "4",
+        "12",
     ];
     let trade = |scene: &str, options: &[&str]| run(&[&["trade", scene], &few[..], options].concat());
     let (code, said) = trade("crank-slider", &["--levels", "6", "--real-time-factor", "0.1", "--write", &paths[0]]);

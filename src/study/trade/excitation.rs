@@ -18,8 +18,10 @@ const RESOLUTION: usize = 12;
 const VIBRATIONS: usize = 10;
 /// Modes beyond those, since they may cross; the turning chain among them.
 pub(super) const BEYOND: usize = 5;
-/// Instants of the run that are looked at.
+/// Instants of the run that are looked at, evenly spread.
 const INSTANTS: usize = 50;
+/// The first instants at which runs are compared, each of which is looked at, too: what rings from the start may die away soon.
+const EARLY: usize = 12;
 /// The run's step times the highest vibration's angular frequency, and most steps of the run.
 const STEP: f64 = 0.8;
 const MOST_STEPS: f64 = 4e5;
@@ -89,6 +91,8 @@ pub struct Excitation {
 struct Instant {
     /// Crank angle at which the modes are.
     angle_rad: f64,
+    /// Whether it is one of those that are evenly spread, over which means are taken.
+    is_spread: bool,
     vibrations: Vec<(NormalMode, Amplitude)>,
 }
 
@@ -175,8 +179,10 @@ impl Sums {
         for (index, (place, instant)) in places.iter().zip(instants).enumerate() {
             let Some(place) = *place else { continue };
             let (mode, amplitude) = (&instant.vibrations[place].0, instant.vibrations[place].1);
-            sums.energy_j += mode.energy_j(amplitude);
-            sums.kinetic_j += 0.5 * amplitude.velocity.powi(2);
+            if instant.is_spread {
+                sums.energy_j += mode.energy_j(amplitude);
+                sums.kinetic_j += 0.5 * amplitude.velocity.powi(2);
+            }
             let links = on_nodes(mode);
             let is_own = own_channels(mode.mode.kind, &links);
             for (k, (unit, scale)) in outputs_of(mode, &links).iter().zip(scales).enumerate() {
@@ -255,9 +261,10 @@ fn instants(scene: &Scene, chain: &Chain, grid: &Grid) -> Result<Vec<Instant>, N
         if instant > 0 {
             (0..grid.steps(step_s)).try_for_each(|_| simulation.step()).map_err(Failed::from)?;
         }
-        if instant % every == 0 {
+        let is_spread = instant % every == 0;
+        if is_spread || instant <= EARLY {
             // Singular positions have no modes.
-            instants.extend(at(&scene, balance_rad, &mut simulation)?);
+            instants.extend(at(&scene, balance_rad, &mut simulation)?.map(|found| Instant { is_spread, ..found }));
         }
     }
     if let [first, rest @ ..] = instants.as_mut_slice() {
@@ -279,5 +286,5 @@ fn at(scene: &Scene, balance_rad: Option<f64>, simulation: &mut Simulation) -> R
     let Ok(modes) = NormalModes::new(scene, angle_rad, VIBRATIONS + BEYOND) else { return Ok(None) };
     let amplitudes = modes.amplitudes([&motion.q, &motion.v, &motion.a]);
     let all = modes.modes().iter().cloned().zip(amplitudes);
-    Ok(Some(Instant { angle_rad, vibrations: all.filter(|(mode, _)| mode.is_vibration()).collect() }))
+    Ok(Some(Instant { angle_rad, is_spread: true, vibrations: all.filter(|(mode, _)| mode.is_vibration()).collect() }))
 }

@@ -138,6 +138,15 @@ pub enum TradeError {
         /// Whether a model asked for takes `runge-kutta`, which was asked for, too: shorter steps suit that.
         explicit: bool,
     },
+    /// Nothing moves, so that every setting is as good.
+    #[error(
+        "nothing moves in this scene within {until_s} s, and settings that compute nothing are all alike: give it a pulse, a torque, \
+         a start rate or a [drive] like those that it will have, or a longer --until if they come later"
+    )]
+    Still {
+        /// Simulated duration, s.
+        until_s: f64,
+    },
     /// There is no reference.
     #[error("no reference: {0}")]
     NoReference(NoReference),
@@ -177,6 +186,9 @@ pub fn study(
     let wanted = (question.outputs.as_slice(), target);
     let reference = Reference::converge(scene, chain, &grid, wanted, REFERENCE_PART * question.budget_s, &mut telling)
         .map_err(TradeError::NoReference)?;
+    if reference.stands_still(chain) {
+        return Err(TradeError::Still { until_s: grid.until_s() });
+    }
     let mut sweep = sweep::Sweep {
         scene,
         grid: &grid,

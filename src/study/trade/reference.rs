@@ -33,6 +33,8 @@ const LEAST_GAIN: f64 = 4.0;
 const LEAST: u32 = 2;
 /// An error is well resolved if it exceeds the reference's uncertainty by this factor.
 pub const WELL_RESOLVED: f64 = 10.0;
+/// What changes by less, in rad or as a part of the links' length, stands still.
+const STILL: f64 = 1e-10;
 /// The mark of an error below the reference's own uncertainty.
 pub(super) const BOUND: &str = "<";
 
@@ -198,6 +200,16 @@ impl Reference {
     /// Takes account of vibrations that the steps leave out; where their part is unknown, by what they could change.
     fn without(self, left_out: LeftOut) -> Self {
         Reference { estimate: self.estimate.or_larger(&left_out.part()), left_out: Some(left_out), ..self }
+    }
+
+    /// Whether nothing moves: no angle, place or deflection changes by more than rounding. Forces may be there, as of weight.
+    pub(super) fn stands_still(&self, chain: &Chain) -> bool {
+        let length_m: f64 = chain.links.iter().map(|link| link.length_m).sum();
+        let sizes = [1.0, length_m, length_m, length_m];
+        let Some(first) = self.samples.first() else { return true };
+        let far = |sample: &Sample, k: usize| (sample[k][0] - first[k][0]).hypot(sample[k][1] - first[k][1]);
+        let moves = |k: usize| self.samples.iter().any(|sample| far(sample, k) > STILL * sizes[k]);
+        !(0..sizes.len()).any(moves)
     }
 
     /// Errors of another run against the reference.
