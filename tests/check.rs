@@ -347,3 +347,26 @@ fn regress_a_scene_in_which_nothing_moves_is_not_called_sound() -> Tried {
     }
     Ok(())
 }
+
+/// Links carry no load of their inertia at a start at speed; peaks followed from their ringing, and no command said so.
+#[test]
+fn regress_a_start_at_speed_is_warned_of_where_links_bend() -> Tried {
+    let warning = |way_on: &str| {
+        format!(
+            "warning: the scene starts at 20 rad/s with links that carry no load of their own inertia yet: they ring, and first peaks \
+             of deflections and forces are up to twice the steady ones; {way_on}\n"
+        )
+    };
+    let held = ["pulse=[]".to_owned(), "drive.speed_rad_per_s=20".to_owned()];
+    let (_, said) = checked("crank-slider", &held, &["--until", "0.1"])?;
+    assert!(said.contains(&warning("a drive.ramp from rest begins smoothly")), "{said}");
+    let (_, said) = checked("crank-slider", &["start.rate_rad_per_s=20".to_owned()], &["--until", "0.1"])?;
+    assert!(said.contains(&warning("their damping lets that fade")), "{said}");
+    let ramp = ["pulse=[]".to_owned(), "drive.ramp={to_rad_per_s=20,over_s=0.1}".to_owned()];
+    let rigid = [&held[..], &["solver.model=rigid".to_owned()]].concat();
+    for quiet in [&ramp[..], &rigid] {
+        let (_, said) = checked("crank-slider", quiet, &["--until", "0.1"])?;
+        assert!(!said.contains("starts at"), "{said}");
+    }
+    Ok(())
+}

@@ -59,7 +59,7 @@ pub enum BusError {
     /// A service of this machine has the name, and does not answer.
     #[error(
         "a service named `{0}` runs on this machine, but does not answer: one that was stopped (Ctrl-Z) goes on with `fg` or \
-         `kill -CONT PID`, --wait waits for one that is still starting, and one that hangs is to be ended"
+         `kill -CONT PID`, and one that hangs is to be ended"
     )]
     Silent(Name),
     /// No service has this name.

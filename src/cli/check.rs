@@ -18,16 +18,17 @@ use super::progress;
 use super::resting_start::RestingStart;
 use super::run_conclusion::BENDS_FURTHER;
 use super::step_error::StepError;
+use super::sudden_start::sudden_start;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{OwnRun, slowest_motion, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
 use super::trial_run::{RunLength, Trial};
 use super::values::positive_time;
 use crate::runtime::{beyond_range, unbalanced};
-use crate::scene::{Drive, ModelKind, Motion, Scene, SceneSource, builtin};
+use crate::scene::{ModelKind, Scene, SceneSource, builtin};
 use crate::simulation::{EnergyVerdict, Simulation};
 use crate::small_motion::{NoModes, Vibrations};
-use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings_until};
+use crate::study::{MATTERS, NEGLIGIBLE, STROKE_MATTERS, Shortening, shortenings_until, two_turns_s};
 
 /// Shown by `--help`.
 pub(super) const EXAMPLES: &str = "\
@@ -214,6 +215,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
     if trial.stands_still() {
         say!("warning: {NOTHING_MOVES}");
     }
+    sudden_start(scene).iter().for_each(|warning| say!("warning: {warning}"));
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));
@@ -228,16 +230,6 @@ pub(super) fn check(args: &Args) -> CommandResult {
         }
         Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => Ok(ExitStatus::Success),
     }
-}
-
-/// Simulated time, s, at which a drive has made two turns at its speed, or at that which its ramp reaches; `None` without one.
-fn two_turns_s(scene: &Scene) -> Option<f64> {
-    let (begin_s, rad_per_s) = match scene.drive {
-        Drive::Motion(Motion::Speed(rad_per_s)) => (0.0, rad_per_s),
-        Drive::Motion(Motion::Ramp { to_rad_per_s, over_s }) => (over_s, to_rad_per_s),
-        Drive::Motion(Motion::Table(_)) | Drive::Torque { .. } => return None,
-    };
-    (rad_per_s != 0.0).then(|| begin_s + 2.0 * TAU / rad_per_s.abs())
 }
 
 /// The length of a run that is not asked for: the usual one, or two turns of a slower drive, as far as computing time allows.

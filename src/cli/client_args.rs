@@ -77,6 +77,9 @@ impl ClientArgs {
                     }
                     std::thread::sleep(RETRY_PERIOD);
                 }
+                (Err(error @ BusError::Silent(_)), None) => {
+                    return Err(Failure::Failed(format!("{error}; --wait waits for one that is still starting")));
+                }
                 (done, _) => return Ok(done?),
             }
         }

@@ -71,6 +71,7 @@ mod stability;
 mod state_space_file;
 mod status_line;
 mod step_error;
+mod sudden_start;
 mod suggested_rate;
 mod suggested_step;
 mod supervise;

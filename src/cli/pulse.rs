@@ -1,6 +1,5 @@
 //! `pulse`: sends torque pulses to a service.
 
-use std::cell::Cell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -13,14 +12,14 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::output::{output, print_json};
-use super::replies::{ReplyLine, format_reply, fresh_id, send_and_print};
+use super::replies::{Answer, ReplyLine, format_reply, fresh_id, send_and_print};
 use super::sequence::{self, ListedPulse};
 use super::signals::interruption_leaves;
 use super::values::{GivenDuration, LONG_PULSE_S, pulse_delay, pulse_duration, torque};
 use crate::bus::{self, Name, Session, client};
 use crate::scene::PulseShape;
 use crate::simulation::PulseRequest;
-use crate::wire::{self, CommandReply};
+use crate::wire;
 
 /// Both forms: a pulse needs torque and duration.
 pub(super) const USAGE: &str = "\
@@ -104,34 +103,6 @@ pub(super) fn pulse(args: Args) -> CommandResult {
     }))
 }
 
-/// The answer of a service to a command. A failure that comes after it, as where standard output is full, is not the command's.
-pub(super) struct Answer {
-    what: String,
-    accepted: Cell<Option<bool>>,
-}
-
-impl Answer {
-    /// An answer to come, to `what`.
-    pub(super) fn to(what: impl Into<String>) -> Self {
-        Answer { what: what.into(), accepted: Cell::new(None) }
-    }
-
-    /// Notes the answer.
-    pub(super) fn noted(&self, reply: Result<CommandReply, impl Into<Failure>>) -> CommandResult<CommandReply> {
-        reply.inspect(|reply| self.accepted.set(Some(reply.accepted))).map_err(Into::into)
-    }
-
-    /// The end of the command; a failure tells the answer, if that has come.
-    pub(super) fn told<T>(&self, ended: CommandResult<T>) -> CommandResult<T> {
-        ended.map_err(|failure| match (failure, self.accepted.get()) {
-            (Failure::Failed(why), Some(accepted)) => {
-                Failure::Failed(format!("{why}; the {} was {}", self.what, if accepted { "accepted" } else { "refused" }))
-            }
-            (failure, _) => failure,
-        })
-    }
-}
-
 /// A warning of the first long pulse of a file, whose durations may be meant in ms.
 fn suspect_file(file: &Path, pulses: &[ListedPulse]) -> Option<String> {
     let long = pulses.iter().find(|pulse| pulse.request.duration_s >= LONG_PULSE_S)?;
@@ -174,6 +145,7 @@ fn send_all(session: &Session, args: &Args, pulses: &[ListedPulse]) -> CommandRe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::CommandReply;
 
     /// A full standard output read as a refusal.
     #[test]

@@ -1,5 +1,6 @@
 //! Sending commands to services, and printing their replies.
 
+use std::cell::Cell;
 use std::io::Write as _;
 use std::time::SystemTime;
 
@@ -7,12 +8,40 @@ use serde::Serialize;
 
 use super::client_args::ClientArgs;
 use super::exit_status::ExitStatus;
-use super::failure::CommandResult;
+use super::failure::{CommandResult, Failure};
 use super::output::{output, print_json};
 use super::signals::interruption_leaves;
 use crate::bus::{self, Name, Session};
 use crate::shown::{shown_name, shown_s, shown_sentence};
 use crate::wire::CommandReply;
+
+/// The answer of a service to a command. A failure that comes after it, as where standard output is full, is not the command's.
+pub(super) struct Answer {
+    what: String,
+    accepted: Cell<Option<bool>>,
+}
+
+impl Answer {
+    /// An answer to come, to `what`.
+    pub(super) fn to(what: impl Into<String>) -> Self {
+        Answer { what: what.into(), accepted: Cell::new(None) }
+    }
+
+    /// Notes the answer.
+    pub(super) fn noted(&self, reply: Result<CommandReply, impl Into<Failure>>) -> CommandResult<CommandReply> {
+        reply.inspect(|reply| self.accepted.set(Some(reply.accepted))).map_err(Into::into)
+    }
+
+    /// The end of the command; a failure tells the answer, if that has come.
+    pub(super) fn told<T>(&self, ended: CommandResult<T>) -> CommandResult<T> {
+        ended.map_err(|failure| match (failure, self.accepted.get()) {
+            (Failure::Failed(why), Some(accepted)) => {
+                Failure::Failed(format!("{why}; the {} was {}", self.what, if accepted { "accepted" } else { "refused" }))
+            }
+            (failure, _) => failure,
+        })
+    }
+}
 
 /// Finds the service, sends one command, prints the reply, as JSON if asked.
 pub(super) fn send_and_print(

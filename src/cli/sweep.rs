@@ -14,6 +14,7 @@ use super::output::output;
 use super::progress::{ProgressLines, bar};
 use super::run_conclusion::step_remedy;
 use super::signals::{Interruption, interruption_leaves};
+use super::sudden_start::sudden_start;
 use super::suspect_numbers::{newly_suspect, suspect_numbers};
 use super::values::count;
 use crate::plot::{Figure, Format, Picture as _, campaign};
@@ -138,7 +139,7 @@ fn warn_of_suspect_numbers(campaign: &Campaign) -> CommandResult<()> {
     let spec = campaign.spec();
     // Without the campaign's pulses, so that a built-in scene is known by its name.
     let base = SceneSource::open(&spec.scene, &spec.set)?;
-    suspect_numbers(&base).iter().for_each(|warning| say!("warning: {warning}"));
+    suspect_numbers(&base).iter().chain(&sudden_start(&base.scene)).for_each(|warning| say!("warning: {warning}"));
     for axis in &spec.axes {
         let of_values = campaign.with_given_values(axis).flatten().map(|changed| newly_suspect(&base.scene, &changed.scene));
         let mut suspect = of_values.filter(|warnings| !warnings.is_empty());

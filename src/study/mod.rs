@@ -11,7 +11,7 @@ pub mod sweep;
 mod table;
 pub mod trade;
 
-pub use duration::usual_until_s;
+pub use duration::{two_turns_s, usual_until_s};
 pub use history::{HistoryError, history};
 pub use shortening::{MATTERS, NEGLIGIBLE, NoShortening, STROKE_MATTERS, Shortening, shortenings, shortenings_until};
 pub use table::{Table, TableError};
