@@ -44,12 +44,13 @@ impl RawPublisher {
         Ok(RawPublisher { publisher })
     }
 
-    /// Publishes a payload.
+    /// Publishes a payload, with its sequence number as attachment if it is a message of a service.
     ///
     /// # Errors
     /// [`BusError`] if zenoh refuses.
-    pub fn put(&self, payload: &[u8]) -> Result<(), BusError> {
-        self.publisher.put(payload).wait().map_err(BusError::failed)
+    pub fn put(&self, payload: &[u8], number: Option<u64>) -> Result<(), BusError> {
+        let publication = self.publisher.put(payload).attachment(number.map(|number| number.to_le_bytes().to_vec()));
+        publication.wait().map_err(BusError::failed)
     }
 
     /// Whether anyone subscribes.

@@ -182,7 +182,8 @@ pub(super) fn check(args: &Args) -> CommandResult {
         lowest_hz: frequencies_hz.map(|[lowest_hz, _]| lowest_hz),
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
-        balance_error: trial.balance_error,
+        // Of a scene at rest, it is of rounding.
+        balance_error: trial.balance_error.filter(|_| !trial.stands_still()),
         step_error_rad: step_error.and_then(|error| error.angle_rad),
         step_error_of_deflection: step_error.and_then(|error| error.deflection).map(|error| error.of_peak),
         out_of_range: trial.out_of_range,

@@ -46,6 +46,7 @@ mod output;
 mod overlay;
 mod overlay_places;
 mod periodic;
+mod phases;
 mod plot;
 mod plot_source;
 mod progress;

@@ -13,6 +13,7 @@ use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
 use super::linear_args::{Linear, LinearArgs};
 use super::output::output;
+use super::phases::{unwrap, within_half_a_turn};
 use super::progress::bar;
 use super::values::{positive, positive_time};
 use super::written::{draw, write_table};
@@ -27,7 +28,7 @@ Examples:
   flexcrank response crank-slider --angle 57 --input slider_force_n --from 1 --to 1e4 --csv bode.csv
   flexcrank response thesis-two-masses --output mass_2_m --until 2 --step-csv step.csv
 
-Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state. Step response: each \
+Frequency response: magnitude and phase of each output under the input e^(iωt), as differences from the state; phases in the table are from −180° to 180°, and those of --csv and --plot go on without jumps. Step response: each \
     output after the input has gone from 0 to 1, exact at every sample. `linearise` writes the names of all inputs and outputs. A vibration without damping has no largest response: the \
     one printed is that of the frequencies computed.
 
@@ -167,7 +168,7 @@ impl Args {
             progress.inc(1);
         }
         progress.finish_and_clear();
-        phases_deg.iter_mut().for_each(|phases| unwrap(phases));
+        phases_deg.iter_mut().zip(&magnitudes).for_each(|(phases, magnitudes)| unwrap(phases, magnitudes));
         let lowest_hz = natural.first().map(|[hz, _]| *hz);
         let until_s = self.until.or_else(|| lowest_hz.map(|hz| 10.0 / hz)).unwrap_or(OTHERWISE.1);
         let step_s = until_s / SAMPLES as f64;
@@ -231,17 +232,6 @@ fn usual(names: &[String]) -> Vec<usize> {
     if chosen.is_empty() { vec![0] } else { chosen }
 }
 
-/// Adds whole turns until no phase is over half a turn from the one before.
-fn unwrap(phases_deg: &mut [f64]) {
-    let mut last = f64::NAN;
-    for phase in phases_deg.iter_mut().filter(|phase| phase.is_finite()) {
-        if last.is_finite() {
-            *phase += 360.0 * ((last - *phase) / 360.0).round();
-        }
-        last = *phase;
-    }
-}
-
 impl Responses {
     fn show(&self, title: &str) -> CommandResult<()> {
         writeln!(output(), "{title}: response to {}", self.input)?;
@@ -253,8 +243,7 @@ impl Responses {
                 let (at, value) = largest(&self.steps[k]);
                 (self.times_s[at], value)
             });
-            // Adding 0 makes −0 a 0.
-            let phase = format!("{}°", self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN).round() + 0.0);
+            let phase = format!("{}°", within_half_a_turn(self.phases_deg[k].get(at).copied().unwrap_or(f64::NAN)));
             let end = self.steps[k].last().copied().unwrap_or(f64::NAN);
             let numbers = [figure(peak), figure(self.frequencies_hz[at]), phase, figure(step), figure(step_at_s)];
             rows.push([vec![name.clone()], numbers.to_vec(), vec![figure(end)]].concat());

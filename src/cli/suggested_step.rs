@@ -109,11 +109,11 @@ fn sufficient_step(scene: &Scene, own: OwnRun<'_>, length: RunLength, first_s: f
         (Verdict::Sufficient { cut_off_s: None }, _) | (Verdict::Inexact(_), None) => {
             (Some(scene.solver.step_s), format!("the scene's own: {none}"))
         }
-        (_, Some((longest_s, _))) => (Some(longest_s), format!("{reason}; {none}")),
-        (Verdict::Sufficient { cut_off_s: Some(time_s) }, None) => {
+        (Verdict::Sufficient { cut_off_s: Some(time_s) }, _) => {
             let judged = format!("only the first {} s of a run with it are judged", figure(time_s));
             (Some(scene.solver.step_s), format!("the scene's own: {none}; {judged}"))
         }
+        (_, Some((longest_s, _))) => (Some(longest_s), format!("{reason}; {none}")),
         (Verdict::Unstable | Verdict::Unbalanced, None) => (None, none),
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()>
 
 /// The vibrations that are looked at.
 pub(super) fn among(modes: &LostModes) -> String {
-    format!("of vibrations that change an output by more than {:e}", modes.tolerance)
+    format!("of vibrations and deflections that change an output by more than {:e}", modes.tolerance)
 }
 
 /// The vibrations that a configuration loses, by the reason.

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap_complete::engine::ArgValueCompleter;
 
+use super::aligned_table::figure;
 use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::CommandResult;
@@ -31,6 +32,10 @@ Exit codes: 0 intact and equal to the bit, 1 unreadable, damaged or different, 3
 
 /// Largest number of findings printed.
 const SHOWN: usize = 20;
+/// Energy in play that is rounding, J.
+const ROUNDING_J: f64 = 1e-30;
+/// A time that is shorter is shown with its own digits, s.
+const SHORT_S: f64 = 0.01;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -148,7 +153,7 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
         None => "no message has energies".to_owned(),
         Some(EnergyVerdict::NotJudged) => "energy balance not checked: the method does not compute all energies".to_owned(),
         Some(EnergyVerdict::Unbalanced { worst_j, in_play_j }) => unbalanced(worst_j, in_play_j),
-        Some(EnergyVerdict::Balanced) if energy_j == 0.0 => "no energy was in play".to_owned(),
+        Some(EnergyVerdict::Balanced) if energy_j < ROUNDING_J => "no energy was in play".to_owned(),
         Some(EnergyVerdict::Balanced) => {
             let part = balance_error_j / energy_j;
             format!("energy balance to {balance_error_j:.0e} J, {part:.0e} of the {energy_j:.1e} J in play")
@@ -159,7 +164,8 @@ fn balance(&Recomputed { balance_error_j, energy_j, verdict, .. }: &Recomputed) 
 fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std::io::Result<()> {
     let mut out = output();
     let Verification { structure, physics, recomputed, span_s, findings, unlisted } = found;
-    writeln!(out, "{}: {span_s:.3} s of {}", source.path.display(), shown_name(&source.name))?;
+    let span = if *span_s < SHORT_S { figure(*span_s) } else { format!("{span_s:.3}") };
+    writeln!(out, "{}: {span} s of {}", source.path.display(), shown_name(&source.name))?;
     let other = source.metadata.other_build();
     if !other.is_empty() {
         writeln!(out, "  recorded by another build ({}): last bits may differ", shown_sentence(&other.join("; ")))?;

@@ -241,9 +241,15 @@ impl<'a, S: PeriodicSystem> Search<'a, S> {
             matrix.view_mut((0, carried), (carried, 1)).copy_from(by_torque);
             matrix.view_mut((carried, 0), (1, self.unknowns)).copy_from(&row.transpose());
         }
-        let scale = DVector::from_fn(size, |i, _| self.scale(i));
+        let mut scale = DVector::from_fn(size, |i, _| self.scale(i));
+        // The torque counts by what it changes.
+        let by_torque = matrix.column_iter().nth(carried).map(|column| column.component_mul(&scale).amax());
+        if let Some(change) = by_torque.filter(|change| *change > 0.0) {
+            scale[carried] = change;
+        }
         for (i, mut row) in matrix.row_iter_mut().enumerate() {
-            row *= scale[i];
+            // The row behind them holds the crank's angle as it is.
+            row *= if i < carried { scale[i] } else { 1.0 };
         }
         for (j, mut column) in matrix.column_iter_mut().enumerate() {
             column /= scale[j];

@@ -94,7 +94,7 @@ impl StateSpace {
     }
 
     /// Eigenvalues of the map of a step. Of A as it stands, in which positions and accelerations are of very different sizes, they would
-    /// lose digits.
+    /// lose digits, all of them in a mechanism of millimetres.
     pub fn multipliers(&self) -> Vec<Complex<f64>> {
         let mut map = self.a.clone();
         balance_parlett_reinsch(&mut map);
@@ -103,7 +103,7 @@ impl StateSpace {
 
     /// Eigenvalues of A in order of magnitude.
     pub fn eigenvalues(&self) -> Vec<Complex<f64>> {
-        let mut found: Vec<Complex<f64>> = self.a.complex_eigenvalues().iter().copied().collect();
+        let mut found = self.multipliers();
         found.sort_by(|one, other| one.norm().total_cmp(&other.norm()));
         found
     }

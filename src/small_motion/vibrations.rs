@@ -13,6 +13,8 @@ use crate::scene::Scene;
 const MOST_UNKNOWNS: usize = 250;
 /// Eigenvalues among which the lowest frequency is looked for: beside the highest, it is lost in rounding.
 const NEAR: usize = 8;
+/// An eigenvalue that is larger by this is none of those.
+const BEYOND: f64 = 1.0 + 1e-6;
 
 /// Undamped vibrations about the scene's start, at rest there, bent by weight and constant loads. Each unknown has a pair of the
 /// eigenvalues λ of `λ² M + K`: `±i ω` is a vibration of the natural frequency ω, 0 is free motion, a real pair `±λ` is a fall.
@@ -48,15 +50,16 @@ impl Vibrations {
         let damping = &identifier.system.damping;
         let system = Linearised { damping: damping.combine(0.0, damping, 0.0), ..identifier.system.clone() };
         // Both eigenvalues of a fall are found, and one of any other pair.
-        let pairs = lowest(&system, 2 * unknowns)?;
+        let mut pairs = lowest(&system, NEAR.min(2 * unknowns))?;
+        // Rounding of the fastest makes a slow vibration or a fall of free motion, where all are sought at once: behind the first few
+        // come those that are faster.
+        let fastest_near = pairs.iter().map(|pair| pair.value.norm()).fold(0.0, f64::max);
+        let is_faster = |pair: &Eigenpair| pair.value.norm() > BEYOND * fastest_near;
+        pairs.extend(lowest(&system, 2 * unknowns)?.into_iter().filter(is_faster));
         let all = frequencies_hz(&pairs);
-        // Where free motion and falls fill the first few, the lowest of all.
-        let near_pairs = lowest(&system, NEAR.min(2 * unknowns))?;
-        let near = frequencies_hz(&near_pairs);
-        let lowest_hz = near.first().or(all.first());
-        let bending = near_pairs.iter().chain(&pairs).find(|pair| bends(&mut identifier, pair));
+        let bending = pairs.iter().find(|pair| bends(&mut identifier, pair));
         Ok(Some(Vibrations {
-            frequencies_hz: lowest_hz.zip(all.last()).map(|(lowest_hz, highest_hz)| [*lowest_hz, *highest_hz]),
+            frequencies_hz: all.first().zip(all.last()).map(|(lowest_hz, highest_hz)| [*lowest_hz, *highest_hz]),
             lowest_bending_hz: bending.map(|pair| pair.value.im / TAU),
             count: all.len(),
             falling: pairs.iter().filter(|pair| pair.value.im == 0.0 && pair.value.re > 0.0).count(),

@@ -322,13 +322,12 @@ impl<'a> Player<'a> {
             self.lateness.record(late);
         }
         self.endpoint.note_log_time(|| message.log_time);
-        route.publisher.put(&message.data)?;
+        // Kept first, as by a service: a client that subscribes too late for the message finds it in the snapshot.
+        let number = route.topic.map(|topic| self.endpoint.keep(topic, message.data.to_vec()).0);
+        route.publisher.put(&message.data, number)?;
         self.messages += 1;
-        if let Some(topic) = route.topic {
-            self.endpoint.keep(topic, message.data.to_vec());
-            if topic == Topic::Commands {
-                self.put_command(message)?;
-            }
+        if route.topic == Some(Topic::Commands) {
+            self.put_command(message)?;
         }
         Ok(())
     }

@@ -115,10 +115,14 @@ impl Trial {
 }
 
 /// The same mechanism at another speed, by another pulse: every motion a fifth faster, every pulse a fifth weaker and half again
-/// as long (so its impulse a fifth larger).
+/// as long (so its impulse a fifth larger). Where neither is there, weight is a fifth larger.
 fn other(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
+    let is_driven = !matches!(&scene.drive, Drive::Torque { constant_nm, pulses } if *constant_nm == 0.0 && pulses.is_empty());
     if let System::Chain(chain) = &mut scene.system {
+        if !is_driven && chain.start.rate_rad_per_s == 0.0 {
+            chain.gravity_m_per_s2.iter_mut().for_each(|g| *g *= OTHER_SPEED);
+        }
         chain.start.rate_rad_per_s *= OTHER_SPEED;
     }
     match &mut scene.drive {
