@@ -87,9 +87,9 @@ const LEAST_STEPS: f64 = 2.0;
 /// An error of the time step, rad, with which the motion of a run is lost.
 const LOST_RAD: f64 = 1.0;
 
-/// The warning of a run that shows nothing.
-const NOTHING_MOVES: &str = "nothing moves in this run: its balance, step error and suggested step say nothing of the scene under a load; \
-                             give it a pulse, a torque, a start rate or a [drive] like those that it will have";
+/// The warning of a run that shows nothing, but for the way on.
+const NOTHING_MOVES: &str =
+    "nothing moves in this run: its balance, step error and suggested step say nothing of the scene under a load; give it";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -183,7 +183,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         highest_hz: frequencies_hz.map(|[_, highest_hz]| highest_hz),
         lowest_bending_hz: vibrations.and_then(|vibrations| vibrations.lowest_bending_hz),
         // Of a scene at rest, it is of rounding.
-        balance_error: trial.balance_error.filter(|_| !trial.stands_still()),
+        balance_error: trial.balance_error.filter(|_| !trial.stands_still),
         step_error_rad: step_error.and_then(|error| error.angle_rad),
         step_error_of_deflection: step_error.and_then(|error| error.deflection).map(|error| error.of_peak),
         out_of_range: trial.out_of_range,
@@ -213,8 +213,12 @@ pub(super) fn check(args: &Args) -> CommandResult {
              it no longer does; if it always does, the motion is chaotic"
         );
     }
-    if trial.stands_still() {
-        say!("warning: {NOTHING_MOVES}");
+    if trial.stands_still {
+        let loads = match scene.chain() {
+            Some(_) => "a pulse, a torque, a start rate or a [drive]",
+            None => "start_m, start_m_per_s or forces_n",
+        };
+        say!("warning: {NOTHING_MOVES} {loads} like those that it will have");
     }
     sudden_start(scene).iter().for_each(|warning| say!("warning: {warning}"));
     warn_of_suspects();
@@ -275,7 +279,7 @@ impl Checked {
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.out_of_range.is_some() => {
                 "valid, but a link bends out of the model's range"
             }
-            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.stands_still() => "valid; nothing moves in it",
+            Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) if trial.stands_still => "valid; nothing moves in it",
             Ok(EnergyVerdict::Balanced | EnergyVerdict::NotJudged) => "sound",
         };
         writeln!(out, "{scene}: {finding}")?;

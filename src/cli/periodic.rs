@@ -24,7 +24,7 @@ use crate::small_motion::{NoModes, PeriodicMode, PeriodicModes, Subject};
 use crate::study::Table;
 
 /// Multipliers to a millionth, with at most a thousand steps a turn, unless those resolve none.
-const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024 };
+const ACCURACY: Accuracy = Accuracy { tolerance: 1e-6, fewest_steps: 64, most_steps: 1024, most_gone: usize::MAX };
 
 /// The way on where a search ends without a motion.
 const PERHAPS_NONE: &str = "there may be none, as near a resonance or where a link buckles: `flexcrank run` shows whether the motion \

@@ -24,11 +24,11 @@ pub(super) fn unwrap(phases_deg: &mut [f64], magnitudes: &[f64]) {
     }
 }
 
-/// The same phase from −180° to 180°, in whole degrees.
+/// The same phase from −179° to 180°, in whole degrees.
 pub(super) fn within_half_a_turn(phase_deg: f64) -> f64 {
     let within = (phase_deg - 360.0 * (phase_deg / 360.0).round()).round();
     // Adding 0 makes −0 a 0.
-    within + 0.0
+    if within <= -180.0 { 180.0 } else { within + 0.0 }
 }
 
 #[cfg(test)]
@@ -59,6 +59,9 @@ mod tests {
 
     #[test]
     fn val_a_phase_has_one_value_however_often_it_has_turned() {
-        assert_eq!([631.0, 271.0, -89.2, -720.0, -0.2].map(within_half_a_turn), [-89.0, -89.0, -89.0, 0.0, 0.0]);
+        assert_eq!(
+            [631.0, 271.0, -89.2, -720.0, -0.2, 180.0, -180.0].map(within_half_a_turn),
+            [-89.0, -89.0, -89.0, 0.0, 0.0, 180.0, 180.0]
+        );
     }
 }

@@ -227,7 +227,7 @@ pub(super) fn trade(args: &Args) -> CommandResult {
         return shown.and(Ok(ExitStatus::Interrupted));
     }
     if (args.tolerance.is_none() && args.levels.is_none()) || (shown.is_err() && args.write.is_none()) {
-        if interruption.is_asked() {
+        if interruption.is_asked() && args.tolerance.is_none() && args.levels.is_none() && shown.is_ok() {
             say!("the table was computed to its end: nothing is lost");
         }
         return shown.and(Ok(ExitStatus::Success));

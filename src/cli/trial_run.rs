@@ -12,8 +12,8 @@ const ENOUGH_STEPS: u32 = 20_000;
 /// Looks at the links in a run.
 const LOOKS: f64 = 5000.0;
 
-/// Angles and deflections that differ by less are the same, rad and m.
-const STILL: f64 = 1e-12;
+/// Coordinates that change by less stand still: as a part of themselves, and in rad or m.
+const STILL: [f64; 2] = [1e-9, 1e-15];
 
 /// The length of a run, and the limit within which it reaches that.
 #[derive(Debug, Clone, Copy)]
@@ -47,13 +47,6 @@ pub(super) struct Look {
 }
 
 impl Look {
-    /// Whether the links stand as at another instant, but for rounding.
-    fn is_like(&self, other: &Self) -> bool {
-        let near = |one: f64, other: f64| (one - other).abs() <= STILL;
-        let deflections = self.deflections_m.iter().zip(&other.deflections_m);
-        near(self.angle_rad, other.angle_rad) && deflections.fold(true, |all, (one, other)| all && near(*one, *other))
-    }
-
     /// `None` of a scene without links.
     pub(super) fn at(step: u32, seen: &Observation) -> Option<Self> {
         let angle_rad = seen.links.first()?.chord_rad;
@@ -75,16 +68,12 @@ pub(super) struct Trial {
     pub(super) out_of_range: Option<f64>,
     /// Simulated time at which a run that took too long was ended, s.
     pub(super) cut_off_s: Option<f64>,
+    /// Whether nothing was seen to move in the whole run: no coordinate, and no prescribed angle.
+    pub(super) stands_still: bool,
     pub(super) verdict: Result<EnergyVerdict, Diverged>,
 }
 
 impl Trial {
-    /// Whether the links were seen not to move.
-    pub(super) fn stands_still(&self) -> bool {
-        matches!(self.looks.as_slice(), [first, .., last] if first.step < last.step)
-            && self.looks.iter().all(|look| look.is_like(&self.looks[0]))
-    }
-
     /// Runs to the end, and on until `shortest` is over; within the limit of time.
     pub(super) fn of(simulation: &mut Simulation, length: RunLength, shortest: Duration) -> Self {
         let RunLength { until_s, longest } = length;
@@ -92,6 +81,8 @@ impl Trial {
         let (mut judged, mut steps, mut taken) = (None, 0_u32, Ok(()));
         let (mut cost, mut out_of_range, mut looks) = (Duration::ZERO, None, Vec::new());
         let seldom = (until_s / simulation.step_s() / LOOKS).max(1.0) as u32;
+        let began = position(simulation);
+        let mut stands_still = began.is_some();
         while taken.is_ok() {
             let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
             if is_whole && judged.is_none() {
@@ -114,8 +105,9 @@ impl Trial {
                 && !is_whole
                 && let Ok(seen) = simulation.observe()
             {
-                out_of_range = [out_of_range, seen.out_of_range].into_iter().flatten().reduce(f64::max);
                 looks.extend(Look::at(steps, seen));
+                out_of_range = [out_of_range, seen.out_of_range].into_iter().flatten().reduce(f64::max);
+                stands_still = stands_still && is_like(&began, &position(simulation));
             }
         }
         let cut_off_s = (taken.is_ok() && simulation.time_s() < until_s).then(|| simulation.time_s());
@@ -126,8 +118,21 @@ impl Trial {
             looks,
             out_of_range,
             cut_off_s,
+            stands_still: stands_still && steps > 1 && cut_off_s.is_none(),
             balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),
             verdict: taken.map(|()| verdict),
         }
     }
+}
+
+/// The coordinates, and the prescribed angle, if there is one; `None` of a model that does not tell.
+fn position(simulation: &mut Simulation) -> Option<Vec<f64>> {
+    let motion = simulation.motion()?;
+    Some(motion.q.into_iter().chain(motion.input.motion.map(|[angle_rad, ..]| angle_rad)).collect())
+}
+
+fn is_like(one: &Option<Vec<f64>>, other: &Option<Vec<f64>>) -> bool {
+    let [relative, absolute] = STILL;
+    let near = |(one, other): (&f64, &f64)| (one - other).abs() <= relative * one.abs() + absolute;
+    one.iter().flatten().zip(other.iter().flatten()).all(near)
 }

@@ -80,10 +80,12 @@ impl Floquet {
         self.multipliers.iter().map(relative).fold(0.0, f64::max)
     }
 
-    /// Whether there are multipliers of motion that is not gone after a period, and none of them is resolved.
-    fn resolves_none(&self) -> bool {
-        let mut told = self.multipliers.iter().filter(|multiplier| !multiplier.is_gone()).peekable();
-        told.peek().is_some() && !told.any(Multiplier::is_resolved)
+    /// Where no multiplier is resolved: whether the steps hide more than so many that are gone, and whether any is to be known.
+    fn unresolved(&self, most_gone: usize) -> (bool, bool) {
+        let gone = self.multipliers.iter().filter(|multiplier| multiplier.is_gone()).count();
+        let hides = gone > most_gone;
+        let none = !self.multipliers.iter().any(|multiplier| !multiplier.is_gone() && multiplier.is_resolved());
+        (none && hides, none && (hides || gone < self.multipliers.len()))
     }
 
     /// The eigenvector of one multiplier; see [`eigenvector`].
@@ -101,16 +103,18 @@ pub struct Accuracy {
     pub fewest_steps: u32,
     /// Most steps of a period; if they resolve no multiplier, up to eight times as many of a system of few unknowns.
     pub most_steps: u32,
+    /// Number of multipliers below 1e-6 that are so by themselves; where none is resolved, any more are taken to be damped by the steps.
+    pub most_gone: usize,
 }
 
 impl Default for Accuracy {
     fn default() -> Self {
-        Self { tolerance: 1e-8, fewest_steps: 64, most_steps: 1 << 11 }
+        Self { tolerance: 1e-8, fewest_steps: 64, most_steps: 1 << 11, most_gone: usize::MAX }
     }
 }
 
 /// Most times as many steps as were asked for, where those resolve no multiplier; and most unknowns times steps then.
-const FURTHER: u32 = 8;
+pub(super) const FURTHER: u32 = 8;
 const MOST_WORK: u32 = 1 << 16;
 
 /// Multipliers of a scheme on its own periodic motion, with the steps of `cycle`; [`Cycle::near`] finds those nearest to a scene's.
@@ -163,8 +167,9 @@ pub fn of_physics<S: PeriodicSystem>(
                     coarse = fewer.ok().map(|mut fewer| Level::refine(&mut fewer.multipliers, None));
                 }
                 let level = Level::refine(&mut fine.multipliers, coarse.as_ref());
-                let goes_on = !is_last || steps <= most_for_one / 2 && fine.resolves_none();
-                if !goes_on || fine.error() <= accuracy.tolerance {
+                let (hides, is_unknown) = fine.unresolved(accuracy.most_gone);
+                let goes_on = !is_last || steps <= most_for_one / 2 && is_unknown;
+                if !goes_on || fine.error() <= accuracy.tolerance && !hides {
                     return Ok(fine);
                 }
                 unresolved = Some(fine).filter(|_| is_last);

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::FloquetError;
-use super::floquet::{Accuracy, Floquet, GONE, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
+use super::floquet::{Accuracy, FURTHER, Floquet, GONE, Multiplier, eigenvalues, eigenvector, of_physics, of_scheme};
 use super::mode::{Identifier, Mode, numbered};
 use super::motion_search::coarse_motion;
 use super::orbit::{Cycle, Guess, Orbit, OrbitSettings};
@@ -19,6 +19,8 @@ use crate::integrate::{System as _, solve_acceleration};
 /// A multiplier that is nearer to 1 than this, or than so many of its errors, is that of a shift along the motion.
 const ALONG: f64 = 1e-4;
 const DOUBLED: f64 = 3.0;
+/// Phase of a vibration in a step that shows it, rad.
+const PHASE_RAD: f64 = 0.5;
 /// Least likeness of a free crank's own motion to the velocities, 0 to 1.
 const ALIKE: f64 = 0.5;
 /// Part of the ratio of velocities and displacements from which on their quotient tells the frequency.
@@ -111,7 +113,10 @@ impl Subject {
         if near.is_none() {
             guess = coarse_motion(&mut system, period_s, &guess).unwrap_or(guess);
         }
-        let mut found = of_physics(&mut system, period_s, &guess, accuracy, &settings)?;
+        let start = Point { q: guess.q.clone(), v: guess.v.clone(), ..self.at_rest(angle_rad)? };
+        let most_gone = reachable(&Linearised::new(self.mechanism().as_mut(), &start), period_s, accuracy.most_steps);
+        let accuracy = Accuracy { most_gone: most_gone.min(accuracy.most_gone), ..*accuracy };
+        let mut found = of_physics(&mut system, period_s, &guess, &accuracy, &settings)?;
         if !self.is_held() {
             err_as_the_shift(&mut found.multipliers);
         }
@@ -277,15 +282,28 @@ fn running_ahead(shapes: &[(Multiplier, f64)]) -> Vec<usize> {
 /// The number of multipliers of motion, damped as at this point, that are gone after a period: those of the eigenvalues λ of
 /// `(λ² M + λ D + K) φ = 0` with `|e^{λT}|` so small. If the eigenvalues are not found, none is known to be.
 fn fading(system: &Linearised, period_s: f64) -> usize {
+    exponents(system).iter().filter(|value| value.re * period_s < GONE.ln()).count()
+}
+
+/// The same, if steps can show what does not fade: a period of the slowest vibration has enough of them. Else all may be gone.
+fn reachable(system: &Linearised, period_s: f64, most_steps: u32) -> usize {
+    let exponents = exponents(system);
+    let lasting = exponents.iter().filter(|value| value.re * period_s >= GONE.ln() && value.im > 0.0);
+    let slowest_per_s = lasting.map(|value| value.im).fold(f64::INFINITY, f64::min);
+    let is_reachable = slowest_per_s * period_s <= PHASE_RAD * f64::from(FURTHER * most_steps);
+    if is_reachable { exponents.iter().filter(|value| value.re * period_s < GONE.ln()).count() } else { usize::MAX }
+}
+
+/// The eigenvalues λ of `(λ² M + λ D + K) φ = 0`; none where they are not found.
+fn exponents(system: &Linearised) -> Vec<Complex<f64>> {
     let [mass, damping, stiffness] = [&system.mass, &system.damping, &system.stiffness].map(Band::dense);
     let (n, lu) = (mass.nrows(), mass.lu());
-    let (Some(damping), Some(stiffness)) = (lu.solve(&damping), lu.solve(&stiffness)) else { return 0 };
+    let (Some(damping), Some(stiffness)) = (lu.solve(&damping), lu.solve(&stiffness)) else { return Vec::new() };
     let mut first_order = DMatrix::zeros(2 * n, 2 * n);
     first_order.view_mut((0, n), (n, n)).fill_with_identity();
     first_order.view_mut((n, 0), (n, n)).copy_from(&-stiffness);
     first_order.view_mut((n, n), (n, n)).copy_from(&-damping);
-    let values = eigenvalues(&first_order).map_or(Vec::new(), |(values, _)| values);
-    values.iter().filter(|value| value.re * period_s < GONE.ln()).count()
+    eigenvalues(&first_order).map_or(Vec::new(), |(values, _)| values)
 }
 
 /// Multipliers of a scheme with their shapes.

@@ -13,8 +13,8 @@ use crate::scene::Scene;
 const MOST_UNKNOWNS: usize = 250;
 /// Eigenvalues among which the lowest frequency is looked for: beside the highest, it is lost in rounding.
 const NEAR: usize = 8;
-/// An eigenvalue that is larger by this is none of those.
-const BEYOND: f64 = 1.0 + 1e-6;
+/// Eigenvalues that differ by no more than this factor may be of the same size.
+const ALIKE: f64 = 1.0 + 1e-6;
 
 /// Undamped vibrations about the scene's start, at rest there, bent by weight and constant loads. Each unknown has a pair of the
 /// eigenvalues λ of `λ² M + K`: `±i ω` is a vibration of the natural frequency ω, 0 is free motion, a real pair `±λ` is a fall.
@@ -52,10 +52,10 @@ impl Vibrations {
         // Both eigenvalues of a fall are found, and one of any other pair.
         let mut pairs = lowest(&system, NEAR.min(2 * unknowns))?;
         // Rounding of the fastest makes a slow vibration or a fall of free motion, where all are sought at once: behind the first few
-        // come those that are faster.
-        let fastest_near = pairs.iter().map(|pair| pair.value.norm()).fold(0.0, f64::max);
-        let is_faster = |pair: &Eigenpair| pair.value.norm() > BEYOND * fastest_near;
-        pairs.extend(lowest(&system, 2 * unknowns)?.into_iter().filter(is_faster));
+        // come the others. The last of the first may have others of the same size, and is taken from among all.
+        let cut = pairs.iter().map(|pair| pair.value.norm()).fold(0.0, f64::max) / ALIKE;
+        pairs.retain(|pair| pair.value.norm() < cut);
+        pairs.extend(lowest(&system, 2 * unknowns)?.into_iter().filter(|pair| pair.value.norm() >= cut));
         let all = frequencies_hz(&pairs);
         let bending = pairs.iter().find(|pair| bends(&mut identifier, pair));
         Ok(Some(Vibrations {
@@ -88,6 +88,17 @@ mod tests {
         let source = SceneSource::open(scene, &overrides)?;
         let unknowns = Subject::new(&source.scene, None)?.mechanism().degrees_of_freedom();
         Ok((Vibrations::of_scene(&source.scene)?.ok_or("too many unknowns")?, unknowns))
+    }
+
+    /// Twelve masses on equal springs: eight of them were counted.
+    #[test]
+    fn regress_vibrations_of_one_frequency_are_all_counted() -> Result<(), Box<dyn std::error::Error>> {
+        let springs: Vec<String> = (1..=12).map(|mass| format!("[0, {mass}, 100.0]")).collect();
+        let scene =
+            format!("[oscillator]\nmasses_kg = {:?}\nsprings = [{}]\n[solver]\nstep_s = 0.01\n", [1.0; 12], springs.join(", "));
+        let found = Vibrations::of_scene(&SceneSource::parse("masses.toml", &scene, &[])?.scene)?.ok_or("too many unknowns")?;
+        assert_eq!((found.count, found.falling), (12, 0));
+        Ok(())
     }
 
     /// A cantilever: β₁ L = 1.87510407 in f = (β₁ L)² √(E I / ρ A) / (2π L²).

@@ -118,7 +118,11 @@ impl Trial {
 /// as long (so its impulse a fifth larger). Where neither is there, weight is a fifth larger.
 fn other(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
-    let is_driven = !matches!(&scene.drive, Drive::Torque { constant_nm, pulses } if *constant_nm == 0.0 && pulses.is_empty());
+    let is_driven = match &scene.drive {
+        Drive::Torque { constant_nm, pulses } => *constant_nm != 0.0 || pulses.iter().any(|pulse| pulse.torque_nm != 0.0),
+        Drive::Motion(Motion::Speed(rate)) => *rate != 0.0,
+        Drive::Motion(_) => true,
+    };
     if let System::Chain(chain) = &mut scene.system {
         if !is_driven && chain.start.rate_rad_per_s == 0.0 {
             chain.gravity_m_per_s2.iter_mut().for_each(|g| *g *= OTHER_SPEED);
