@@ -87,11 +87,6 @@ impl Floquet {
         let none = !self.multipliers.iter().any(|multiplier| !multiplier.is_gone() && multiplier.is_resolved());
         (none && hides, none && (hides || gone < self.multipliers.len()))
     }
-
-    /// The eigenvector of one multiplier; see [`eigenvector`].
-    pub fn mode(&self, multiplier: &Multiplier) -> Option<DVector<Complex<f64>>> {
-        eigenvector(&self.orbit.monodromy, multiplier.value)
-    }
 }
 
 /// The accuracy asked of the multipliers of the physics.
@@ -396,7 +391,7 @@ mod tests {
     fn prop_an_eigenvector_is_multiplied_by_its_multiplier() -> Tested {
         let found = mathieu(1.7, 0.4, Scheme::Esdirk, 64)?;
         for multiplier in &found.multipliers {
-            let mode = found.mode(multiplier).ok_or("no vector")?;
+            let mode = eigenvector(&found.orbit.monodromy, multiplier.value).ok_or("no vector")?;
             let after = found.orbit.monodromy.map(Complex::from) * &mode;
             assert!((after - mode * multiplier.value).camax() < 1e-12, "{multiplier:?}");
         }

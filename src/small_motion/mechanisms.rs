@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use super::error::FloquetError;
 use super::examples::{chain, finite_elements, modal};
-use super::floquet::{Accuracy, Floquet, of_physics, of_scheme};
+use super::floquet::{Accuracy, Floquet, eigenvector, of_physics, of_scheme};
 use super::orbit::{Cycle, Guess, OrbitSettings, periodic_orbit};
 use super::periodic::{CrankDrive, DrivenMechanism};
 use super::scheme::Scheme;
@@ -145,7 +145,7 @@ fn val_an_unstable_rod_grows_by_its_multiplier() -> Tested {
     let [first, second] = found.multipliers[..] else { return Err("not one mode".into()) };
     assert!(first.value.norm() > 10.0 && first.is_unstable() && !second.is_unstable(), "{found:?}");
     assert!((first.value * second.value - 1.0).norm() < 1e-7, "{found:?}");
-    let mode = found.mode(&first).ok_or("no mode")?.map(|x| x.re);
+    let mode = eigenvector(&found.orbit.monodromy, first.value).ok_or("no mode")?.map(|x| x.re);
     let mut ends = Vec::new();
     for small in [0.0, 1e-7] {
         let (q, v) = (found.orbit.q[0] + small * mode[0], found.orbit.v[0] + small * mode[1]);
