@@ -114,7 +114,7 @@ impl Subject {
             guess = coarse_motion(&mut system, period_s, &guess).unwrap_or(guess);
         }
         let start = Point { q: guess.q.clone(), v: guess.v.clone(), ..self.at_rest(angle_rad)? };
-        let most_gone = reachable(&Linearised::new(self.mechanism().as_mut(), &start), period_s, accuracy.most_steps);
+        let most_gone = fading_if_shown(&Linearised::new(self.mechanism().as_mut(), &start), period_s, accuracy.most_steps);
         let accuracy = Accuracy { most_gone: most_gone.min(accuracy.most_gone), ..*accuracy };
         let mut found = of_physics(&mut system, period_s, &guess, &accuracy, &settings)?;
         if !self.is_held() {
@@ -282,16 +282,21 @@ fn running_ahead(shapes: &[(Multiplier, f64)]) -> Vec<usize> {
 /// The number of multipliers of motion, damped as at this point, that are gone after a period: those of the eigenvalues λ of
 /// `(λ² M + λ D + K) φ = 0` with `|e^{λT}|` so small. If the eigenvalues are not found, none is known to be.
 fn fading(system: &Linearised, period_s: f64) -> usize {
-    exponents(system).iter().filter(|value| value.re * period_s < GONE.ln()).count()
+    exponents(system).iter().filter(|value| fades(value, period_s)).count()
 }
 
-/// The same, if steps can show what does not fade: a period of the slowest vibration has enough of them. Else all may be gone.
-fn reachable(system: &Linearised, period_s: f64, most_steps: u32) -> usize {
+/// Whether motion of an eigenvalue is gone after a period.
+fn fades(value: &Complex<f64>, period_s: f64) -> bool {
+    value.re * period_s < GONE.ln()
+}
+
+/// The same number, where as many steps as are allowed can show the slowest vibration that does not fade; else no limit.
+fn fading_if_shown(system: &Linearised, period_s: f64, most_steps: u32) -> usize {
     let exponents = exponents(system);
-    let lasting = exponents.iter().filter(|value| value.re * period_s >= GONE.ln() && value.im > 0.0);
+    let lasting = exponents.iter().filter(|value| !fades(value, period_s) && value.im > 0.0);
     let slowest_per_s = lasting.map(|value| value.im).fold(f64::INFINITY, f64::min);
     let is_reachable = slowest_per_s * period_s <= PHASE_RAD * f64::from(FURTHER * most_steps);
-    if is_reachable { exponents.iter().filter(|value| value.re * period_s < GONE.ln()).count() } else { usize::MAX }
+    if is_reachable { exponents.iter().filter(|value| fades(value, period_s)).count() } else { usize::MAX }
 }
 
 /// The eigenvalues λ of `(λ² M + λ D + K) φ = 0`; none where they are not found.

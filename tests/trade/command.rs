@@ -107,7 +107,7 @@ fn regress_the_help_and_the_guide_say_what_the_deflection_of_a_straight_link_is_
     assert!(guide.contains("; where a peak is below 1e-6 of its link's length, over that length |"));
 }
 
-/// Of a scene whose torque comes from the bus, all settings agreed: links were made rigid, "verified" with an error of 0.
+/// All settings agreed where the torque comes from the bus alone: `trade` made links rigid, "verified" with an error of 0.
 #[test]
 fn regress_a_scene_in_which_nothing_moves_is_refused() {
     let words = ["trade", "crank-slider", "--set", "pulse=[]", "--until", "0.5", "--budget", "2s", "--tolerance", "1e-2"];

@@ -33,7 +33,7 @@ const LEAST_GAIN: f64 = 4.0;
 const LEAST: u32 = 2;
 /// An error is well resolved if it exceeds the reference's uncertainty by this factor.
 pub const WELL_RESOLVED: f64 = 10.0;
-/// What changes by less, in rad or as a part of the links' length, stands still.
+/// An angle or place that changes by less stands still: in rad, or as a part of the links' length.
 const STILL: f64 = 1e-10;
 /// The mark of an error below the reference's own uncertainty.
 pub(super) const BOUND: &str = "<";
