@@ -359,6 +359,20 @@ fn regress_a_scene_in_which_nothing_moves_is_not_called_sound() -> Tried {
     Ok(())
 }
 
+/// Maps of a scene whose load comes later than a run of a map ends had "0 wrong" in all cells.
+#[test]
+fn regress_maps_in_which_nothing_moves_are_warned_of() -> Tried {
+    let stability = |set: &str| -> Tried<String> {
+        let given = ["stability", "crank-slider", "--quick", "--only", "weight-modal", "--set", set];
+        let done = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(given).output()?;
+        assert_eq!(done.status.code(), Some(0));
+        Ok(String::from_utf8(done.stderr)?)
+    };
+    assert!(stability("pulse.0.start_s=5")?.contains("warning: nothing moves in crank-slider within 0.05 s, the time that a run"));
+    assert_eq!(stability("pulse.0.start_s=0.01")?, "");
+    Ok(())
+}
+
 /// Links carry no load of their inertia at a start at speed; peaks followed from their ringing, and no command said so.
 #[test]
 fn regress_a_start_at_speed_is_warned_of_where_links_bend() -> Tried {

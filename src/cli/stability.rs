@@ -16,10 +16,12 @@ use super::folders::make_folder;
 use super::output::output;
 use super::progress::bar;
 use super::signals::Interruption;
+use super::trial_run::{RunLength, Trial};
 use super::values::count;
 use super::written::draw;
 use crate::plot;
-use crate::scene::SceneSource;
+use crate::scene::{Scene, SceneSource};
+use crate::simulation::Simulation;
 use crate::study::Table;
 use crate::study::stability::{
     BOUND, BaseScene, Category, Extent, Label, MapPlan, Outcome, Point, ROUNDING, Scheme, Swept, causes, counts, fails_finer,
@@ -94,10 +96,25 @@ pub(super) fn stability(args: &Args) -> CommandResult {
 }
 
 fn plan(scene: &str, args: &Args, extent: Extent) -> CommandResult<(BaseScene, MapPlan)> {
-    let base = BaseScene::new(&SceneSource::open(scene, &args.overrides)?)?;
+    let source = SceneSource::open(scene, &args.overrides)?;
+    let base = BaseScene::new(&source)?;
     let mut plan = MapPlan::extremes(&base, extent);
     plan.only(args.only.as_deref().unwrap_or_default())?;
+    if nothing_moves(&source.scene, extent.time_s()) {
+        say!(
+            "warning: nothing moves in {} within {} s, the time that a run of a map covers: such a run is stable whatever its step. \
+             Maps of pulses and speeds bring a motion of their own; for the others, give it a pulse, a torque, a start rate or a \
+             [drive] that is there from the start",
+            base.origin,
+            extent.time_s()
+        );
+    }
     Ok((base, plan))
+}
+
+fn nothing_moves(scene: &Scene, until_s: f64) -> bool {
+    let length = RunLength { until_s, longest: Duration::from_secs(2) };
+    Simulation::new(scene).is_ok_and(|mut run| Trial::of(&mut run, length, Duration::ZERO).stands_still)
 }
 
 fn write(folder: Option<&Path>, name: &str, table: &Table) -> CommandResult<()> {

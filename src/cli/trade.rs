@@ -51,7 +51,7 @@ Errors are relative: crank angle in rad, slider over its stroke (of a chain with
 Levels of detail are settings between which a running service can switch. --levels prints them as [[level]] tables, or with --write \
     writes the scene with them. All reach --real-time-factor. The first is the best of those, within --tolerance if that is given; \
     its keys become the scene's own. The last is the cheapest with an error of at most 0.5 in the outputs that count. Each costs at \
-    most 0.7 of the one before, by its quickest repeat; their steps divide one another. Each is verified on another speed and pulse, and \
+    most 0.7 of the one before, by its quickest repeat; their steps divide one another. Each is verified on another speed and pulse (where nothing drives it, with a fifth more load), and \
     error_rad is the larger error of the crank's chord angle. Before they are accepted, a run switches between neighbours, both ways.
 
 Columns (all with --wide, --csv and --json; without these, FE is finite-element, RK4 runge-kutta, and rigid/axial a rigid crank and \

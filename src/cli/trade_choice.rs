@@ -81,8 +81,8 @@ fn measured(chosen: &Chosen, lost: Option<String>) -> String {
     let trial = &chosen.trial;
     let mut text = lost.map_or(String::new(), |lost| format!("# {lost}\n"));
     text += &format!(
-        "# error {mark}{error:.2e} at {:.4} times real time by its slowest repeat; on another speed and pulse {:.2e} at {:.4}\n",
-        chosen.real_time_factor, trial.error, trial.real_time_factor
+        "# error {mark}{error:.2e} at {:.4} times real time by its slowest repeat; {} {:.2e} at {:.4}\n",
+        chosen.real_time_factor, trial.variation, trial.error, trial.real_time_factor
     );
     if let Some(error) = trial.long_energy {
         text += &format!("# energy balance over ten minutes: {error:.2e}\n");

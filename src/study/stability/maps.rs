@@ -26,6 +26,13 @@ pub enum Extent {
     Quick,
 }
 
+impl Extent {
+    /// Time that a cell covers, s, unless it takes twenty longer steps.
+    pub fn time_s(self) -> f64 {
+        if self == Extent::Whole { 0.25 } else { 0.05 }
+    }
+}
+
 /// Builds the maps.
 pub(super) struct Builder<'a> {
     base: &'a BaseScene,
@@ -275,8 +282,7 @@ impl Builder<'_> {
 
     /// Steps over the time that every cell covers, or twenty of long ones.
     pub(super) fn count(&self, step_s: f64) -> u64 {
-        let time_s = if self.extent == Extent::Whole { 0.25 } else { 0.05 };
-        ((time_s / step_s).round() as u64).max(20)
+        ((self.extent.time_s() / step_s).round() as u64).max(20)
     }
 
     pub(super) fn thinned(&self, steps: u64) -> u64 {

@@ -5,6 +5,7 @@ use std::fmt;
 use super::configuration::Configuration;
 use super::output_group::OutputGroup;
 use super::reference::{FinerBudget, NoReference};
+use super::verification::Variation;
 
 /// Requirements on the choice.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +57,7 @@ pub enum Refusal {
     /// All that held both failed when they were verified.
     Verification(Unverified),
     /// The other run has no reference.
-    NoVerification(NoReference),
+    NoVerification(Variation, NoReference),
     /// The budget allowed none.
     NoneBegun {
         /// The budget, s.
@@ -93,7 +94,9 @@ pub struct Unverified {
     pub error_times: f64,
     /// The demanded speed over what it reached.
     pub speed_times: f64,
-    /// Whether the error is that of energy over ten minutes, instead of the run on another speed and pulse.
+    /// How the run that verifies differs from the scene.
+    pub variation: Variation,
+    /// Whether the error is that of energy over ten minutes, instead of that other run.
     pub over_ten_minutes: bool,
     /// Whether the uncertainty of the reference may account for the error.
     pub reference: bool,
@@ -130,7 +133,7 @@ impl fmt::Display for Refusal {
                 skipped(*left_out)
             ),
             Refusal::Verification(unverified) => write!(f, "verification fails {unverified}"),
-            Refusal::NoVerification(none) => write!(f, "verification fails: no reference at another speed and pulse: {none}"),
+            Refusal::NoVerification(variation, none) => write!(f, "verification fails {variation}: no reference: {none}"),
             Refusal::NoneBegun { budget_s, left_out } => write!(
                 f,
                 "the budget of {budget_s} s allows no configuration to be measured ({left_out} skipped): choose a larger --budget"
@@ -164,7 +167,7 @@ impl Excess {
 impl fmt::Display for Unverified {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Unverified { configuration, tried, error_times, speed_times, .. } = self;
-        let run = if self.over_ten_minutes { "in energy over ten minutes" } else { "on another speed and pulse" };
+        let run = if self.over_ten_minutes { "in energy over ten minutes".to_owned() } else { self.variation.to_string() };
         let error = format!("has {error_times:.3} times the tolerance there");
         let time = format!("needs in its slowest repeat {speed_times:.3} times the time allowed");
         let looser = match (self.reference, self.sufficient_budget, self.left_out) {
@@ -213,6 +216,7 @@ mod tests {
                 tried,
                 error_times,
                 speed_times,
+                variation: Variation::SpeedAndPulse,
                 over_ten_minutes,
                 reference,
                 sufficient_budget,

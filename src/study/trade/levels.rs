@@ -11,7 +11,7 @@ use super::output_group::OutputGroup;
 use super::run::Failed;
 use super::sweep::{Measured, Row};
 use super::transfer_trial::{NoSwitch, switch_both_ways};
-use super::verification::{Trial, Verification};
+use super::verification::{Trial, Variation, Verification};
 use crate::scene::{Level, ModelKind, SceneError, SceneSource};
 
 /// A setting whose outputs err by more than this part is of no use.
@@ -44,19 +44,24 @@ pub struct PassedOver {
 /// Why a setting is no level.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unfit {
-    /// It does not run on another speed and pulse.
-    #[error("on another speed and pulse: {0}")]
-    Run(#[from] Failed),
+    /// It does not run where it is verified.
+    #[error("{0}: {1}")]
+    Run(Variation, Failed),
     /// It is too slow there, or of no use.
     #[error(
-        "on another speed and pulse it has an error of {error:.2e} at {real_time_factor:.4} times real time by its slowest repeat"
+        "{variation} it has an error of {error:.2e} at {real_time_factor:.4} times real time by its slowest repeat"
     )]
     Demands {
+        /// How that run differs from the scene.
+        variation: Variation,
         /// Its largest error there.
         error: f64,
         /// Simulated seconds per second there.
         real_time_factor: f64,
     },
+    /// It does not run for ten minutes.
+    #[error("over ten minutes: {0}")]
+    LongRun(Failed),
     /// It does not keep its energy.
     #[error("its energy balance is off by {0:.2e} after ten minutes")]
     Energy(f64),
@@ -177,7 +182,7 @@ impl Contest<'_> {
     /// The refusal if nothing is left: the last that was too slow or in error. Errors beyond use are not the reference's.
     fn refusal(&self) -> Refusal {
         let last = self.passed_over.iter().rev().find_map(|passed| match passed.why {
-            Unfit::Demands { error, real_time_factor } => Some((&passed.configuration, error, real_time_factor, false)),
+            Unfit::Demands { error, real_time_factor, .. } => Some((&passed.configuration, error, real_time_factor, false)),
             Unfit::Energy(error) => Some((&passed.configuration, error, f64::INFINITY, true)),
             _ => None,
         });
@@ -187,6 +192,7 @@ impl Contest<'_> {
                 tried: 1,
                 error_times: error / self.demands.tolerance,
                 speed_times: self.demands.real_time_factor / real_time_factor,
+                variation: self.verification.variation,
                 over_ten_minutes,
                 reference: false,
                 sufficient_budget: None,
@@ -202,10 +208,11 @@ impl Contest<'_> {
         };
         let configuration = &self.entrants[place].row.configuration;
         progress(configuration);
+        let variation = self.verification.variation;
         match self.verification.run(configuration) {
-            Err(failed) => self.pass_over(place, failed.into()),
+            Err(failed) => self.pass_over(place, Unfit::Run(variation, failed)),
             Ok(Trial { error, real_time_factor, .. }) if error > USELESS || real_time_factor < self.demands.real_time_factor => {
-                self.pass_over(place, Unfit::Demands { error, real_time_factor });
+                self.pass_over(place, Unfit::Demands { variation, error, real_time_factor });
             }
             Ok(trial) => self.entrants[place].trial = Some(trial),
         }
@@ -220,7 +227,7 @@ impl Contest<'_> {
         }
         progress(&row.configuration);
         match self.verification.long_energy(&row.configuration) {
-            Err(failed) => self.pass_over(first, failed.into()),
+            Err(failed) => self.pass_over(first, Unfit::LongRun(failed)),
             Ok(Some(error)) if error > self.demands.tolerance => self.pass_over(first, Unfit::Energy(error)),
             Ok(error) => {
                 trial.long_energy = error;

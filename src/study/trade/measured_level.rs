@@ -21,7 +21,7 @@ impl MeasuredLevel {
     pub(super) fn comment(&self) -> String {
         let (mark, error) = self.row.outcome.as_ref().map_or(("", f64::NAN), |measured| (measured.mark, measured.error));
         let (speed, trial) = (self.real_time_factor, &self.trial);
-        let other = format!("on another speed and pulse {:.2e} at {:.2}", trial.error, trial.real_time_factor);
+        let other = format!("{} {:.2e} at {:.2}", trial.variation, trial.error, trial.real_time_factor);
         format!("error {mark}{error:.2e} at {speed:.2} times real time by its slowest repeat; {other}")
     }
 }

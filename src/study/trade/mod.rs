@@ -56,7 +56,7 @@ pub use selection::Selection;
 pub use sweep::{Measured, Row};
 pub use table::{ERROR_IS_BOUND, INTERRUPTED, REFERENCE_ERROR, table};
 pub use transfer_trial::NoSwitch;
-pub use verification::Trial;
+pub use verification::{Trial, Variation};
 
 /// The request of a study.
 #[derive(Debug, Clone, PartialEq)]
