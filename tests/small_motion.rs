@@ -113,6 +113,32 @@ fn val_a_peak_between_samples_of_the_step_response_is_found() -> Outcome {
     Ok(())
 }
 
+/// A chain that stands on end falls in a small part of a sweep. That growth was left out of table, file and screen, and where it was in
+/// them, the screen called the slowest growth the most damping.
+#[test]
+fn regress_growth_in_a_small_part_of_a_sweep_is_kept_and_told() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("chain.toml"), CHAIN)?;
+    let growths = |line: &str| -> Result<(Vec<f64>, String), Box<dyn Error>> {
+        let (code, shown, said) = flexcrank(folder.path(), &format!("{line} --csv modes.csv"))?;
+        assert_eq!(code, Some(0), "{said}");
+        let table = std::fs::read_to_string(folder.path().join("modes.csv"))?;
+        let head = table.lines().next().ok_or("no head")?;
+        let rate = head.split(',').position(|column| column == "eigenvalue_re_per_s").ok_or("no column")?;
+        let rates = table.lines().skip(1).filter_map(|row| row.split(',').nth(rate)?.parse::<f64>().ok());
+        Ok((rates.filter(|rate| *rate > 1e-3).collect(), shown))
+    };
+    let (at_end, _) = growths("modes chain.toml --angle 90 --count 20")?;
+    let (found, shown) = growths("modes chain.toml --angle -90:90:45 --count 20")?;
+    let fastest = found.iter().copied().fold(0.0, f64::max);
+    assert!(at_end.len() == 1 && found.iter().any(|rate| (rate / at_end[0] - 1.0).abs() < 1e-6), "{at_end:?} {found:?}");
+    let told = shown.lines().find(|line| line.contains(" grows ")).ok_or_else(|| shown.clone())?;
+    let told_rate = told.split("e^(").nth(1).and_then(|rest| rest.split('t').next()).ok_or("no rate")?;
+    assert!((told_rate.parse::<f64>()? / fastest - 1.0).abs() < 1e-4, "{told}");
+    assert!(shown.lines().any(|line| line.starts_with("  chain rotation ") && line.ends_with("–     –")), "{shown}");
+    Ok(())
+}
+
 /// Both motions of what falls away from rest have one shape: a branch jumped from the growth to the decay and back.
 #[test]
 fn regress_growth_and_decay_are_branches_of_their_own() -> Outcome {

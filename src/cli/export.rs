@@ -22,7 +22,7 @@ Examples:
   flexcrank export recordings/crank.mcap --csv tables
   flexcrank export recordings/crank.mcap --parquet tables
   flexcrank export recordings/crank.mcap --ros2 bag.mcap
-  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns stamp.sim_time_s,links";
+  flexcrank export recordings/crank.mcap --csv tables --from 1 --to 5 --every 0.01 --columns links";
 
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("format").args(["csv", "parquet", "ros2"]).required(true).multiple(true))]
@@ -48,7 +48,7 @@ pub(super) struct Args {
     /// Keep one row per topic in each period of this recorded time: the first.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     pub every: Option<f64>,
-    /// Only these columns of tables: a name, or the group before a dot, as links.crank. Times are always included.
+    /// Only these columns of tables: a name, or the group before a dot, as links.crank. Its times, simulated time among them, are always included.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub columns: Vec<String>,
 }

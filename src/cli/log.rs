@@ -14,7 +14,8 @@ use super::output::messages;
 
 /// Default log filter: warnings and errors, and flexcrank's own information. A viewer that leaves is no error, and neither is a line of one
 /// point in a picture.
-const DEFAULT_FILTER: &str = "warn,zenoh=error,usvg=error,resvg=error,foxglove::websocket::connected_client=off,flexcrank=info";
+const DEFAULT_FILTER: &str =
+    "warn,zenoh=error,usvg=error,resvg=error,tiny_skia=error,foxglove::websocket::connected_client=off,flexcrank=info";
 /// zenoh modules that log their whole configuration, with passwords, from this level on.
 const LOGS_PASSWORDS: [(&str, Level); 2] = [("zenoh::api::session", Level::DEBUG), ("zenoh::api::scouting", Level::TRACE)];
 

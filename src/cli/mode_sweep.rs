@@ -144,7 +144,8 @@ impl Swept {
                 one.damping_ratio().total_cmp(&other.damping_ratio()).then(decay)
             };
             let most = self.along(branch).max_by(|one, other| by_damping(one.1, other.1));
-            let damped = most.map(|(value, mode)| [damping(&mode.into()), at(value)]).unwrap_or_default();
+            let damped = most.filter(|(_, mode)| !mode.grows()).map(|(value, mode)| [damping(&mode.into()), at(value)]);
+            let damped = damped.unwrap_or_else(|| ["–", "–"].map(str::to_owned));
             let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
             rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), damped.to_vec()].concat());
         }
@@ -152,9 +153,24 @@ impl Swept {
         self.show_events(branches)
     }
 
-    /// Prints where branches cross, are lost, or are modes of another kind than at their beginning.
+    /// Prints where a branch grows, and how fast at most.
+    fn show_growth(&self, branch: &Branch) -> CommandResult<()> {
+        let (_, unit) = self.unit();
+        let mode = |point: usize| self.modes[point].get(branch.places.get(point).copied().flatten()?);
+        let growing: Vec<usize> = (0..self.modes.len()).filter(|point| mode(*point).is_some_and(Mode::grows)).collect();
+        let rate = |point: &usize| mode(*point).map_or(0.0, |mode| mode.eigenvalue.re);
+        let Some(fastest) = growing.iter().copied().max_by(|one, other| rate(one).total_cmp(&rate(other))) else {
+            return Ok(());
+        };
+        let stretches: Vec<String> = rows(&growing).into_iter().map(|row| self.stretch(row)).collect();
+        let (stretches, rate, at) = (stretches.join(", "), figure(rate(&fastest)), figure(self.values[fastest]));
+        Ok(writeln!(output(), "  {} grows {stretches}, at most as e^({rate}t) at {at}{unit}", branch.name)?)
+    }
+
+    /// Prints where branches grow, cross, are lost, or are modes of another kind than at their beginning.
     fn show_events(&self, branches: &[Branch]) -> CommandResult<()> {
         let (_, unit) = self.unit();
+        branches.iter().try_for_each(|branch| self.show_growth(branch))?;
         for crossing in crossings(&self.modes, branches) {
             let [one, other] = crossing.branches.map(|branch| branches[branch].name.as_str());
             let [from, to] = [0, 1].map(|ahead| figure(self.values[crossing.after + ahead]));
@@ -169,7 +185,7 @@ impl Swept {
                     let name = &branch.name;
                     writeln!(
                         output(),
-                        "  {name} cannot be followed between {from}{unit} and {to}{unit}: take smaller steps, unless a vibration ends there, or becomes a growth and a decay"
+                        "  {name} cannot be followed between {from}{unit} and {to}{unit}: take smaller steps, unless a vibration ends there, becomes a growth and a decay, or nothing brings it back"
                     )?;
                 }
             }
@@ -233,4 +249,10 @@ impl Swept {
             Err(Failure::Failed(format!("{} of {} points have no modes", self.refusals.len(), self.values.len())))
         }
     }
+}
+
+/// The first and the last of every row of numbers that follow one another.
+fn rows(numbers: &[usize]) -> Vec<[usize; 2]> {
+    let rows = numbers.chunk_by(|one, next| one + 1 == *next);
+    rows.filter_map(|row| Some([*row.first()?, *row.last()?])).collect()
 }

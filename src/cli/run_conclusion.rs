@@ -55,7 +55,7 @@ pub(super) fn conclude(reports: &[LiveReport], warned: &[String], remedy: Option
         _ => return done,
     }
     if is_rated {
-        say!("they judge steps of fixed cost with `--set solver.corrections=N`, N being the number that --fixed-cost found");
+        say!("{}", with_steps_of_fixed_cost(remedy.unwrap_or_default()));
     }
     let commands: u64 = reports.iter().map(commands_before_stop).sum();
     if commands > 0 {
@@ -90,6 +90,16 @@ fn severity(done: ExitStatus) -> u8 {
 }
 
 /// The warning of steps of fixed cost that left more than the tolerance, with the way to fewer of them.
+/// What the commands of a remedy take, so that they judge steps of fixed cost.
+fn with_steps_of_fixed_cost(remedy: &str) -> String {
+    let with = [
+        ("check", "`check` takes `--set solver.corrections=N`, N being the number that --fixed-cost found"),
+        ("trade", "`trade` takes `--fixed-cost`"),
+    ];
+    let with: Vec<&str> = with.into_iter().filter(|(command, _)| remedy.contains(command)).map(|(_, with)| with).collect();
+    format!("to judge steps of fixed cost, {}", with.join(", and "))
+}
+
 fn unconverged(steps: u64, is_rated: bool) -> String {
     let what = match is_rated {
         true => "they are less exact than rated; more solver.corrections in place of --fixed-cost, or a shorter step, leave less",

@@ -16,11 +16,11 @@ use super::folders::make_folder;
 use super::output::output;
 use super::progress::bar;
 use super::signals::Interruption;
-use super::trial_run::{RunLength, Trial};
+use super::trial_run::stands_still_s;
 use super::values::count;
 use super::written::draw;
 use crate::plot;
-use crate::scene::{Scene, SceneSource};
+use crate::scene::SceneSource;
 use crate::simulation::Simulation;
 use crate::study::Table;
 use crate::study::stability::{
@@ -100,21 +100,18 @@ fn plan(scene: &str, args: &Args, extent: Extent) -> CommandResult<(BaseScene, M
     let base = BaseScene::new(&source)?;
     let mut plan = MapPlan::extremes(&base, extent);
     plan.only(args.only.as_deref().unwrap_or_default())?;
-    if nothing_moves(&source.scene, extent.time_s()) {
+    let longest_s = extent.time_s();
+    let still_s = Simulation::new(&source.scene).map_or(0.0, |mut run| stands_still_s(&mut run, longest_s));
+    if still_s > 0.0 {
         say!(
-            "warning: nothing moves in {} within {} s, the time that a run of a map covers: such a run is stable whatever its step. \
-             Maps of pulses and speeds bring a motion of their own; for the others, give it a pulse, a torque, a start rate or a \
-             [drive] that is there from the start",
+            "warning: nothing moves in {} before {} s, and a run of a map covers at most {longest_s} s, with short steps, many modes or \
+             many elements less: if it ends before that, it is stable whatever its step. Maps of pulses and speeds bring a motion of \
+             their own; for the others, give it a pulse, a torque, a start rate or a [drive] that is there from the start",
             base.origin,
-            extent.time_s()
+            figure(still_s),
         );
     }
     Ok((base, plan))
-}
-
-fn nothing_moves(scene: &Scene, until_s: f64) -> bool {
-    let length = RunLength { until_s, longest: Duration::from_secs(2) };
-    Simulation::new(scene).is_ok_and(|mut run| Trial::of(&mut run, length, Duration::ZERO).stands_still)
 }
 
 fn write(folder: Option<&Path>, name: &str, table: &Table) -> CommandResult<()> {

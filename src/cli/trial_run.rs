@@ -125,6 +125,19 @@ impl Trial {
     }
 }
 
+/// Simulated time until which nothing is seen to move after the first step, s, at most `until_s`; 0 if something does, or cannot be told.
+pub(super) fn stands_still_s(simulation: &mut Simulation, until_s: f64) -> f64 {
+    let began = position(simulation);
+    if began.is_none() {
+        return 0.0;
+    }
+    let mut still_s = 0.0;
+    while simulation.time_s() < until_s && simulation.step().is_ok() && is_like(&began, &position(simulation)) {
+        still_s = simulation.time_s();
+    }
+    still_s
+}
+
 /// The coordinates, and the prescribed angle, if there is one; `None` of a model that does not tell.
 fn position(simulation: &mut Simulation) -> Option<Vec<f64>> {
     let motion = simulation.motion()?;

@@ -75,8 +75,8 @@ fn runs(series: &Series, frame: &Frame) -> Vec<Vec<[f64; 2]>> {
     let mut skipped = None;
     for point in series.points().map(|point| frame.at(point)).chain([None]) {
         let Some(at) = point else {
-            // The run ends at its true end, though that may be close to the point before.
-            run.extend(skipped.take());
+            // The run ends at its true end, though that may be close to the point before. One that goes nowhere is a point.
+            run.extend(skipped.take().filter(|_| run.len() > 1));
             runs.extend(Some(std::mem::take(&mut run)).filter(|run| !run.is_empty()));
             continue;
         };

@@ -2,6 +2,7 @@
 
 use super::drive::DriveLaw;
 use super::engine::Engine;
+use super::fading::fading_per_s;
 use super::incremental::IncrementalEngine;
 use super::integrated::Integrated;
 use super::step_limit::{StepLimit, step_limit};
@@ -57,7 +58,9 @@ fn integrated<M: Mechanism + 'static>(mut mechanism: M, scene: &Scene, law: &Dri
         }
     }
     let integrator = integrator(&scene.solver, mechanism.degrees_of_freedom());
-    Ok(Box::new(Integrated::new(mechanism, integrator, as_rigid(scene, law), law).map_err(no_equilibrium)?))
+    Ok(Box::new(
+        Integrated::new(mechanism, integrator, (as_rigid(scene, law), fading_per_s(scene, law)), law).map_err(no_equilibrium)?,
+    ))
 }
 
 /// The scene's chain as if its links were rigid, if its motion is free.

@@ -2,7 +2,7 @@
 
 use super::drive::DriveLaw;
 use super::engine::{Dynamics, Engine, Motion};
-use super::error_estimate::{StepTerms, Term};
+use super::error_estimate::{Fastest, StepTerms, Term};
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
@@ -18,6 +18,8 @@ pub(super) struct Integrated<M> {
     start: State,
     /// The chain as if its links were rigid, if its motion is free.
     rigid: Option<RigidChain>,
+    /// Slowest decay of the last flexible link's vibration, 1/s; 0 if there is none.
+    fading_per_s: f64,
     /// Angle, rad, and rate, rad/s, of the first link's chord before the last step.
     before: [f64; 2],
     /// The rigid chain's own motion before the last step, and at the present state; `None` where it is not known.
@@ -69,7 +71,7 @@ impl<M: Mechanism> Integrated<M> {
     pub(super) fn new(
         mut mechanism: M,
         mut integrator: Integrator,
-        rigid: Option<RigidChain>,
+        (rigid, fading_per_s): (Option<RigidChain>, f64),
         law: &DriveLaw,
     ) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
@@ -82,6 +84,7 @@ impl<M: Mechanism> Integrated<M> {
             mechanism,
             integrator,
             rigid,
+            fading_per_s,
             state: start.clone(),
             start,
             observed: vec![0.0; n],
@@ -170,7 +173,15 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         let of_corner = |part| self.integrator.corner_error(part);
         let cornered = self.rigid.as_ref().filter(|rigid| rigid.has_corners());
         let corner = |rigid: &RigidChain| rigid.corner_error(h_s, [self.before, chords[0]], of_corner);
-        Some(StepTerms { terms, corner_rad_per_s: cornered.map_or(0.0, corner), course })
+        let moving = self.rigid.as_ref().and_then(|_| self.mechanism.measure(&self.state.q, &self.state.v));
+        let rate = |moving: Measure| Fastest { turning_rad_per_s: moving.angle_rad, bending_m_per_s: moving.deflection_m };
+        Some(StepTerms {
+            terms,
+            corner_rad_per_s: cornered.map_or(0.0, corner),
+            course,
+            rates: moving.map_or_else(Fastest::default, rate),
+            fading_per_s: self.fading_per_s,
+        })
     }
 
     fn rotations(&self) -> Option<[[f64; 2]; ROTATIONS]> {

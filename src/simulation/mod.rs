@@ -20,6 +20,7 @@ mod drive;
 mod engine;
 mod error;
 mod error_estimate;
+mod fading;
 mod incremental;
 mod integrated;
 mod ledger;

@@ -91,6 +91,12 @@ pub enum NoModes {
         "a base spring winds up as a free crank turns, so that the motion does not repeat; give an instant of a recording instead"
     )]
     BaseSpring,
+    /// One link with weight on a base spring.
+    #[error(
+        "one link on a base spring turns steadily only without weight (the spring counts as one that turns along): leave [gravity] out, \
+         or ask `modes` for --periodic with --crank held"
+    )]
+    WeightOnSpring,
     /// No speed was given for a motion that turns.
     #[error("a mechanism that turns needs a speed that is not 0")]
     NoSpeed,

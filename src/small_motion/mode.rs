@@ -83,6 +83,11 @@ impl Mode {
         if size == 0.0 { 0.0 } else { -self.eigenvalue.re / size }
     }
 
+    /// Whether it grows. Eigenvalues are found to some 1e-9.
+    pub fn grows(&self) -> bool {
+        self.eigenvalue.re > 1e-8 * self.eigenvalue.norm()
+    }
+
     /// The name: kind and number, such as `rod bending 2`.
     pub fn name(&self) -> String {
         match self.kind {

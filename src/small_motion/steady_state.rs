@@ -46,7 +46,11 @@ impl Subject {
             return Err(NoModes::FreeSecondLink);
         }
         if !self.turns_steadily() {
-            return Err(if self.has_base_spring() { NoModes::BaseSpring } else { NoModes::NotSteady });
+            return Err(match (self.has_base_spring(), self.chain().map_or(0, |chain| chain.links.len())) {
+                (true, 1) => NoModes::WeightOnSpring,
+                (true, _) => NoModes::BaseSpring,
+                (false, _) => NoModes::NotSteady,
+            });
         }
         point.input.motion = self.is_held().then_some([angle_rad, speed_rad_per_s, 0.0]);
         point.speed_rad_per_s = speed_rad_per_s;

@@ -58,13 +58,19 @@ pub fn follow(points: &[Vec<Mode>], count: usize) -> Vec<Branch> {
             branches.push(Branch { name, kind: mode.kind, places });
         }
     }
-    // Those that are seen at most points, and of these the lowest.
+    // Those that are seen at most points, and whatever only grows or decays, or grows at all; of these the lowest. A mechanism that
+    // stands on end may grow on a short part of a sweep.
     let seen = |branch: &Branch| branch.places.iter().flatten().count();
     let most = branches.iter().map(seen).max().unwrap_or(0);
-    branches.retain(|branch| 2 * seen(branch) > most);
+    let modes_of = |branch: &Branch| -> Vec<&Mode> {
+        branch.places.iter().zip(points).filter_map(|(place, modes)| modes.get((*place)?)).collect()
+    };
+    let falls = |branch: &Branch| {
+        modes_of(branch).into_iter().any(|mode| mode.grows() || mode.eigenvalue.im == 0.0 && mode.eigenvalue.re != 0.0)
+    };
+    branches.retain(|branch| 2 * seen(branch) > most || falls(branch));
     let mean = |branch: &Branch| {
-        let sum: f64 =
-            branch.places.iter().zip(points).filter_map(|(place, modes)| Some(modes[(*place)?].eigenvalue.norm())).sum();
+        let sum: f64 = modes_of(branch).into_iter().map(|mode| mode.eigenvalue.norm()).sum();
         sum / seen(branch) as f64
     };
     branches.sort_by(|one, other| mean(one).total_cmp(&mean(other)));

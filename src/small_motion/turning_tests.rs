@@ -206,6 +206,11 @@ fn regress_mechanisms_that_do_not_turn_periodically_are_refused_with_the_reason(
         assert_eq!(subject.turning(0.0, 10.0).err(), Some(refused.clone()));
         assert_eq!(subject.periodic_modes(0.0, 10.0, &Accuracy::default(), None, None).err(), Some(refused));
     }
+    // The same words sent a user away from a spring that turns along: weight is what is in the way.
+    let heavy = "[beam]\nlength_m = 0.9\nmass_kg = 0.3\nrigid = true\n[gravity]\ny_m_per_s2 = -9.81\n[base]\n\
+                 torsion_spring_nm_per_rad = 25\n[solver]\nmodel = \"rigid\"\nstep_s = 1e-3\n";
+    assert_eq!(parsed(heavy, &[], Some(Crank::Free))?.turning(0.0, 10.0).err(), Some(NoModes::WeightOnSpring));
+    assert!(parsed(heavy, &["gravity.y_m_per_s2=0"], Some(Crank::Free))?.turning(0.0, 10.0).is_ok());
     // A spring does nothing about a crank that is held.
     let held = parsed(FREE, &["base.torsion_spring_nm_per_rad=10"], Some(Crank::Held))?;
     assert_eq!(held.turning(0.0, 10.0).err(), Some(NoModes::NotSteady));

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
 
 mod cases;
+mod deflection;
 mod draw;
 mod estimate;
 mod random;

@@ -83,6 +83,15 @@ fn prop_nothing_is_drawn_off_the_sheet() {
     }
 }
 
+/// The path of what stands still was a line without length, which no picture shows, and a warning of a library.
+#[test]
+fn regress_a_curve_that_goes_nowhere_is_a_dot() {
+    for (ys, dots) in [([2.0, 2.0, 2.0 + 1e-12], 1), ([2.0, 3.0, 2.0], 0)] {
+        let svg = Figure::new("Path", Axis::new("x", "m"), Axis::new("y", "m")).line("", &[1.0, 1.0, 1.0], &ys).to_svg();
+        assert_eq!(svg.matches("<circle").count(), dots, "{svg}");
+    }
+}
+
 #[test]
 fn prop_bad_numbers_are_gaps() {
     let xs = [0.0, 1.0, f64::NAN, 2.0, f64::INFINITY, 3.0];

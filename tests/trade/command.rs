@@ -107,6 +107,34 @@ fn regress_the_help_and_the_guide_say_what_the_deflection_of_a_straight_link_is_
     assert!(guide.contains("; where a peak is below 1e-6 of its link's length, over that length |"));
 }
 
+/// A strip of spring steel that hangs, struck by a rectangular pulse.
+const STRIP: &str = "
+[beam]
+length_m = 0.5
+section = { shape = \"rectangle\", width_m = 0.025, height_m = 0.0015 }
+density_kg_per_m3 = 7850.0
+youngs_modulus_pa = 2.05e11
+elements = 8
+modes = 3
+damping_s = 2e-5
+[tip]
+mass_kg = 0.08
+[base]
+damper_nm_s_per_rad = 0.005
+[gravity]
+y_m_per_s2 = -9.81
+[start]
+angle_rad = -1.5707963267948966
+[[pulse]]
+start_s = 0.2
+torque_nm = 0.5
+duration_s = 0.05
+[solver]
+model = \"modal\"
+integrator = \"esdirk\"
+step_s = 0.001
+";
+
 /// All settings agreed where the torque comes from the bus alone: `trade` made links rigid, "verified" with an error of 0.
 #[test]
 fn regress_a_scene_in_which_nothing_moves_is_refused() {
@@ -116,4 +144,36 @@ fn regress_a_scene_in_which_nothing_moves_is_refused() {
     let why =
         "error: nothing moves in this scene within 0.5 s, and settings that compute nothing are all alike: give it a pulse, ";
     assert!(ended.status.code() == Some(2) && said.contains(why) && ended.stdout.is_empty(), "{said}");
+}
+
+/// Steps of fixed cost do not cut the edges of pulses. `trade --fixed-cost` chose a setting that `run --fixed-cost` called untrusted.
+#[test]
+fn regress_the_balance_of_steps_of_fixed_cost_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("strip.toml"), STRIP).unwrap();
+    let kept = |more: &[&str]| {
+        let words = ["trade", "strip.toml", "--steps", "1e-3,5e-4", "--models", "modal", "--integrators", "esdirk", "--json"];
+        let mut trade = Command::new(env!("CARGO_BIN_EXE_flexcrank"));
+        let ended = trade.args(words).args(["--modes", "3"]).args(more).current_dir(folder.path()).output().unwrap();
+        let rows = String::from_utf8(ended.stdout).unwrap();
+        assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stderr));
+        let rows = rows.lines().map(|row| serde_json::from_str::<serde_json::Value>(row).unwrap());
+        rows.map(|row| (row["step_s"].as_f64(), row["balance_kept"].as_f64())).collect::<Vec<_>>()
+    };
+    let [long, short] = [1e-3, 5e-4].map(Some);
+    assert_eq!(kept(&[]), [(long, Some(1.0)), (short, Some(1.0))]);
+    assert_eq!(kept(&["--fixed-cost"]), [(long, Some(0.0)), (short, Some(1.0))]);
+}
+
+/// What `run --fixed-cost` names after an untrusted run was refused by `trade`.
+#[test]
+fn regress_the_remedy_of_steps_of_fixed_cost_is_taken_by_each_command() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("strip.toml"), STRIP).unwrap();
+    let words = ["run", "strip.toml", "--fixed-cost", "--until", "2", "--no-bus", "--pace", "max", "--no-record"];
+    let ended = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(words).current_dir(folder.path()).output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    let remedy = "to judge steps of fixed cost, `check` takes `--set solver.corrections=N`, N being the number that --fixed-cost found, \
+                  and `trade` takes `--fixed-cost`\n";
+    assert!(ended.status.code() == Some(6) && said.ends_with(remedy), "{said}");
 }

@@ -54,7 +54,10 @@ pub(super) fn learn<'a>(columns: &mut Columns, cells: impl Iterator<Item = (&'a 
     }
 }
 
-/// Keeps the requested columns of a recording with the times, and drops topics that have none of them. A stamp counts only if no
+/// Column of the simulated time of a message.
+const SIMULATED_TIME: &str = "stamp.sim_time_s";
+
+/// Keeps the requested columns of a recording with the times, simulated time among them, and drops topics that have none of them. A stamp counts only if no
 /// topic has another requested column.
 ///
 /// # Errors
@@ -73,13 +76,15 @@ pub(super) fn select(
             return Err(missing(topics, wanted, recording, has_field));
         }
     }
-    for columns in topics.values_mut() {
-        columns.retain(|name, _| is_time(name) || wanted.iter().any(|wanted| is_part(name, wanted)));
-    }
+    let is_asked = |name: &str| is_time(name) || wanted.iter().any(|wanted| is_part(name, wanted));
+    let has_other = |columns: &Columns, kind: fn(&str) -> bool| columns.keys().any(|name| is_asked(name) && !kind(name));
     // Beside data, stamps and times make no table; nor do times beside stamps. Times alone are asked for of every topic.
     let kinds: [fn(&str) -> bool; 2] = [is_stamp_or_time, is_time];
     if let Some(kind) = kinds.into_iter().find(|kind| topics.values().any(|columns| has_other(columns, *kind))) {
         topics.retain(|_, columns| has_other(columns, kind));
+    }
+    for columns in topics.values_mut() {
+        columns.retain(|name, _| is_asked(name) || name == SIMULATED_TIME);
     }
     Ok(())
 }
@@ -105,11 +110,6 @@ fn missing(
         topics.iter().map(|(topic, columns)| (topic.as_str(), columns.keys().map(String::as_str).collect())).collect();
     let nearest = nearest_column_of_topics(&wanted, &columns).map(str::to_owned);
     RecordingError::Column { columns: columns_by_topic(columns), path, wanted, nearest }
-}
-
-/// Whether a column is of another kind.
-fn has_other(columns: &Columns, kind: fn(&str) -> bool) -> bool {
-    columns.keys().any(|name| !kind(name))
 }
 
 fn is_time(name: &str) -> bool {
@@ -154,7 +154,7 @@ mod tests {
     fn prop_stamps_make_no_table_beside_data() {
         let select = |wanted: &[&str]| {
             let mut topics = BTreeMap::from([
-                ("angles".to_owned(), topic(&["stamp.step", "links.crank.chord_rad"])),
+                ("angles".to_owned(), topic(&["stamp.step", SIMULATED_TIME, "links.crank.chord_rad"])),
                 ("foreign".to_owned(), topic(&["height_m"])),
                 ("loads".to_owned(), topic(&["stamp.step", "torque_nm"])),
             ]);
@@ -164,11 +164,12 @@ mod tests {
             Ok::<_, RecordingError>(kept.collect::<Vec<(String, usize)>>())
         };
         for (wanted, kept) in [
-            (&["stamp.step", "links.crank"][..], &[("angles", 2)][..]),
+            (&["stamp.step", "links.crank"][..], &[("angles", 3)][..]),
+            (&["links.crank"], &[("angles", 2)]),
             (&["log_time", "torque_nm"], &[("loads", 1)]),
-            (&["stamp.step"], &[("angles", 1), ("loads", 1)]),
-            (&["log_time", "stamp"], &[("angles", 1), ("loads", 1)]),
-            (&["log_time"], &[("angles", 0), ("foreign", 0), ("loads", 0)]),
+            (&["stamp.step"], &[("angles", 2), ("loads", 1)]),
+            (&["log_time", "stamp"], &[("angles", 2), ("loads", 1)]),
+            (&["log_time"], &[("angles", 1), ("foreign", 0), ("loads", 0)]),
         ] {
             let kept: Vec<(String, usize)> = kept.iter().map(|(topic, columns)| ((*topic).to_owned(), *columns)).collect();
             assert_eq!(select(wanted).ok(), Some(kept), "{wanted:?}");

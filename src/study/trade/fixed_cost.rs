@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::run::run;
 use super::{Configuration, Study};
 use crate::scene::Scene;
 use crate::study::fixed_cost::rate;
@@ -18,8 +19,8 @@ pub enum Corrections {
 }
 
 impl Study {
-    /// Finds how many corrections suffice for each configuration that ran, as [`rate`] does. `progress` is called before each;
-    /// [`ControlFlow::Break`] leaves the others unasked.
+    /// Finds how many corrections suffice for each configuration that ran, as [`rate`] does, and whether steps of fixed cost keep the
+    /// energy balance, too. `progress` is called before each; [`ControlFlow::Break`] leaves the others unasked.
     pub fn rate_fixed_cost(&mut self, scene: &Scene, progress: &mut dyn FnMut(&Configuration) -> ControlFlow<()>) {
         for row in &mut self.rows {
             let Ok(measured) = &mut row.outcome else { continue };
@@ -28,7 +29,16 @@ impl Study {
                 return;
             }
             let rating = rate(&row.configuration.scene(scene), &mut |_| {});
-            measured.corrections = rating.map_or(Corrections::NoneSuffice, |rating| Corrections::Suffice(rating.corrections));
+            let Ok(rating) = rating else {
+                measured.corrections = Corrections::NoneSuffice;
+                continue;
+            };
+            measured.corrections = Corrections::Suffice(rating.corrections);
+            // They do not cut steps at the edges of pulses, whose work is then off.
+            let mut scene = scene.clone();
+            scene.solver.corrections = Some(rating.corrections);
+            let ran = run(&row.configuration, &scene, &self.grid);
+            measured.balance_kept &= ran.is_ok_and(|(ran, _)| ran.balance_kept);
         }
     }
 

@@ -48,9 +48,7 @@ pub enum Unfit {
     #[error("{0}: {1}")]
     Run(Variation, Failed),
     /// It is too slow there, or of no use.
-    #[error(
-        "{variation} it has an error of {error:.2e} at {real_time_factor:.4} times real time by its slowest repeat"
-    )]
+    #[error("{variation} it has an error of {error:.2e} at {real_time_factor:.4} times real time by its slowest repeat")]
     Demands {
         /// How that run differs from the scene.
         variation: Variation,
