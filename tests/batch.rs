@@ -128,9 +128,9 @@ fn regress_lines_on_standard_error_are_json_if_the_log_is() -> Tried {
 fn regress_a_run_that_ends_badly_names_a_remedy_and_says_nothing_twice() -> Tried {
     let run = ["run", "--no-bus", "--no-record", "--no-realtime", "--pace", "max"];
     let [untrusted, both, of_first_order] = [
-        "\nnot to be trusted: `flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one\n",
-        "\n`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one\n",
-        "\n`flexcrank trade SCENE --tolerance ERROR` chooses model and step\n",
+        "\nnot to be trusted: `flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR --until TIME` chooses one\n",
+        "\n`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR --until TIME` chooses one\n",
+        "\n`flexcrank trade SCENE --tolerance ERROR --until TIME` chooses model and step\n",
     ];
     for (more, code, what, remedy) in [
         (["crank-slider", "--until", "1", "--set", "solver.step_s=0.1"], 6, "the energy balance was off", untrusted),

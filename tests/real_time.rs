@@ -163,8 +163,7 @@ fn regress_a_scene_that_diverges_while_it_is_rated_ends_as_a_run_does() -> Outco
         let said = String::from_utf8(ran.stderr)?;
         assert_eq!(ran.status.code(), Some(4), "{more:?}: {said}");
         assert!(said.contains("diverged in step 14 at t = 0.65 s"), "{more:?}: {said}");
-        let remedy =
-            "`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one";
+        let remedy = "`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR --until TIME` chooses one";
         assert_eq!(said.lines().last(), Some(remedy), "{more:?}: {said}");
     }
     Ok(())

@@ -324,7 +324,7 @@ fn regress_runs_that_are_not_to_be_trusted_are_counted_apart_and_not_drawn() -> 
     let counts = "\n         3  done\n         6  done, not to be trusted: the energy balance is off\n";
     assert!(code == Some(0) && printed.ends_with(counts), "{printed}");
     let warning = "warning: 6 runs ended unbalanced, such as run 3: not to be trusted: the energy balance was off by ";
-    let remedy = "not to be trusted: `flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one; SCENE is the \
+    let remedy = "not to be trusted: `flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR --until TIME` chooses one; SCENE is the \
         campaign's scene with the values of run 3\n";
     assert!(said.starts_with(warning) && said.ends_with(remedy), "{said}");
     let drawn = flexcrank(at, &["sweep", "s.toml", "--plot", "plots", "--scalars", "pivot_peak_force_n"])?;

@@ -264,7 +264,7 @@ fn regress_a_what_if_whose_steps_miss_samples_says_so_and_names_steps_that_do_no
 fn regress_a_what_if_that_ends_badly_names_a_remedy() -> Outcome {
     let folder = tempfile::tempdir()?;
     let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/sample-three-pulses.mcap");
-    let remedy = "`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one; SCENE is the recorded scene with";
+    let remedy = "`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR --until TIME` chooses one; SCENE is the recorded scene with";
     for (step, code, line) in [("0.1", 6, format!("not to be trusted: {remedy}")), ("5.0", 4, remedy.to_owned())] {
         let change = format!("solver.step_s={step}");
         let (ended, _, said) = told(folder.path(), &[sample, "--set", &change, "--record", &format!("{step}.mcap")])?;

@@ -63,7 +63,7 @@ impl Swept {
 
     /// Follows the modes, at most `count`, and drops the points between.
     pub(super) fn follow(&mut self, count: usize) -> Vec<Branch> {
-        let mut branches = follow(&self.modes, count);
+        let mut branches = follow(&self.modes);
         fn keep<T>(list: &mut Vec<T>, asked: &[bool]) {
             let mut asked = asked.iter();
             list.retain(|_| asked.next().is_none_or(|asked| *asked));
@@ -71,6 +71,8 @@ impl Swept {
         keep(&mut self.values, &self.asked);
         keep(&mut self.modes, &self.asked);
         branches.iter_mut().for_each(|branch| keep(&mut branch.places, &self.asked));
+        branches.retain(|branch| branch.places.iter().any(Option::is_some));
+        branches.truncate(count);
         branches
     }
 
@@ -144,7 +146,8 @@ impl Swept {
                 one.damping_ratio().total_cmp(&other.damping_ratio()).then(decay)
             };
             let most = self.along(branch).max_by(|one, other| by_damping(one.1, other.1));
-            let damped = most.filter(|(_, mode)| !mode.grows()).map(|(value, mode)| [damping(&mode.into()), at(value)]);
+            let most = most.filter(|(_, mode)| !mode.grows() && mode.eigenvalue.norm() > 0.0);
+            let damped = most.map(|(value, mode)| [damping(&mode.into()), at(value)]);
             let damped = damped.unwrap_or_else(|| ["–", "–"].map(str::to_owned));
             let [lowest, highest] = [low, high].map(|(value, mode)| [hertz(&mode.into()), at(value)]);
             rows.push([vec![branch.name.clone()], lowest.to_vec(), highest.to_vec(), damped.to_vec()].concat());

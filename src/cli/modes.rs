@@ -15,6 +15,7 @@ use super::completions;
 use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::folders::{make_folder, must_be_targets};
+use super::formatting::counted;
 use super::mode_figures::{damping, hertz, percent};
 use super::mode_sweep::{Along, Swept};
 use super::output::{output, print_json};
@@ -25,8 +26,9 @@ use super::values::count;
 use super::written::{draw, write_table};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::plot;
+use crate::scene::{ModelKind, Scene};
 use crate::shown::shown_s;
-use crate::small_motion::{LiveModes, Mode, ModeReport, NoModes, is_uncertain, modes as find};
+use crate::small_motion::{Kind, LiveModes, Mode, ModeReport, NoModes, Part, is_uncertain, modes as find};
 use crate::wire::status::State;
 
 pub(super) const EXAMPLES: &str = "\
@@ -309,7 +311,25 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
         _ => String::new(),
     };
     writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;
-    print_modes(&swept.modes.first().into_iter().flatten().map(ModeReport::from).collect::<Vec<_>>())
+    let modes = swept.modes.first().map(Vec::as_slice).unwrap_or_default();
+    print_modes(&modes.iter().map(ModeReport::from).collect::<Vec<_>>())?;
+    for (name, link, shapes) in modes.iter().filter_map(|mode| stands_for_higher(mode, &chosen.source.scene)) {
+        writeln!(
+            output(),
+            "  {name}: beyond the {} of {link}.modes, it stands for all higher ones, and its frequency is too high: more modes, or \
+             finite-element, give it",
+            counted(shapes as u64, "bending shape")
+        )?;
+    }
+    Ok(())
+}
+
+/// A bending vibration beyond the shapes that `modal` has of its link: its name, the link and the number of shapes.
+fn stands_for_higher(mode: &Mode, scene: &Scene) -> Option<(String, &'static str, usize)> {
+    let Kind::Vibration(Part::Bending(name)) = mode.kind else { return None };
+    let link = scene.chain()?.links.iter().find(|link| link.name == name)?;
+    let is_beyond = scene.solver.model == ModelKind::Modal && mode.number > link.modes;
+    is_beyond.then(|| (mode.name(), name.as_str(), link.modes))
 }
 
 fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {

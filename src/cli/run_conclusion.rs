@@ -22,11 +22,11 @@ pub(super) const BENDS_FURTHER: &str = "links may bend further with `--set solve
 pub(super) fn step_remedy<'a>(mut scenes: impl Iterator<Item = &'a Scene> + Clone) -> Option<&'static str> {
     let has_suggestion = scenes.clone().all(|scene| scene.solver.model != ModelKind::Incremental);
     match (has_suggestion, scenes.all(|scene| scene.chain().is_some())) {
-        (true, true) => {
-            Some("`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR` chooses one")
-        }
+        (true, true) => Some(
+            "`flexcrank check SCENE --until TIME` suggests a step; `flexcrank trade SCENE --tolerance ERROR --until TIME` chooses one",
+        ),
         (true, false) => Some("`flexcrank check SCENE --until TIME` suggests a step"),
-        (false, true) => Some("`flexcrank trade SCENE --tolerance ERROR` chooses model and step"),
+        (false, true) => Some("`flexcrank trade SCENE --tolerance ERROR --until TIME` chooses model and step"),
         (false, false) => None,
     }
 }
@@ -89,7 +89,6 @@ fn severity(done: ExitStatus) -> u8 {
     }
 }
 
-/// The warning of steps of fixed cost that left more than the tolerance, with the way to fewer of them.
 /// What the commands of a remedy take, so that they judge steps of fixed cost.
 fn with_steps_of_fixed_cost(remedy: &str) -> String {
     let with = [
@@ -100,6 +99,7 @@ fn with_steps_of_fixed_cost(remedy: &str) -> String {
     format!("to judge steps of fixed cost, {}", with.join(", and "))
 }
 
+/// The warning of steps of fixed cost that left more than the tolerance, with the way to fewer of them.
 fn unconverged(steps: u64, is_rated: bool) -> String {
     let what = match is_rated {
         true => "they are less exact than rated; more solver.corrections in place of --fixed-cost, or a shorter step, leave less",

@@ -20,7 +20,7 @@ use super::trial_run::stands_still_s;
 use super::values::count;
 use super::written::draw;
 use crate::plot;
-use crate::scene::SceneSource;
+use crate::scene::{IntegratorKind, ModelKind, Scene, SceneSource};
 use crate::simulation::Simulation;
 use crate::study::Table;
 use crate::study::stability::{
@@ -56,7 +56,8 @@ const SHOWN: [f64; 5] = [0.1, 1.0, 2.0, 3.0, 100.0];
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A crank-slider (built-in scene or TOML file) to take to its extremes. Default: the schemes on one mass.
+    /// A crank-slider (built-in scene or TOML file) to take to its extremes; both links have a section and a modulus. Default: the
+    /// schemes on one mass.
     #[arg(add = ArgValueCompleter::new(completions::scenes))]
     pub scene: Option<String>,
     /// Also run the schemes on one mass.
@@ -100,18 +101,27 @@ fn plan(scene: &str, args: &Args, extent: Extent) -> CommandResult<(BaseScene, M
     let base = BaseScene::new(&source)?;
     let mut plan = MapPlan::extremes(&base, extent);
     plan.only(args.only.as_deref().unwrap_or_default())?;
-    let longest_s = extent.time_s();
-    let still_s = Simulation::new(&source.scene).map_or(0.0, |mut run| stands_still_s(&mut run, longest_s));
-    if still_s > 0.0 {
+    let still_s = still_until_s(&source.scene, extent.time_s());
+    if still_s > 0.0 && plan.maps.iter().any(|map| !map.brings_motion()) {
         say!(
-            "warning: nothing moves in {} before {} s, and a run of a map covers at most {longest_s} s, with short steps, many modes or \
-             many elements less: if it ends before that, it is stable whatever its step. Maps of pulses and speeds bring a motion of \
-             their own; for the others, give it a pulse, a torque, a start rate or a [drive] that is there from the start",
+            "warning: nothing moves in {} before {} s: a run that ends before that is stable whatever its step. Most runs of a map cover \
+             {} s, less with short steps, many modes or many elements, more with long steps. Maps of pulses, speeds and revolutions bring \
+             a motion of their own; for the others, give it a pulse, a torque, a start rate or a [drive] that is there from the start",
             base.origin,
             figure(still_s),
+            extent.time_s(),
         );
     }
     Ok((base, plan))
+}
+
+/// Time until which nothing moves in a scene, s, at most `until_s`. The thesis's method does not tell; its scene moves as with `modal`.
+fn still_until_s(scene: &Scene, until_s: f64) -> f64 {
+    let mut scene = scene.clone();
+    if scene.solver.model == ModelKind::Incremental {
+        (scene.solver.model, scene.solver.integrator) = (ModelKind::Modal, IntegratorKind::GeneralizedAlpha);
+    }
+    Simulation::new(&scene).map_or(0.0, |mut run| stands_still_s(&mut run, until_s)).min(until_s)
 }
 
 fn write(folder: Option<&Path>, name: &str, table: &Table) -> CommandResult<()> {

@@ -142,7 +142,8 @@ pub(super) struct Args {
     /// Write a copy of the scene with the chosen settings or levels; the file must not exist.
     #[arg(long, value_name = "FILE", requires = "choice")]
     write: Option<PathBuf>,
-    /// Also report the number of Newton corrections in a stage that suffices for steps of fixed cost (run --fixed-cost), in the column corr.
+    /// Also report the number of Newton corrections in a stage that suffices for steps of fixed cost (run --fixed-cost), in the column corr.,
+    /// and judge the energy balance of such steps.
     /// --budget does not bound the seconds that each configuration takes for it.
     #[arg(long)]
     fixed_cost: bool,

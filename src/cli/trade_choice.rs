@@ -10,7 +10,7 @@ use super::exit_status::ExitStatus;
 use super::failure::{CommandResult, Failure};
 use super::output::output;
 use crate::scene::{SceneSource, level_tables};
-use crate::study::trade::{Choice, Chosen, Levels, NoLevels};
+use crate::study::trade::{Choice, Chosen, Corrections, Levels, NoLevels};
 use crate::whole_file::write_new;
 
 /// Prints and writes the chosen settings, or returns why none were found.
@@ -27,10 +27,13 @@ pub(super) fn decide(
     let shown = writeln!(output(), "\n{measured}{}", tables(&keys));
     write_scene(write, &copy, &measured)?;
     shown?;
-    if chosen.row.outcome.as_ref().is_ok_and(|measured| !measured.balance_kept) {
+    if let Some(measured) = chosen.row.outcome.as_ref().ok().filter(|measured| !measured.balance_kept) {
+        let (run, balance, remedy) = match measured.corrections {
+            Corrections::NotAsked => ("run", "their energy balance", "with energy among the --outputs, more are tried"),
+            _ => ("run --fixed-cost", "the energy balance of steps of fixed cost", "shorter --steps may"),
+        };
         say!(
-            "warning: `run` calls these settings not to be trusted, as their energy balance is off: none that keeps it holds the \
-             demands; with energy among the --outputs, more are tried"
+            "warning: `{run}` calls these settings not to be trusted, as {balance} is off: none that keeps it holds the demands; {remedy}"
         );
     }
     Ok(ExitStatus::Success)

@@ -5,14 +5,14 @@ use crate::mechanics::{Block, CarriedTurn, Measure, Passage, ROTATIONS};
 /// The peak of an error that swings over the mean of its magnitude, and what its feedback on the motion adds, as measured: see
 /// [`ErrorEstimate`].
 const PEAK: f64 = 2.0;
-/// Numbers of an estimate in a checkpoint, where no second link turns by itself, but for those of [`Fastest`], which come last.
+/// Numbers of an estimate in a checkpoint, where no second link turns by itself, but for those of [`Extent`], which come last.
 const NUMBERS: usize = 20;
 /// Numbers more where one does.
 const NUMBERS_OF_SECOND: usize = 18;
-/// Numbers of [`Fastest`].
-const NUMBERS_OF_FASTEST: usize = 2;
+/// Numbers of [`Extent`].
+const NUMBERS_OF_EXTENT: usize = 4;
 /// Numbers of it in older recordings: those that know nothing of the rotation, those that carry it along by each step's own motion, and
-/// those that know nothing of the fastest motion.
+/// those that know nothing of the extent of motion.
 const OLDER_NUMBERS: [usize; 4] = [9, 13, NUMBERS, NUMBERS + NUMBERS_OF_SECOND];
 
 /// Error term of one step, in the quantities that users look at: see [`ErrorTerm`](crate::integrate::ErrorTerm).
@@ -34,31 +34,40 @@ pub(super) struct StepTerms {
     /// The course of a rigid chain of one angle over the step, if it is known.
     pub course: Option<Passage>,
     /// Rates of the first link's chord, rad/s, and of the last flexible link's middle, m/s, where the chain turns freely.
-    pub rates: Fastest,
-    /// Slowest decay of the last flexible link's vibration, 1/s.
+    pub rates: [f64; 2],
+    /// Slowest decay of what the links do beside turning, 1/s.
     pub fading_per_s: f64,
 }
 
-/// The fastest motion so far.
+/// What is known of the motion so far, by which an error of the chord moves a deflection.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Fastest {
-    /// Rate of the first link's chord, rad/s.
+pub struct Extent {
+    /// Largest rate of the first link's chord, rad/s.
     pub turning_rad_per_s: f64,
-    /// Rate of the deflection of the last flexible link's middle, m/s.
+    /// Largest rate of the deflection of the last flexible link's middle, m/s.
     pub bending_m_per_s: f64,
+    /// Way of that deflection since it last turned back, m, with its sign.
+    pub swing_m: f64,
+    /// Largest such way, m: from one peak to the next.
+    pub largest_swing_m: f64,
 }
 
-impl Fastest {
-    fn or_faster(self, now: Self) -> Self {
-        Fastest {
-            turning_rad_per_s: self.turning_rad_per_s.max(now.turning_rad_per_s.abs()),
-            bending_m_per_s: self.bending_m_per_s.max(now.bending_m_per_s.abs()),
+impl Extent {
+    fn after(self, [turning_rad_per_s, bending_m_per_s]: [f64; 2], h_s: f64) -> Self {
+        let way_m = h_s * bending_m_per_s;
+        let swing_m = if self.swing_m * way_m < 0.0 { way_m } else { self.swing_m + way_m };
+        Extent {
+            turning_rad_per_s: self.turning_rad_per_s.max(turning_rad_per_s.abs()),
+            bending_m_per_s: self.bending_m_per_s.max(bending_m_per_s.abs()),
+            swing_m,
+            largest_swing_m: self.largest_swing_m.max(swing_m.abs()),
         }
     }
 
-    /// Deflection that passes while the first link turns by a radian, m.
-    fn bending_of_a_turn_m(self) -> f64 {
-        if self.turning_rad_per_s > 0.0 { self.bending_m_per_s / self.turning_rad_per_s } else { 0.0 }
+    /// Change of the deflection where the first link is elsewhere by an angle, m: no more than from one peak to the next.
+    fn moved_m(self, angle_rad: f64) -> f64 {
+        let of_a_radian_m = if self.turning_rad_per_s > 0.0 { self.bending_m_per_s / self.turning_rad_per_s } else { 0.0 };
+        (angle_rad * of_a_radian_m).min(self.largest_swing_m)
     }
 }
 
@@ -74,7 +83,7 @@ impl Fastest {
 ///
 /// of the deflection  s_u ← e^{−σh} s_u + |e_u|
 ///
-/// estimate = 2 s_u + estimate of the chord · max|u̇|/max|θ̇|
+/// estimate = 2 s_u + min(estimate of the chord · max|u̇|/max|θ̇|, largest swing of u)
 /// ```
 ///
 /// For a vibration of frequency ω and amplitude A, `Σ |e_θ|` grows as the error in phase does, `c (hω)ᵖ ωt A`. The factor is π/2 from a
@@ -88,7 +97,7 @@ impl Fastest {
 /// sees, adds its own error to the rate of the rotation. Errors of ESDIRK are changes from step to step, which cancel in it where
 /// vibration is not resolved; there the first one shows more.
 ///
-/// An error of a deflection u is a vibration, and fades as the link's own damping lets its slowest vibration fade: σ. Where the chord
+/// An error of a deflection u is a vibration, and fades as the slowest vibration of a link does by its own damping: σ. Where the chord
 /// errs by an angle, the link bends as it does that much earlier or later.
 ///
 /// **What it is good for.** It is an estimate of size, not a bound. Of the default scene and R2s, over 2 s, from 1e-2 to 1e-7 rad, it was
@@ -109,10 +118,10 @@ pub struct ErrorEstimate {
     pub turns: [[f64; 2]; ROTATIONS],
     /// How they are carried along.
     pub carried: CarriedTurn,
-    /// Errors of the last flexible link's middle, magnitudes summed, m. They fade as the link's vibration does.
+    /// Errors of the last flexible link's middle, magnitudes summed, m. They fade as vibration does.
     pub deflection_sum_m: f64,
-    /// How fast it turned and bent.
-    pub fastest: Fastest,
+    /// How fast it turned, and how fast and how far it bent.
+    pub extent: Extent,
     /// Error of the last step in the first link's chord angle, rad.
     pub last_step_rad: f64,
     /// Measures of the last step, of coordinates and of velocities, over the power of the step as which they grow.
@@ -153,7 +162,7 @@ impl ErrorEstimate {
             self.turns[0][1] += step.corner_rad_per_s;
         }
         self.angle_sum_rad += of_q.angle_rad.abs();
-        self.fastest = self.fastest.or_faster(step.rates);
+        self.extent = self.extent.after(step.rates, h_s);
         self.deflection_sum_m *= (-step.fading_per_s * h_s).exp();
         self.deflection_sum_m += of_q.deflection_m.abs();
         self.last_step_rad += of_q.angle_rad.abs();
@@ -166,7 +175,7 @@ impl ErrorEstimate {
 
     /// Estimated error of the last flexible link's middle, m.
     pub fn deflection_m(&self) -> f64 {
-        PEAK * self.deflection_sum_m + self.angle_rad() * self.fastest.bending_of_a_turn_m()
+        PEAK * self.deflection_sum_m + self.extent.moved_m(self.angle_rad())
     }
 
     /// All of it, for a checkpoint.
@@ -197,19 +206,20 @@ impl ErrorEstimate {
         if second.iter().any(|number| *number != 0.0) {
             numbers.extend(second);
         }
-        let Fastest { turning_rad_per_s, bending_m_per_s } = self.fastest;
-        numbers.extend([turning_rad_per_s, bending_m_per_s]);
+        let Extent { turning_rad_per_s, bending_m_per_s, swing_m, largest_swing_m } = self.extent;
+        numbers.extend([turning_rad_per_s, bending_m_per_s, swing_m, largest_swing_m]);
         numbers
     }
 
     /// From what [`ErrorEstimate::numbers`] gave, or from as many of them as older recordings hold; `None` from any other count.
     pub fn from_numbers(given: &[f64]) -> Option<Self> {
         let mut numbers = [0.0; NUMBERS + NUMBERS_OF_SECOND];
-        let (given, fastest) = match given.len().checked_sub(NUMBERS_OF_FASTEST) {
-            _ if OLDER_NUMBERS.contains(&given.len()) => (given, Fastest::default()),
+        let (given, extent) = match given.len().checked_sub(NUMBERS_OF_EXTENT) {
+            _ if OLDER_NUMBERS.contains(&given.len()) => (given, Extent::default()),
             Some(others) if others == NUMBERS || others == numbers.len() => {
-                let (turning_rad_per_s, bending_m_per_s) = (given[others], given[others + 1]);
-                (&given[..others], Fastest { turning_rad_per_s, bending_m_per_s })
+                let (of_estimate, of_extent) = given.split_at(others);
+                let [turning_rad_per_s, bending_m_per_s, swing_m, largest_swing_m] = of_extent.try_into().ok()?;
+                (of_estimate, Extent { turning_rad_per_s, bending_m_per_s, swing_m, largest_swing_m })
             }
             _ => return None,
         };
@@ -222,7 +232,7 @@ impl ErrorEstimate {
             drift_rad: next(),
             deflection_sum_m: next(),
             last_step_rad: next(),
-            fastest,
+            extent,
             ..ErrorEstimate::default()
         };
         for left in &mut estimate.left {

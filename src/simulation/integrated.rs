@@ -2,7 +2,7 @@
 
 use super::drive::DriveLaw;
 use super::engine::{Dynamics, Engine, Motion};
-use super::error_estimate::{Fastest, StepTerms, Term};
+use super::error_estimate::{StepTerms, Term};
 use crate::integrate::{
     ErrorTerm, Integrator, LocalError, Power, Singular, State, StepError, System, Taken, Weights, solve_acceleration,
 };
@@ -18,7 +18,7 @@ pub(super) struct Integrated<M> {
     start: State,
     /// The chain as if its links were rigid, if its motion is free.
     rigid: Option<RigidChain>,
-    /// Slowest decay of the last flexible link's vibration, 1/s; 0 if there is none.
+    /// Slowest decay of what the links do beside turning, 1/s; 0 if there is none.
     fading_per_s: f64,
     /// Angle, rad, and rate, rad/s, of the first link's chord before the last step.
     before: [f64; 2],
@@ -174,12 +174,11 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         let cornered = self.rigid.as_ref().filter(|rigid| rigid.has_corners());
         let corner = |rigid: &RigidChain| rigid.corner_error(h_s, [self.before, chords[0]], of_corner);
         let moving = self.rigid.as_ref().and_then(|_| self.mechanism.measure(&self.state.q, &self.state.v));
-        let rate = |moving: Measure| Fastest { turning_rad_per_s: moving.angle_rad, bending_m_per_s: moving.deflection_m };
         Some(StepTerms {
             terms,
             corner_rad_per_s: cornered.map_or(0.0, corner),
             course,
-            rates: moving.map_or_else(Fastest::default, rate),
+            rates: moving.map_or([0.0; 2], |moving| [moving.angle_rad, moving.deflection_m]),
             fading_per_s: self.fading_per_s,
         })
     }

@@ -39,9 +39,9 @@ pub struct OtherKind {
     pub runs: Vec<[usize; 2]>,
 }
 
-/// Follows every mode along the points of a sweep, by the likeness of shapes; at most `count` branches, lowest first. A point without
+/// Follows every mode along the points of a sweep, by the likeness of shapes, the lowest first. A point without
 /// modes interrupts them.
-pub fn follow(points: &[Vec<Mode>], count: usize) -> Vec<Branch> {
+pub fn follow(points: &[Vec<Mode>]) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for (number, modes) in points.iter().enumerate() {
         let newest = |branch: &Branch| branch.places.iter().zip(points).rev().find_map(|(place, modes)| modes.get((*place)?));
@@ -74,7 +74,6 @@ pub fn follow(points: &[Vec<Mode>], count: usize) -> Vec<Branch> {
         sum / seen(branch) as f64
     };
     branches.sort_by(|one, other| mean(one).total_cmp(&mean(other)));
-    branches.truncate(count);
     branches
 }
 

@@ -195,6 +195,6 @@ fn regress_only_chains_whose_second_link_turns_by_itself_have_numbers_of_it() {
             }
             simulation.error_estimate().unwrap().numbers().len()
         });
-        assert_eq!(counts, [22, 40], "{model}");
+        assert_eq!(counts, [24, 42], "{model}");
     }
 }

@@ -163,7 +163,7 @@ fn regress_an_export_of_times_alone_has_tables() -> Outcome {
     let (code, said) = ended(folder.path(), &["export", &sample, "--csv", "t", "--columns", "log_time"])?;
     assert_eq!(code, Some(0), "{said}");
     let angles = std::fs::read_to_string(folder.path().join("t/flexcrank.crank.angles.csv"))?;
-    assert_eq!(angles.lines().next(), Some("log_time,publish_time"));
+    assert_eq!(angles.lines().next(), Some("log_time,publish_time,stamp.sim_time_s"));
     Ok(())
 }
 

@@ -6,7 +6,10 @@ use crate::scene::{Chain, End, SceneSource};
 
 /// The sweep needs another scene.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{origin}: the extremes are swept on a crank-slider with a [slider] whose links both have a section and a modulus")]
+#[error(
+    "{origin}: the extremes are swept on a crank-slider with a [slider] whose links both have a section and a modulus, though one \
+     may be rigid: give those instead of mass_kg, or judge the step of this scene by `flexcrank check`"
+)]
 pub struct NotSuited {
     origin: String,
 }

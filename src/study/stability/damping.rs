@@ -19,6 +19,9 @@ const MOST_MODE_STEPS: u64 = 100_000;
 const MOST_ELEMENT_STEPS: u64 = 200_000;
 /// Step of references, s; no column has this step.
 const REFERENCE_STEP_S: f64 = 2e-5;
+/// A reference takes so many steps at least while a cell lasts: from rest, the first few of a scheme of second order err by per cent of
+/// the way.
+const LEAST_REFERENCE_STEPS: f64 = 128.0;
 /// Elements of the reference mesh; its error is below 1e-4 of the bound.
 const REFERENCE_ELEMENTS: usize = 20;
 
@@ -105,15 +108,15 @@ impl Builder<'_> {
         let x = Axis { spacing: Spacing::Log, ..self.axis(quantity::STEP, decades(-6, -2, 2)) };
         let (mut cells, mut named) = (Vec::new(), None);
         for &value in &y.values {
-            let Row { method, reference, given, most_steps } = row(value);
-            let (reference, measure) = if method.model == ModelKind::Incremental {
-                (self.reference(&method, &given), Measure::Length)
-            } else {
-                (self.other_scheme(reference, &given), Measure::Travel)
-            };
+            let Row { method, reference: resolved, given, most_steps } = row(value);
             for &step_s in &x.values {
                 let overrides = [method.overrides(), given.clone(), vec![set("solver.step_s", step_s)]].concat();
                 let steps = self.thinned(self.count(step_s)).min(most_steps);
+                let (reference, measure) = if method.model == ModelKind::Incremental {
+                    (self.reference(&method, &given), Measure::Length)
+                } else {
+                    (self.other_scheme(resolved, &given, steps as f64 * step_s), Measure::Travel)
+                };
                 cells.push(Cell { overrides, steps, reference: Some(reference), measure, switch: None });
             }
             named = Some(method);
@@ -123,10 +126,11 @@ impl Builder<'_> {
         }
     }
 
-    /// The same mechanism, model and resolution by another scheme.
-    fn other_scheme(&mut self, method: Method, given: &[String]) -> usize {
-        let step_s = if self.extent == Extent::Whole { REFERENCE_STEP_S } else { 2.0 * REFERENCE_STEP_S };
-        let steps = self.count(step_s);
+    /// The same mechanism, model and resolution by another scheme, for a cell that lasts `lasts_s`.
+    fn other_scheme(&mut self, method: Method, given: &[String], lasts_s: f64) -> usize {
+        let usual_s = if self.extent == Extent::Whole { REFERENCE_STEP_S } else { 2.0 * REFERENCE_STEP_S };
+        let step_s = usual_s.min(lasts_s / LEAST_REFERENCE_STEPS);
+        let steps = if step_s < usual_s { LEAST_REFERENCE_STEPS as u64 + 1 } else { self.count(step_s) };
         let overrides = [method.other_scheme().overrides(), given.to_vec(), vec![set("solver.step_s", step_s)]].concat();
         self.plan.reference(overrides, steps)
     }

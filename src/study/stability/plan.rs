@@ -123,6 +123,13 @@ pub struct Map {
     pub cells: Vec<Cell>,
 }
 
+impl Map {
+    /// Whether its runs have a pulse or a speed of their own, in place of the scene's.
+    pub fn brings_motion(&self) -> bool {
+        ["pulses", "speed", "revolutions"].iter().any(|name| self.name.starts_with(name))
+    }
+}
+
 /// The maps and references of a sweep.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MapPlan {

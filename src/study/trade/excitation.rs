@@ -135,7 +135,7 @@ impl Excitation {
         let Some(start) = instants.first() else { return Err(NoModes::Singular.into()) };
         let modes: Vec<Vec<Mode>> = instants.iter().map(Instant::modes).collect();
         let mut found = Vec::new();
-        for branch in follow(&modes, VIBRATIONS + BEYOND) {
+        for branch in follow(&modes).into_iter().take(VIBRATIONS + BEYOND) {
             let Some(place) = branch.places.first().copied().flatten() else { continue };
             found.push((&start.vibrations[place].0, Sums::of(&branch.places, &instants, scales, outputs)));
         }
