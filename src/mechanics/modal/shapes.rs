@@ -74,7 +74,7 @@ impl<const W: usize> Shapes<W> {
             shortening: Vec::new(),
             root_cosines: if root { (modes + 1..=modes + sines).map(|m| root_sine(m) * wave(m)).collect() } else { Vec::new() },
             length_m,
-            curvature: (1..=modes).map(|k| 0.5 * wave(k).powi(4)).collect(),
+            curvature: (1..=modes).map(|k| 0.5 * fourth(wave(k))).collect(),
             root_slope: (1..=modes).map(wave).collect(),
         };
         (shapes.mean[0], shapes.first[0], shapes.square[0]) = (0.5, 1.0 / 3.0, 1.0 / 3.0);
@@ -128,8 +128,8 @@ impl<const W: usize> Shapes<W> {
         let removed = |term: &dyn Fn(usize) -> f64| (1..=self.modes).map(term).sum::<f64>();
         let mean = 0.125 - removed(&|m| root_sine(m) * (1.0 - sign(m)) / wave(m));
         let first = 7.0 / 120.0 + removed(&|m| root_sine(m) * sign(m) / wave(m));
-        let square = 2.0 / 105.0 - removed(&|m| 0.5 * root_sine(m).powi(2));
-        let curvature = 3.0 - removed(&|m| 0.5 * root_sine(m).powi(2) * wave(m).powi(4));
+        let square = 2.0 / 105.0 - removed(&|m| 0.5 * square(root_sine(m)));
+        let curvature = 3.0 - removed(&|m| 0.5 * square(root_sine(m)) * fourth(wave(m)));
         let slope = 1.0 - removed(&|m| root_sine(m) * wave(m));
         let root = self.sines + 1;
         (self.mean[root], self.first[root], self.square[root]) = (mean, first, square);
@@ -217,12 +217,12 @@ impl<const W: usize> Shapes<W> {
             (false, 0) => 0.0,
             (false, _) => 0.25 * wave(j) * (self.root_cosine(j + f) + self.root_cosine(j.abs_diff(f))),
             (true, 0) => {
-                let tail = PI.powi(4) / 90.0 - (1..=self.modes).map(|m| (m as f64).powi(-4)).sum::<f64>();
-                18.0 / PI.powi(4) * tail
+                let tail = fourth(PI) / 90.0 - (1..=self.modes).map(|m| 1.0 / fourth(m as f64)).sum::<f64>();
+                18.0 / fourth(PI) * tail
             }
             (true, _) => {
                 let sums = (1..f).map(|m| self.root_cosine(m) * self.root_cosine(f - m)).sum::<f64>();
-                0.25 * (sums + 2.0 * 36.0 / PI.powi(4) * tail_of_products(self.modes, f))
+                0.25 * (sums + 2.0 * 36.0 / fourth(PI) * tail_of_products(self.modes, f))
             }
         }
     }
@@ -231,6 +231,17 @@ impl<const W: usize> Shapes<W> {
     fn root_cosine(&self, m: usize) -> f64 {
         if m > self.modes { root_sine(m) * wave(m) } else { 0.0 }
     }
+}
+
+/// x², multiplied out. Where a compiler knows x, it may compute `powi` by `pow`, which rounds otherwise: the bits of a motion would depend
+/// on the build.
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+/// x⁴, see [`square`].
+fn fourth(x: f64) -> f64 {
+    square(square(x))
 }
 
 /// `kπ`.
@@ -245,7 +256,7 @@ fn sign(k: usize) -> f64 {
 
 /// `c_m` of ψ.
 pub(super) fn root_sine(m: usize) -> f64 {
-    6.0 / wave(m).powi(3)
+    6.0 / (wave(m) * square(wave(m)))
 }
 
 /// `sin kπξ` and its derivatives; exactly zero at both ends.
@@ -257,7 +268,7 @@ fn sine(k: usize, xi: f64) -> [f64; 3] {
 
 /// `Σ_{m > n} 1/(m² (m + k)²)` by partial fractions, `k ≥ 1`.
 fn tail_of_products(n: usize, k: usize) -> f64 {
-    let squares = |n: usize| PI * PI / 6.0 - (1..=n).map(|m| (m as f64).powi(-2)).sum::<f64>();
+    let squares = |n: usize| PI * PI / 6.0 - (1..=n).map(|m| 1.0 / square(m as f64)).sum::<f64>();
     let differences: f64 = (n + 1..=n + k).map(|m| 1.0 / m as f64).sum(); // Σ 1/m − 1/(m + k)
     let k2 = (k * k) as f64;
     (squares(n) + squares(n + k) - 2.0 * differences / k as f64) / k2
