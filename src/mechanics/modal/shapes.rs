@@ -128,8 +128,8 @@ impl<const W: usize> Shapes<W> {
         let removed = |term: &dyn Fn(usize) -> f64| (1..=self.modes).map(term).sum::<f64>();
         let mean = 0.125 - removed(&|m| root_sine(m) * (1.0 - sign(m)) / wave(m));
         let first = 7.0 / 120.0 + removed(&|m| root_sine(m) * sign(m) / wave(m));
-        let square = 2.0 / 105.0 - removed(&|m| 0.5 * square(root_sine(m)));
-        let curvature = 3.0 - removed(&|m| 0.5 * square(root_sine(m)) * fourth(wave(m)));
+        let square = 2.0 / 105.0 - removed(&|m| 0.5 * squared(root_sine(m)));
+        let curvature = 3.0 - removed(&|m| 0.5 * squared(root_sine(m)) * fourth(wave(m)));
         let slope = 1.0 - removed(&|m| root_sine(m) * wave(m));
         let root = self.sines + 1;
         (self.mean[root], self.first[root], self.square[root]) = (mean, first, square);
@@ -235,13 +235,13 @@ impl<const W: usize> Shapes<W> {
 
 /// x², multiplied out. Where a compiler knows x, it may compute `powi` by `pow`, which rounds otherwise: the bits of a motion would depend
 /// on the build.
-fn square(x: f64) -> f64 {
+fn squared(x: f64) -> f64 {
     x * x
 }
 
-/// x⁴, see [`square`].
+/// x⁴, see [`squared`].
 fn fourth(x: f64) -> f64 {
-    square(square(x))
+    squared(squared(x))
 }
 
 /// `kπ`.
@@ -256,7 +256,7 @@ fn sign(k: usize) -> f64 {
 
 /// `c_m` of ψ.
 pub(super) fn root_sine(m: usize) -> f64 {
-    6.0 / (wave(m) * square(wave(m)))
+    6.0 / (wave(m) * squared(wave(m)))
 }
 
 /// `sin kπξ` and its derivatives; exactly zero at both ends.
@@ -268,7 +268,7 @@ fn sine(k: usize, xi: f64) -> [f64; 3] {
 
 /// `Σ_{m > n} 1/(m² (m + k)²)` by partial fractions, `k ≥ 1`.
 fn tail_of_products(n: usize, k: usize) -> f64 {
-    let squares = |n: usize| PI * PI / 6.0 - (1..=n).map(|m| 1.0 / square(m as f64)).sum::<f64>();
+    let squares = |n: usize| PI * PI / 6.0 - (1..=n).map(|m| 1.0 / squared(m as f64)).sum::<f64>();
     let differences: f64 = (n + 1..=n + k).map(|m| 1.0 / m as f64).sum(); // Σ 1/m − 1/(m + k)
     let k2 = (k * k) as f64;
     (squares(n) + squares(n + k) - 2.0 * differences / k as f64) / k2
