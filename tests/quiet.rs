@@ -59,7 +59,7 @@ fn regress_the_reason_for_an_exit_code_is_printed_quietly() -> Tried {
         ([&RUN[..], &long_step, &["--until", "1"]].concat(), 6, "warning: not to be trusted: the energy balance was off"),
         ([&RUN[..], &unstable].concat(), 4, "error: diverged in step "),
         (vec!["what-if", TRUNCATED, "--add-pulse", "0.1:1:0.1", "--record", what_if], 3, "warning: the recording ends early"),
-        (vec!["recover", TRUNCATED, "-o", whole], 3, "lost: all after 4.000 s"),
+        (vec!["recover", TRUNCATED, "-o", whole], 3, "lost: all after "),
         (vec!["plot", TRUNCATED, "--to", "0.3", "--y", "kinetic_j", "-o", plots], 3, "warning: recordings/"),
         (replay.to_vec(), 3, "warning: the recording ends early"),
         ([&trade[..], &["--tolerance", "10"]].concat(), 1, "error: the real-time factor fails"),
