@@ -362,18 +362,17 @@ fn regress_a_scene_in_which_nothing_moves_is_not_called_sound() -> Tried {
 /// Maps of a scene whose load comes later than a run of a map ends had "0 wrong" in all cells.
 #[test]
 fn regress_maps_in_which_nothing_moves_are_warned_of() -> Tried {
-    let stability = |set: &str| -> Tried<String> {
-        let given = ["stability", "crank-slider", "--quick", "--only", "weight-modal", "--set", set];
+    let swept = |map: &str, set: &str| -> Tried<String> {
+        let given = ["stability", "crank-slider", "--quick", "--only", map, "--set", set];
         let done = Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(given).output()?;
         assert_eq!(done.status.code(), Some(0));
         Ok(String::from_utf8(done.stderr)?)
     };
+    let warning = |until: &str| format!("warning: nothing moves in crank-slider before {until} s: a run that ends ");
     for (start, until) in [("pulse.0.start_s=5", "0.05"), ("pulse.0.start_s=0.012", "0.012")] {
-        assert!(
-            stability(start)?.contains(&format!("warning: nothing moves in crank-slider before {until} s: a run that ends "))
-        );
+        assert!(swept("weight-modal", start)?.contains(&warning(until)));
     }
-    assert_eq!(stability("pulse.0.start_s=0")?, "");
+    assert_eq!(swept("weight-modal", "pulse.0.start_s=0")? + &swept("crank-speed-modal-esdirk", "pulse.0.start_s=5")?, "");
     Ok(())
 }
 

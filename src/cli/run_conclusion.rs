@@ -89,7 +89,7 @@ fn severity(done: ExitStatus) -> u8 {
     }
 }
 
-/// What the commands of a remedy take, so that they judge steps of fixed cost.
+/// The options with which the commands of a remedy judge steps of fixed cost.
 fn with_steps_of_fixed_cost(remedy: &str) -> String {
     let with = [
         ("check", "`check` takes `--set solver.corrections=N`, N being the number that --fixed-cost found"),

@@ -39,7 +39,7 @@ pub(super) struct StepTerms {
     pub fading_per_s: f64,
 }
 
-/// What is known of the motion so far, by which an error of the chord moves a deflection.
+/// How fast and how far the chain moved so far: by these, an error of the chord's angle becomes one of the deflection.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Extent {
     /// Largest rate of the first link's chord, rad/s.

@@ -165,7 +165,7 @@ fn regress_the_balance_of_steps_of_fixed_cost_counts() {
     assert_eq!(kept(&["--fixed-cost"]), [(long, Some(0.0)), (short, Some(1.0))]);
 }
 
-/// What `run --fixed-cost` names after an untrusted run was refused by `trade`.
+/// After an untrusted `run --fixed-cost`, `trade` refused the option that `run` printed for it.
 #[test]
 fn regress_the_remedy_of_steps_of_fixed_cost_is_taken_by_each_command() {
     let folder = tempfile::tempdir().unwrap();

@@ -126,7 +126,7 @@ pub struct Map {
 impl Map {
     /// Whether its runs have a pulse or a speed of their own, in place of the scene's.
     pub fn brings_motion(&self) -> bool {
-        ["pulses", "speed", "revolutions"].iter().any(|name| self.name.starts_with(name))
+        ["pulses", "crank-speed", "revolutions"].iter().any(|name| self.name.starts_with(name))
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) struct Trajectory {
 
 impl Trajectory {
     /// Cubic through four samples, two on each side where they are; linear where there are fewer. `None` beyond the last. A line cuts the
-    /// corner of what begins from rest: by a tenth of the way, where that takes two samples.
+    /// corner of a way that begins from rest: by 6 % of it, where it takes two samples.
     pub(super) fn at(&self, t_s: f64) -> Option<Points> {
         let place = t_s / self.interval_s;
         let (index, part) = (place as usize, place.fract());
@@ -57,7 +57,7 @@ pub(super) fn distance_m(one: &Points, other: &Points) -> f64 {
 mod tests {
     use super::*;
 
-    /// A run of two samples of its reference was wrong by 4 % of its way, as the reference lay on a line.
+    /// A line between samples is off by 6 % of a way from rest that takes two of them.
     #[test]
     fn regress_between_samples_a_way_from_rest_is_a_parabola() {
         let way = |t_s: f64| [3.0 * t_s * t_s; 6];
