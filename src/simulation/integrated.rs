@@ -70,16 +70,14 @@ impl<M: Mechanism> System for Driven<'_, M> {
 impl<M: Mechanism> Integrated<M> {
     pub(super) fn new(
         mut mechanism: M,
-        mut integrator: Integrator,
+        integrator: Integrator,
         (rigid, fading_per_s): (Option<RigidChain>, f64),
         law: &DriveLaw,
     ) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         mechanism.start(&law.input(0.0), &mut q, &mut v)?;
-        let mut start = State::new(q, v);
-        // A start without finite accelerations is refused when it is observed.
-        let _ = integrator.begin(&mut Driven { mechanism: &mut mechanism, law }, 0.0, &mut start);
+        let start = State::new(q, v);
         Ok(Integrated {
             mechanism,
             integrator,
@@ -223,10 +221,9 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
         self.mechanism.residual(&law.input(t_s), q, v, a, residual);
     }
 
-    fn begin(&mut self, law: &DriveLaw, t_s: f64) -> Result<(), StepError> {
+    fn begin(&mut self) {
         let State { a, alpha, residual, .. } = &mut self.state;
         [a, alpha, residual].into_iter().for_each(|part| part.fill(0.0));
-        self.integrator.begin(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, &mut self.state)
     }
 
     fn keeps_energy(&self) -> bool {
