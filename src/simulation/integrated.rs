@@ -216,14 +216,16 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn begin_as_given(&mut self, law: &DriveLaw, t_s: f64) {
-        let State { q, v, a, alpha, residual } = &mut self.state;
+        let State { q, v, a, alpha, residual, is_new } = &mut self.state;
         alpha.copy_from_slice(a);
         self.mechanism.residual(&law.input(t_s), q, v, a, residual);
+        *is_new = false;
     }
 
     fn begin(&mut self) {
-        let State { a, alpha, residual, .. } = &mut self.state;
+        let State { a, alpha, residual, is_new, .. } = &mut self.state;
         [a, alpha, residual].into_iter().for_each(|part| part.fill(0.0));
+        *is_new = true;
     }
 
     fn keeps_energy(&self) -> bool {
@@ -239,7 +241,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn save(&self, out: &mut Vec<f64>) {
-        let State { q, v, a, alpha, residual } = &self.state;
+        let State { q, v, a, alpha, residual, is_new: _ } = &self.state;
         [q, v, a, alpha, residual].iter().for_each(|part| out.extend_from_slice(part));
     }
 
@@ -249,10 +251,12 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
             return false;
         }
         self.course = None;
-        let State { q, v, a, alpha, residual } = &mut self.state;
+        let State { q, v, a, alpha, residual, is_new } = &mut self.state;
         for (part, saved) in [q, v, a, alpha, residual].into_iter().zip(saved.chunks_exact(n.max(1))) {
             part.copy_from_slice(saved);
         }
+        // A step that leaves no accelerations leaves a mechanism at rest without loads, which may as well be new.
+        *is_new = saved[2 * n..].iter().all(|value| *value == 0.0);
         true
     }
 }

@@ -136,7 +136,7 @@ impl Subject {
         if self.is_held() {
             CrankDrive::Speed { start_rad: angle_rad, speed_rad_per_s }
         } else {
-            CrankDrive::Torque { torque_nm: 0.0 }
+            CrankDrive::Torque { torque_nm: self.mean_torque_nm(speed_rad_per_s).unwrap_or(0.0) }
         }
     }
 

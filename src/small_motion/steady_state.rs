@@ -1,5 +1,7 @@
 //! States of rest at an angle and of steady rotation.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::linearised::Linearised;
@@ -13,6 +15,8 @@ const TOLERANCE: f64 = 1e-10;
 const ROUNDING: f64 = 1e-11;
 /// Most of Newton's steps towards it.
 const STEPS: usize = 40;
+/// Angles of a turn at which its torque is computed.
+const TURN: u32 = 64;
 
 impl Subject {
     /// At rest with the first link's tangent at `angle_rad`, bent by weight and constant loads; a torque that is part of the point
@@ -31,6 +35,25 @@ impl Subject {
         let mut point = Point { input, q, a: v.clone(), v, speed_rad_per_s: 0.0 };
         self.balance(&mut point);
         Ok(point)
+    }
+
+    /// The constant torque that puts into a turn what friction and resistance take from it, were the links rigid and the speed constant:
+    /// `∮ (dissipated − put in) dt / 2π`, by the trapezoidal rule.
+    ///
+    /// # Errors
+    /// [`NoModes::NoEquilibrium`] where links do not stand at rest at an angle of the turn.
+    pub(super) fn mean_torque_nm(&self, speed_rad_per_s: f64) -> Result<f64, NoModes> {
+        let mut mechanism = self.mechanism();
+        let mut taken_w = 0.0;
+        for k in 0..TURN {
+            let mut point = self.at_rest(TAU * f64::from(k) / f64::from(TURN))?;
+            point.input.torque_nm = 0.0;
+            let Point { input, q, v, a, .. } = &mut point;
+            mechanism.rigid_motion(input, speed_rad_per_s, q, v, a);
+            let [put_in_w, dissipated_w] = mechanism.power(input, q, v, a);
+            taken_w += dissipated_w - put_in_w;
+        }
+        Ok(taken_w / f64::from(TURN) / speed_rad_per_s)
     }
 
     /// Turning steadily at `speed_rad_per_s`, the link bent until inertia, weight and constant loads balance in it.
