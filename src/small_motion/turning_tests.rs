@@ -130,6 +130,17 @@ fn of_size(size: f64, model: &str) -> Result<crate::scene::Scene, Box<dyn std::e
     Ok(SceneSource::parse("bars.toml", &scene, &[])?.scene)
 }
 
+/// A damper of the mean torque `c Ω` stops a crank without torque at once: the search began with none, and found no motion.
+#[test]
+fn regress_a_crank_under_a_strong_damper_has_a_periodic_motion() -> Outcome {
+    let overrides = ["base.damper_nm_s_per_rad=50", "rod.modes=1"].map(str::to_owned);
+    let found = Subject::new(&SceneSource::open("crank-slider", &overrides)?.scene, Some(Crank::Free))?;
+    let found = found.periodic_modes(0.0, 2.0, &Accuracy { most_steps: 512, ..Accuracy::default() }, None, None)?;
+    let torque_nm = found.orbit.torque_nm.ok_or("no torque")?;
+    assert!((100.0..100.1).contains(&torque_nm), "{torque_nm}");
+    Ok(())
+}
+
 /// Lengths and times a thousandth, of the same materials: the equations are the same, and so is what a turn multiplies by. The search
 /// took a torque of 1e-11 N·m for nothing, and found no motion; `check` had rounding for vibrations, and `linearise` for the fastest one.
 #[test]

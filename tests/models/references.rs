@@ -1,6 +1,6 @@
 //! R1 to R5.
 
-use crate::bench::{FINITE, MODAL, chord, rod_middle, rows, simulation, slider, worst};
+use crate::bench::{FINITE, MODAL, chord, look, rod_middle, rows, run_to, simulation, slider, worst};
 
 #[test]
 fn val_r1_practically_rigid() {
@@ -120,6 +120,30 @@ fn val_r2_no_step_fails_under_a_step_torque() {
                 }
                 assert_eq!(run.retried(), 0, "{keys:?}");
             }
+        }
+    }
+}
+
+/// A constant torque acts from the start on, as a pulse does that begins there. The accelerations that it gives the end of a fine mesh
+/// led Newton to a singular tangent.
+#[test]
+fn regress_a_constant_torque_is_a_load_that_begins_at_the_start() {
+    for (elements, step_s) in [(4, 1e-3), (16, 1e-3), (16, 5e-5)] {
+        let keys = [
+            "solver.integrator=esdirk".to_owned(),
+            format!("crank.elements={elements}"),
+            format!("rod.elements={elements}"),
+            format!("solver.step_s={step_s}"),
+        ];
+        let keys = keys.each_ref().map(String::as_str);
+        let pulse = ["pulse.0.start_s=0.0", "pulse.0.duration_s=1.0", "pulse.0.torque_nm=30.0", "pulse.0.shape=rectangular"];
+        let constant = ["pulse.0.torque_nm=0.0", "torque.constant_nm=30.0"];
+        let [mut one, mut other] = [&pulse[..], &constant].map(|load| simulation("ref-r2", &[&keys[..], load].concat()));
+        for time_s in [step_s, 0.01, 0.02] {
+            run_to(&mut one, time_s);
+            run_to(&mut other, time_s);
+            let [one, other] = [look(&mut one), look(&mut other)].map(chord);
+            assert!((one - other).abs() < 1e-9 && other > 0.0, "{keys:?}, {time_s} s: {one} {other} rad");
         }
     }
 }
