@@ -17,36 +17,43 @@ use crate::scene::builtin;
 /// An option by the names that other programs have for it.
 struct Meaning {
     names: &'static [&'static str],
-    option: &'static str,
+    /// `None` where no option has the meaning, but something else.
+    option: Option<&'static str>,
     /// The only command in which the names mean the option; `None` for every command that has it.
     command: Option<&'static str>,
     tip: &'static str,
 }
 
-const MEANINGS: [Meaning; 4] = [
+const MEANINGS: [Meaning; 5] = [
     Meaning {
         names: &["--duration", "--end", "--time"],
-        option: "--until",
+        option: Some("--until"),
         command: None,
         tip: "the option for the end is --until TIME",
     },
     Meaning {
         names: &["--at"],
-        option: "--delay",
+        option: Some("--delay"),
         command: Some("pulse"),
         tip: "the option for the time until the pulse begins is --delay TIME",
     },
     Meaning {
         names: &["--output", "-o"],
-        option: "--record",
+        option: Some("--record"),
         command: None,
         tip: "the option for the recording is --record PATH",
     },
     Meaning {
         names: &["--held", "--free"],
-        option: "--crank",
+        option: Some("--crank"),
         command: None,
         tip: "the option for the crank is --crank held or --crank free",
+    },
+    Meaning {
+        names: &["--set"],
+        option: None,
+        command: Some("sweep"),
+        tip: "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]",
     },
 ];
 
@@ -116,7 +123,8 @@ fn other_name_tip(name: &str, command: &clap::Command, words: &[OsString]) -> Op
     let has = |option: &str| command.get_arguments().any(|arg| arg.get_long() == option.strip_prefix("--"));
     let is_meant = |meaning: &&Meaning| {
         let is_here = meaning.command.is_none_or(|only| only == command.get_name());
-        meaning.names.contains(&name) && is_here && has(meaning.option) && !is_given(meaning.option, words)
+        let is_open = |option: &str| has(option) && !is_given(option, words);
+        meaning.names.contains(&name) && is_here && meaning.option.is_none_or(is_open)
     };
     MEANINGS.iter().find(is_meant).map(|meaning| meaning.tip)
 }

@@ -223,9 +223,9 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn begin(&mut self) {
-        let State { a, alpha, residual, is_new, .. } = &mut self.state;
+        let State { q, a, alpha, residual, is_new, .. } = &mut self.state;
+        *is_new = !q.is_empty();
         [a, alpha, residual].into_iter().for_each(|part| part.fill(0.0));
-        *is_new = true;
     }
 
     fn keeps_energy(&self) -> bool {
@@ -256,7 +256,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
             part.copy_from_slice(saved);
         }
         // A step that leaves no accelerations leaves a mechanism at rest without loads, which may as well be new.
-        *is_new = saved[2 * n..].iter().all(|value| *value == 0.0);
+        *is_new = n > 0 && saved[2 * n..].iter().all(|value| *value == 0.0);
         true
     }
 }
