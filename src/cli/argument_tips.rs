@@ -314,6 +314,7 @@ mod tests {
             ("pulse crank --torque 3 --duration 10ms --at 0.1", delay),
             ("pulse crank --torque 3 --duration 10ms --delay 0.2 --at 0.1", ""),
             ("run crank-slider --record=x.mcap -o y.mcap", ""),
+            ("sweep spec.toml --set rod.modes=1", "changes of every run stand in the campaign's file: set = [\"KEY=VALUE\"]"),
         ]);
         assert!(!refusal("replay take.mcap --at 3").contains("pulse begins"));
     }
