@@ -175,15 +175,16 @@ fn report(source: &RecordedSession, found: &Verification, took: Duration) -> std
     let further = |count: u64, noun: &str| if count == 0 { String::new() } else { format!(", {}", counted(count, noun)) };
     let (setpoints, advances) = (further(recomputed.setpoints, "setpoint"), further(recomputed.advances, "advance"));
     let changes = further(recomputed.changes, "change");
+    let speed = span_s / took.as_secs_f64().max(1e-9);
     writeln!(
         out,
-        "  re-simulated: {} from {} with {}{setpoints}{advances}{changes}, {} compared, in {:.2} s ({:.0} times real time)",
+        "  re-simulated: {} from {} with {}{setpoints}{advances}{changes}, {} compared, in {:.2} s ({} times real time)",
         counted(recomputed.steps, "step"),
         counted(recomputed.checkpoints, "checkpoint"),
         counted(recomputed.pulses, "pulse"),
         counted(recomputed.messages, "message"),
         took.as_secs_f64(),
-        span_s / took.as_secs_f64().max(1e-9)
+        if speed < 10.0 { format!("{speed:.2}") } else { format!("{speed:.0}") }
     )?;
     for finding in findings.iter().take(SHOWN) {
         writeln!(out, "  {}: {}", kind(finding), shown_sentence(&finding.to_string()))?;
