@@ -57,6 +57,10 @@ fn val_the_estimate_of_a_deflection_fades_as_vibration_does_and_follows_the_angl
     let motor: &[&str] = &[&one[..], &MOTOR].concat();
     let gentle: &[&str] = &["pulse=[]", "drive.speed_rad_per_s=10.0"];
     let second: &[&str] = &["solver.integrator=generalized-alpha"];
+    // Nothing fades that the crank, or both links, do beside turning.
+    let ringing: &[&str] = &[gentle, &["crank.damping_s=0"]].concat();
+    let undamped: &[&str] = &[ringing, &["rod.damping_s=0"]].concat();
+    let ringing_of_second: &[&str] = &[ringing, second].concat();
     for (scene, given, until_s, step_s, range) in [
         (PUMP, driven, 4.0, 4e-5, [0.5, 2.0]),
         (PUMP, motor, 4.0, 4e-5, [0.3, 3.0]),
@@ -66,6 +70,9 @@ fn val_the_estimate_of_a_deflection_fades_as_vibration_does_and_follows_the_angl
         ("crank-slider", second, 2.0, 1e-3, [0.3, 3.0]),
         ("crank-slider", second, 20.0, 1e-3, [0.05, 3.0]),
         ("ref-r2s", &one, 2.0, 1e-3, [0.3, 3.0]),
+        ("crank-slider", ringing, 4.0, 2e-3, [1.0, 15.0]),
+        ("crank-slider", undamped, 4.0, 2e-3, [0.3, 3.0]),
+        ("crank-slider", ringing_of_second, 4.0, 1e-3, [1.0, 15.0]),
     ] {
         let (found_m, estimate_m) = run(scene, given, until_s, step_s);
         let (converged_m, _) = run(scene, given, until_s, step_s / 4.0);
