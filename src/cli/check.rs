@@ -193,7 +193,7 @@ pub(super) fn check(args: &Args) -> CommandResult {
         reason,
         start,
         looked_at: part_of_turns(scene, looked_at_s).filter(|_| args.until.is_none()),
-        shortening: shortening(scene, looked_at_s),
+        shortening: if trial.stands_still { Vec::new() } else { shortening(scene, looked_at_s) },
     };
     bar.finish_and_clear();
     if args.json {

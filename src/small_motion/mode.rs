@@ -30,6 +30,10 @@ const BROUGHT_BACK: f64 = 0.5;
 /// kinetic energy, as a rotation has.
 const DEFORMED: f64 = 0.05;
 
+/// Strain energy below this part of the terms that it is the sum of is rounding, or has shares that are: of the swing of a carbon arm they
+/// erred by a tenth from 8 elements a link on.
+const ROUNDING: f64 = 10.0 * f64::EPSILON;
+
 /// A part of the mechanism and its share of a mode's strain energy, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
@@ -220,13 +224,17 @@ impl Identifier {
         self.named(eigenvalue, shape, strain)
     }
 
-    /// Without the work of tension as links turn.
+    /// Without the work of tension as links turn. None where it is not well above the rounding of its terms, as of a swing of stiff links.
     fn strain(&mut self, shape: &DVector<Complex<f64>>) -> Strain {
         let mut energies = energies(&self.parts, shape);
+        let terms: f64 = self.parts.iter().map(|(_, stiffness)| sum_of_terms(stiffness, shape)).sum();
         let links = self.figure.shape(self.mechanism.as_mut(), &self.point, shape);
         let befores = std::iter::once(None).chain(links.iter().map(Some));
         for ((link, before), axial_n) in links.iter().zip(befores).zip(&self.axial_n) {
             take_out_tension(&mut energies, link, before, axial_n);
+        }
+        if energies.iter().map(|(_, energy)| energy).sum::<f64>() <= ROUNDING * terms {
+            energies.clear();
         }
         energies.sort_by(|one, other| other.1.total_cmp(&one.1));
         Strain { whole: energies.iter().map(|(_, energy)| energy).sum(), energies, links }
@@ -287,6 +295,11 @@ impl RigidPart {
 /// Twice the strain energy of each part.
 fn energies(parts: &[(Part, Band)], shape: &DVector<Complex<f64>>) -> Vec<(Part, f64)> {
     parts.iter().map(|(part, stiffness)| (*part, twice_energy(stiffness, shape).max(0.0))).collect()
+}
+
+/// The sum of the magnitudes of the terms of `φᴴ K φ`.
+fn sum_of_terms(stiffness: &Band, shape: &DVector<Complex<f64>>) -> f64 {
+    stiffness.iter().map(|(i, j, value)| shape[i].norm() * shape[j].norm() * value.abs()).sum()
 }
 
 /// `φᴴ K φ`.
