@@ -341,12 +341,12 @@ fn regress_a_scene_in_which_nothing_moves_is_not_called_sound() -> Tried {
     let (out, said) = checked("crank-slider", &still, &[])?;
     assert!(out.starts_with("crank-slider: valid; nothing moves in it\n") && said.contains(warning), "{out}{said}");
     assert!(!out.contains("axial"), "{out}");
-    let hangs = ["start.angle_rad=-1.5707963".to_owned(), "gravity.y_m_per_s2=-9.81".to_owned()];
+    let hangs = ["start.angle_rad=-1.5707963", "gravity.y_m_per_s2=-9.81"].map(str::to_owned);
     for moving in [&["pulse=[{start_s=1.9,torque_nm=1e-6,duration_s=0.05}]".to_owned()][..], &[&still[..], &hangs].concat()] {
         let (out, said) = checked("crank-slider", moving, &["--until", "2"])?;
         assert!(out.starts_with("crank-slider: sound\n") && !said.contains("nothing moves"), "{out}{said}");
     }
-    let folder = tempfile::tempdir()?; // A rod that falls from a crank that is held, and the second of two masses.
+    let folder = tempfile::tempdir()?;
     let falls = "[crank]\nlength_m = 0.4\nmass_kg = 1\nrigid = true\n[rod]\nlength_m = 0.4\nmass_kg = 1\nrigid = true\n[tip]\nmass_kg = 0.5\n\
                  [gravity]\ny_m_per_s2 = -9.81\n[drive]\nspeed_rad_per_s = 0\n[solver]\nmodel = \"rigid\"\nstep_s = 1e-3\n";
     let masses = "[oscillator]\nmasses_kg = [1.0, 1.0]\nsprings = [[0, 1, 300.0], [0, 2, 200.0]]\nstart_m = [0.0, 1.0]\n[solver]\nstep_s = 1e-3\n";

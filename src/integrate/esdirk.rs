@@ -41,9 +41,10 @@ use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Work
 /// at 0.2 ms, 0.4 of the angular impulse arrived. So a step whose jump is over a hundredth of the forces at work begins with an
 /// eighth by a method of third order that needs no accelerations (`sdirk.rs`), and goes on from the balanced state that it leaves.
 /// Such steps are few, whatever h, so the order stays 4. The same pulse, spread over its steps, then arrives to 5e-3. Where steps are
-/// cut at its edges, as `simulation` does, it is stronger and arrives to 2.3e-2; at a tenth of its strength, to 3e-6. The first step from
-/// a new state is one of them, too: all that acts begins there. With accelerations that balance it, a constant torque on the end of a beam
-/// of 16 elements made Newton fail from steps of 50 µs on.
+/// cut at its edges, as `simulation` does, it is stronger and arrives to 2.3e-2; at a tenth of its strength, to 3e-6.
+///
+/// So does a step that fails with the accelerations that `begin` gave a state, which α tells. Of a constant torque on the end of a mesh of 16
+/// elements they are so large that Newton's matrix is singular at the prediction.
 ///
 /// Giving the first stage accelerations of its own, `a₀ + M⁻¹ Δp`, delivers the impulse too (to 1.4e-2), but sets off vibrations that
 /// the step does not resolve: the crank of a stiff chain (R1) then erred by 2.5e-5 rad instead of 1e-6.
@@ -178,7 +179,6 @@ impl Esdirk {
         state.a.copy_from_slice(a);
         state.alpha.copy_from_slice(a);
         state.residual.copy_from_slice(residual);
-        state.is_new = false;
         Ok(())
     }
 
@@ -187,11 +187,15 @@ impl Esdirk {
     /// # Errors
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
-        let jumps = self.jumps_by_much(system, t_s, state);
-        let mut taken = match self.fixed {
-            Some(fixed) if jumps => sdirk::step(&mut self.stages, system, t_s, h_s, state, Some((fixed, STAGES - 1)))?,
-            None if jumps => self.step_in_two(system, t_s, h_s, state)?,
-            _ => self.take(&ESDIRK, system, t_s, h_s, state)?,
+        let mut jumps = self.jumps_by_much(system, t_s, state);
+        let smooth = if jumps { None } else { Some(self.take(&ESDIRK, system, t_s, h_s, state)) };
+        let mut taken = match smooth {
+            Some(Err(_)) if state.alpha == state.a => {
+                jumps = true;
+                self.take_behind_jump(system, t_s, h_s, state)?
+            }
+            Some(taken) => taken?,
+            None => self.take_behind_jump(system, t_s, h_s, state)?,
         };
         // At its beginning, and at its end.
         taken.effort.residuals += 2;
@@ -234,14 +238,21 @@ impl Esdirk {
         }
     }
 
-    /// Finds the jump of the load at the beginning of the step; returns whether it is too large for the stages to carry, or the state is
-    /// new: whatever acts begins there.
+    /// Finds the jump of the load at the beginning of the step; returns whether it is too large for the stages to carry.
     fn jumps_by_much<S: System>(&mut self, system: &mut S, t_s: f64, state: &State) -> bool {
         system.residual(t_s, &state.q, &state.v, &state.a, &mut self.jump);
         for (jump, before) in self.jump.iter_mut().zip(&state.residual) {
             *jump = before - *jump;
         }
-        state.is_new || system.residual_size(&self.jump) > LARGE_JUMP
+        system.residual_size(&self.jump) > LARGE_JUMP
+    }
+
+    /// Takes a step that begins without accelerations.
+    fn take_behind_jump<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &State) -> Result<Taken, StepError> {
+        match self.fixed {
+            Some(fixed) => sdirk::step(&mut self.stages, system, t_s, h_s, state, Some((fixed, STAGES - 1))),
+            None => self.step_in_two(system, t_s, h_s, state),
+        }
     }
 
     /// Takes the first part of a step by the method that needs no accelerations, and the rest from the state that this leaves.

@@ -152,13 +152,11 @@ impl Integrator {
     /// See [`StepError`]; the state is then as it was.
     #[inline]
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
-        let taken = match self {
+        match self {
             Self::TwoPoint(scheme) => scheme.step(system, t_s, h_s, state),
             Self::GeneralizedAlpha(scheme) => scheme.step(system, t_s, h_s, state),
             Self::RungeKutta(scheme) => scheme.step(system, t_s, h_s, state),
             Self::Esdirk(scheme) => scheme.step(system, t_s, h_s, state),
-        };
-        state.is_new &= taken.is_err();
-        taken
+        }
     }
 }

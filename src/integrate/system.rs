@@ -137,16 +137,13 @@ pub struct State {
     /// Residual at the end of the last step of ESDIRK and generalised-α, against which a jump of the load shows; accelerations
     /// of Runge–Kutta's last stage; zero with the two-point method.
     pub residual: Vec<f64>,
-    /// Whether no step has led here, and no accelerations are given: what acts is a load that begins here. Not where nothing is unknown.
-    pub is_new: bool,
 }
 
 impl State {
     /// A state to begin from; every scheme finds its accelerations by itself.
     pub fn new(q: Vec<f64>, v: Vec<f64>) -> Self {
         let zero = vec![0.0; q.len()];
-        let is_new = !q.is_empty();
-        Self { q, v, a: zero.clone(), alpha: zero.clone(), residual: zero, is_new }
+        Self { q, v, a: zero.clone(), alpha: zero.clone(), residual: zero }
     }
 }
 

@@ -59,8 +59,10 @@ pub(super) trait Engine: Send {
     fn dynamics(&mut self) -> Option<Dynamics<'_>> {
         None
     }
-    /// Begins at the present coordinates and velocities: what acts there is a load that begins there.
-    fn begin(&mut self) {}
+    /// Begins at the present coordinates and velocities, at `t_s`.
+    fn begin(&mut self, _law: &DriveLaw, _t_s: f64) -> Result<(), StepError> {
+        Ok(())
+    }
     /// Begins at the present coordinates, velocities and accelerations, at `t_s`: what they leave over of the equations of motion is no
     /// jump of the load.
     fn begin_as_given(&mut self, _law: &DriveLaw, _t_s: f64) {}

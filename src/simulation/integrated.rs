@@ -70,14 +70,16 @@ impl<M: Mechanism> System for Driven<'_, M> {
 impl<M: Mechanism> Integrated<M> {
     pub(super) fn new(
         mut mechanism: M,
-        integrator: Integrator,
+        mut integrator: Integrator,
         (rigid, fading_per_s): (Option<RigidChain>, f64),
         law: &DriveLaw,
     ) -> Result<Self, NoEquilibrium> {
         let n = mechanism.degrees_of_freedom();
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         mechanism.start(&law.input(0.0), &mut q, &mut v)?;
-        let start = State::new(q, v);
+        let mut start = State::new(q, v);
+        // A start without finite accelerations is refused when it is observed.
+        let _ = integrator.begin(&mut Driven { mechanism: &mut mechanism, law }, 0.0, &mut start);
         Ok(Integrated {
             mechanism,
             integrator,
@@ -216,16 +218,15 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn begin_as_given(&mut self, law: &DriveLaw, t_s: f64) {
-        let State { q, v, a, alpha, residual, is_new } = &mut self.state;
+        let State { q, v, a, alpha, residual } = &mut self.state;
         alpha.copy_from_slice(a);
         self.mechanism.residual(&law.input(t_s), q, v, a, residual);
-        *is_new = false;
     }
 
-    fn begin(&mut self) {
-        let State { q, a, alpha, residual, is_new, .. } = &mut self.state;
-        *is_new = !q.is_empty();
+    fn begin(&mut self, law: &DriveLaw, t_s: f64) -> Result<(), StepError> {
+        let State { a, alpha, residual, .. } = &mut self.state;
         [a, alpha, residual].into_iter().for_each(|part| part.fill(0.0));
+        self.integrator.begin(&mut Driven { mechanism: &mut self.mechanism, law }, t_s, &mut self.state)
     }
 
     fn keeps_energy(&self) -> bool {
@@ -241,7 +242,7 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
     }
 
     fn save(&self, out: &mut Vec<f64>) {
-        let State { q, v, a, alpha, residual, is_new: _ } = &self.state;
+        let State { q, v, a, alpha, residual } = &self.state;
         [q, v, a, alpha, residual].iter().for_each(|part| out.extend_from_slice(part));
     }
 
@@ -251,12 +252,10 @@ impl<M: Mechanism + 'static> Engine for Integrated<M> {
             return false;
         }
         self.course = None;
-        let State { q, v, a, alpha, residual, is_new } = &mut self.state;
+        let State { q, v, a, alpha, residual } = &mut self.state;
         for (part, saved) in [q, v, a, alpha, residual].into_iter().zip(saved.chunks_exact(n.max(1))) {
             part.copy_from_slice(saved);
         }
-        // A step that leaves no accelerations leaves a mechanism at rest without loads, which may as well be new.
-        *is_new = n > 0 && saved[2 * n..].iter().all(|value| *value == 0.0);
         true
     }
 }

@@ -151,8 +151,7 @@ fn take(
     let n = system.load.len();
     let part = |k: usize| carried.as_slice()[k * n..(k + 1) * n].to_vec();
     let mut state = State::new(part(0), part(1));
-    let State { q, v, a, alpha, residual, is_new } = &mut state;
-    *is_new = false;
+    let State { q, v, a, alpha, residual } = &mut state;
     system.load = force * load.acting;
     solve_acceleration(system, 0.0, q, v, a, residual)?;
     system.load = force * load.before;

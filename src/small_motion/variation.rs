@@ -150,11 +150,10 @@ impl Trajectory {
 
 /// Gives a state the accelerations and the residual that the step before would have left.
 fn balance<S: crate::integrate::System>(system: &mut S, t_s: f64, state: &mut State) -> Result<(), StepError> {
-    let State { q, v, a, alpha, residual, is_new } = state;
+    let State { q, v, a, alpha, residual } = state;
     solve_acceleration(system, t_s, q, v, a, residual)?;
     system.residual(t_s, q, v, a, residual);
     alpha.clone_from(a);
-    *is_new = false;
     Ok(())
 }
 

@@ -117,7 +117,6 @@ impl Scheme {
             let mut state = State::new(vec![unit[0]], vec![unit[1]]);
             state.a[0] = -stiffness * unit[0] - damper * unit[1];
             state.alpha[0] = unit[2];
-            state.is_new = false;
             self.integrator(1, NEWTON).step(&mut Mass::new(oscillator), 0.0, 1.0, &mut state)?;
             for (row, value) in [state.q[0], state.v[0], state.alpha[0]].into_iter().take(size).enumerate() {
                 matrix[(row, column)] = value / scale[row];

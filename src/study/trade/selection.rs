@@ -75,8 +75,10 @@ impl Selection {
             if shortens(scene, &own, enough) {
                 stretching.push(vec![true; own.len()]);
             }
-            // A budget that ends early had better end with what will not do.
-            if shortens(scene, &vec![false; own.len()], enough) {
+            // A budget that ends early then leaves out what does not suffice.
+            let must_stretch =
+                if own.contains(&true) { shortens(scene, &vec![false; own.len()], enough) } else { stretching.len() > 1 };
+            if must_stretch {
                 stretching.reverse();
             }
         }
