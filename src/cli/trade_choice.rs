@@ -90,9 +90,11 @@ fn measured(chosen: &Chosen, lost: Option<String>) -> String {
     if let Some(error) = trial.long_energy {
         text += &format!("# energy balance over ten minutes: {error:.2e}\n");
     }
-    if chosen.passed_over > 0 {
-        text += &format!("# ({} cheaper ones held at first, but not when they were verified)\n", chosen.passed_over);
-    }
+    text += &match chosen.passed_over {
+        0 => String::new(),
+        1 => "# (1 cheaper one held at first, but not when it was verified)\n".to_owned(),
+        several => format!("# ({several} cheaper ones held at first, but not when they were verified)\n"),
+    };
     text
 }
 

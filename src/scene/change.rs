@@ -8,6 +8,8 @@ use super::{SceneError, SceneSource};
 const GEOMETRY: &str = "a running scene keeps its geometry: start another run";
 /// The reason where torque would replace a prescribed motion, or the reverse.
 const KIND_OF_DRIVE: &str = "a running scene keeps its kind of drive: start another run";
+/// The reason where a ramp or a table would become another motion.
+const CONSTANT_SPEED_ONLY: &str = "of a prescribed motion, a running scene changes a constant speed only";
 
 impl SceneSource {
     /// This scene with `KEY=VALUE` changes, for a run that goes on with it.
@@ -19,21 +21,22 @@ impl SceneSource {
         self.kept_by(changed, changes)
     }
 
-    /// The refusal of a change that gives a chain the other kind of drive; `None` if none does. Beside the drive that the chain
-    /// has, it breaks other rules, too, and to heed their refusals does not help.
+    /// The refusal of a change that gives a chain the other kind of drive, or a ramp or table another motion; `None` if none
+    /// does. Beside the drive that the chain has, it breaks other rules, too, and to heed their refusals does not help.
     fn other_kind_of_drive(&self, changes: &[String]) -> Option<SceneError> {
         self.scene.chain()?;
-        let tables: &[&str] = match self.scene.drive {
-            Drive::Torque { .. } => &["drive"],
-            Drive::Motion(_) => &["torque", "pulse"],
+        let tables: &[(&str, &str)] = match self.scene.drive {
+            Drive::Torque { .. } => &[("drive", KIND_OF_DRIVE)],
+            Drive::Motion(Motion::Speed(_)) => &[("torque", KIND_OF_DRIVE), ("pulse", KIND_OF_DRIVE)],
+            Drive::Motion(_) => &[("torque", KIND_OF_DRIVE), ("pulse", KIND_OF_DRIVE), ("drive", CONSTANT_SPEED_ONLY)],
         };
         let table_of = |change: &str| {
             let (key, value) = change.split_once('=')?;
             // A list without pulses gives no torque.
-            tables.iter().copied().find(|table| is_within(key.trim(), table) && value.trim() != "[]")
+            tables.iter().copied().find(|(table, _)| is_within(key.trim(), table) && value.trim() != "[]")
         };
-        let (given, table) = changes.iter().rev().find_map(|change| Some((change, table_of(change)?)))?;
-        Some(SceneError { key: table.to_owned(), ..SceneError::whole(format!("--set {given}"), KIND_OF_DRIVE) })
+        let (given, (table, problem)) = changes.iter().rev().find_map(|change| Some((change, table_of(change)?)))?;
+        Some(SceneError { key: table.to_owned(), ..SceneError::whole(format!("--set {given}"), problem) })
     }
 
     /// `changed` if a run of this scene can go on with it, or the refusal of one of the changes.
@@ -90,7 +93,7 @@ fn other_drive(before: &Scene, after: &Scene) -> Option<(String, &'static str)> 
         (Drive::Torque { .. }, Drive::Torque { .. }) => None,
         (Drive::Motion(Motion::Speed(_)), Drive::Motion(Motion::Speed(_))) => None,
         (Drive::Motion(before), Drive::Motion(after)) if before != after => {
-            Some(("drive".to_owned(), "of a prescribed motion, a running scene changes a constant speed only"))
+            Some(("drive".to_owned(), CONSTANT_SPEED_ONLY))
         }
         (Drive::Motion(_), Drive::Motion(_)) if start(before) != start(after) => {
             Some(("start".to_owned(), "the prescribed motion goes on from its start: start another run"))
@@ -165,6 +168,18 @@ mod tests {
         ] {
             let refused = scene.changed(&owned(&[change])).err().map(|refused| refused.to_string()).unwrap_or_default();
             assert!(refused.starts_with(said), "{change}: {refused}");
+        }
+        Ok(())
+    }
+
+    /// A speed beside a ramp was refused with "give exactly one of `speed_rad_per_s`, …", which no change can.
+    #[test]
+    fn regress_a_speed_for_a_ramp_is_refused_for_the_ramp() -> Result<(), SceneError> {
+        let ramp = ["drive={ ramp={ to_rad_per_s=3, over_s=1 } }".to_owned()];
+        let running = SceneSource::open("thesis-compressor", &ramp)?;
+        for change in ["drive.speed_rad_per_s=3", "drive={ speed_rad_per_s=3 }"] {
+            let refused = running.changed(&[change.to_owned()]).err().map(|refused| refused.to_string());
+            assert_eq!(refused, Some(format!("--set {change}: drive: {CONSTANT_SPEED_ONLY}")));
         }
         Ok(())
     }
