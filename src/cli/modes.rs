@@ -335,8 +335,7 @@ fn stands_for_higher(mode: &Mode, scene: &Scene) -> Option<(String, &'static str
 fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {
     let mut rows = vec![["mode", "strain energy", "Hz", "damping", "rigid"].map(str::to_owned).to_vec()];
     for mode in modes {
-        let vibrates = mode.eigenvalue_per_s != [0.0; 2];
-        let parts = mode.strain.iter().filter(|(_, share)| vibrates && *share >= 0.095).take(2);
+        let parts = mode.strain.iter().filter(|(_, share)| *share >= 0.095).take(2);
         let parts: Vec<String> = parts.map(|(part, share)| format!("{part} {}", percent(*share))).collect();
         rows.push(vec![mode.name.clone(), parts.join(", "), hertz(mode), damping(mode), percent(mode.rigid_part)]);
     }

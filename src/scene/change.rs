@@ -92,9 +92,7 @@ fn other_drive(before: &Scene, after: &Scene) -> Option<(String, &'static str)> 
     match (&before.drive, &after.drive) {
         (Drive::Torque { .. }, Drive::Torque { .. }) => None,
         (Drive::Motion(Motion::Speed(_)), Drive::Motion(Motion::Speed(_))) => None,
-        (Drive::Motion(before), Drive::Motion(after)) if before != after => {
-            Some(("drive".to_owned(), CONSTANT_SPEED_ONLY))
-        }
+        (Drive::Motion(before), Drive::Motion(after)) if before != after => Some(("drive".to_owned(), CONSTANT_SPEED_ONLY)),
         (Drive::Motion(_), Drive::Motion(_)) if start(before) != start(after) => {
             Some(("start".to_owned(), "the prescribed motion goes on from its start: start another run"))
         }

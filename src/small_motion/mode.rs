@@ -262,7 +262,8 @@ impl Identifier {
             _ if eigenvalue.im == 0.0 => Kind::Rotation,
             _ => Kind::Swing,
         };
-        let shares = energies.into_iter().filter(|_| whole > 0.0);
+        // Free motion strains nothing; what its shape strains is the rounding of the eigenvector.
+        let shares = energies.into_iter().filter(|_| whole > 0.0 && eigenvalue.norm() > 0.0);
         let shares = shares.map(|(part, energy)| Share { part, share: energy / whole }).collect();
         Mode { kind, number: 1, eigenvalue, shape, shares, rigid_part, links }
     }

@@ -23,6 +23,10 @@ const SHIFT_WITHIN: f64 = 3.0;
 const ABOVE: f64 = 1.1;
 /// Most choices of the shift.
 const SHIFTS: usize = 8;
+/// Eigenvalues this far below the shift are found anew with a lower one,
+const FAR_BELOW: f64 = 10.0;
+/// if the next is as many times as large: none of a group is in both findings.
+const GAP: f64 = 4.0;
 /// Iterations of the eigenvalue routine for every row of its matrix; more than it ever needs.
 const ITERATIONS: usize = 100;
 
@@ -71,6 +75,53 @@ impl<'a> Inverse<'a> {
     }
 }
 
+/// How many eigenvalues to find.
+#[derive(Clone, Copy)]
+enum Wanted {
+    /// So many of those that are listed: see [`Eigenpair`].
+    Pairs(usize),
+    /// So many of all: a conjugate pair is two of them.
+    Eigenvalues(usize),
+}
+
+impl Wanted {
+    fn is_met(self, pairs: usize, eigenvalues: usize) -> bool {
+        match self {
+            Wanted::Pairs(count) => pairs >= count,
+            Wanted::Eigenvalues(count) => eigenvalues >= count,
+        }
+    }
+}
+
+/// What one shift finds.
+struct Found {
+    /// Each with its place among all eigenvalues.
+    pairs: Vec<(usize, Eigenpair)>,
+    /// Magnitudes of all eigenvalues up to the last pair, in order.
+    magnitudes: Vec<f64>,
+    /// Below this, an eigenvalue is rounding.
+    free_below: f64,
+    /// Largest relative residual in the inverted system.
+    residual: f64,
+    /// Whether there are as many as wanted.
+    is_whole: bool,
+}
+
+impl Found {
+    fn highest(&self) -> f64 {
+        self.pairs.iter().map(|(_, pair)| pair.value.norm()).fold(0.0, f64::max)
+    }
+
+    /// The eigenvalues below the largest gap far below the shift: their number, and a shift for them. `None` if there is no gap.
+    fn far_below(&self, shift: f64) -> Option<(usize, f64)> {
+        let known = |magnitude: f64| magnitude.max(self.free_below);
+        let gaps =
+            self.magnitudes.windows(2).enumerate().map(|(place, pair)| (place + 1, known(pair[0]), pair[1] / known(pair[0])));
+        let far = gaps.filter(|(_, below, ratio)| *ratio >= GAP && *below * FAR_BELOW <= shift);
+        far.max_by(|one, other| one.2.total_cmp(&other.2)).map(|(number, below, _)| (number, ABOVE * below))
+    }
+}
+
 /// The `count` lowest eigenvalues, in order of magnitude.
 ///
 /// # Errors
@@ -79,32 +130,52 @@ pub fn lowest(system: &Linearised, count: usize) -> Result<Vec<Eigenpair>, NoMod
     if system.mass.rows() == 0 {
         return Err(NoModes::NothingMoves);
     }
-    let mut shift = 1.0;
+    let mut pairs = graded(system, Wanted::Pairs(count), 1.0)?;
+    pairs.truncate(count);
+    Ok(pairs)
+}
+
+/// Each eigenvalue by a shift of its own size: by one far above, it is known to the rounding of the shift only, and less where fast
+/// motion is damped strongly.
+fn graded(system: &Linearised, wanted: Wanted, first_shift: f64) -> Result<Vec<Eigenpair>, NoModes> {
+    let (found, shift) = by_own_shift(system, wanted, first_shift)?;
+    let (low, mut pairs) = match found.far_below(shift) {
+        None => (0, Vec::new()),
+        Some((low, lower_shift)) => (low, graded(system, Wanted::Eigenvalues(low), lower_shift)?),
+    };
+    pairs.extend(found.pairs.into_iter().filter(|(place, _)| *place >= low).map(|(_, pair)| pair));
+    Ok(pairs)
+}
+
+/// Those that are wanted by a shift of the size of the highest, and that shift.
+fn by_own_shift(system: &Linearised, wanted: Wanted, first_shift: f64) -> Result<(Found, f64), NoModes> {
+    let mut shift = first_shift;
     for _ in 1..SHIFTS {
-        let pairs = about(system, count, shift)?;
-        let highest = pairs.iter().map(|pair| pair.value.norm()).fold(0.0, f64::max);
+        let found = about(system, wanted, shift)?;
+        let highest = found.highest();
         if highest == 0.0 || (shift / SHIFT_WITHIN..=shift * SHIFT_WITHIN).contains(&highest) {
-            return Ok(pairs);
+            return Ok((found, shift));
         }
         shift = ABOVE * highest;
     }
-    about(system, count, shift)
+    Ok((about(system, wanted, shift)?, shift))
 }
 
 /// Those nearest to a shift.
-fn about(system: &Linearised, count: usize, shift: f64) -> Result<Vec<Eigenpair>, NoModes> {
+fn about(system: &Linearised, wanted: Wanted, shift: f64) -> Result<Found, NoModes> {
     let inverse = Inverse::new(system, shift)?;
     let rows = 2 * system.mass.rows();
     if rows <= DENSE {
         let mut matrix = DMatrix::identity(rows, rows);
         matrix.as_mut_slice().chunks_exact_mut(rows).for_each(|column| inverse.apply(column));
         let whole = Projected { matrix, basis: DMatrix::identity(rows, rows), beyond: 0.0 };
-        return Ok(pairs(system, count, shift, &whole)?.0);
+        return pairs(system, wanted, shift, &whole);
     }
+    let (Wanted::Pairs(count) | Wanted::Eigenvalues(count)) = wanted;
     let mut vectors = (2 * count + SPARE).min(rows);
     loop {
-        let (found, residual) = pairs(system, count, shift, &krylov(&inverse, rows, vectors))?;
-        if residual <= TOLERANCE && found.len() == count || vectors == rows {
+        let found = pairs(system, wanted, shift, &krylov(&inverse, rows, vectors))?;
+        if found.residual <= TOLERANCE && found.is_whole || vectors == rows {
             return Ok(found);
         }
         vectors = (2 * vectors).min(rows);
@@ -142,9 +213,8 @@ fn krylov(inverse: &Inverse<'_>, rows: usize, vectors: usize) -> Projected {
     Projected { matrix: projected, basis, beyond: next.norm() }
 }
 
-/// The eigenpairs of the inverted system with the largest eigenvalues `σ/(λ − σ)`, as those of the system, and the largest of their
-/// relative residuals.
-fn pairs(system: &Linearised, count: usize, shift: f64, inverted: &Projected) -> Result<(Vec<Eigenpair>, f64), NoModes> {
+/// The eigenpairs of the inverted system with the largest eigenvalues `σ/(λ − σ)`, as those of the system.
+fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected) -> Result<Found, NoModes> {
     let Projected { matrix, basis, beyond } = inverted;
     let rows = matrix.nrows();
     if !matrix.iter().all(|entry| entry.is_finite()) {
@@ -152,31 +222,33 @@ fn pairs(system: &Linearised, count: usize, shift: f64, inverted: &Projected) ->
     }
     let schur = Schur::try_new(matrix.clone(), f64::EPSILON, ITERATIONS * rows).ok_or(NoModes::NotFound)?;
     let value = |theta: &Complex<f64>| Complex::new(shift, 0.0) + theta.inv() * shift;
-    let mut found: Vec<(Complex<f64>, Complex<f64>)> =
+    let mut values: Vec<(Complex<f64>, Complex<f64>)> =
         schur.complex_eigenvalues().iter().filter(|theta| theta.norm() > 0.0).map(|theta| (*theta, value(theta))).collect();
-    found.sort_by(|one, other| one.1.norm().total_cmp(&other.1.norm()));
+    values.sort_by(|one, other| one.1.norm().total_cmp(&other.1.norm()));
     let free_below = FREE * shift.max(stiffest(system));
-    let mut pairs: Vec<Eigenpair> = Vec::new();
-    let (mut free, mut residual) = (0, 0.0_f64);
-    for (theta, value) in found {
+    let mut found = Found { pairs: Vec::new(), magnitudes: Vec::new(), free_below, residual: 0.0, is_whole: false };
+    let mut free = 0;
+    for (place, (theta, value)) in values.into_iter().enumerate() {
         let is_free = value.norm() < free_below;
         free += usize::from(is_free);
         // One of a conjugate pair, and one of the double eigenvalue 0 of free motion.
         let is_second = if is_free { free % 2 == 0 } else { value.im < 0.0 };
+        found.is_whole = wanted.is_met(found.pairs.len(), place);
+        if found.is_whole && !is_second {
+            break;
+        }
+        found.magnitudes.push(value.norm());
         if is_second {
             continue;
         }
-        if pairs.len() == count {
-            break;
-        }
         let within = eigenvector(matrix, theta)?;
-        residual = residual.max(beyond * within[rows - 1].norm() / theta.norm());
+        found.residual = found.residual.max(beyond * within[rows - 1].norm() / theta.norm());
         let vector = basis.map(|entry| Complex::new(entry, 0.0)) * within;
         let vector = normalised(system, vector.rows(0, system.mass.rows()).into_owned());
         let value = if is_free { Complex::new(0.0, 0.0) } else { Complex::new(value.re, value.im.max(0.0)) };
-        pairs.push(Eigenpair { value, vector });
+        found.pairs.push((place, Eigenpair { value, vector }));
     }
-    Ok((pairs, residual))
+    Ok(found)
 }
 
 /// Largest `√(Kᵢᵢ/Mᵢᵢ)`, 1/s.
@@ -230,6 +302,35 @@ mod tests {
             simulation.step()?;
             let point = Point::from(simulation.motion().ok_or("no motion")?);
             modes(&subject, &point, 2).map_err(|error| format!("{} s: {error}", simulation.time_s()))?;
+        }
+        Ok(())
+    }
+
+    /// A stiff crank with strong material damping: beside its decay of 1e8 1/s, the swing of the chain was lost, or had three digits.
+    #[test]
+    fn regress_a_slow_swing_is_found_beside_fast_decays() -> Result<(), Box<dyn std::error::Error>> {
+        const FREE: &str = "[crank]\nlength_m = 0.05\nsection = { shape = \"rectangle\", width_m = 0.005, height_m = 0.02 }\n\
+                            density_kg_per_m3 = 7850.0\nyoungs_modulus_pa = 2.1e11\nelements = 2\nmodes = 1\n\
+                            [rod]\nlength_m = 0.2\nsection = { shape = \"rectangle\", width_m = 0.015, height_m = 0.0012 }\n\
+                            density_kg_per_m3 = 7850.0\nyoungs_modulus_pa = 2.1e11\nelements = 4\nmodes = 3\n\
+                            [slider]\nmass_kg = 0.3\n[gravity]\ny_m_per_s2 = -9.81\n[base]\ndamper_nm_s_per_rad = 5e-4\n";
+        for (model, elements) in [("modal", 2), ("finite-element", 4)] {
+            for damping in ["0.0", "1e-6", "1e-4", "5e-4", "1e-3"] {
+                let keys = [
+                    format!("solver.model={model}"),
+                    format!("crank.damping_s={damping}"),
+                    format!("crank.elements={elements}"),
+                    format!("rod.elements={elements}"),
+                ];
+                let subject = Subject::new(&SceneSource::parse("free.toml", FREE, &keys)?.scene, None)?;
+                let point = subject.at_rest(-std::f64::consts::FRAC_PI_2)?;
+                for count in [1, 5, 8, 20] {
+                    let found = modes(&subject, &point, count)?;
+                    let (name, hz, damping_ratio) = (found[0].name(), found[0].frequency_hz(), found[0].damping_ratio());
+                    let is_right = (hz - 0.699473).abs() < 1e-6 && (damping_ratio - 0.0665).abs() < 1e-4;
+                    assert!(name == "chain swing" && is_right, "{keys:?}, {count}: {name}, {hz} Hz, {damping_ratio}");
+                }
+            }
         }
         Ok(())
     }

@@ -161,6 +161,9 @@ fn regress_shares_of_a_strain_energy_that_is_rounding_are_not_told() -> Outcome 
         assert!(shares(0).is_none_or(|share| (share - 0.954).abs() < 5e-3), "{model}, {elements}: {:?}", found[0].shares);
         assert!(shares(2).is_some(), "{model}, {elements}: {}", found[2].name());
     }
+    let free = parsed(CHAIN, &["gravity.y_m_per_s2=0"], None)?;
+    let found = modes(&free, &free.at_rest(1.0)?, 1)?;
+    assert_eq!((found[0].name().as_str(), found[0].shares.as_slice()), ("chain rotation", &[][..]));
     Ok(())
 }
 

@@ -79,7 +79,8 @@ pub fn shortenings(scene: &Scene) -> Result<Vec<Shortening>, NoShortening> {
 }
 
 /// The shortening of every flexible link that is not `axial`, until this simulated time. The scene is run with `modal` at its own
-/// step, so that resistance, weight, pulses and inertia act as they will.
+/// step, so that resistance, weight, pulses and inertia act as they will. The start is left out: there, a constant torque acts on links
+/// that are not bent yet, and their forces grow with the number of modes.
 ///
 /// # Errors
 /// [`NoShortening`] if `modal` cannot run the scene.
@@ -97,13 +98,13 @@ pub fn shortenings_until(scene: &Scene, until_s: f64) -> Result<Vec<Shortening>,
     let mut simulation = Simulation::new(&scene)?;
     let mut peaks = vec![[0.0_f64; 2]; chain.links.len()];
     loop {
+        simulation.step()?;
         for (link, peak) in simulation.observe()?.links.iter().zip(&mut peaks) {
             *peak = [peak[0].max(axial_n(link).abs()), peak[1].max(deflection_m(link))];
         }
         if simulation.time_s() >= until_s {
             break;
         }
-        simulation.step()?;
     }
     let crank_m = match chain.end {
         End::Slider(_) => chain.links.first().map(|crank| crank.length_m),

@@ -136,6 +136,9 @@ impl Reference {
         let mut last_s = 0.0;
         let untried = BuildError { key: "solver", model: "finite-element", why: "the budget leaves no time for it".into() };
         let longest = LongestStep::find(scene, chain, grid, tidy(grid.interval_s / STEPS), (wanted, share_s), progress);
+        let left_out_by = |step_s: f64, progress: &mut dyn FnMut(&Configuration)| {
+            longest.left_out_by(step_s, (scene, chain, grid), wanted, progress)
+        };
         let first_s = longest.step_s;
         let (mut step_s, mut failed, mut is_out_of_budget) = (first_s, Failed::from(untried), false);
         for k in 0..=REFINEMENTS {
@@ -165,14 +168,13 @@ impl Reference {
             let scales = scales(chain, &run.samples);
             let estimate = last.replace(run.samples.clone()).map(|last| Errors::between(&last, &run.samples, &scales));
             let Some(estimate) = estimate else { continue };
-            // Runs may agree that leave out the same vibration.
-            let still_left_out = longest.left_out.filter(|left_out| !left_out.is_resolved_by(configuration.step_s));
-            let left_out_error = still_left_out.map_or(0.0, |left_out| left_out.part().worst(outputs));
-            let agreed = estimate.worst(outputs).max(left_out_error) <= target;
             let difference = estimate.worst(outputs);
+            // Runs may agree that leave out the same vibration.
+            let left_out = if difference <= target { left_out_by(configuration.step_s, progress) } else { None };
+            let agreed = difference <= target && left_out.is_none_or(|left_out| left_out.part().worst(outputs) <= target);
             let gain = last_difference.replace(difference).map(|last: f64| last / difference);
             let (effort, samples) = (run.effort, run.samples);
-            let (left_out, cut_short, finer_budget_s, refined) = (None, false, None, k);
+            let (cut_short, finer_budget_s, refined) = (false, None, k);
             best = Some(Reference {
                 configuration,
                 estimate,
@@ -191,7 +193,7 @@ impl Reference {
         }
         let best = best.ok_or(NoReference { grid: *grid, first_s, step_s, is_out_of_budget, failed })?;
         // Where the finest run resolves them, its difference from the one before shows them.
-        Ok(match longest.left_out.filter(|left_out| !left_out.is_resolved_by(best.configuration.step_s)) {
+        Ok(match best.left_out.or_else(|| left_out_by(best.configuration.step_s, progress)) {
             Some(left_out) => best.without(left_out),
             None => best,
         })
@@ -257,7 +259,8 @@ impl Reference {
     /// refinement at least.
     pub(super) fn sufficient_budget(&self, outputs: &[OutputGroup], error: f64) -> Option<FinerBudget> {
         if let Some(left_out) = self.left_out.filter(|left_out| left_out.counts || left_out.part().worst(outputs) > error) {
-            return Some(FinerBudget { budget_s: left_out.budget_s, is_likely: true });
+            let is_likely = left_out.errors.is_some() && self.gain.is_some_and(|gain| gain >= LEAST_GAIN);
+            return Some(FinerBudget { budget_s: left_out.budget_s, is_likely });
         }
         let refinements = match self.gain {
             Some(gain) if gain < LEAST_GAIN => 1.0,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::configuration::{Configuration, Family, frequency, is_rigid, rigid_links};
 use super::errors::Errors;
 use super::grid::{Grid, tidy};
-use super::output_group::{OutputGroup, scales};
+use super::output_group::{OutputGroup, Sample, scales};
 use super::reference::{self, nominal_s, refinement};
 use super::run::run;
 use super::{LEAST_STEPS, REFERENCE_PART};
@@ -25,11 +25,13 @@ const BASE_MODES: usize = 4;
 const BASE_SHARE: f64 = 0.1;
 
 /// The longest step of a reference, and the vibrations that it leaves out.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct LongestStep {
     /// The step, s.
     pub step_s: f64,
-    pub left_out: Option<LeftOut>,
+    left_out: Option<LeftOut>,
+    /// The run of a coarse mesh that resolves them, if there was time for it.
+    resolved: Option<Vec<Sample>>,
 }
 
 /// Vibrations that the steps of a reference leave out.
@@ -39,7 +41,7 @@ pub struct LeftOut {
     pub part: Ringing,
     /// Their frequency, Hz: the highest among the lowest bending frequencies of the links and that of the base.
     pub hz: f64,
-    /// Their part in the run; `None` if finding out takes too long, or a run for it fails.
+    /// What steps that leave them out change, on a coarse mesh; `None` if finding out takes too long, or a run for it fails.
     pub errors: Option<Errors>,
     /// Whether a link bends.
     bends: bool,
@@ -92,7 +94,7 @@ impl LongestStep {
         let part = if usual_s * LEAST_STEPS * base_hz > 1.0 { Ringing::Base } else { Ringing::Link };
         let halvings = (usual_s * LEAST_STEPS * hz).log2().ceil();
         if halvings <= 0.0 {
-            return LongestStep { step_s: usual_s, left_out: None };
+            return LongestStep { step_s: usual_s, left_out: None, resolved: None };
         }
         // Halved steps meet the instants, too.
         let resolving_s = tidy(usual_s / halvings.exp2());
@@ -103,21 +105,36 @@ impl LongestStep {
         };
         let finding_s = nominal_s(&resolving, grid) / PART;
         let is_quick = finding_s <= share_s;
-        let errors = if is_quick {
-            let (without, with) = (samples(&usual), samples(&resolving));
-            without.zip(with).map(|(without, with)| Errors::between(&without, &with, &scales(chain, &with)))
-        } else {
-            None
-        };
+        let (without, resolved) = if is_quick { (samples(&usual), samples(&resolving)) } else { (None, None) };
+        let errors = without.zip(resolved.as_ref()).map(|(without, with)| Errors::between(&without, with, &scales(chain, with)));
         let needed_s = nominal_s(&refinement(chain, 2 * reference::ELEMENTS, resolving_s / 2.0), grid);
         let counts = errors.is_none_or(|errors| errors.worst(outputs) > target.max(NOTICEABLE));
         if counts && needed_s <= share_s {
-            return LongestStep { step_s: resolving_s, left_out: None };
+            return LongestStep { step_s: resolving_s, left_out: None, resolved: None };
         }
         let budget_s = if is_quick { needed_s } else { finding_s } / REFERENCE_PART;
         let bends = chain.links.iter().any(|link| !is_rigid(link));
         let left_out = LeftOut { part, hz, errors, bends, counts, budget_s };
-        LongestStep { step_s: usual_s, left_out: Some(left_out) }
+        LongestStep { step_s: usual_s, left_out: Some(left_out), resolved }
+    }
+
+    /// What steps of `step_s` leave out; `None` if they resolve it. The longest steps may miss slower vibrations, too, which these do not:
+    /// so these are compared anew, on the coarse mesh.
+    pub fn left_out_by(
+        &self,
+        step_s: f64,
+        (scene, chain, grid): (&Scene, &Chain, &Grid),
+        (outputs, target): (&[OutputGroup], f64),
+        progress: &mut dyn FnMut(&Configuration),
+    ) -> Option<LeftOut> {
+        let left_out = self.left_out.filter(|left_out| !left_out.is_resolved_by(step_s))?;
+        let Some(with) = self.resolved.as_ref().filter(|_| step_s != self.step_s) else { return Some(left_out) };
+        let configuration = refinement(chain, ELEMENTS, step_s);
+        progress(&configuration);
+        let Ok((without, _)) = run(&configuration, scene, grid) else { return Some(left_out) };
+        let errors = Errors::between(&without.samples, with, &scales(chain, with));
+        let counts = errors.worst(outputs) > target.max(NOTICEABLE);
+        Some(LeftOut { errors: Some(errors), counts, ..left_out })
     }
 }
 
