@@ -255,7 +255,7 @@ fn val_a_small_ringing_that_a_refinement_resolves_is_no_longer_uncertain() {
 }
 
 /// An air pump. Its crank rings at 55 kHz, which the reference does not resolve, and its rod at 1 kHz, which the first steps do not
-/// resolve, either, but the last do. What the first left out was charged to the last: a part of 2.8 of the deflection, for 1e-4, and no
+/// resolve, either, but the last do. What the first left out was charged to the last: a part of 0.15 of the deflection, for 4e-5, and no
 /// setting was known to hold a tolerance.
 #[test]
 fn val_a_ringing_is_judged_by_the_steps_of_the_finest_run() {
@@ -268,8 +268,8 @@ fn val_a_ringing_is_judged_by_the_steps_of_the_finest_run() {
     let source = SceneSource::parse("pump.toml", PUMP, &[]).unwrap();
     let (models, integrators) = (vec![ModelKind::Rigid], vec![IntegratorKind::TwoPoint]);
     let selection = Selection { models, integrators, steps_s: vec![1e-3], ..Selection::default() };
-    let asked = ask(selection, &[OutputGroup::Deflection], 25.0);
-    let study = answer(&source, &Question { until_s: Some(0.1), enough: Some(1e-2), ..asked });
+    let asked = ask(selection, &[OutputGroup::Deflection], 180.0);
+    let study = answer(&source, &Question { until_s: Some(0.5), enough: Some(1e-2), ..asked });
     let (reference, grid) = (&study.reference, &study.grid);
     let rod_m = |step_s: f64| -> Vec<f64> {
         let keys = ["model=finite-element", "integrator=esdirk"].map(|key| format!("solver.{key}"));
@@ -283,10 +283,11 @@ fn val_a_ringing_is_judged_by_the_steps_of_the_finest_run() {
         };
         (0..grid.count).map(deflection_m).collect()
     };
-    let (found, truth) = (rod_m(reference.configuration.step_s), rod_m(1e-6));
+    let (found, truth) = (rod_m(reference.configuration.step_s), rod_m(2.5e-6));
     let error = most(found.iter().zip(&truth).map(|(found, truth)| found - truth)) / most(truth.iter().copied());
     let stated = reference.estimate.of(OutputGroup::Deflection);
     let seen = format!("{stated} for {error}, {}, {:?}", reference.configuration, reference.left_out);
+    println!("{seen}");
     assert!(reference.left_out.is_some_and(|left_out| left_out.errors.is_some()), "{seen}");
     assert!(error <= stated && stated < 1e-2, "{seen}");
 }
