@@ -200,3 +200,32 @@ fn regress_a_divergence_after_commands_says_that_the_remedy_is_for_the_scene_wit
     assert_eq!(said.last().map(String::as_str), Some(last), "{said:?}");
     Ok(())
 }
+
+/// An arm that hangs at rest, but for its weight, which begins to stretch it. `check` called it sound, and `run` said until the pulse that
+/// it is not to be trusted.
+#[test]
+fn regress_check_tells_of_a_run_that_is_not_to_be_trusted_at_first() -> Outcome {
+    const ARM: &str = "[crank]\nlength_m = 0.35\nsection = { shape = \"tube\", outer_m = 0.025, inner_m = 0.021 }\n\
+                       density_kg_per_m3 = 2700.0\nyoungs_modulus_pa = 7.0e10\nelements = 4\ndamping_s = 2e-5\n\
+                       [rod]\nlength_m = 0.3\nsection = { shape = \"tube\", outer_m = 0.018, inner_m = 0.015 }\naxial = true\n\
+                       density_kg_per_m3 = 2700.0\nyoungs_modulus_pa = 7.0e10\nelements = 4\ndamping_s = 2e-5\n\
+                       [tip]\nmass_kg = 0.25\n[base]\ntorsion_spring_nm_per_rad = 40.0\ndamper_nm_s_per_rad = 0.05\n\
+                       [gravity]\nx_m_per_s2 = 9.81\n[solver]\nstep_s = 5e-4\n\
+                       [[pulse]]\nstart_s = 0.5\ntorque_nm = 4.0\nduration_s = 0.05\nshape = \"raised-cosine\"\n";
+    let folder = tempfile::tempdir()?;
+    let scene = folder.path().join("arm.toml");
+    std::fs::write(&scene, ARM)?;
+    let of = |command: &[&str], more: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_flexcrank")).args(command).arg(&scene).args(more).output()
+    };
+    let fine = "solver.step_s=2e-5";
+    for (set, is_told) in [("solver.step_s=5e-4", true), (fine, false)] {
+        let checked = of(&["check"], &["--set", set])?;
+        let said = String::from_utf8(checked.stderr)?;
+        assert_eq!(checked.status.code(), Some(0), "{set}: {said}");
+        assert_eq!(said.contains("not to be trusted") && said.contains("by t = 0.5 s"), is_told, "{set}: {said}");
+        let run = of(&["run", "--no-bus", "--pace", "max", "--no-record", "--until", "0.5"], &["--set", set])?;
+        assert_eq!(run.status.code(), Some(if is_told { 6 } else { 0 }), "{set}");
+    }
+    Ok(())
+}

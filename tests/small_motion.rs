@@ -232,3 +232,18 @@ fn regress_where_no_motion_repeats_the_way_on_is_named() -> Outcome {
     assert!(code == Some(1) && said.contains("`flexcrank run` shows") && !said.contains("a sweep"), "{said}");
     Ok(())
 }
+
+/// Its tip moves by 40 m under 1 N·m, and no angle is among the outputs.
+#[test]
+fn regress_a_response_beyond_small_motion_is_told_of_any_output() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let scene = folder.path().join("chain.toml");
+    std::fs::write(&scene, CHAIN)?;
+    for outputs in ["tip_x_m", "rod_deflection_m", "crank_angle_rad"] {
+        let answer =
+            Command::new(env!("CARGO_BIN_EXE_flexcrank")).arg("response").arg(&scene).args(["--output", outputs]).output()?;
+        let said = String::from_utf8(answer.stdout)?;
+        assert!(said.contains("angles over 1 rad are beyond small motion"), "{outputs}: {said}");
+    }
+    Ok(())
+}

@@ -22,7 +22,7 @@ use super::sudden_start::sudden_start;
 use super::suggested_rate::bending_beyond_default;
 use super::suggested_step::{OwnRun, slowest_motion, speed_rad_per_s, suggested_step};
 use super::suspect_numbers::suspect_numbers;
-use super::trial_run::{RunLength, Trial};
+use super::trial_run::{Distrust, RunLength, Trial};
 use super::values::positive_time;
 use crate::runtime::{beyond_range, unbalanced};
 use crate::scene::{ModelKind, Scene, SceneSource, builtin};
@@ -224,6 +224,10 @@ pub(super) fn check(args: &Args) -> CommandResult {
     warn_of_suspects();
     let bent = trial.out_of_range.and_then(beyond_range);
     bent.iter().for_each(|bent| say!("warning: {bent}; {BENDS_FURTHER}"));
+    if let Some(Distrust { time_s, worst_j, in_play_j }) = trial.distrust {
+        let untrusted = unbalanced(worst_j, in_play_j);
+        say!("warning: {untrusted}, by t = {} s; later, more is in play. A shorter step keeps it before, too", figure(time_s));
+    }
     match trial.verdict {
         Err(diverged) => {
             say!("error: {diverged}");

@@ -324,11 +324,12 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
     Ok(())
 }
 
-/// A bending vibration beyond the shapes that `modal` has of its link: its name, the link and the number of shapes.
+/// A bending vibration beyond the shapes that `modal` has of its link: its name, the link and the number of shapes. Of one damped beyond
+/// critical, each shape has two decays, and their numbers tell nothing.
 fn stands_for_higher(mode: &Mode, scene: &Scene) -> Option<(String, &'static str, usize)> {
     let Kind::Vibration(Part::Bending(name)) = mode.kind else { return None };
     let link = scene.chain()?.links.iter().find(|link| link.name == name)?;
-    let is_beyond = scene.solver.model == ModelKind::Modal && mode.number > link.modes;
+    let is_beyond = scene.solver.model == ModelKind::Modal && mode.number > link.modes && mode.eigenvalue.im > 0.0;
     is_beyond.then(|| (mode.name(), name.as_str(), link.modes))
 }
 

@@ -98,6 +98,8 @@ struct Responses {
     steps: Vec<Vec<f64>>,
     /// The beginning of the step response, with [`PARTS`] times as many samples.
     beginnings: Vec<Vec<f64>>,
+    /// Whether an angle, chosen or not, is larger than small motion is, under an input of 1.
+    is_beyond_small: bool,
 }
 
 pub(super) fn response(args: &Args) -> CommandResult {
@@ -154,12 +156,16 @@ impl Args {
             [] => usual(&space.outputs),
             names => names.iter().map(|name| place(name, &space.outputs, "output")).collect::<CommandResult<_>>()?,
         };
+        let angles: Vec<usize> = (0..space.outputs.len()).filter(|&output| space.outputs[output].ends_with("_rad")).collect();
+        let mut largest_rad = 0.0_f64;
         let frequencies_hz = self.frequencies_hz(natural)?;
         let (mut magnitudes, mut phases_deg) = (vec![Vec::new(); outputs.len()], vec![Vec::new(); outputs.len()]);
         let progress = bar(frequencies_hz.len() as u64, "{wide_bar} {pos}/{len} frequencies{left}");
         for frequency_hz in &frequencies_hz {
             // At the frequency of a vibration without damping there is no response: the curve has a gap.
             let found = space.frequency_response(input, *frequency_hz).ok();
+            let angles_rad = found.iter().flat_map(|found| angles.iter().map(|angle| found[*angle].norm()));
+            largest_rad = angles_rad.fold(largest_rad, f64::max);
             for (k, output) in outputs.iter().enumerate() {
                 let value = found.as_ref().map(|found| found[*output]);
                 magnitudes[k].push(value.map_or(f64::NAN, |value| value.norm()));
@@ -175,6 +181,8 @@ impl Args {
         let [after_step, beginning] =
             [step_s, step_s / PARTS as f64].map(|step_s| space.step_response(input, step_s, SAMPLES + 1));
         let (after_step, beginning) = (after_step?, beginning?);
+        let after_rad = angles.iter().map(|angle| after_step.row(*angle).amax());
+        let is_beyond_small = after_rad.fold(largest_rad, f64::max) > SMALL_RAD;
         let rows = |of: &DMatrix<f64>| outputs.iter().map(|output| of.row(*output).iter().copied().collect()).collect();
         Ok(Responses {
             input: space.inputs[input].clone(),
@@ -185,6 +193,7 @@ impl Args {
             times_s: (0..=SAMPLES).map(|sample| step_s * sample as f64).collect(),
             steps: rows(&after_step),
             beginnings: rows(&beginning),
+            is_beyond_small,
         })
     }
 
@@ -274,7 +283,7 @@ impl Responses {
                 writeln!(out, "  {names}: largest at the {end} end of the range, which is no resonance")?;
             }
         }
-        let sentence = match (is_free && self.ends_largest(), self.is_beyond_small()) {
+        let sentence = match (is_free && self.ends_largest(), self.is_beyond_small) {
             (true, true) => "no stiffness holds the mechanism: its response grows without bound, beyond small motion (1 rad)",
             (true, false) => "no stiffness holds the mechanism: its response grows without bound towards 0 Hz and after a step",
             (false, true) => "angles over 1 rad are beyond small motion: the response holds for smaller inputs",
@@ -296,14 +305,6 @@ impl Responses {
     /// Whether an output is largest at the end of the step response.
     fn ends_largest(&self) -> bool {
         self.steps.iter().any(|step| largest(step).0 + 1 == step.len())
-    }
-
-    /// Whether an angle is larger than small motion is, under an input of 1.
-    fn is_beyond_small(&self) -> bool {
-        let is_large = |values: &[f64]| largest(values).1.abs() > SMALL_RAD;
-        let responses = self.outputs.iter().zip(self.magnitudes.iter().zip(&self.steps));
-        let mut angles = responses.filter(|(name, _)| name.ends_with("_rad"));
-        angles.any(|(_, (magnitudes, step))| is_large(magnitudes) || is_large(step))
     }
 
     fn draw(&self, folder: &Path, title: &str) -> CommandResult<()> {

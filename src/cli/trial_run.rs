@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::mechanics::{LinkObservation, Observation};
+use crate::runtime::STATUS_PERIOD;
 use crate::scene::Scene;
 use crate::simulation::{Account, Diverged, EnergyVerdict, Simulation};
 use crate::study::usual_until_s;
@@ -71,6 +72,31 @@ pub(super) struct Trial {
     /// Whether nothing was seen to move in the whole run: no coordinate, and no prescribed angle.
     pub(super) stands_still: bool,
     pub(super) verdict: Result<EnergyVerdict, Diverged>,
+    /// The last status of a run in real time that would tell it is not to be trusted, where the whole is.
+    pub(super) distrust: Option<Distrust>,
+}
+
+/// A run whose energy balance is not kept until some time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Distrust {
+    /// Simulated time, s.
+    pub(super) time_s: f64,
+    /// Largest error of the balance until then, J.
+    pub(super) worst_j: f64,
+    /// Energy in play by then, J.
+    pub(super) in_play_j: f64,
+}
+
+impl Distrust {
+    /// `None` where the balance is kept so far.
+    fn of(simulation: &Simulation) -> Option<Self> {
+        match simulation.account().verdict {
+            EnergyVerdict::Unbalanced { worst_j, in_play_j } => {
+                Some(Distrust { time_s: simulation.time_s(), worst_j, in_play_j })
+            }
+            EnergyVerdict::Balanced | EnergyVerdict::NotJudged => None,
+        }
+    }
 }
 
 impl Trial {
@@ -83,6 +109,7 @@ impl Trial {
         let seldom = (until_s / simulation.step_s() / LOOKS).max(1.0) as u32;
         let began = position(simulation);
         let mut stands_still = began.is_some();
+        let (mut distrust, mut next_status_s) = (None, STATUS_PERIOD.as_secs_f64());
         while taken.is_ok() {
             let (elapsed, is_whole) = (begun.elapsed(), simulation.time_s() >= until_s);
             if is_whole && judged.is_none() {
@@ -108,6 +135,10 @@ impl Trial {
                 looks.extend(Look::at(steps, seen));
                 out_of_range = [out_of_range, seen.out_of_range].into_iter().flatten().reduce(f64::max);
                 stands_still = stands_still && is_like(&began, &position(simulation));
+                if simulation.time_s() >= next_status_s {
+                    next_status_s += STATUS_PERIOD.as_secs_f64();
+                    distrust = Distrust::of(simulation).or(distrust);
+                }
             }
         }
         let cut_off_s = (taken.is_ok() && simulation.time_s() < until_s).then(|| simulation.time_s());
@@ -121,6 +152,7 @@ impl Trial {
             stands_still: stands_still && steps > 1 && cut_off_s.is_none(),
             balance_error: is_judged.then(|| ledger.worst_balance_j / ledger.in_play_j),
             verdict: taken.map(|()| verdict),
+            distrust: distrust.filter(|_| verdict == EnergyVerdict::Balanced),
         }
     }
 }

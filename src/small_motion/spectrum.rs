@@ -24,7 +24,7 @@ const ABOVE: f64 = 1.1;
 /// Most choices of the shift.
 const SHIFTS: usize = 8;
 /// Eigenvalues this far below the shift are found anew with a lower one,
-const FAR_BELOW: f64 = 10.0;
+const FAR_BELOW: f64 = 1e4;
 /// if the next is as many times as large: none of a group is in both findings.
 const GAP: f64 = 4.0;
 /// Iterations of the eigenvalue routine for every row of its matrix; more than it ever needs.
@@ -226,10 +226,13 @@ fn pairs(system: &Linearised, wanted: Wanted, shift: f64, inverted: &Projected) 
         schur.complex_eigenvalues().iter().filter(|theta| theta.norm() > 0.0).map(|theta| (*theta, value(theta))).collect();
     values.sort_by(|one, other| one.1.norm().total_cmp(&other.1.norm()));
     let free_below = FREE * shift.max(stiffest(system));
+    // Of a single one, as beside a damper, it is the product with its partner that is rounding: the next eigenvalue, or a larger one.
+    let next = values.get(1).map_or(0.0, |(_, next)| next.norm()).max(free_below);
+    let rounding_below = free_below * free_below / next;
     let mut found = Found { pairs: Vec::new(), magnitudes: Vec::new(), free_below, residual: 0.0, is_whole: false };
     let mut free = 0;
     for (place, (theta, value)) in values.into_iter().enumerate() {
-        let is_free = value.norm() < free_below;
+        let is_free = value.norm() < rounding_below;
         free += usize::from(is_free);
         // One of a conjugate pair, and one of the double eigenvalue 0 of free motion.
         let is_second = if is_free { free % 2 == 0 } else { value.im < 0.0 };

@@ -50,3 +50,11 @@ fn val_errors_of_forces_are_those_of_the_instants_after_the_start() {
     assert!((stated / error - 1.0).abs() < 1e-12, "{stated} for {error}");
     assert!(uncertainty < 2e-2 && stated > 10.0 * uncertainty, "{stated} ± {uncertainty}");
 }
+
+/// One instant shows no motion: a scene with a pulse was refused as one in which nothing moves.
+#[test]
+fn regress_a_scene_compared_at_one_instant_is_not_refused_as_at_rest() {
+    let selection = Selection { models: vec![ModelKind::Rigid], steps_s: vec![1.0], ..Selection::default() };
+    let question = Question { until_s: Some(1.0), ..ask(selection, &[OutputGroup::Angle], 1.0) };
+    assert_eq!(answer(&open("crank-slider", &[]), &question).grid.count, 1);
+}

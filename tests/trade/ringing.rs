@@ -255,7 +255,7 @@ fn val_a_small_ringing_that_a_refinement_resolves_is_no_longer_uncertain() {
 }
 
 /// An air pump. Its crank rings at 55 kHz, which the reference does not resolve, and its rod at 1 kHz, which the first steps do not
-/// resolve, either, but the last do. What the first left out was charged to the last: a part of 0.15 of the deflection, for 4e-5, and no
+/// resolve, either, but the last do. What the first left out was charged to the last: a part of 0.019 of the deflection, for 3e-5, and no
 /// setting was known to hold a tolerance.
 #[test]
 fn val_a_ringing_is_judged_by_the_steps_of_the_finest_run() {

@@ -211,6 +211,7 @@ impl Block<'_> {
         let Samples { angles, displacements, loads, energies, .. } = self.samples;
         let mut lines = Vec::new();
         lines.extend(self.status.as_ref().map(|status| describe(status, None)));
+        lines.extend(self.status.as_ref().map(|status| status.message.clone()).filter(|message| !message.is_empty()));
         for link in angles.iter().flat_map(|angles| &angles.links) {
             lines.push(format!(
                 "{:<12} angle {:>12} rad   rate {:>12} rad/s   turns {}",
@@ -270,6 +271,9 @@ mod tests {
         let status = Status { stamp: at(1.0, 100, 0), state: State::Running.into(), kinetic_j: Some(5.0), ..Status::default() };
         seen.status(status.clone());
         assert_eq!(seen.block().lines(), ["RUNNING  t 1.000 s  energy 5.000 J"], "as of a start that fails");
+        seen.status(Status { message: "not to be trusted: …".to_owned(), ..status.clone() });
+        assert_eq!(seen.block().lines()[1..], ["not to be trusted: …"]);
+        seen.status(status.clone());
         let link = LinkAngle { link: "crank".to_owned(), chord_rad: 2.5, ..LinkAngle::default() };
         seen.samples.add(Message::Angles(Box::new(Angles { stamp: at(1.3, 130, 0), links: vec![link], ..Angles::default() })));
         assert_eq!(seen.block().signals().get("kinetic_j"), None, "of another instant");

@@ -204,14 +204,15 @@ impl Reference {
         Reference { estimate: self.estimate.or_larger(&left_out.part()), left_out: Some(left_out), ..self }
     }
 
-    /// Whether nothing moves: no angle, place or deflection changes by more than rounding. Forces may be there, as of weight.
+    /// Whether nothing moves: no angle, place or deflection changes by more than rounding. Forces may be there, as of weight. One instant
+    /// does not tell.
     pub(super) fn stands_still(&self, chain: &Chain) -> bool {
         let length_m: f64 = chain.links.iter().map(|link| link.length_m).sum();
         let sizes = [1.0, length_m, length_m, length_m];
         let Some(first) = self.samples.first() else { return true };
         let far = |sample: &Sample, k: usize| (sample[k][0] - first[k][0]).hypot(sample[k][1] - first[k][1]);
         let moves = |k: usize| self.samples.iter().any(|sample| far(sample, k) > STILL * sizes[k]);
-        !(0..sizes.len()).any(moves)
+        self.samples.len() > 1 && !(0..sizes.len()).any(moves)
     }
 
     /// Errors of another run against the reference.
