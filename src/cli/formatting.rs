@@ -14,9 +14,20 @@ pub(super) fn decimal(value: f64, decimals: usize) -> String {
     if value.abs() < ROUNDING || value.abs() >= least { format!("{value:.decimals$}") } else { format!("{value:.2e}") }
 }
 
+/// An angle in degrees; one that is rounding, as of a balance found at 0, is 0.
+pub(super) fn degrees(angle_rad: f64) -> f64 {
+    if angle_rad.abs() < ROUNDING { 0.0 } else { angle_rad.to_degrees() }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::decimal;
+    use super::{decimal, degrees};
+
+    /// `check` said of a balance that its crank is at -1.55301e-18°.
+    #[test]
+    fn regress_an_angle_that_is_rounding_is_zero() {
+        assert_eq!([-2.7e-20, 1e-3].map(degrees).map(|angle| angle.to_string()), ["0", "0.057295779513082325"]);
+    }
 
     /// Torques and loads of a mechanism of millimetres and grams were printed as 0.
     #[test]

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::aligned_table::figure;
+use super::formatting::degrees;
 use crate::mechanics::Observation;
 use crate::scene::Scene;
 use crate::study::trade::STRAIGHT;
@@ -36,7 +37,7 @@ impl RestingStart {
 impl fmt::Display for RestingStart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let RestingStart { link, angle_rad, bent_m } = *self;
-        write!(f, "{link} at {}°", figure(angle_rad.to_degrees()))?;
+        write!(f, "{link} at {}°", figure(degrees(angle_rad)))?;
         if bent_m == 0.0 {
             return Ok(());
         }

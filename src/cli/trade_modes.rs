@@ -2,8 +2,9 @@
 
 use std::io::Write as _;
 
-use super::aligned_table::{WIDTH, lines, print};
+use super::aligned_table::{WIDTH, figure, lines, print};
 use super::failure::CommandResult;
+use super::formatting::degrees;
 use super::output::output;
 use crate::study::trade::{ExcitedMode, LostModes, OutputGroup, Reason, Row, Study};
 
@@ -11,7 +12,7 @@ use crate::study::trade::{ExcitedMode, LostModes, OutputGroup, Reason, Row, Stud
 pub(super) fn print_modes(study: &Study, modes: &LostModes) -> CommandResult<()> {
     let mut out = output();
     let excitation = &modes.excitation;
-    writeln!(out, "\nvibrations at rest, crank at {:.4}°, and their part in the run:", excitation.angle_rad.to_degrees())?;
+    writeln!(out, "\nvibrations at rest, crank at {}°, and their part in the run:", figure(degrees(excitation.angle_rad)))?;
     let head = ["vibration", "Hz", "energy", "moving", "output", "follows", ""].map(str::to_owned).to_vec();
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(excitation.modes.iter().map(|mode| line(study, mode))).collect();
     print(&rows, 1)?;
