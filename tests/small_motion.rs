@@ -150,6 +150,13 @@ fn regress_a_vibration_beyond_the_shapes_of_a_link_is_named() -> Outcome {
         let (_, shown, _) = flexcrank(here, &format!("modes crank-slider --count 8 --set {set}"))?;
         assert!(shown.contains("crank bending 1") && !shown.contains("beyond the"), "{set}: {shown}");
     }
+    // Held, or nearly so by a damper, its highest is right within some percent, by the highest of which it was named.
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("arm.toml"), ARM)?;
+    for (more, is_named) in [("", false), ("--crank held", false), ("--set base.damper_nm_s_per_rad=0.01", true)] {
+        let (_, shown, _) = flexcrank(folder.path(), &format!("modes arm.toml --count 12 {more}"))?;
+        assert_eq!(shown.contains("  beam bending 3: beyond the 2 bending shapes of beam.modes"), is_named, "{more}: {shown}");
+    }
     Ok(())
 }
 

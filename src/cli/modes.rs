@@ -26,7 +26,7 @@ use super::values::count;
 use super::written::{draw, write_table};
 use crate::bus::{self, BusError, Name, Session, client};
 use crate::plot;
-use crate::scene::{ModelKind, Scene};
+use crate::scene::{Link, ModelKind};
 use crate::shown::shown_s;
 use crate::small_motion::{Kind, LiveModes, Mode, ModeReport, NoModes, Part, is_uncertain, modes as find};
 use crate::wire::status::State;
@@ -313,7 +313,7 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
     writeln!(output(), "{}: {}{crank}{state}", args.subject.target, chosen.source.scene.solver.model.as_str())?;
     let modes = swept.modes.first().map(Vec::as_slice).unwrap_or_default();
     print_modes(&modes.iter().map(ModeReport::from).collect::<Vec<_>>())?;
-    for (name, link, shapes) in modes.iter().filter_map(|mode| stands_for_higher(mode, &chosen.source.scene)) {
+    for (name, link, shapes) in standing_for_higher(modes, chosen) {
         writeln!(
             output(),
             "  {name}: beyond the {} of {link}.modes, it stands for all higher ones, and its frequency is too high: more modes, or \
@@ -324,13 +324,19 @@ fn show(args: &Args, chosen: &Chosen, swept: &Swept) -> CommandResult<()> {
     Ok(())
 }
 
-/// A bending vibration beyond the shapes that `modal` has of its link: its name, the link and the number of shapes. Of one damped beyond
-/// critical, each shape has two decays, and their numbers tell nothing.
-fn stands_for_higher(mode: &Mode, scene: &Scene) -> Option<(String, &'static str, usize)> {
-    let Kind::Vibration(Part::Bending(name)) = mode.kind else { return None };
-    let link = scene.chain()?.links.iter().find(|link| link.name == name)?;
-    let is_beyond = scene.solver.model == ModelKind::Modal && mode.number > link.modes && mode.eigenvalue.im > 0.0;
-    is_beyond.then(|| (mode.name(), name.as_str(), link.modes))
+/// The bending vibrations beyond the shapes that `modal` has of their link: name, link and number of shapes. Where the crank is held, such
+/// a frequency is right within some percent. Modes that only decay do not count: a strong damper at the pivot makes one of a vibration.
+fn standing_for_higher(modes: &[Mode], chosen: &Chosen) -> Vec<(String, &'static str, usize)> {
+    let scene = &chosen.source.scene;
+    if scene.solver.model != ModelKind::Modal || chosen.subject.is_held() {
+        return Vec::new();
+    }
+    let of_link = |link: &Link| {
+        let bends = |mode: &&Mode| mode.kind == Kind::Vibration(Part::Bending(link.name)) && mode.eigenvalue.im > 0.0;
+        let (name, shapes) = (link.name.as_str(), link.modes);
+        modes.iter().filter(bends).skip(shapes).map(|mode| (mode.name(), name, shapes)).collect::<Vec<_>>()
+    };
+    scene.chain().iter().flat_map(|chain| &chain.links).flat_map(of_link).collect()
 }
 
 fn print_modes(modes: &[ModeReport]) -> CommandResult<()> {

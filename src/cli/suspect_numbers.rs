@@ -96,7 +96,8 @@ fn many_turns(angle_rad: f64) -> Option<String> {
     (angle_rad.abs() > TAU).then(warning)
 }
 
-/// A warning of a table of the drive that begins beyond a full turn, or whose angles are as round and large as degrees.
+/// A warning of a table of the drive that begins beyond a full turn, or whose angles are as round and large as degrees, or that goes
+/// back and forth by more than a turn.
 fn table_in_degrees(drive: &Drive) -> Option<String> {
     let Drive::Motion(Motion::Table(rows)) = drive else { return None };
     let [_, first_rad] = rows.first()?;
@@ -106,7 +107,10 @@ fn table_in_degrees(drive: &Drive) -> Option<String> {
         let turns = largest_rad / TAU;
         format!("drive.table reaches {} rad, {turns:.1} turns: angles are in radians", figure(largest_rad))
     };
-    (first_rad.abs() > TAU || (is_round && largest_rad >= FEW_DEGREES)).then(warning)
+    let ends = |end: fn(f64, f64) -> f64| rows.iter().map(|[_, angle_rad]| *angle_rad).reduce(end).unwrap_or_default();
+    let turns_back = !rows.is_sorted_by_key(|row| row[1]) && !rows.iter().rev().is_sorted_by_key(|row| row[1]);
+    let swings_far = turns_back && ends(f64::max) - ends(f64::min) > TAU;
+    (first_rad.abs() > TAU || (is_round && largest_rad >= FEW_DEGREES) || swings_far).then(warning)
 }
 
 /// Warnings of pulses that last long, as with a duration in ms.
@@ -273,7 +277,10 @@ mod tests {
         assert_eq!(with("[[0, 0], [2, 90], [4, 90]]")?, [reaches("90", "14.3")]);
         assert_eq!(with("[[0, 180], [5, 180], [10, 180]]")?, [reaches("180", "28.6")]);
         assert_eq!(with("[[0, 7.5], [1, -12.5]]")?, [reaches("12.5", "2.0")], "begins beyond a full turn");
-        for radians in ["[[0, 0], [2, 1.5708]]", "[[0, 0], [1, 5], [2, 10]]", "[[0, 0], [10, 1570.8]]"] {
+        assert_eq!(with("[[0, 0], [0.2, 8.6], [0.7, 60.5], [2, 0]]")?, [reaches("60.5", "9.6")], "goes back and forth");
+        for radians in
+            ["[[0, 0], [2, 1.5708]]", "[[0, 0], [1, 5], [2, 10]]", "[[0, 0], [10, 1570.8]]", "[[0, 0], [1, 3.2], [2, 0]]"]
+        {
             assert_eq!(with(radians)?, [""; 0], "{radians}");
         }
         Ok(())

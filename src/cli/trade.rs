@@ -123,7 +123,7 @@ pub(super) struct Args {
     /// of instants at which runs are compared.
     #[arg(long, value_name = "TIME", value_parser = positive_time)]
     until: Option<f64>,
-    /// Outputs whose errors count; energy counts over ten minutes with --tolerance.
+    /// Outputs whose errors count; energy counts over ten minutes with --tolerance. `tip` is another word for slider.
     #[arg(long, value_name = "OUTPUT,…", value_delimiter = ',', default_values = ["angle", "slider", "deflection"])]
     outputs: Vec<OutputGroupWord>,
     /// Time budget of the table; the reference takes up to a third of it, and two runs at least. The list of vibrations takes
