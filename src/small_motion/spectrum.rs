@@ -119,8 +119,8 @@ impl Found {
         let known = |magnitude: f64| magnitude.max(self.free_below);
         let gaps =
             self.magnitudes.windows(2).enumerate().map(|(place, pair)| (place + 1, known(pair[0]), pair[1] / known(pair[0])));
-        let far = gaps.filter(|(_, below, ratio)| *ratio >= GAP && *below * FAR_BELOW <= shift);
-        far.last().map(|(number, below, _)| (number, ABOVE * below))
+        let mut far = gaps.filter(|(_, below, ratio)| *ratio >= GAP && *below * FAR_BELOW <= shift);
+        far.next_back().map(|(number, below, _)| (number, ABOVE * below))
     }
 }
 
