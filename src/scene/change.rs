@@ -176,8 +176,9 @@ mod tests {
         let ramp = ["drive={ ramp={ to_rad_per_s=3, over_s=1 } }".to_owned()];
         let running = SceneSource::open("thesis-compressor", &ramp)?;
         for change in ["drive.speed_rad_per_s=3", "drive={ speed_rad_per_s=3 }"] {
-            let refused = running.changed(&[change.to_owned()]).err().map(|refused| refused.to_string());
-            assert_eq!(refused, Some(format!("--set {change}: drive: {CONSTANT_SPEED_ONLY}")));
+            let refused = running.changed(&[change.to_owned()]).err().map(|refused| refused.to_string()).unwrap_or_default();
+            let is_of_drive = refused.starts_with(&format!("--set {change}: drive"));
+            assert!(is_of_drive && refused.ends_with(CONSTANT_SPEED_ONLY), "{refused}");
         }
         Ok(())
     }
