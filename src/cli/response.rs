@@ -283,7 +283,9 @@ impl Responses {
                 writeln!(out, "  {names}: largest at the {end} end of the range, which is no resonance")?;
             }
         }
-        let sentence = match (is_free && self.ends_largest(), self.is_beyond_small) {
+        // Of what nothing holds, angles always grow beyond it.
+        let has_angle = self.outputs.iter().any(|name| name.ends_with("_rad"));
+        let sentence = match (is_free && self.ends_largest(), self.is_beyond_small && (has_angle || !is_free)) {
             (true, true) => "no stiffness holds the mechanism: its response grows without bound, beyond small motion (1 rad)",
             (true, false) => "no stiffness holds the mechanism: its response grows without bound towards 0 Hz and after a step",
             (false, true) => "angles over 1 rad are beyond small motion: the response holds for smaller inputs",
