@@ -43,10 +43,10 @@ use super::system::{ErrorTerm, LocalError, State, StepError, System, Taken, Work
 /// Such steps are few, whatever h, so the order stays 4. The same pulse, spread over its steps, then arrives to 5e-3. Where steps are
 /// cut at its edges, as `simulation` does, it is stronger and arrives to 2.3e-2; at a tenth of its strength, to 3e-6.
 ///
-/// The accelerations that `begin` gives a state under a constant torque set off what the step does not resolve: of a stiff crank of
-/// 15 mm, links not bent yet would move by decimetres in a step. Newton's iteration from there found other roots, now and then. So in
-/// the first step, which α tells, stages are predicted by velocity, as behind a large jump; their equations are the same. If it fails
-/// all the same, it begins with an eighth by the method that needs no accelerations.
+/// So does the first step with the accelerations that `begin` gave a state, which a mark in α tells, unless its cost is fixed. Under a
+/// constant torque they set off what the step does not resolve: a stiff crank of 15 mm, not bent yet, would move by decimetres.
+/// Newton's iteration from there found other roots, now and then, or a singular matrix; where it held, the motion erred by ten to a
+/// hundred times more. So does a step that fails with accelerations that it was given, where α is equal to them.
 ///
 /// Giving the first stage accelerations of its own, `a₀ + M⁻¹ Δp`, delivers the impulse too (to 1.4e-2), but sets off vibrations that
 /// the step does not resolve: the crank of a stiff chain (R1) then erred by 2.5e-5 rad instead of 1e-6.
@@ -113,8 +113,8 @@ const ESDIRK: Tableau<STAGES> = Tableau { c: C, a: A, b: B, gamma: GAMMA, predic
 /// The method behind a large jump. What the step does not resolve swings there, so that accelerations of stages predict nothing: each stage
 /// is predicted with the velocity of the stage before.
 const BEHIND_JUMP: Tableau<STAGES> = Tableau { predicted: of_kept_velocity(&A, GAMMA, 0.0), ..ESDIRK };
-/// The second stage's accelerations over the first one's with which it has the first one's velocity.
-const KEEPS_VELOCITY: f64 = BEHIND_JUMP.predicted[1][0];
+/// The mark of a state that [`Esdirk::begin`] gave its accelerations: α over these.
+const BEGUN: f64 = -1.0;
 
 /// e₃, e₄ and e₅ by Cramer's rule from the three conditions.
 const fn carried() -> [f64; STAGES] {
@@ -183,7 +183,7 @@ impl Esdirk {
         state.a.copy_from_slice(a);
         state.residual.copy_from_slice(residual);
         for (alpha, a) in state.alpha.iter_mut().zip(a.iter()) {
-            *alpha = if self.fixed.is_some() { *a } else { KEEPS_VELOCITY * a };
+            *alpha = if self.fixed.is_some() || *a == 0.0 { *a } else { BEGUN * a };
         }
         Ok(())
     }
@@ -194,11 +194,10 @@ impl Esdirk {
     /// See [`StepError`]; the state is then as it was.
     pub fn step<S: System>(&mut self, system: &mut S, t_s: f64, h_s: f64, state: &mut State) -> Result<Taken, StepError> {
         let mut jumps = self.jumps_by_much(system, t_s, state);
-        let is_begun = is_begun(state);
-        let method = if is_begun { &BEHIND_JUMP } else { &ESDIRK };
-        let smooth = if jumps { None } else { Some(self.take(method, system, t_s, h_s, state)) };
+        jumps |= is_begun(state);
+        let smooth = if jumps { None } else { Some(self.take(&ESDIRK, system, t_s, h_s, state)) };
         let mut taken = match smooth {
-            Some(Err(_)) if is_begun || state.alpha == state.a => {
+            Some(Err(_)) if state.alpha == state.a => {
                 jumps = true;
                 self.take_behind_jump(system, t_s, h_s, state)?
             }
@@ -217,9 +216,6 @@ impl Esdirk {
             // This method has no estimate of its error.
             self.error_q.fill(0.0);
             self.error_v.fill(0.0);
-            state.alpha.copy_from_slice(&self.stages.a);
-        } else if is_begun && !jumps {
-            // The first stage's accelerations, large where the step resolves nothing, predict nothing of the next step.
             state.alpha.copy_from_slice(&self.stages.a);
         } else {
             self.predict_next(state);
@@ -275,7 +271,7 @@ impl Esdirk {
         begun.v.copy_from_slice(&self.stages.v);
         begun.a.copy_from_slice(&self.stages.a);
         for (alpha, a) in begun.alpha.iter_mut().zip(&self.stages.a) {
-            *alpha = KEEPS_VELOCITY * a;
+            *alpha = BEHIND_JUMP.predicted[1][0] * a;
         }
         self.jump.fill(0.0);
         let rest = self.take(&BEHIND_JUMP, system, t_s + first_s, h_s - first_s, &begun);
@@ -340,10 +336,10 @@ impl Esdirk {
     }
 }
 
-/// Whether it has the accelerations that [`Esdirk::begin`] gave it, and moves by them. All of it is in a checkpoint.
+/// Whether it has the accelerations that [`Esdirk::begin`] gave it, which α tells: so does a checkpoint. None without any.
 fn is_begun(state: &State) -> bool {
-    let keeps_velocity = |(alpha, a): (&f64, &f64)| *alpha == KEEPS_VELOCITY * a;
-    state.a.iter().any(|a| *a != 0.0) && state.alpha.iter().zip(&state.a).all(keeps_velocity)
+    let bears_mark = |(alpha, a): (&f64, &f64)| *alpha == BEGUN * a;
+    state.a.iter().any(|a| *a != 0.0) && state.alpha.iter().zip(&state.a).all(bears_mark)
 }
 
 /// Lagrange's weights at 1.5 of the parabola through 0, c₄ and 1.
